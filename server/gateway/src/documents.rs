@@ -1,11 +1,9 @@
-//! Documents over HTTP: maps, their tiles and graphs, health.
+//! Documents over HTTP: tiles and graphs of maps, scans of keyframes, health.
 
 use crate::app::App;
 use crate::files::{IMMUTABLE, REVALIDATE, Serving, respond};
 use crate::problem::ProblemResponse;
-use crate::schemas::{
-    DamagedMapDocument, GraphDocument, HealthDocument, MapSummaryDocument, ProblemDocument, TileListDocument,
-};
+use crate::schemas::{GraphDocument, HealthDocument, ProblemDocument, TileListDocument};
 use crate::texts;
 use api::TileHash;
 use axum::Json;
@@ -16,33 +14,9 @@ use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
 use vocab::{KeyframeId, MapId, SessionId};
 
-type AnyPath = Result<Path<String>, PathRejection>;
+pub(crate) type AnyPath = Result<Path<String>, PathRejection>;
 type TwoParts = Result<Path<(String, String)>, PathRejection>;
-type Answer = Result<Response, ProblemResponse>;
-
-/// Saved maps, newest first.
-#[utoipa::path(get, path = api::paths::MAPS_PATH, tag = "maps", operation_id = "listMaps", responses(
-    (status = 200, body = [MapSummaryDocument], description = "Every saved map version"),
-    (status = 503, body = ProblemDocument, content_type = "application/problem+json", description = "The core has not sent its maps yet"),
-))]
-pub(crate) async fn maps(State(app): State<Arc<App>>) -> Answer {
-    let listed = app.hub.with_maps(|maps| Json(maps).into_response());
-    let mut response = listed.ok_or_else(|| ProblemResponse::unavailable(texts::MAPS_NOT_LISTED))?;
-    response.headers_mut().insert(header::CACHE_CONTROL, header::HeaderValue::from_static("no-store"));
-    Ok(response)
-}
-
-/// Saved maps that cannot be read, with what to do.
-#[utoipa::path(get, path = api::paths::DAMAGED_MAPS_PATH, tag = "maps", operation_id = "listDamagedMaps", responses(
-    (status = 200, body = [DamagedMapDocument], description = "Every saved map that cannot be read; nothing of it is removed"),
-    (status = 503, body = ProblemDocument, content_type = "application/problem+json", description = "The core has not sent its maps yet"),
-))]
-pub(crate) async fn damaged_maps(State(app): State<Arc<App>>) -> Answer {
-    let listed = app.hub.with_damaged_maps(|maps| Json(maps).into_response());
-    let mut response = listed.ok_or_else(|| ProblemResponse::unavailable(texts::MAPS_NOT_LISTED))?;
-    response.headers_mut().insert(header::CACHE_CONTROL, header::HeaderValue::from_static("no-store"));
-    Ok(response)
-}
+pub(crate) type Answer = Result<Response, ProblemResponse>;
 
 /// Every tile of a saved map.
 #[utoipa::path(get, path = api::paths::MAP_TILES_PATH, tag = "maps", operation_id = "listTiles",
@@ -71,8 +45,7 @@ pub(crate) async fn map_graph(State(app): State<Arc<App>>, id: AnyPath, headers:
 }
 
 async fn map_document(app: &App, id: AnyPath, name: &str, headers: &HeaderMap) -> Answer {
-    let malformed = || ProblemResponse::malformed(texts::MAP_ID_MALFORMED);
-    let id: MapId = text(id).and_then(|text| text.parse().ok()).ok_or_else(malformed)?;
+    let id = map_id(id)?;
     // From the parsed id, so that the path holds hexadecimal digits and hyphens only.
     let file = app.data_dir.join("maps").join(id.to_string()).join(name);
     let serving = Serving { content_type: "application/json", cache_control: REVALIDATE, etag: None };
@@ -137,6 +110,12 @@ pub(crate) async fn health(State(app): State<Arc<App>>) -> Answer {
     let clients = app.hub.listeners().borrow().clients;
     Ok(([(header::CACHE_CONTROL, "no-store")], Json(HealthDocument { core_connected: true, clients }))
         .into_response())
+}
+
+/// The map that a path names.
+pub(crate) fn map_id(id: AnyPath) -> Result<MapId, ProblemResponse> {
+    let malformed = || ProblemResponse::malformed(texts::MAP_ID_MALFORMED);
+    text(id).and_then(|text| text.parse().ok()).ok_or_else(malformed)
 }
 
 /// The variable part of a path, if it is valid text.

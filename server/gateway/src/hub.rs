@@ -7,13 +7,18 @@ use crate::limits::{FIXED, Limits};
 use crate::outbox::Outbox;
 use crate::robot_clock::RobotClock;
 use crate::snapshot::{Cursor, Snapshot};
+use crate::stored_data::StoredData;
 use crate::texts;
-use api::{Command, CommandOutcome, CoreMessage, DamagedMap, Event, GatewayMessage, MapSummary, ScanFrame};
+use api::{Command, CommandOutcome, CoreMessage, Event, GatewayMessage, ScanFrame};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
-use tokio::sync::{mpsc, watch};
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
+use tokio::sync::{mpsc, oneshot, watch};
+use uuid::Uuid;
 use vocab::{ClientId, CommandId, Stamp};
+
+/// Whose commands those are that came over HTTP.
+const HTTP_CLIENT: ClientId = ClientId(Uuid::from_u128(u128::from_be_bytes(*b"AutoInspect HTTP")));
 
 /// Clients that listen, as [`GatewayMessage::Listeners`] tells the core.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -41,6 +46,8 @@ impl LiveScan {
 pub(crate) struct Hub {
     state: Mutex<State>,
     clients_max: usize,
+    /// When this process started, nanoseconds since 1970: part of the ids of its own commands.
+    started_ns: u64,
     /// Changes whenever there may be something to send to a client.
     changed: watch::Sender<()>,
     scan: watch::Sender<Option<Arc<LiveScan>>>,
@@ -59,6 +66,10 @@ struct State {
     members: BTreeMap<u64, Member>,
     next_member: u64,
     stream_sockets: usize,
+    /// Commands that came over HTTP and are not answered.
+    requests: BTreeMap<CommandId, oneshot::Sender<CommandOutcome>>,
+    /// Number of commands that came over HTTP.
+    requests_made: u64,
 }
 
 /// One control socket.
@@ -97,7 +108,10 @@ impl Hub {
                 members: BTreeMap::new(),
                 next_member: 0,
                 stream_sockets: 0,
+                requests: BTreeMap::new(),
+                requests_made: 0,
             }),
+            started_ns: started_ns(),
             clients_max: limits.clients,
             changed: watch::Sender::new(()),
             scan: watch::Sender::new(None),
@@ -134,6 +148,8 @@ impl Hub {
                 return;
             }
             state.snapshot.change_platform(|platform| platform.core_connected = false);
+            // Those who wait learn it from their end of the channel.
+            state.requests.clear();
             for member in state.members.values_mut() {
                 for id in member.pending.drain(..) {
                     let outcome = CommandOutcome::Refused(texts::CORE_LOST_BEFORE_ANSWER.to_owned());
@@ -167,8 +183,16 @@ impl Hub {
     }
 
     fn answer(&self, client: ClientId, event: Event) {
-        let event = Arc::new(event);
         let mut state = self.lock();
+        if client == HTTP_CLIENT
+            && let Event::CommandDone { id, outcome } = &event
+            && let Some(request) = state.requests.remove(id)
+        {
+            // Whoever waited may have gone.
+            request.send(outcome.clone()).ok();
+            return;
+        }
+        let event = Arc::new(event);
         for member in state.members.values_mut().filter(|member| member.client == client) {
             if let Event::CommandDone { id, .. } = &*event {
                 member.pending.retain(|pending| pending != id);
@@ -186,22 +210,33 @@ impl Hub {
         if state.core.is_some() { Ok(()) } else { Err(state.core_fault.clone()) }
     }
 
-    /// Saved maps, newest first; `None` before the core has sent them.
-    pub(crate) fn with_maps<T>(&self, read: impl FnOnce(&[MapSummary]) -> T) -> Option<T> {
-        let event = self.lock().snapshot.maps()?;
-        match &*event {
-            Event::Maps(maps) => Some(read(maps)),
-            _ => None,
+    /// Forwards a command that came over HTTP to the core. The answer comes over the channel, which closes without one if the core is lost.
+    ///
+    /// # Errors
+    /// Why it was not forwarded, one sentence.
+    pub(crate) fn request(
+        &self,
+        command: Command,
+    ) -> Result<oneshot::Receiver<CommandOutcome>, &'static str> {
+        let mut state = self.lock();
+        state.requests.retain(|_, request| !request.is_closed());
+        let core = state.core.as_ref().ok_or(texts::CORE_LOST)?;
+        if state.requests.len() >= FIXED.max_http_commands || core.capacity() <= FIXED.places_for_stops {
+            return Err(texts::CORE_BUSY);
         }
+        let id = CommandId(Uuid::from_u64_pair(self.started_ns, state.requests_made));
+        let command = GatewayMessage::Command { id, by: HTTP_CLIENT, command };
+        core.try_send(command).map_err(|_| texts::CORE_BUSY)?;
+        state.requests_made += 1;
+        let (sender, receiver) = oneshot::channel();
+        state.requests.insert(id, sender);
+        Ok(receiver)
     }
 
-    /// Saved maps that cannot be read; `None` before the core has sent them.
-    pub(crate) fn with_damaged_maps<T>(&self, read: impl FnOnce(&[DamagedMap]) -> T) -> Option<T> {
-        let event = self.lock().snapshot.damaged_maps()?;
-        match &*event {
-            Event::DamagedMaps(maps) => Some(read(maps)),
-            _ => None,
-        }
+    /// What `read` finds in the lists of stored data.
+    pub(crate) fn with_stored<T>(&self, read: impl FnOnce(&StoredData<'_>) -> T) -> T {
+        let events = self.lock().snapshot.stored_data();
+        read(&StoredData::of(&events))
     }
 
     /// Robot's clock now.
@@ -224,6 +259,12 @@ impl Hub {
         state.snapshot.change_platform(|platform| platform.clients = clients);
         self.listeners.send_modify(|listeners| listeners.clients = clients);
     }
+}
+
+/// Now, nanoseconds since 1970.
+fn started_ns() -> u64 {
+    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(since_1970.as_nanos()).unwrap_or(0)
 }
 
 /// A control socket's place in the hub; leaves it when dropped.

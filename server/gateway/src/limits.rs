@@ -15,6 +15,8 @@ pub struct Limits {
     pub silence: Duration,
     /// Time without progress of a write after which a connection is closed.
     pub write_stall: Duration,
+    /// Bytes that all uploaded files may take together: two of the longest.
+    pub uploads_bytes: u64,
     /// Mean rate of commands from one socket; a burst may hold twice as many. Stop motion is counted apart.
     pub commands_per_second: f64,
 }
@@ -27,6 +29,7 @@ impl Default for Limits {
             header_timeout: Duration::from_secs(10),
             silence: Duration::from_secs(10),
             write_stall: Duration::from_secs(10),
+            uploads_bytes: 2 * FIXED.max_upload_bytes,
             commands_per_second: 50.0,
         }
     }
@@ -65,6 +68,14 @@ pub(crate) struct FixedLimits {
     pub(crate) max_upload_bytes: u64,
     /// Files that may wait to be imported.
     pub(crate) max_uploads_kept: usize,
+    /// Bytes of an upload between two checks of the space on the disk.
+    pub(crate) space_check_bytes: u64,
+    /// Longest JSON document from a client, bytes. The longest regular one holds a name.
+    pub(crate) max_json_bytes: usize,
+    /// Commands over HTTP that wait for the core's answer.
+    pub(crate) max_http_commands: usize,
+    /// Longest wait for the core's answer to a command over HTTP. The disk lane may be saving a large map.
+    pub(crate) max_answer_wait: Duration,
     /// Uploads at a time.
     pub(crate) max_uploads_at_a_time: usize,
     /// Longest time that open connections have to end when the gateway stops.
@@ -96,6 +107,10 @@ pub(crate) const FIXED: FixedLimits = FixedLimits {
     max_loops_per_event: 100,
     max_upload_bytes: 16 << 30,
     max_uploads_kept: 4,
+    space_check_bytes: 64 << 20,
+    max_json_bytes: 16 << 10,
+    max_http_commands: 32,
+    max_answer_wait: Duration::from_secs(120),
     max_uploads_at_a_time: 1,
     shutdown_timeout: Duration::from_secs(3),
     accept_pause: Duration::from_millis(50),

@@ -1,6 +1,6 @@
 //! The description of the HTTP interface (OpenAPI 3.1), made from the handlers' own attributes.
 
-use crate::{documents, uploads};
+use crate::{documents, maps, uploads};
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
 use utoipa::OpenApi;
@@ -16,14 +16,22 @@ pub(crate) const PATH: &str = "/api/v1/openapi.json";
                        /api/v1/stream, in the messages of crate `api`.",
     ),
     paths(
-        documents::maps,
-        documents::damaged_maps,
+        maps::list,
+        maps::damaged,
+        maps::get,
+        maps::rename,
+        maps::delete,
+        maps::bin,
+        maps::restore,
+        maps::delete_permanently,
         documents::map_tiles,
         documents::map_graph,
         documents::tile,
         documents::cloud,
         documents::health,
-        uploads::put
+        uploads::list,
+        uploads::put,
+        uploads::delete
     )
 )]
 struct Description;

@@ -1,9 +1,12 @@
 use super::*;
 use crate::schemas::HealthDocument;
-use api::{Anchor, DamagedMap, Graph, GraphNode, MapSummary, Problem, TileEntry, TileHash, TileList};
+use api::{
+    Anchor, BinnedMap, DamagedMap, Graph, GraphNode, MapSummary, Problem, StoredUpload, TileEntry, TileHash,
+    TileList,
+};
 use serde_json::{Value, json};
 use std::path::Path;
-use vocab::{Aabb, KeyframeId, MapId, Pose, SessionId, Stamp};
+use vocab::{Aabb, KeyframeId, MapId, Pose, SessionId, Span, Stamp, UploadId};
 
 fn parsed() -> Value {
     serde_json::from_str(&description()).expect("the description is JSON")
@@ -27,9 +30,22 @@ fn the_committed_description_is_the_served_one() {
 fn every_document_of_the_contract_is_described() {
     let paths = parsed()["paths"].clone();
     use api::paths::{
-        CLOUD_PATH, DAMAGED_MAPS_PATH, HEALTH_PATH, MAP_GRAPH_PATH, MAP_TILES_PATH, MAPS_PATH, TILE_PATH,
+        BIN_PATH, BINNED_MAP_PATH, CLOUD_PATH, DAMAGED_MAPS_PATH, HEALTH_PATH, MAP_GRAPH_PATH, MAP_PATH,
+        MAP_TILES_PATH, MAPS_PATH, RESTORE_MAP_PATH, TILE_PATH, UPLOAD_PATH, UPLOADS_PATH,
     };
-    let maps = [MAPS_PATH, DAMAGED_MAPS_PATH, MAP_TILES_PATH, MAP_GRAPH_PATH];
+    let changes = [
+        (MAP_PATH, "patch"),
+        (MAP_PATH, "delete"),
+        (RESTORE_MAP_PATH, "post"),
+        (BINNED_MAP_PATH, "delete"),
+        (UPLOAD_PATH, "put"),
+        (UPLOAD_PATH, "delete"),
+    ];
+    for (path, method) in changes {
+        assert!(paths[path][method].is_object(), "{method} {path}");
+    }
+    let maps =
+        [MAPS_PATH, MAP_PATH, BIN_PATH, UPLOADS_PATH, DAMAGED_MAPS_PATH, MAP_TILES_PATH, MAP_GRAPH_PATH];
     for path in maps.into_iter().chain([TILE_PATH, CLOUD_PATH, HEALTH_PATH]) {
         assert!(paths[path]["get"].is_object(), "{path}");
     }
@@ -66,6 +82,23 @@ fn schemas_say_what_the_types_become() {
         has_pose_graph: true,
     };
     let damaged = DamagedMap { folder: "f".into(), problem: "p".into(), remedy: "r".into() };
+    let binned = BinnedMap {
+        id: MapId(id),
+        name: "hall".into(),
+        bytes: 3,
+        kept_until: Some(Stamp::from_nanos(5)),
+        time_left: Some(Span::from_nanos(4)),
+        problem: Some("p".into()),
+    };
+    let unknown = BinnedMap { kept_until: None, time_left: None, problem: None, ..binned.clone() };
+    let upload = StoredUpload {
+        upload: UploadId(id),
+        name: Some("hall".into()),
+        frame: Some(MapId(id)),
+        bytes: 3,
+        problem: Some("p".into()),
+        kept_until: Some(Stamp::from_nanos(5)),
+    };
     let problem = Problem { status: 404, title: "t".into(), detail: "d".into() };
     let samples = [
         ("TileList", json!(TileList { bounds, tiles: vec![tile, in_map], robust_bounds: Some(bounds) })),
@@ -73,6 +106,9 @@ fn schemas_say_what_the_types_become() {
         ("Graph", json!(Graph { session: None, ..graph.clone() })),
         ("MapSummary", json!(summary)),
         ("DamagedMap", json!(damaged)),
+        ("BinnedMap", json!(binned)),
+        ("BinnedMap", json!(unknown)),
+        ("StoredUpload", json!(upload)),
         ("Problem", json!(problem)),
         ("Health", json!(HealthDocument { core_connected: true, clients: 1 })),
     ];

@@ -4,13 +4,13 @@ use crate::app::App;
 use crate::limits::FIXED;
 use crate::problem::ProblemResponse;
 use crate::texts;
-use crate::{control, documents, openapi, security, static_files, stream, uploads};
-use axum::extract::State;
+use crate::{control, documents, maps, openapi, security, static_files, stream, uploads};
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::ws::{WebSocket, WebSocketUpgrade};
+use axum::extract::{DefaultBodyLimit, State};
 use axum::http::{Method, StatusCode, Uri};
 use axum::response::{IntoResponse, Response};
-use axum::routing::{get, put};
+use axum::routing::{delete, get, patch, post, put};
 use axum::{Router, middleware};
 use std::future::Future;
 use std::sync::Arc;
@@ -19,14 +19,21 @@ use std::sync::Arc;
 pub(crate) fn router(app: Arc<App>) -> Router {
     // What changes anything is for pages of this server only.
     let guarded = Router::new()
-        .route(api::paths::UPLOAD_PATH, put(uploads::put))
+        .route(api::paths::UPLOAD_PATH, put(uploads::put).delete(uploads::delete))
+        .route(api::paths::MAP_PATH, patch(maps::rename).delete(maps::delete))
+        .route(api::paths::RESTORE_MAP_PATH, post(maps::restore))
+        .route(api::paths::BINNED_MAP_PATH, delete(maps::delete_permanently))
+        .layer(DefaultBodyLimit::max(FIXED.max_json_bytes))
         .route(api::CONTROL_PATH, get(control_socket))
         .route(api::STREAM_PATH, get(stream_socket))
         .route_layer(middleware::from_fn(security::same_origin));
     Router::new()
         .merge(guarded)
-        .route(api::paths::MAPS_PATH, get(documents::maps))
-        .route(api::paths::DAMAGED_MAPS_PATH, get(documents::damaged_maps))
+        .route(api::paths::MAPS_PATH, get(maps::list))
+        .route(api::paths::MAP_PATH, get(maps::get))
+        .route(api::paths::BIN_PATH, get(maps::bin))
+        .route(api::paths::DAMAGED_MAPS_PATH, get(maps::damaged))
+        .route(api::paths::UPLOADS_PATH, get(uploads::list))
         .route(api::paths::MAP_TILES_PATH, get(documents::map_tiles))
         .route(api::paths::MAP_GRAPH_PATH, get(documents::map_graph))
         .route(api::paths::TILE_PATH, get(documents::tile))

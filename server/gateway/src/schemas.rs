@@ -2,7 +2,7 @@
 //! schemas. The tests of [`crate::openapi`] compare every field with what the types really become.
 #![allow(dead_code, reason = "described, never made: the contract's own types are")]
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 /// State of the server.
@@ -60,6 +60,60 @@ pub(crate) struct DamagedMapDocument {
     problem: String,
     /// What to do.
     remedy: String,
+}
+
+/// A deleted map.
+#[derive(ToSchema)]
+#[schema(as = BinnedMap)]
+pub(crate) struct BinnedMapDocument {
+    /// Which.
+    #[schema(format = Uuid)]
+    id: String,
+    /// For people; the id if the map is damaged.
+    #[schema(example = "Pump hall")]
+    name: String,
+    /// Bytes on disk; 0 if the map is damaged.
+    bytes: u64,
+    /// When it is deleted for good, nanoseconds since the Unix epoch. Null while nobody knows: the clock of the robot's computer has not been
+    /// synchronised since it was deleted, or it is damaged and stays until a person decides.
+    #[schema(example = 1796083200000000000_i64)]
+    kept_until: Option<i64>,
+    /// Time left until then when the list was made, nanoseconds.
+    #[schema(example = 604800000000000_i64)]
+    time_left: Option<i64>,
+    /// Which file is damaged or made by a newer program, and what to do.
+    problem: Option<String>,
+}
+
+/// The new name of a map.
+#[derive(Deserialize, ToSchema)]
+#[schema(as = Rename)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RenameDocument {
+    /// Up to 120 characters; blanks round it and what is longer are cut.
+    #[schema(example = "Pump hall, east wing")]
+    pub(crate) name: String,
+}
+
+/// An uploaded file that no map was made of yet.
+#[derive(ToSchema)]
+#[schema(as = StoredUpload)]
+pub(crate) struct StoredUploadDocument {
+    /// Its id.
+    #[schema(format = Uuid)]
+    upload: String,
+    /// Name of the map that it was to become, if that was tried.
+    name: Option<String>,
+    /// The saved map whose frame that map was to have, if any.
+    #[schema(format = Uuid)]
+    frame: Option<String>,
+    /// Its size.
+    bytes: u64,
+    /// Why the last import of it failed; null if none was tried.
+    problem: Option<String>,
+    /// When it is deleted, nanoseconds since the Unix epoch: a day after it came or was tried. Null while the clock of the robot's computer is not
+    /// synchronised: then it stays.
+    kept_until: Option<i64>,
 }
 
 /// Every tile of a saved map.

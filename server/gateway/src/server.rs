@@ -5,7 +5,7 @@ use crate::client_io::ClientIo;
 use crate::core_link;
 use crate::hub::Hub;
 use crate::limits::{FIXED, Limits};
-use crate::{GatewayConfig, GatewayError, router};
+use crate::{GatewayConfig, GatewayError, router, uploads};
 use axum::Router;
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
@@ -34,6 +34,7 @@ pub async fn serve_with(
     let listener = TcpListener::bind(address).await.map_err(listen_error)?;
     let bound = listener.local_addr().map_err(listen_error)?;
 
+    uploads::remove_partial(&config.data_dir).await;
     let hub = Arc::new(Hub::new(&limits));
     let (stop, stopping) = watch::channel(false);
     let (alive, mut all_ended) = mpsc::channel(1);

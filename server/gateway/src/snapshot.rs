@@ -11,7 +11,7 @@ use api::{
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-const LATEST_KINDS: usize = INTERRUPTED_SESSIONS + 1;
+const LATEST_KINDS: usize = UPLOADS + 1;
 const TILES: usize = LATEST_KINDS;
 const NOTICES: usize = LATEST_KINDS + 1;
 const LOOPS: usize = LATEST_KINDS + 2;
@@ -135,14 +135,10 @@ impl Snapshot {
         self.is_graph_stale
     }
 
-    /// Last list of saved maps.
-    pub(crate) fn maps(&self) -> Option<Arc<Event>> {
-        self.latest[MAPS].as_ref().map(|(_, event)| event.clone())
-    }
-
-    /// Last list of saved maps that cannot be read.
-    pub(crate) fn damaged_maps(&self) -> Option<Arc<Event>> {
-        self.latest[DAMAGED_MAPS].as_ref().map(|(_, event)| event.clone())
+    /// Last lists of saved maps, of those that cannot be read, of the bin and of uploads.
+    pub(crate) fn stored_data(&self) -> [Option<Arc<Event>>; 4] {
+        [MAPS, DAMAGED_MAPS, BINNED_MAPS, UPLOADS]
+            .map(|kind| self.latest[kind].as_ref().map(|(_, event)| event.clone()))
     }
 
     /// The next thing that a client is owed, now counted as sent; `None` when nothing is owed.
@@ -301,8 +297,10 @@ const GRAPH: usize = 1;
 const MAPS: usize = 7;
 const GOALS: usize = 14;
 const DAMAGED_MAPS: usize = 15;
-/// The last of them.
 const INTERRUPTED_SESSIONS: usize = 16;
+const BINNED_MAPS: usize = 17;
+/// The last of them.
+const UPLOADS: usize = 18;
 
 /// Place of events of which only the last counts.
 fn latest_kind(event: &Event) -> Option<usize> {
@@ -324,6 +322,8 @@ fn latest_kind(event: &Event) -> Option<usize> {
         Event::Goals(_) => Some(GOALS),
         Event::DamagedMaps(_) => Some(DAMAGED_MAPS),
         Event::InterruptedSessions(_) => Some(INTERRUPTED_SESSIONS),
+        Event::BinnedMaps(_) => Some(BINNED_MAPS),
+        Event::Uploads(_) => Some(UPLOADS),
         Event::GraphChanged(_)
         | Event::Tiles(_)
         | Event::Loops(_)

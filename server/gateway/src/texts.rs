@@ -80,6 +80,13 @@ pub(crate) const FOREIGN_ORIGIN: &str =
     "Only pages from this server may connect. Open the client at the server's own address.";
 pub(crate) const FILE_NOT_READ: &str = "The server could not read the file from its disk.";
 
+pub(crate) const DOCUMENT_TOO_LONG: &str = "The document is too long. A name has up to 120 characters.";
+pub(crate) const RENAME_MALFORMED: &str = "Send a JSON object with the new name: {\"name\": \"Pump hall\"}.";
+pub(crate) const COMMAND_NOT_ANSWERED: &str = "The robot has not answered yet; its disk is busy. It may still be done: ask for the list again in a minute.";
+
+pub(crate) fn not_in_bin(map: impl std::fmt::Display) -> String {
+    format!("There is no map {map} in the bin. GET /api/v1/maps/bin lists them.")
+}
 pub(crate) fn no_map(map: impl std::fmt::Display) -> String {
     format!("There is no map {map}. GET /api/v1/maps lists them.")
 }
@@ -107,8 +114,7 @@ pub(crate) const UPLOAD_ID_MALFORMED: &str = "An upload is named by a UUID that 
 pub(crate) const UPLOAD_BUSY: &str = "Another file is being sent. Wait until it is here.";
 pub(crate) const UPLOAD_EXISTS: &str = "A file of this id is here already. Make a new one.";
 pub(crate) const LENGTH_MISSING: &str = "The length of the file is missing: send the Content-Length header.";
-pub(crate) const DISK_TOO_FULL: &str =
-    "There is too little room on the robot's disk for this file. Delete maps or recordings first.";
+pub(crate) const DISK_TOO_FULL: &str = "There is too little room on the robot's disk for this file. Delete maps for good, uploaded files or recordings first.";
 pub(crate) const FILE_NOT_WRITTEN: &str = "The server could not write the file to its disk.";
 pub(crate) const UPLOAD_INCOMPLETE: &str = "The file is incomplete. Send it again.";
 pub(crate) const UPLOAD_STALLED: &str = "No bytes came for too long. Send the file again.";
@@ -117,7 +123,15 @@ pub(crate) fn upload_too_large(max_gib: u64) -> String {
     format!("The file is larger than {max_gib} GiB. Thin it first, or import it on the robot's computer.")
 }
 pub(crate) fn too_many_uploads(waiting: usize) -> String {
+    format!("{waiting} files wait to be imported already. {FREE_UPLOADS}")
+}
+pub(crate) fn uploads_too_large(waiting_bytes: u64, max_bytes: u64) -> String {
+    let [waiting, max] = [waiting_bytes, max_bytes].map(|bytes| bytes as f64 / f64::from(1 << 30));
     format!(
-        "{waiting} files wait to be imported already. Import one, or restart the platform to be rid of them."
+        "Files that wait to be imported take {waiting:.1} GiB, and with this one they would take more than the {max:.1} GiB that they may. {FREE_UPLOADS}"
     )
+}
+const FREE_UPLOADS: &str = "Import or delete one of them first: GET /api/v1/uploads lists them, DELETE /api/v1/uploads/{id} deletes one, and so does the page below the saved maps.";
+pub(crate) fn no_upload(upload: impl std::fmt::Display) -> String {
+    format!("There is no uploaded file {upload}. GET /api/v1/uploads lists them.")
 }

@@ -4,8 +4,13 @@
 //! tiles/ab/<hash>          encoded tiles, named by the BLAKE3 of their bytes, immutable
 //! maps/<map id>/           one immutable directory per map version; see the store
 //! maps/.<anything>         incomplete maps, to be deleted
+//! bin/<map id>/            deleted maps, kept for a week; see the store
+//! bin/.<anything>          maps that are being deleted for good
 //! sessions/<session>/      clouds and journal of a mapping session, until it is saved or discarded; see the store
-//! uploads/<id>             uploaded files that wait to be imported; removed at the next start
+//! uploads/<id>             uploaded files that wait to be imported; see the store
+//! uploads/<id>.json        what is known of an uploaded file
+//! uploads/<id>.part        a file that is being received
+//! uploads/<id>.map/        the map that is being made of a file
 //! place.json               last pose of the robot in the map in use
 //! docks.json               docks of the saved maps
 //! stop.json                whether motion is stopped, and by whom
@@ -74,6 +79,16 @@ impl DataDir {
         self.map(map).join("tiles.json")
     }
 
+    /// Directory of deleted maps.
+    pub fn bin(&self) -> PathBuf {
+        self.root.join("bin")
+    }
+
+    /// Directory of one deleted map.
+    pub fn binned_map(&self, map: MapId) -> PathBuf {
+        self.bin().join(map.to_string())
+    }
+
     /// Directory of mapping sessions that run or were interrupted.
     pub fn sessions(&self) -> PathBuf {
         self.root.join("sessions")
@@ -87,6 +102,11 @@ impl DataDir {
     /// One uploaded file.
     pub fn upload(&self, upload: UploadId) -> PathBuf {
         self.uploads().join(upload.to_string())
+    }
+
+    /// What is known of an uploaded file besides its bytes.
+    pub fn upload_note(&self, upload: UploadId) -> PathBuf {
+        self.uploads().join(format!("{upload}.json"))
     }
 
     /// Directory in which the map of an upload is made.

@@ -4,10 +4,11 @@
 //! what arrives. The loop reads the computer's clock only when the link has been silent for [`ControlLoopConfig::silence_timeout`], to go on
 //! ticking: a robot whose sensors have died must still be told to stop.
 
-use crate::clock::RobotClock;
+use crate::clock::{CalendarTime, RobotClock};
 use crate::jobs::{DiskJob, FinishedJob, Jobs};
 use crate::ledger::LedgerQueue;
 use crate::mailbox::Mailbox;
+use crate::map_usage::MapUsage;
 use crate::recording::RecorderQueue;
 use crate::session_journal::SessionJournalQueue;
 use crate::state_publisher::StatePublisher;
@@ -20,9 +21,8 @@ use messages::{
 use ports::{Arrival, RobotEvent, RobotLink, SimulatedFault};
 use stack::Stack;
 use std::collections::VecDeque;
-use std::path::Path;
 use std::sync::Arc;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 use store::StoredStopLatch;
 use vocab::{ClientId, CommandId, Span, Stamp};
 
@@ -40,8 +40,6 @@ const CONFIG: ControlLoopConfig = ControlLoopConfig {
     silence_timeout: Duration::from_millis(250),
     wall_clock_period: Duration::from_secs(1),
 };
-/// systemd-timesyncd makes this file once the clock follows a time server. Under another time service the clock counts as not synchronised.
-const CLOCK_SYNCHRONISED: &str = "/run/systemd/timesync/synchronized";
 
 /// A request that the control loop handles.
 pub enum LoopRequest {
@@ -90,6 +88,8 @@ pub struct ControlLoop {
     pub stop_latch: StoredStopLatch,
     pub ledger: LedgerQueue,
     pub session_journal: SessionJournalQueue,
+    /// Which maps are in use.
+    pub map_usage: Arc<MapUsage>,
     /// Sentences for people about what the start found on the disk.
     pub problems: Vec<String>,
 }
@@ -226,6 +226,12 @@ impl Running {
         self.parts.clock.set(self.now);
         self.parts.recorder.record(self.now, &input);
         self.parts.stack.step(self.now, input, &mut self.effects);
+        // Before their jobs are handed in, so that no map is deleted that one of them reads.
+        for effect in &self.effects {
+            if let StackEffect::Publish(publication) = effect {
+                self.parts.map_usage.update(publication);
+            }
+        }
         for effect in self.effects.drain(..) {
             self.replies.extend(self.parts.execute(effect));
         }
@@ -260,9 +266,8 @@ impl ControlLoop {
 
 /// The calendar time as the computer has it.
 fn wall_clock() -> Input {
-    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    let utc_ns = i64::try_from(since_1970.as_nanos()).unwrap_or(i64::MAX);
-    Input::WallClock { utc_ns, synchronised: Path::new(CLOCK_SYNCHRONISED).exists() }
+    let CalendarTime { utc, is_synchronised } = CalendarTime::read();
+    Input::WallClock { utc_ns: utc.nanos(), synchronised: is_synchronised }
 }
 
 fn span(duration: Duration) -> Span {

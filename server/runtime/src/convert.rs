@@ -2,6 +2,7 @@
 
 use crate::imports::{ImportRequest, ImportSource};
 use crate::interrupted_sessions::SessionDecision;
+use crate::stored_data::StoredDataChange;
 use api::{Command, Event, LoopsChanged};
 use messages::{
     CommandKind, DegradationReason, EdgeKind, LocalisationState, MappingState, MotionState, PoseInMap,
@@ -20,6 +21,8 @@ pub enum RoutedCommand {
     Import(ImportRequest),
     /// The disk lane: a decision on a session that was interrupted.
     InterruptedSession(SessionDecision),
+    /// The disk lane: a change of stored maps or uploaded files.
+    StoredData(StoredDataChange),
     /// The import thread: cancels the import of this upload.
     CancelImport(UploadId),
 }
@@ -46,6 +49,17 @@ pub fn route(command: Command) -> RoutedCommand {
         }
         Command::DiscardInterruptedSession(session) => {
             return RoutedCommand::InterruptedSession(SessionDecision::Discard(session));
+        }
+        Command::RenameMap { map, name } => {
+            return RoutedCommand::StoredData(StoredDataChange::RenameMap(map, name));
+        }
+        Command::DeleteMap(map) => return RoutedCommand::StoredData(StoredDataChange::DeleteMap(map)),
+        Command::RestoreMap(map) => return RoutedCommand::StoredData(StoredDataChange::RestoreMap(map)),
+        Command::DeleteMapPermanently(map) => {
+            return RoutedCommand::StoredData(StoredDataChange::DeleteMapPermanently(map));
+        }
+        Command::DeleteUpload(upload) => {
+            return RoutedCommand::StoredData(StoredDataChange::DeleteUpload(upload));
         }
         Command::CancelImport(upload) => return RoutedCommand::CancelImport(upload),
         Command::TakeControl { name } => CommandKind::TakeControl { name },

@@ -1,6 +1,6 @@
 //! Starts the core's threads with the queues between them, and ends them in order.
 
-use crate::clock::RobotClock;
+use crate::clock::{CalendarTime, RobotClock};
 use crate::control_loop::{ControlLoop, LoopRequest, Sources};
 use crate::gateway_link::{GatewayLink, GatewayLinkConfig};
 use crate::imports::{ImportWorker, Imports};
@@ -9,13 +9,15 @@ use crate::jobs::{ComputeWorker, DiskWorker, Jobs};
 use crate::ledger::{LedgerConfig, LedgerQueue, LedgerWorker};
 use crate::live_map::{LiveMap, LiveMapConfig};
 use crate::mailbox::Mailbox;
-use crate::map_list::publish_map_list;
+use crate::map_list::{publish_map_list, publish_uploads};
+use crate::map_usage::MapUsage;
 use crate::platform::{BatteryForecast, PlatformProbe};
 use crate::pose_persistence::{PosePersistence, PosePersistenceConfig};
 use crate::publisher::{PublisherConfig, PublisherWorker};
 use crate::recording::{Recorder, RecorderConfig, RecorderQueue, RecordingTarget};
 use crate::session_journal::{SessionJournalConfig, SessionJournalQueue, SessionJournalWorker};
 use crate::state_publisher::StatePublisher;
+use crate::stored_data::{CleanUpConfig, StoredDataWorker};
 use crossbeam_channel::{Receiver, Sender};
 use ports::{MapImporter, RobotLink};
 use stack::Stack;
@@ -23,6 +25,7 @@ use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
+use std::time::Instant;
 use store::{InterruptedSessions, Store, StoreError};
 
 /// Limits of the core's queues.
@@ -99,10 +102,14 @@ impl Core {
         let (mailbox, state_publisher, clock) =
             (Arc::<Mailbox>::default(), Arc::<StatePublisher>::default(), Arc::default());
         let (last_pose, docks, stop_latch) = (store.last_pose(), store.docks(), store.stop_latch());
-        publish_map_list(&store, &state_publisher).map_err(StartError::Maps)?;
+        let calendar = CalendarTime::read();
+        publish_map_list(&store, &state_publisher, calendar).map_err(StartError::Maps)?;
+        publish_uploads(&store, &state_publisher, calendar).map_err(StartError::Maps)?;
+        let map_usage = Arc::new(MapUsage::new(last_pose.map(|pose| pose.map)));
 
-        let InterruptedSessions { sessions: interrupted, problems } =
+        let InterruptedSessions { sessions: interrupted, mut problems } =
             store.interrupted_sessions().map_err(StartError::Sessions)?;
+        problems.extend(store.take_problems());
         for problem in &problems {
             tracing::error!("{problem}");
         }
@@ -127,10 +134,21 @@ impl Core {
             }),
             sessions: interrupted,
         };
+        let stored_data = StoredDataWorker {
+            config: CleanUpConfig::default(),
+            store: Arc::clone(&store),
+            state_publisher: Arc::clone(&state_publisher),
+            mailbox: Arc::clone(&mailbox),
+            clock: Arc::clone(&clock),
+            usage: Arc::clone(&map_usage),
+            calendar: CalendarTime::read,
+            tiles_searched: Instant::now(),
+        };
         let disk = DiskWorker {
             store: Arc::clone(&store),
             jobs: disk_jobs,
             interrupted,
+            stored_data,
             compute: jobs.compute_lane(),
             finished: finished_sender,
             state_publisher: Arc::clone(&state_publisher),
@@ -174,7 +192,7 @@ impl Core {
             is_graph_requested: false,
         };
         let (imports, imports_thread) =
-            import_thread(importer, &store, &state_publisher, &mailbox, &clock, &stopped)?;
+            import_thread(importer, &store, &state_publisher, &mailbox, &clock, &map_usage, &stopped)?;
         let sources = Sources { arrivals: link.arrivals(), commands, finished, committed, stop: stopped };
         let gateway = GatewayLink::listen(
             GatewayLinkConfig::default(),
@@ -198,6 +216,7 @@ impl Core {
             stop_latch,
             ledger,
             session_journal,
+            map_usage,
             problems,
         };
         let (alive, ended) = crossbeam_channel::bounded(0);
@@ -250,6 +269,7 @@ fn import_thread(
     state_publisher: &Arc<StatePublisher>,
     mailbox: &Arc<Mailbox>,
     clock: &Arc<RobotClock>,
+    usage: &Arc<MapUsage>,
     stop: &Receiver<()>,
 ) -> Result<(Imports, Option<JoinHandle<()>>), StartError> {
     let Some(importer) = importer else { return Ok((Imports::none(), None)) };
@@ -260,6 +280,7 @@ fn import_thread(
         state_publisher: Arc::clone(state_publisher),
         mailbox: Arc::clone(mailbox),
         clock: Arc::clone(clock),
+        usage: Arc::clone(usage),
         requests,
         stop: stop.clone(),
         cancelled: imports.cancelled(),

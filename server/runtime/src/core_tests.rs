@@ -279,7 +279,7 @@ fn clients_get_damaged_maps_with_the_file_and_what_to_do() {
     std::fs::create_dir_all(&folder).expect("made");
     let publish = |content: &str| {
         std::fs::write(folder.join("map.json"), content).expect("written");
-        publish_map_list(&store, &publisher).expect("listed");
+        publish_map_list(&store, &publisher, CalendarTime::read()).expect("listed");
         let connection = publisher.connect();
         loop {
             if let Some(CoreMessage::Event { event: Event::DamagedMaps(maps), .. }) =
@@ -507,7 +507,20 @@ fn imports_run_one_at_a_time_can_be_cancelled_and_report_why_they_fail() {
     assert_eq!(failed(&mut gateway), (work, "Aligned cannot be aligned by 3 pairs.".to_owned()));
     gateway.command(8, align(vec![[Vec3::default(); 2]; api::MAX_PAIRS + 9]));
     assert_eq!(failed(&mut gateway).1, format!("Aligned cannot be aligned by {} pairs.", api::MAX_PAIRS));
-    assert_eq!(std::fs::read_dir(uploads).expect("readable").count(), 0);
+    // The file of the cancelled import is gone; of the others each is kept with its note.
+    let kept = |upload: UploadId| uploads.join(upload.to_string()).exists();
+    assert_eq!((kept(first), kept(second), kept(missing)), (false, true, true));
+    assert_eq!(std::fs::read_dir(&uploads).expect("readable").count(), 4);
+    let stored = gateway_snapshot_of_uploads(&bench);
+    let problems: Vec<_> = stored.iter().map(|upload| (upload.upload, upload.problem.as_deref())).collect();
+    assert!(problems.contains(&(second, Some("Second is no cloud."))), "{stored:?}");
+}
+
+fn gateway_snapshot_of_uploads(bench: &Bench) -> Vec<api::StoredUpload> {
+    bench.gateway().event(|_, event| match event {
+        Event::Uploads(uploads) => Some(uploads.clone()),
+        _ => None,
+    })
 }
 
 #[test]

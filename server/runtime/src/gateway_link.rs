@@ -8,8 +8,9 @@ use crate::control_loop::LoopRequest;
 use crate::convert::{self, RoutedCommand};
 use crate::imports::Imports;
 use crate::interrupted_sessions::SessionRequest;
-use crate::jobs::Jobs;
+use crate::jobs::{DiskJob, Jobs};
 use crate::state_publisher::StatePublisher;
+use crate::stored_data::StoredDataRequest;
 use crate::texts;
 use api::{CoreMessage, GatewayMessage, MAX_MESSAGE_BYTES};
 use crossbeam_channel::Sender;
@@ -185,8 +186,15 @@ fn read_all(stream: &UnixStream, shared: &Shared) -> io::Result<()> {
                         continue;
                     }
                     RoutedCommand::InterruptedSession(decision) => {
-                        let request = SessionRequest { id, by, decision };
-                        if let Err(reason) = shared.jobs.start_for_person(request) {
+                        let job = DiskJob::Interrupted(SessionRequest { id, by, decision });
+                        if let Err(reason) = shared.jobs.start_for_person(job) {
+                            shared.state_publisher.answer(id, by, Some(reason.to_owned()));
+                        }
+                        continue;
+                    }
+                    RoutedCommand::StoredData(change) => {
+                        let job = DiskJob::StoredData(StoredDataRequest { id, by, change });
+                        if let Err(reason) = shared.jobs.start_for_person(job) {
                             shared.state_publisher.answer(id, by, Some(reason.to_owned()));
                         }
                         continue;

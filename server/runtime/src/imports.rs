@@ -1,10 +1,12 @@
 //! Imports: makes maps of uploaded point clouds, and aligns saved maps with other saved maps. One import runs at a time, on a thread of its own.
 //!
-//! The work itself is done by the [`MapImporter`] in another process. The new map is adopted by the store when it is complete.
+//! The work itself is done by the [`MapImporter`] in another process. The new map is adopted by the store when it is complete, and the uploaded file
+//! goes. If no map could be made, the file is kept for a second attempt, unless a person cancelled the import.
 
-use crate::clock::RobotClock;
+use crate::clock::{CalendarTime, RobotClock};
 use crate::mailbox::Mailbox;
-use crate::map_list::publish_map_list;
+use crate::map_list::{publish_map_list, publish_uploads};
+use crate::map_usage::MapUsage;
 use crate::state_publisher::StatePublisher;
 use crate::texts::{self, ImportVerb};
 use api::{Event, Import, ImportStage};
@@ -15,7 +17,7 @@ use std::fs;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
-use store::{Store, StoreError};
+use store::{Store, StoreError, UploadNote};
 use vocab::{MapId, UploadId, Vec3};
 
 /// Parameters of imports.
@@ -55,6 +57,23 @@ pub enum ImportSource {
     },
 }
 
+impl ImportSource {
+    /// The saved maps that the import reads.
+    fn maps(&self) -> Vec<MapId> {
+        match *self {
+            Self::File { frame } => frame.into_iter().collect(),
+            Self::Map { map, onto, .. } => vec![map, onto],
+        }
+    }
+
+    fn verb(&self) -> ImportVerb {
+        match self {
+            Self::File { .. } => ImportVerb::Imported,
+            Self::Map { .. } => ImportVerb::Aligned,
+        }
+    }
+}
+
 /// The upload whose import was cancelled last.
 type Cancelled = Arc<Mutex<Option<UploadId>>>;
 
@@ -74,6 +93,7 @@ pub struct ImportWorker {
     pub state_publisher: Arc<StatePublisher>,
     pub mailbox: Arc<Mailbox>,
     pub clock: Arc<RobotClock>,
+    pub usage: Arc<MapUsage>,
     pub requests: Receiver<ImportRequest>,
     /// Disconnected when the core ends.
     pub stop: Receiver<()>,
@@ -130,7 +150,9 @@ impl ImportWorker {
     }
 
     fn import(&self, upload: UploadId, name: &str, source: &ImportSource) {
-        let (file, out) = (self.store.dir().upload(upload), self.store.dir().upload_map(upload));
+        let out = self.store.dir().upload_map(upload);
+        self.usage.begin_import(upload, source.maps());
+        self.note(upload, name, source, None);
         let mut progress = |stage, share| {
             self.state_publisher.publish(Event::Import(Import::Running {
                 upload,
@@ -143,36 +165,63 @@ impl ImportWorker {
         let imported = if progress(ImportStage::Reading, 0.0).is_break() {
             Err(texts::IMPORT_CANCELLED.to_owned())
         } else {
-            self.run_importer(source, &file, name, &out, &mut progress)
+            self.run_importer(upload, source, name, &out, &mut progress)
         };
         let adopted = imported.and_then(|()| match self.is_cancelled(upload) {
             true => Err(texts::IMPORT_CANCELLED.to_owned()),
             false => self.store.adopt_map(&out).map_err(|error| store_reason(&error)),
         });
-        // Files that cannot be removed now are removed at the next start.
+        // A folder that cannot be removed now is removed at the next start.
         let _ = fs::remove_dir_all(&out);
-        let verb = match source {
-            ImportSource::File { .. } => {
-                let _ = fs::remove_file(&file);
-                ImportVerb::Imported
+        match &adopted {
+            Err(reason) if !self.is_cancelled_by_person(upload) => {
+                self.note(upload, name, source, Some(reason));
             }
-            ImportSource::Map { .. } => ImportVerb::Aligned,
-        };
-        self.publish_outcome(upload, name, verb, adopted.map(|summary| summary.id));
+            _ => self.remove(upload, source),
+        }
+        self.usage.end_import();
+        self.publish_outcome(upload, name, source.verb(), adopted.map(|summary| summary.id));
+    }
+
+    /// Notes what an uploaded file is to become, and why it has not.
+    fn note(&self, upload: UploadId, name: &str, source: &ImportSource, problem: Option<&str>) {
+        let ImportSource::File { frame } = *source else { return };
+        if !self.store.dir().upload(upload).exists() {
+            return;
+        }
+        let note = UploadNote { name: name.to_owned(), frame, problem: problem.map(str::to_owned) };
+        if let Err(error) = self.store.note_upload(upload, note) {
+            tracing::warn!("{}", error_with_causes(&error));
+        }
+    }
+
+    /// Removes an uploaded file that is not needed any more.
+    fn remove(&self, upload: UploadId, source: &ImportSource) {
+        if matches!(source, ImportSource::File { .. })
+            && let Err(error) = self.store.remove_upload(upload)
+        {
+            tracing::warn!("{}", error_with_causes(&error));
+        }
     }
 
     /// Makes the map in the folder `out`. Fails with a sentence for people.
     fn run_importer(
         &self,
+        upload: UploadId,
         source: &ImportSource,
-        file: &Path,
         name: &str,
         out: &Path,
         progress: &mut dyn FnMut(ImportStage, f32) -> ControlFlow<()>,
     ) -> Result<(), String> {
+        let file = &self.store.dir().upload(upload);
         let folder = |map: MapId| Some(self.store.dir().map(map)).filter(|folder| folder.exists());
         match source {
             ImportSource::File { .. } if !file.exists() => Err(texts::UPLOAD_MISSING.to_owned()),
+            ImportSource::File { .. }
+                if !self.store.has_space_for_import(upload).map_err(|error| store_reason(&error))? =>
+            {
+                Err(texts::NO_SPACE_FOR_IMPORT.to_owned())
+            }
             ImportSource::File { frame: None } => self.importer.import(file, name, None, out, progress),
             ImportSource::File { frame: Some(frame) } => match folder(*frame) {
                 Some(frame) => self.importer.import(file, name, Some(&frame), out, progress),
@@ -194,9 +243,12 @@ impl ImportWorker {
 
     /// Whether a client has cancelled this import, or the core ends.
     fn is_cancelled(&self, upload: UploadId) -> bool {
-        let cancelled = *self.cancelled.lock().unwrap_or_else(PoisonError::into_inner);
         let is_ending = matches!(self.stop.try_recv(), Err(crossbeam_channel::TryRecvError::Disconnected));
-        cancelled == Some(upload) || is_ending
+        self.is_cancelled_by_person(upload) || is_ending
+    }
+
+    fn is_cancelled_by_person(&self, upload: UploadId) -> bool {
+        *self.cancelled.lock().unwrap_or_else(PoisonError::into_inner) == Some(upload)
     }
 
     fn publish_outcome(&self, upload: UploadId, name: &str, verb: ImportVerb, result: Result<MapId, String>) {
@@ -204,10 +256,12 @@ impl ImportWorker {
             Ok(_) => (Severity::Info, texts::import_done(name, verb)),
             Err(reason) => (Severity::Warning, texts::import_failed(name, verb, reason)),
         };
-        if result.is_ok()
-            && let Err(error) = publish_map_list(&self.store, &self.state_publisher)
-        {
-            tracing::error!("the saved maps cannot be listed: {error}");
+        let calendar = CalendarTime::read();
+        let published = publish_uploads(&self.store, &self.state_publisher, calendar).and_then(|()| {
+            result.as_ref().map_or(Ok(()), |_| publish_map_list(&self.store, &self.state_publisher, calendar))
+        });
+        if let Err(error) = published {
+            tracing::error!("{}", error_with_causes(&error));
         }
         self.state_publisher.publish(Event::Import(match result {
             Ok(map) => Import::Done { upload, map },
@@ -221,6 +275,7 @@ impl ImportWorker {
 fn store_reason(error: &StoreError) -> String {
     match error {
         StoreError::MapExists { .. } => texts::MAP_EXISTS.to_owned(),
+        StoreError::MapInBin { .. } => texts::MAP_IN_BIN.to_owned(),
         error => format!("{}.", error_with_causes(error)),
     }
 }

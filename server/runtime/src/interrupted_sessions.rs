@@ -1,7 +1,8 @@
 //! What people decide about mapping sessions that were interrupted: save, save and go on, or discard. It is done by the disk lane.
 
-use crate::clock::RobotClock;
+use crate::clock::{CalendarTime, RobotClock};
 use crate::mailbox::Mailbox;
+use crate::map_list::publish_map_list;
 use crate::state_publisher::StatePublisher;
 use crate::texts;
 use api::{Event, InterruptedSession};
@@ -72,9 +73,8 @@ impl InterruptedSessionWorker {
         for problem in problems {
             self.mailbox.notice(self.clock.now(), Severity::Warning, problem);
         }
-        match self.store.maps() {
-            Ok(maps) => self.state_publisher.publish(Event::Maps(maps)),
-            Err(error) => tracing::error!("{}", error_with_causes(&error)),
+        if let Err(error) = publish_map_list(&self.store, &self.state_publisher, CalendarTime::read()) {
+            tracing::error!("{}", error_with_causes(&error));
         }
         // The session's map is on the disk, so a session that cannot be removed now is removed at the next start.
         if let Err(error) = self.store.discard_session(session) {

@@ -3,19 +3,21 @@
 //! Each lane keeps the order in which its jobs were handed in. On the disk lane that order matters: a map is saved after the clouds of all its
 //! keyframes are on disk, and tiles are removed when nothing is being saved. A job on the compute lane owns what it needs and reads no file.
 
-use crate::clock::RobotClock;
+use crate::clock::{CalendarTime, RobotClock};
 use crate::interrupted_sessions::{InterruptedSessionWorker, SessionRequest};
 use crate::mailbox::Mailbox;
 use crate::map_list::publish_map_list;
 use crate::state_publisher::StatePublisher;
+use crate::stored_data::{StoredDataRequest, StoredDataWorker};
 use crate::texts;
 use api::TileHash;
-use crossbeam_channel::{Receiver, Sender, TrySendError};
+use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TrySendError};
 use messages::{FinishedMap, Job, JobDone, JobId, JobResult, Keyframe, PriorMap, Severity};
 use ports::error_with_causes;
 use stack::{ComputeJob, MapPreparation, PreparedMap, Stack};
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Instant;
 use store::{SavedMap, Store, StoreError, keyframe_descriptors};
 use vocab::{MapId, SessionId};
 
@@ -59,6 +61,8 @@ pub enum DiskJob {
     },
     /// A person has decided on a session that was interrupted.
     Interrupted(SessionRequest),
+    /// A person changes stored data.
+    StoredData(StoredDataRequest),
 }
 
 /// A job of the compute lane.
@@ -115,13 +119,12 @@ impl Jobs {
         }
     }
 
-    /// Hands in a person's decision on an interrupted session.
+    /// Hands in what a person decided on an interrupted session or on stored data.
     ///
     /// # Errors
     /// The reason for the refusal, one sentence for people.
-    pub fn start_for_person(&self, request: SessionRequest) -> Result<(), &'static str> {
-        let sent = self.disk.try_send(DiskJob::Interrupted(request));
-        sent.map_err(|_| texts::DISK_TOO_SLOW)
+    pub fn start_for_person(&self, job: DiskJob) -> Result<(), &'static str> {
+        self.disk.try_send(job).map_err(|_| texts::DISK_TOO_SLOW)
     }
 
     fn start_compute(&self, job: JobId, work: ComputeJob) {
@@ -183,7 +186,7 @@ impl Jobs {
             // The files stay until the store is next opened.
             DiskJob::Forget { .. } => {}
             // [`Self::start_for_person`] hands these in.
-            DiskJob::Interrupted(_) => {}
+            DiskJob::Interrupted(_) | DiskJob::StoredData(_) => {}
         }
     }
 }
@@ -193,6 +196,7 @@ pub struct DiskWorker {
     pub store: Arc<Store>,
     pub jobs: Receiver<DiskJob>,
     pub interrupted: InterruptedSessionWorker,
+    pub stored_data: StoredDataWorker,
     pub compute: Sender<ComputeTask>,
     pub finished: Sender<FinishedJob>,
     pub state_publisher: Arc<StatePublisher>,
@@ -227,16 +231,29 @@ impl ComputeWorker {
 impl DiskWorker {
     /// Works until nobody can hand in more. Jobs handed in before that are done first.
     pub fn run(mut self) {
-        for job in &self.jobs {
-            match job {
-                DiskJob::Save { job, map } => self.done(self.save(job, &map)),
-                DiskJob::Load { job, session, map, preparation } => {
-                    self.load(job, session, map, preparation);
+        let mut clean_up_at = Instant::now();
+        loop {
+            match self.jobs.recv_deadline(clean_up_at) {
+                Ok(job) => self.work(job),
+                Err(RecvTimeoutError::Timeout) => {
+                    self.stored_data.clean_up();
+                    clean_up_at = Instant::now() + self.stored_data.config.period;
                 }
-                DiskJob::WriteCloud(keyframe) => self.write_session_cloud(&keyframe),
-                DiskJob::Forget { session, tiles } => self.forget(session, &tiles),
-                DiskJob::Interrupted(request) => self.interrupted.handle(request),
+                Err(RecvTimeoutError::Disconnected) => return,
             }
+        }
+    }
+
+    fn work(&mut self, job: DiskJob) {
+        match job {
+            DiskJob::Save { job, map } => self.done(self.save(job, &map)),
+            DiskJob::Load { job, session, map, preparation } => {
+                self.load(job, session, map, preparation);
+            }
+            DiskJob::WriteCloud(keyframe) => self.write_session_cloud(&keyframe),
+            DiskJob::Forget { session, tiles } => self.forget(session, &tiles),
+            DiskJob::Interrupted(request) => self.interrupted.handle(request),
+            DiskJob::StoredData(request) => self.stored_data.handle(request, &self.interrupted.sessions),
         }
     }
 
@@ -285,7 +302,7 @@ impl DiskWorker {
     }
 
     fn list_maps(&self) {
-        if let Err(error) = publish_map_list(&self.store, &self.state_publisher) {
+        if let Err(error) = publish_map_list(&self.store, &self.state_publisher, CalendarTime::read()) {
             tracing::error!("{}", error_with_causes(&error));
         }
     }

@@ -7,7 +7,7 @@
 //! | `ledger` | writes what must be on disk before a command is answered: stops of motion | the loop |
 //! | `sessions` | writes the journal of the mapping session, from which it is recovered after a crash | the loop |
 //! | `recorder` | writes every input to the recording | the loop |
-//! | `disk` | saves and reads maps, writes keyframe clouds | the loop |
+//! | `disk` | saves and reads maps, writes keyframe clouds; renames, deletes and restores maps | the loop, a client |
 //! | `compute` | jobs that compute: comparisons, searches, relocalisation, map quality; prepares maps that were read | the loop, `disk` |
 //! | `publisher` | tiles, live scans, state for clients | the loop |
 //! | `imports` | maps of uploaded files, made by another process | a client |
@@ -27,12 +27,14 @@ mod ledger;
 mod live_map;
 mod mailbox;
 mod map_list;
+mod map_usage;
 mod platform;
 mod pose_persistence;
 mod publisher;
 mod recording;
 mod session_journal;
 mod state_publisher;
+mod stored_data;
 #[cfg(test)]
 mod testing;
 mod texts;

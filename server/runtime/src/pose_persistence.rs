@@ -27,12 +27,14 @@ pub struct PosePersistence {
     localised_map: Option<MapId>,
     /// The pose written last, and when.
     written: Option<(Instant, PoseInMap)>,
+    /// Whether the last write failed, which is logged once.
+    is_failing: bool,
 }
 
 impl PosePersistence {
     /// Writes to this store.
     pub fn new(config: PosePersistenceConfig, store: Arc<Store>) -> Self {
-        Self { config, store, localised_map: None, written: None }
+        Self { config, store, localised_map: None, written: None, is_failing: false }
     }
 
     /// Updates the state of localisation. The written pose stays while the robot relocalises, and is deleted when it leaves the map.
@@ -64,10 +66,14 @@ impl PosePersistence {
         }
     }
 
-    fn write(&self, pose: Option<&PoseInMap>) {
-        if let Err(error) = self.store.save_last_pose(pose) {
+    fn write(&mut self, pose: Option<&PoseInMap>) {
+        let saved = self.store.save_last_pose(pose);
+        if let Err(error) = &saved
+            && !self.is_failing
+        {
             tracing::warn!("the robot's pose cannot be saved: {error}");
         }
+        self.is_failing = saved.is_err();
     }
 }
 

@@ -1,5 +1,6 @@
 //! Sentences for people, by key: notices, refusals and reasons of failed imports. English.
 
+use crate::map_usage::MapUse;
 use ports::SimulatedFault;
 use std::path::Path;
 use vocab::Span;
@@ -21,11 +22,53 @@ pub const ALIGNED_MAP_MISSING: &str = "The map to be aligned is not here any mor
 /// The map to be aligned is the one that gives the frame.
 pub const ALIGN_ONTO_ITSELF: &str = "A map cannot be aligned with itself. Choose another map.";
 /// Aligning makes a second map of the same size.
-pub const NO_SPACE_FOR_COPY: &str = "There is too little room on the robot's disk for another map of this size. Delete maps or recordings first.";
+pub const NO_SPACE_FOR_COPY: &str = "There is too little room on the robot's disk for another map of this size. Delete maps for good or recordings first.";
 /// A map with the same id was saved or imported before.
 pub const MAP_EXISTS: &str = "The same map is here already.";
 /// Name of a map whose name holds nothing to show.
 pub const UNNAMED_MAP: &str = "Map";
+
+/// A file whose import was refused because the disk is nearly full.
+pub const NO_SPACE_FOR_IMPORT: &str = "There is too little room on the robot's disk for the map. Delete maps for good or recordings first, then try again.";
+/// A map with the same id was deleted and is kept.
+pub const MAP_IN_BIN: &str = "The same map is in the bin. Restore it there.";
+
+/// A map that is to be renamed or deleted and does not exist.
+pub const MAP_MISSING: &str = "That map is not here any more.";
+/// A map that is to be restored and is not in the bin.
+pub const MAP_NOT_IN_BIN: &str = "That map is not in the bin any more.";
+/// A map that is to be deleted while one of the same id is in the bin.
+pub const SAME_MAP_IN_BIN: &str = "The same map is in the bin already. Delete that one for good first.";
+/// A map that is to be restored while one of the same id is saved.
+pub const SAME_MAP_SAVED: &str = "The same map is saved already. Delete one of them for good first.";
+/// An uploaded file that is to be deleted while it is imported.
+pub const UPLOAD_IN_USE: &str = "The file is being imported. Cancel the import first.";
+/// A damaged map in the bin.
+pub const STAYS_IN_BIN: &str = "It stays in the bin until somebody restores it or deletes it for good.";
+
+/// A map cannot be deleted because it is in use.
+pub fn map_in_use(map_use: MapUse) -> &'static str {
+    match map_use {
+        MapUse::Localisation => "The robot uses this map. Leave the map first, then delete it.",
+        MapUse::Extension => {
+            "The mapping session extends this map. Save or discard the session first, then delete the map."
+        }
+        MapUse::Import => "An import uses this map. Wait until it is done or cancel it, then delete the map.",
+        MapUse::InterruptedSession => {
+            "An interrupted mapping session extends this map. Save or discard the session first, then delete the map."
+        }
+    }
+}
+
+/// A map was in the bin long enough.
+pub fn map_left_bin(name: &str) -> String {
+    format!("{name} was deleted for good, because it was in the bin for 7 days.")
+}
+
+/// A change of stored data failed for `reason`, a clause.
+pub fn stored_data_unchanged(reason: &str) -> String {
+    format!("Nothing was changed: {reason}.")
+}
 
 /// What to do about a saved map that a later program wrote.
 pub const MAP_OF_LATER_PROGRAM_REMEDY: &str =
@@ -39,7 +82,7 @@ pub fn damaged_map_problem(reason: &str) -> String {
 /// What to do about a damaged map in this folder.
 pub fn damaged_map_remedy(folder: &Path) -> String {
     format!(
-        "Copy the file back from a backup and restart, or move the folder {} to another place. Nothing of the map was removed.",
+        "Copy the file back from a backup and restart, or delete the map: the bin keeps its folder, {}. Nothing of the map was removed.",
         folder.display()
     )
 }

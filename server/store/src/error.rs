@@ -30,6 +30,24 @@ pub enum StoreError {
         /// The version.
         id: MapId,
     },
+    /// A map of this id was deleted and is kept.
+    #[error("map {id} is in the bin; restore it, or delete it there for good")]
+    MapInBin {
+        /// The map.
+        id: MapId,
+    },
+    /// A map that does not exist.
+    #[error("there is no saved map {id}")]
+    NoSuchMap {
+        /// The map.
+        id: MapId,
+    },
+    /// A map that was deleted for good, or restored.
+    #[error("map {id} is not in the bin")]
+    NotInBin {
+        /// The map.
+        id: MapId,
+    },
     /// A session without keyframes cannot be saved.
     #[error("session {session} has no keyframes; let the robot see something before saving")]
     EmptySession {

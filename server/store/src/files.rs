@@ -1,7 +1,7 @@
 //! Files that are complete or absent, also after a power cut.
 
 use crate::StoreError;
-use serde::{Serialize, de::DeserializeOwned};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -38,6 +38,41 @@ pub fn write_json<T: Serialize>(path: &Path, document: &T) -> Result<(), StoreEr
 pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, StoreError> {
     let bytes = fs::read(path).map_err(|source| StoreError::io("read", path, source))?;
     serde_json::from_slice(&bytes).map_err(|source| StoreError::Document { path: path.to_owned(), source })
+}
+
+/// The version of a JSON document. Documents of programs up to November 2026 that have none count as 1.
+#[derive(Deserialize)]
+struct FormatVersion {
+    #[serde(default = "first_format_version")]
+    format_version: u32,
+}
+
+/// Version of a document that has none.
+pub fn first_format_version() -> u32 {
+    1
+}
+
+/// Reads a JSON document that has a `format_version`. The version is read first, so that a document of a later program is recognised whatever else it holds.
+///
+/// # Errors
+/// When it is missing, damaged, or of a later version than `newest`.
+pub fn read_versioned<T: DeserializeOwned>(path: &Path, newest: u32) -> Result<T, StoreError> {
+    let bytes = fs::read(path).map_err(|source| StoreError::io("read", path, source))?;
+    if let Ok(FormatVersion { format_version }) = serde_json::from_slice(&bytes) {
+        check_version(path, format_version, newest)?;
+    }
+    serde_json::from_slice(&bytes).map_err(|source| StoreError::Document { path: path.to_owned(), source })
+}
+
+/// Rejects to replace a document that a later program wrote. One that is missing or cannot be read may be replaced.
+///
+/// # Errors
+/// When the document in this place has a later version than `newest`.
+pub fn check_replaceable(path: &Path, newest: u32) -> Result<(), StoreError> {
+    match read_versioned::<serde::de::IgnoredAny>(path, newest) {
+        Err(error @ StoreError::LaterVersion { .. }) => Err(error),
+        _ => Ok(()),
+    }
 }
 
 /// Rejects a document that a later program wrote.

@@ -10,6 +10,7 @@ mod error;
 mod files;
 mod keyframe_descriptors;
 mod keyframe_grid;
+mod map_bin;
 mod map_cloud;
 mod map_clouds;
 mod map_files;
@@ -25,12 +26,14 @@ mod sessions;
 mod stop_latch;
 mod texts;
 mod tiles;
+mod uploads;
 mod viewpoint_clouds;
 
 pub use cloud_files::{VirtualKeyframes, copy_viewpoint_files, write_cloud};
 pub use error::StoreError;
 pub use files::write_json;
 pub use keyframe_descriptors::keyframe_descriptors;
+pub use map_bin::BinnedMap;
 pub use map_cloud::{CloudSelection, MapCloud};
 pub use map_clouds::{MapClouds, copy_clouds, map_clouds, map_clouds_and_sensors};
 pub use map_files::{MapFileOptions, MapFilesReport, write_map_files, write_map_files_of};
@@ -42,12 +45,13 @@ pub use saved::SavedMap;
 pub use session_journal::{SessionJournal, SessionRecord};
 pub use stop_latch::StoredStopLatch;
 pub use tiles::TileFiles;
+pub use uploads::{StoredUpload, UploadNote};
 pub use viewpoint_clouds::{Viewpoint, visible_points, write_viewpoint_clouds};
 
 use ports::DataDir;
 use std::fs::{File, TryLockError};
 use std::path::PathBuf;
-use std::sync::{PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
+use std::sync::{Mutex, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 use std::time::SystemTime;
 
 /// The one writer of a data directory.
@@ -58,26 +62,30 @@ pub struct Store {
     _lock: File,
     /// Many may add maps at once; unused tiles are removed while nobody does, because a new map may refer to them.
     tiles_in_use: RwLock<()>,
+    /// What reading has found and nobody has been told yet.
+    problems: Mutex<Vec<String>>,
 }
 
 impl Store {
     /// Opens a data directory, creates it if necessary, and removes what a crash left: unlisted maps,
-    /// sessions whose map was saved, and tiles that no map refers to. While a map cannot be read, all tiles stay. Other sessions stay until a person
-    /// decides, see [`Store::interrupted_sessions`].
+    /// sessions whose map was saved, files that were being received, and tiles that no map refers to. While a map cannot be read, all tiles stay. Other
+    /// sessions stay until a person decides, see [`Store::interrupted_sessions`].
     ///
     /// # Errors
     /// When the directory is in use by another process or cannot be written.
     pub fn open(root: impl Into<PathBuf>) -> Result<Self, StoreError> {
         let dir = DataDir::new(root);
         let run = dir.root().join("run");
-        for directory in [dir.tiles(), dir.maps(), dir.recordings(), dir.sessions(), run.clone()] {
+        for directory in
+            [dir.tiles(), dir.maps(), dir.bin(), dir.recordings(), dir.sessions(), dir.uploads(), run.clone()]
+        {
             files::make_directory(&directory)?;
         }
         let lock = lock(run.join("lock"), &dir)?;
-        let store = Self { dir, _lock: lock, tiles_in_use: RwLock::default() };
-        files::remove_directory(&store.dir.uploads())?;
-        files::make_directory(&store.dir.uploads())?;
+        let store = Self { dir, _lock: lock, tiles_in_use: RwLock::default(), problems: Mutex::default() };
+        store.remove_unfinished_uploads()?;
         store.remove_half_written_maps()?;
+        store.remove_leaving_maps()?;
         store.remove_ended_sessions()?;
         if let Err(error) = store.remove_unused_tiles(SystemTime::now()) {
             // A damaged map must not keep the robot from starting. Tiles that stay only take space.
@@ -104,6 +112,15 @@ impl Store {
     /// Held while tiles are removed.
     pub(crate) fn lock_tile_removal(&self) -> RwLockWriteGuard<'_, ()> {
         self.tiles_in_use.write().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What was wrong with files that were read since the last call, and what to do; sentences for people.
+    pub fn take_problems(&self) -> Vec<String> {
+        std::mem::take(&mut self.problems.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    pub(crate) fn add_problem(&self, text: String) {
+        self.problems.lock().unwrap_or_else(PoisonError::into_inner).push(text);
     }
 
     /// The recordings of this directory.

@@ -51,14 +51,10 @@ const MAP_FORMAT_VERSION: u32 = 2;
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct MapDocument {
     /// Programs up to November 2026 wrote none, which counts as 1.
-    #[serde(default = "first_format_version")]
+    #[serde(default = "files::first_format_version")]
     format_version: u32,
     #[serde(flatten)]
     pub summary: MapSummary,
-}
-
-fn first_format_version() -> u32 {
-    1
 }
 
 impl MapDocument {
@@ -71,9 +67,19 @@ impl MapDocument {
     /// # Errors
     /// When it is missing, damaged, or of a later version.
     pub fn read(path: &Path) -> Result<Self, StoreError> {
-        let document: Self = files::read_json(path)?;
-        files::check_version(path, document.format_version, MAP_FORMAT_VERSION)?;
-        Ok(document)
+        files::read_versioned(path, MAP_FORMAT_VERSION)
+    }
+
+    /// Gives the map another name. All else stays as it was written, its version included.
+    ///
+    /// # Errors
+    /// When the document is missing, damaged, or of a later version, or the disk fails.
+    pub fn rename(path: &Path, name: &str) -> Result<(), StoreError> {
+        Self::read(path)?;
+        let mut document: serde_json::Value = files::read_json(path)?;
+        document["name"] = name.into();
+        let failed = |source| StoreError::Document { path: path.to_owned(), source };
+        files::replace_durably(path, &serde_json::to_vec_pretty(&document).map_err(failed)?)
     }
 
     fn write(&self, path: &Path) -> Result<(), StoreError> {

@@ -41,6 +41,21 @@ pub(crate) struct MapFolders {
     pub damaged: Vec<DamagedMap>,
 }
 
+impl MapFolders {
+    /// Reads the list entry and the tile list of every map in a directory of maps.
+    pub fn read(directory: &Path) -> Result<Self, StoreError> {
+        let mut maps = Self::default();
+        let folders = files::entries(directory)?;
+        for folder in folders.into_iter().filter(|path| path.is_dir() && !is_temporary(path)) {
+            match MapFolder::read(&folder) {
+                Ok(map) => maps.readable.push(map),
+                Err(error) => maps.damaged.push(DamagedMap { folder, error }),
+            }
+        }
+        Ok(maps)
+    }
+}
+
 /// What lists a map.
 #[derive(Debug)]
 pub(crate) struct MapFolder {
@@ -49,7 +64,7 @@ pub(crate) struct MapFolder {
 }
 
 impl MapFolder {
-    fn read(folder: &Path) -> Result<Self, StoreError> {
+    pub fn read(folder: &Path) -> Result<Self, StoreError> {
         let path = folder.join("map.json");
         let summary = MapDocument::read(&path)?.summary;
         // Clients ask for files by the id, so a folder with another name would be listed and never found.
@@ -89,17 +104,9 @@ impl Store {
         Ok(self.map_folders()?.damaged)
     }
 
-    /// Reads the list entry and the tile list of every map.
-    pub(crate) fn map_folders(&self) -> Result<MapFolders, StoreError> {
-        let mut maps = MapFolders::default();
-        let folders = files::entries(&self.dir().maps())?;
-        for folder in folders.into_iter().filter(|path| path.is_dir() && !is_temporary(path)) {
-            match MapFolder::read(&folder) {
-                Ok(map) => maps.readable.push(map),
-                Err(error) => maps.damaged.push(DamagedMap { folder, error }),
-            }
-        }
-        Ok(maps)
+    /// Reads the list entry and the tile list of every saved map.
+    fn map_folders(&self) -> Result<MapFolders, StoreError> {
+        MapFolders::read(&self.dir().maps())
     }
 
     /// The tiles of a saved map.
@@ -190,6 +197,9 @@ impl Store {
         if place.exists() {
             return Err(StoreError::MapExists { id: summary.id });
         }
+        if self.dir().binned_map(summary.id).exists() {
+            return Err(StoreError::MapInBin { id: summary.id });
+        }
         let tiles = from.join("tiles");
         for path in files::entries(&tiles)?
             .iter()
@@ -209,6 +219,9 @@ impl Store {
     fn create_staging_directory(&self, map: MapId) -> Result<PathBuf, StoreError> {
         if self.dir().map(map).exists() {
             return Err(StoreError::MapExists { id: map });
+        }
+        if self.dir().binned_map(map).exists() {
+            return Err(StoreError::MapInBin { id: map });
         }
         let temporary = self.staging_directory(map);
         files::remove_directory(&temporary)?;
@@ -268,7 +281,8 @@ impl Store {
     }
 }
 
-fn is_temporary(path: &Path) -> bool {
+/// Whether a folder is not yet, or no longer, a map.
+pub(crate) fn is_temporary(path: &Path) -> bool {
     path.file_name().is_none_or(|name| name.as_encoded_bytes().starts_with(b"."))
 }
 
@@ -278,4 +292,4 @@ fn rename(from: &Path, to: &PathBuf) -> Result<(), StoreError> {
 
 #[cfg(test)]
 #[path = "maps_tests.rs"]
-mod tests;
+pub(crate) mod tests;

@@ -10,7 +10,7 @@ use std::time::Duration;
 use uuid::Uuid;
 use vocab::{KeyframeId, MapId, Pose, SessionId, Stamp, Vec3};
 
-const SESSION: SessionId = SessionId(Uuid::from_u128(7));
+pub(crate) const SESSION: SessionId = SessionId(Uuid::from_u128(7));
 
 fn pose(x: f64) -> Pose {
     Pose { position: Vec3::new(x, 0.0, 0.0), ..Pose::IDENTITY }
@@ -22,7 +22,7 @@ fn keyframe(id: KeyframeId, (stamp, map_from_keyframe): (Stamp, Pose), cloud: Cl
 }
 
 /// Ten keyframes a metre apart, each seeing a wall of its own.
-fn session(store: &Store, map: u128, created: i64) -> FinishedMap {
+pub(crate) fn session(store: &Store, map: u128, created: i64) -> FinishedMap {
     let nodes: Vec<GraphNode> = (0..10)
         .map(|id| GraphNode {
             id: KeyframeId(id),
@@ -299,7 +299,7 @@ fn opening_removes_what_a_crash_left_and_keeps_what_maps_need() {
 }
 
 /// Makes every file below a directory look as if it had been written a day and a minute ago.
-fn make_a_day_older(directory: &Path) {
+pub(crate) fn make_a_day_older(directory: &Path) {
     let then = std::time::SystemTime::now() - crate::tiles::CONFIG.unused_grace - Duration::from_secs(60);
     for path in files::entries(directory).expect("listed") {
         if path.is_dir() {
@@ -311,7 +311,7 @@ fn make_a_day_older(directory: &Path) {
 }
 
 /// Every file below a directory with its bytes.
-fn content(directory: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+pub(crate) fn content(directory: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let mut content = Vec::new();
     for path in files::entries(directory).expect("listed") {
         if path.is_dir() {
@@ -406,6 +406,11 @@ fn a_map_of_a_later_program_is_left_alone() {
     assert_eq!(store.maps().expect("listed"), []);
     let damaged = store.damaged_maps().expect("listed");
     assert!(matches!(damaged[0].error, StoreError::LaterVersion { version: 3, newest: 2, .. }));
+    // Also if it lacks what this program reads.
+    fs::write(&path, r#"{"format_version": 3, "title": "Hall"}"#).expect("written");
+    let damaged = store.damaged_maps().expect("listed");
+    assert!(matches!(damaged[0].error, StoreError::LaterVersion { version: 3, newest: 2, .. }));
+    assert!(matches!(store.rename_map(finished.map, "Cellar"), Err(StoreError::LaterVersion { .. })));
     fs::write(&path, text.replace("\"format_version\": 2,", "")).expect("written");
     assert_eq!(store.maps().expect("listed").len(), 1, "without a version it is of the first");
 }

@@ -1,8 +1,9 @@
 //! Poses in saved maps that outlive the process: where the robot was last (`place.json`), and its docks (`docks.json`).
 //!
-//! Both are JSON documents with a version. A file that cannot be read is put aside under another name and counts as absent.
+//! Both are JSON documents with a version. A file that cannot be read is put aside under another name and counts as absent. One that a later program wrote
+//! counts as absent too; it is left as it is, and nothing is written in its place.
 
-use crate::{Store, StoreError, files};
+use crate::{Store, StoreError, files, texts};
 use messages::PoseInMap;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -14,7 +15,7 @@ const POSES_FORMAT_VERSION: u32 = 1;
 /// `place.json`. Programs up to November 2026 wrote no version, which counts as 1.
 #[derive(Serialize, Deserialize)]
 struct PoseDocument {
-    #[serde(default = "first_format_version")]
+    #[serde(default = "files::first_format_version")]
     format_version: u32,
     #[serde(flatten)]
     pose: PoseInMap,
@@ -35,74 +36,71 @@ enum AnyDocksDocument {
     Versioned(DocksDocument),
 }
 
-fn first_format_version() -> u32 {
-    1
-}
-
 impl Store {
     /// The robot's last known pose in a map, if that map still exists.
     pub fn last_pose(&self) -> Option<PoseInMap> {
-        let path = self.dir().last_pose();
         let document: PoseDocument =
-            read_or_put_aside(&path, |document: &PoseDocument| document.format_version)?;
+            self.read_or_put_aside(&self.dir().last_pose(), texts::POSE_IS_FORGOTTEN)?;
         Some(document.pose).filter(|pose| self.dir().map(pose.map).exists())
+    }
+
+    /// The saved pose, whether its map exists or not.
+    pub(crate) fn stored_pose(&self) -> Option<PoseInMap> {
+        let document: PoseDocument =
+            files::read_versioned(&self.dir().last_pose(), POSES_FORMAT_VERSION).ok()?;
+        Some(document.pose)
     }
 
     /// Saves the robot's pose for the next start, or deletes the saved one.
     ///
     /// # Errors
-    /// When the disk fails.
+    /// When the disk fails, or a later program wrote the file.
     pub fn save_last_pose(&self, pose: Option<&PoseInMap>) -> Result<(), StoreError> {
         let path = self.dir().last_pose();
+        files::check_replaceable(&path, POSES_FORMAT_VERSION)?;
         let Some(&pose) = pose else { return files::remove_file(&path) };
         let document = PoseDocument { format_version: POSES_FORMAT_VERSION, pose };
         files::replace(&path, &to_json(&path, &document)?)
     }
 
-    /// Docks in the saved maps, without those of maps that no longer exist.
+    /// Docks in the saved maps and in those in the bin, without those of maps that no longer exist.
     pub fn docks(&self) -> Vec<PoseInMap> {
-        let version = |document: &AnyDocksDocument| match document {
-            AnyDocksDocument::Unversioned(_) => first_format_version(),
-            AnyDocksDocument::Versioned(document) => document.format_version,
-        };
-        let mut docks = match read_or_put_aside(&self.dir().docks(), version) {
+        let mut docks = match self.read_or_put_aside(&self.dir().docks(), texts::DOCKS_ARE_FORGOTTEN) {
             Some(AnyDocksDocument::Unversioned(docks)) => docks,
             Some(AnyDocksDocument::Versioned(document)) => document.docks,
             None => Vec::new(),
         };
-        docks.retain(|dock| self.dir().map(dock.map).exists());
+        docks.retain(|dock| self.dir().map(dock.map).exists() || self.dir().binned_map(dock.map).exists());
         docks
     }
 
     /// Saves the docks for the next start.
     ///
     /// # Errors
-    /// When the disk fails.
+    /// When the disk fails, or a later program wrote the file.
     pub fn save_docks(&self, docks: &[PoseInMap]) -> Result<(), StoreError> {
         let path = self.dir().docks();
+        files::check_replaceable(&path, POSES_FORMAT_VERSION)?;
         let document = DocksDocument { format_version: POSES_FORMAT_VERSION, docks: docks.to_vec() };
         files::replace_durably(&path, &to_json(&path, &document)?)
     }
-}
 
-/// Reads a document that the program can do without. One that cannot be read, or that a later program wrote, is put aside, because this program will write
-/// its own.
-fn read_or_put_aside<T: DeserializeOwned>(path: &Path, version: impl FnOnce(&T) -> u32) -> Option<T> {
-    if !path.exists() {
-        return None;
-    }
-    let read = files::read_json::<T>(path).and_then(|document| {
-        files::check_version(path, version(&document), POSES_FORMAT_VERSION).map(|()| document)
-    });
-    match read {
-        Ok(document) => Some(document),
-        Err(error) => {
-            match files::put_aside(path) {
-                Ok(aside) => tracing::error!("{error}; it is kept as {}", aside.display()),
-                Err(failure) => tracing::error!("{error}, and it could not be put aside: {failure}"),
-            }
-            None
+    /// Reads a document that the program can do without. One that cannot be read is put aside, because this program will write its own. People are told
+    /// of both, with `consequence`, a sentence.
+    fn read_or_put_aside<T: DeserializeOwned>(&self, path: &Path, consequence: &str) -> Option<T> {
+        if !path.exists() {
+            return None;
         }
+        match files::read_versioned(path, POSES_FORMAT_VERSION) {
+            Ok(document) => return Some(document),
+            Err(error @ StoreError::LaterVersion { .. }) => {
+                self.add_problem(texts::file_of_later_program(&error, consequence));
+            }
+            Err(error) => {
+                self.add_problem(texts::file_damaged(&error, &files::put_aside(path), consequence));
+            }
+        }
+        None
     }
 }
 
@@ -148,8 +146,7 @@ mod tests {
     fn documents_that_cannot_be_read_are_kept_under_another_name() {
         let dir = tempfile::tempdir().expect("temporary directory");
         let (store, pose) = store_with_map(dir.path());
-        let later = r#"{"format_version":2,"docks":[],"beacons":[]}"#;
-        for (number, content) in ["nonsense", later].into_iter().enumerate() {
+        for (number, content) in ["nonsense", "[{}]"].into_iter().enumerate() {
             fs::write(store.dir().docks(), content).expect("written");
             assert_eq!(store.docks(), []);
             store.save_docks(&[pose]).expect("saved");
@@ -159,6 +156,36 @@ mod tests {
         fs::write(store.dir().last_pose(), "").expect("written");
         assert_eq!(store.last_pose(), None);
         assert!(dir.path().join("place.json.damaged").exists() && !store.dir().last_pose().exists());
+        let problems = store.take_problems();
+        assert_eq!(problems.len(), 3, "people are told of each: {problems:?}");
+        assert!(
+            problems[0].contains("docks.json.damaged") && problems[2].contains("place.json"),
+            "{problems:?}"
+        );
+    }
+
+    #[test]
+    fn documents_of_a_later_program_are_left_as_they_are() {
+        let dir = tempfile::tempdir().expect("temporary directory");
+        let (store, pose) = store_with_map(dir.path());
+        let later = r#"{"format_version":2,"beacons":[]}"#;
+        for path in [store.dir().last_pose(), store.dir().docks()] {
+            fs::write(path, later).expect("written");
+        }
+        assert_eq!((store.last_pose(), store.docks()), (None, Vec::new()));
+        let refused =
+            [store.save_last_pose(Some(&pose)), store.save_last_pose(None), store.save_docks(&[pose])];
+        assert!(
+            refused.iter().all(|saved| matches!(saved, Err(StoreError::LaterVersion { version: 2, .. })))
+        );
+        for path in [store.dir().last_pose(), store.dir().docks()] {
+            assert_eq!(fs::read_to_string(path).expect("kept"), later);
+        }
+        let problems = store.take_problems();
+        let tell = |name: &str| {
+            problems.iter().any(|text| text.contains(name) && text.contains("update AutoInspect"))
+        };
+        assert!(tell("place.json") && tell("docks.json"), "{problems:?}");
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use crate::cloud_files::{CloudFiles, cloud_name};
 use crate::session_journal::{HEADER_BYTES, RecoveredJournal, ScanPoses, SessionJournal};
 use crate::sessions::{is_cloud, keyframe_of, link_clouds};
-use crate::{MapFilesReport, Store, StoreError, files, texts};
+use crate::{MapFilesReport, SavedMap, Store, StoreError, files, texts};
 use api::InterruptedSession;
 use messages::{FinishedMap, RevisitCounts};
 use serde::{Deserialize, Serialize};
@@ -148,10 +148,14 @@ impl Store {
 
     /// Whether the map as which a session was being saved is on the disk. A damaged map does not count.
     fn is_saved(&self, folder: &Path) -> bool {
-        let saving: Result<SavingDocument, _> = files::read_json(&saving_path(folder));
-        saving.is_ok_and(|document| {
-            document.format_version <= SAVING_FORMAT_VERSION && self.map(document.map).is_ok()
-        })
+        let saving: Result<SavingDocument, _> =
+            files::read_versioned(&saving_path(folder), SAVING_FORMAT_VERSION);
+        saving.is_ok_and(|document| self.is_on_disk(document.map))
+    }
+
+    /// Whether a map is saved, or in the bin, and can be read.
+    fn is_on_disk(&self, map: MapId) -> bool {
+        [self.dir().map(map), self.dir().binned_map(map)].iter().any(|folder| SavedMap::read(folder).is_ok())
     }
 }
 

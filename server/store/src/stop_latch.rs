@@ -74,8 +74,7 @@ impl Store {
 }
 
 fn read(path: &Path) -> Result<Option<StopLatch>, StoreError> {
-    let document: StopDocument = files::read_json(path)?;
-    files::check_version(path, document.format_version, STOP_FORMAT_VERSION)?;
+    let document: StopDocument = files::read_versioned(path, STOP_FORMAT_VERSION)?;
     let expected =
         checksum(&document.latch).map_err(|source| StoreError::Document { path: path.to_owned(), source })?;
     if document.checksum != expected {
@@ -120,6 +119,20 @@ mod tests {
             r#""checksum":"1ad6029b6c1987ff5ea47f11222a62e8545906c48c35d6651f3b256706e5aabb"}"#
         );
         assert_eq!(fs::read_to_string(store.dir().stop_latch()).expect("written"), golden);
+    }
+
+    /// A stop has to be durable, so the file of a later program is put aside.
+    #[test]
+    fn a_stop_of_a_later_program_holds_and_its_file_is_kept() {
+        let dir = tempfile::tempdir().expect("temporary directory");
+        let store = Store::open(dir.path()).expect("opens");
+        let later = r#"{"format_version":2,"zones":[]}"#;
+        fs::write(store.dir().stop_latch(), later).expect("written");
+        let StoredStopLatch { latch: read, problem } = store.stop_latch();
+        assert_eq!(read, Some(StopLatch { by: None }));
+        assert!(problem.is_some_and(|text| text.contains("update AutoInspect") && text.contains("stop.json.damaged")));
+        store.save_stop_latch(None).expect("saved");
+        assert_eq!(fs::read_to_string(dir.path().join("stop.json.damaged")).expect("kept"), later);
     }
 
     /// Every way of cutting the file and every single wrong bit.

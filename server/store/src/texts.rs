@@ -25,13 +25,42 @@ pub(crate) const NO_VIEWPOINT_FILE: &str = "is no file of viewpoints that this p
 /// A viewpoint in such a file whose indices are damaged.
 pub(crate) const BROKEN_VIEWPOINT: &str = "has a viewpoint whose points cannot be understood";
 
+/// What follows from a `place.json` that cannot be read.
+pub(crate) const POSE_IS_FORGOTTEN: &str =
+    "The robot has to find its pose in the map again, which takes some seconds.";
+/// What follows from a `docks.json` that cannot be read.
+pub(crate) const DOCKS_ARE_FORGOTTEN: &str =
+    "The robot does not know its docks until it has been charged at each of them again.";
+
+/// A file was written by a later program. `consequence` is a sentence.
+pub(crate) fn file_of_later_program(error: &StoreError, consequence: &str) -> String {
+    format!(
+        "{}. The file is left as it is and nothing is written to it. {consequence}",
+        error_with_causes(error)
+    )
+}
+
+/// A file could not be read, and was put aside or could not be. `consequence` is a sentence.
+pub(crate) fn file_damaged(
+    error: &StoreError,
+    aside: &Result<PathBuf, StoreError>,
+    consequence: &str,
+) -> String {
+    format!("{}. {}. {consequence}", error_with_causes(error), kept_as(aside))
+}
+
+/// Where a file is that was put aside; a clause.
+fn kept_as(aside: &Result<PathBuf, StoreError>) -> String {
+    match aside {
+        Ok(path) => format!("The file is kept as {}", path.display()),
+        Err(failure) => format!("The file could not be put aside: {}", error_with_causes(failure)),
+    }
+}
+
 /// A stop of motion is in a file that could not be read for this reason. It was put aside, or could not be.
 pub(crate) fn stop_latch_damaged(error: &StoreError, aside: &Result<PathBuf, StoreError>) -> String {
     let reason = error_with_causes(error);
-    let kept = match aside {
-        Ok(path) => format!("The file is kept as {}", path.display()),
-        Err(failure) => format!("The file could not be put aside: {}", error_with_causes(failure)),
-    };
+    let kept = kept_as(aside);
     format!(
         "{reason}. It says whether motion is stopped, so motion counts as stopped. {kept}. Allow motion when the robot may move."
     )

@@ -1,5 +1,6 @@
 //! Tiles as files named by the BLAKE3 of their bytes.
 
+use crate::maps::MapFolders;
 use crate::{Store, StoreError, files, texts};
 use api::TileHash;
 use std::collections::BTreeSet;
@@ -113,12 +114,13 @@ impl Store {
         tiles.iter().filter(|hash| !referenced.contains(hash)).try_for_each(|hash| self.tiles().remove(*hash))
     }
 
-    /// Removes tiles, and temporary files of tiles, that no saved map refers to and that were written more than [`TilesConfig::unused_grace`] ago. While a saved map
-    /// cannot be read, nothing is removed. Files with other names stay.
+    /// Removes tiles, and temporary files of tiles, that no map refers to, saved or in the bin, and that were written more than
+    /// [`TilesConfig::unused_grace`] ago. While such a map cannot be read, nothing is removed. Files with other names stay. Not to be called while a
+    /// mapping session runs: its tiles belong to no map.
     ///
     /// # Errors
-    /// When the disk fails, or a saved map cannot be read.
-    pub(crate) fn remove_unused_tiles(&self, now: SystemTime) -> Result<(), StoreError> {
+    /// When the disk fails, or a map cannot be read.
+    pub fn remove_unused_tiles(&self, now: SystemTime) -> Result<(), StoreError> {
         let _removing = self.lock_tile_removal();
         let referenced = self.tiles_referenced_by_maps()?;
         for directory in files::entries(&self.dir().tiles())? {
@@ -139,12 +141,18 @@ impl Store {
         Ok(())
     }
 
+    /// The tiles of all saved maps and of those in the bin.
     fn tiles_referenced_by_maps(&self) -> Result<BTreeSet<TileHash>, StoreError> {
-        let maps = self.map_folders()?;
-        if let Some(damaged) = maps.damaged.into_iter().next() {
-            return Err(damaged.error);
+        let mut referenced = BTreeSet::new();
+        for directory in [self.dir().maps(), self.dir().bin()] {
+            let maps = MapFolders::read(&directory)?;
+            if let Some(damaged) = maps.damaged.into_iter().next() {
+                return Err(damaged.error);
+            }
+            let tiles = maps.readable.iter().flat_map(|map| &map.tiles.tiles);
+            referenced.extend(tiles.map(|tile| tile.hash));
         }
-        Ok(maps.readable.iter().flat_map(|map| map.tiles.tiles.iter().map(|tile| tile.hash)).collect())
+        Ok(referenced)
     }
 }
 

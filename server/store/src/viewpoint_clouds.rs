@@ -205,6 +205,9 @@ impl ViewpointClouds {
     }
 
     fn parse(path: &Path, first: KeyframeId, bytes: Vec<u8>) -> Result<Self, StoreError> {
+        let version = bytes.strip_prefix(MAGIC).and_then(|rest| rest.first_chunk());
+        let version = version.map_or(VERSION, |version| u32::from_le_bytes(*version));
+        files::check_version(path, version, VERSION)?;
         let broken = || StoreError::Broken { path: path.to_owned(), what: texts::NO_VIEWPOINT_FILE };
         let (cloud, viewpoints) = parse(&bytes).ok_or_else(broken)?;
         Ok(Self { path: path.to_owned(), first, cloud, viewpoints, bytes })

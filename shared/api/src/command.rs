@@ -118,6 +118,21 @@ pub enum Command {
     },
     /// Delete a mapping session that was interrupted. Needs no lease.
     DiscardInterruptedSession(SessionId),
+    /// Give a saved map another name. Needs no lease.
+    RenameMap {
+        /// The map.
+        map: MapId,
+        /// Its new name.
+        name: String,
+    },
+    /// Move a saved map, damaged or not, to the bin. Refused while the map is in use. Needs no lease.
+    DeleteMap(MapId),
+    /// Move a map back from the bin. Needs no lease.
+    RestoreMap(MapId),
+    /// Delete a map in the bin for good. Needs no lease.
+    DeleteMapPermanently(MapId),
+    /// Delete an uploaded file. Refused while it is imported. Needs no lease.
+    DeleteUpload(UploadId),
 }
 
 /// Pairs of points of [`Command::AlignMap`] at most.

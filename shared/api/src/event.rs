@@ -1,6 +1,8 @@
 //! Events for clients. Every event replaces the last of its kind unless its documentation says otherwise.
 
-use crate::{CommandOutcome, DamagedMap, Executive, Goal, GraphChanged, LoopsChanged, MapSummary, TileEntry};
+use crate::{
+    BinnedMap, CommandOutcome, DamagedMap, Executive, Goal, GraphChanged, LoopsChanged, MapSummary, TileEntry,
+};
 use serde::{Deserialize, Serialize};
 use vocab::{
     ClientId, CommandId, Covariance6, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Twist, UploadId, Vec3,
@@ -58,6 +60,27 @@ pub enum Event {
     DamagedMaps(Vec<DamagedMap>),
     /// Mapping sessions that ended with their process, the newest first. Each waits until a person saves or discards it.
     InterruptedSessions(Vec<InterruptedSession>),
+    /// Deleted maps, the last deleted first.
+    BinnedMaps(Vec<BinnedMap>),
+    /// Uploaded files that wait to be imported, or to be imported again after a failure; the oldest first.
+    Uploads(Vec<StoredUpload>),
+}
+
+/// An uploaded file that no map was made of yet.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StoredUpload {
+    /// Its id. [`crate::Command::ImportMap`] makes a map of it.
+    pub upload: UploadId,
+    /// Name of the map that it was to become, if that was tried.
+    pub name: Option<String>,
+    /// The saved map whose frame that map was to have, if any.
+    pub frame: Option<MapId>,
+    /// Its size.
+    pub bytes: u64,
+    /// Why the last import of it failed, one sentence; none if none was tried.
+    pub problem: Option<String>,
+    /// When it is deleted, by calendar time. None while the clock of the robot's computer is not synchronised: then it stays.
+    pub kept_until: Option<Stamp>,
 }
 
 /// A mapping session that its process did not end, because it was killed or the power went.

@@ -29,12 +29,20 @@ pub use event::*;
 pub use goal::*;
 pub use graph::GraphChanged;
 pub use loops::{LoopDecision, LoopSource, LoopVerdict, LoopsChanged, MAX_LOOP_DECISIONS};
-pub use map::{Anchor, DamagedMap, MapSummary, Problem, TileEntry, TileHash, TileHashError, TileList};
+pub use map::{
+    Anchor, BinnedMap, DamagedMap, MapSummary, Problem, TileEntry, TileHash, TileHashError, TileList,
+};
 pub use paths::{CONTROL_PATH, STREAM_PATH};
 pub use socket::{ClientMessage, MAX_UNACKNOWLEDGED, ScanFrame, ServerMessage, StreamRequest};
 
 /// Version of everything in this crate. Server and client refuse each other when it differs, and say so.
-pub const VERSION: u16 = 12;
+pub const VERSION: u16 = 13;
+
+/// Time for which a deleted map is kept in the bin.
+pub const BIN_RETENTION: vocab::Span = vocab::Span::from_millis(7 * 24 * 3_600_000);
+
+/// Time for which an uploaded file is kept after it came, or after the last attempt to import it.
+pub const UPLOAD_RETENTION: vocab::Span = vocab::Span::from_millis(24 * 3_600_000);
 
 /// Space on the disk that neither a new map of the core nor an upload to the gateway takes, bytes. It is kept free for recordings.
 pub const DISK_RESERVE_BYTES: u64 = 2 << 30;

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 use std::str::FromStr;
-use vocab::{Aabb, KeyframeId, MapId, Stamp};
+use vocab::{Aabb, KeyframeId, MapId, Span, Stamp};
 
 /// A saved map version, in a list.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -38,6 +38,24 @@ pub struct DamagedMap {
     pub problem: String,
     /// What to do: one or two sentences.
     pub remedy: String,
+}
+
+/// A deleted map. It can be restored until it is deleted for good.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BinnedMap {
+    /// Which.
+    pub id: MapId,
+    /// For people; the id if the map is damaged.
+    pub name: String,
+    /// Bytes on disk; 0 if the map is damaged.
+    pub bytes: u64,
+    /// When it is deleted for good, by calendar time. None while nobody knows: the clock of the robot's computer has not been synchronised
+    /// since it was deleted, or it is damaged and stays until a person decides.
+    pub kept_until: Option<Stamp>,
+    /// Time left until then, when this was published.
+    pub time_left: Option<Span>,
+    /// Which file is damaged or made by a newer program, and what to do: one or two sentences.
+    pub problem: Option<String>,
 }
 
 fn walked() -> bool {

@@ -6,6 +6,14 @@ pub const CONTROL_PATH: &str = "/api/v1/control";
 pub const STREAM_PATH: &str = "/api/v1/stream";
 /// GET: [`crate::MapSummary`] of every saved map, newest first.
 pub const MAPS_PATH: &str = "/api/v1/maps";
+/// With the map's id in place of `{id}`. GET: its [`crate::MapSummary`]. PATCH: a JSON object with its new `name`. DELETE: moves it to the bin.
+pub const MAP_PATH: &str = "/api/v1/maps/{id}";
+/// GET: [`crate::BinnedMap`] of every deleted map, the last deleted first.
+pub const BIN_PATH: &str = "/api/v1/maps/bin";
+/// DELETE with the map's id in place of `{id}`: deletes a map in the bin for good.
+pub const BINNED_MAP_PATH: &str = "/api/v1/maps/bin/{id}";
+/// POST with the map's id in place of `{id}`: moves a map back from the bin.
+pub const RESTORE_MAP_PATH: &str = "/api/v1/maps/bin/{id}/restore";
 /// GET: [`crate::DamagedMap`] of every saved map that cannot be read.
 pub const DAMAGED_MAPS_PATH: &str = "/api/v1/damaged-maps";
 /// GET with the map's id in place of `{id}`: its [`crate::TileList`].
@@ -17,7 +25,9 @@ pub const TILE_PATH: &str = "/api/v1/tiles/{hash}";
 /// GET with a mapping session's id in place of `{session}` and a keyframe's number in place of `{keyframe}`: the whole scan of that
 /// keyframe in its own frame, encoded as a tile is, immutable; there while the session lasts.
 pub const CLOUD_PATH: &str = "/api/v1/sessions/{session}/clouds/{keyframe}";
-/// PUT with an upload's id in place of `{id}`: a file, to be made a map of with [`crate::Command::ImportMap`].
+/// GET: [`crate::StoredUpload`] of every uploaded file that no map was made of yet, the oldest first.
+pub const UPLOADS_PATH: &str = "/api/v1/uploads";
+/// With an upload's id in place of `{id}`. PUT: a file, to be made a map of with [`crate::Command::ImportMap`]. DELETE: deletes the file.
 pub const UPLOAD_PATH: &str = "/api/v1/uploads/{id}";
 /// GET: 200 while core and gateway are connected, 503 otherwise.
 pub const HEALTH_PATH: &str = "/api/v1/health";

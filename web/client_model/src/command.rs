@@ -2,7 +2,7 @@
 
 use crate::{CameraMove, LoopInitialGuess, LoopPair, NoticeId, ScanOverlay, Screen, Selection, ViewSettings};
 use api::SimulatedFault;
-use vocab::{GoalId, MapId, Pose, SessionId, Twist, Vec3};
+use vocab::{GoalId, MapId, Pose, SessionId, Twist, UploadId, Vec3};
 
 /// A command of the operator at this client. Views emit these; only [`crate::Model::handle_event`] acts on them.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,6 +73,25 @@ pub enum ClientCommand {
     },
     /// Delete a mapping session that was interrupted.
     DiscardInterruptedSession(SessionId),
+    /// Give a saved map another name.
+    RenameMap {
+        /// The map.
+        map: MapId,
+        /// Its new name.
+        name: String,
+    },
+    /// Move a saved map to the bin.
+    DeleteMap(MapId),
+    /// Move a map back from the bin.
+    RestoreMap(MapId),
+    /// Delete a map in the bin for good.
+    DeleteMapPermanently(MapId),
+    /// Remove the last deletion of a map from the screen; it stays in the bin.
+    DismissDeletion,
+    /// Import a file again that was uploaded before.
+    RetryImport(UploadId),
+    /// Delete a file that was uploaded before.
+    DeleteUpload(UploadId),
     /// Accept a loop that was held or rejected.
     AcceptLoop(LoopPair),
     /// Reject a loop that was accepted or held.
@@ -101,7 +120,7 @@ pub enum ClientCommand {
     ViewMap(Option<MapId>),
     /// Change how things look. Edits in quick succession become one step of undo.
     EditView(ViewSettings),
-    /// Undo the last edit of the view or decision on a loop, whichever came later.
+    /// Undo the last edit of the view, decision on a loop or deletion of a map, whichever came last.
     Undo,
     /// Do it again.
     Redo,

@@ -35,6 +35,7 @@ pub use features::loops::{
     CloudState, LoopCounts, LoopDecisions, LoopInitialGuess, LoopPair, LoopPick, LoopProposal, Loops,
     ScanComparison, ScanOverlay, correction_of, is_registered,
 };
+pub use features::map_management::{MapDeletion, MapManagement};
 pub use features::map_view::{Loading, MapView, TilePlanConfig, TileSet, TileState, Viewpoint};
 pub use features::mapping::MappingFeature;
 pub use features::maps::SavedMaps;

@@ -8,6 +8,9 @@ pub(crate) const STOP_NOT_SENT: &str = "Not connected: the stop has not reached 
 /// Shown when a message could not be decoded.
 pub(crate) const MESSAGE_UNREADABLE: &str = "The server sent something this page cannot read. Reload the page; if that does not help, server and page are of different versions.";
 
+/// Shown when another client deleted the saved map on the screen.
+pub(crate) const VIEWED_MAP_DELETED: &str = "The map on the screen was moved to the bin.";
+
 /// Name of a map that is not listed.
 pub(crate) const UNNAMED_MAP: &str = "Map";
 
@@ -69,6 +72,11 @@ pub(crate) fn command_name(command: &Command) -> &'static str {
         Command::AlignMap { .. } => "Aligning the map",
         Command::SaveInterruptedSession { .. } => "Saving the interrupted map",
         Command::DiscardInterruptedSession(_) => "Discarding the interrupted map",
+        Command::RenameMap { .. } => "Renaming the map",
+        Command::DeleteMap(_) => "Deleting the map",
+        Command::RestoreMap(_) => "Restoring the map",
+        Command::DeleteMapPermanently(_) => "Deleting the map for good",
+        Command::DeleteUpload(_) => "Deleting the file",
         Command::CancelImport(_) => "Cancelling the import",
         Command::InjectFault(_) => "The simulated fault",
         Command::LeaveMap => "Leaving the map",

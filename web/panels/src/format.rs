@@ -103,6 +103,22 @@ pub fn date(stamp: Stamp, utc_offset_s: i64) -> String {
     format!("{day} {month} {year}, {:02}:{:02}", second / 3600, second / 60 % 60)
 }
 
+/// A day where the client is, `1 Dec`.
+pub fn day(stamp: Stamp, utc_offset_s: i64) -> String {
+    let date = date(stamp, utc_offset_s);
+    date.split(' ').take(2).collect::<Vec<_>>().join(" ")
+}
+
+/// Seconds until something happens, rounded up: `6 days`, `1 day`, `5 h`.
+pub fn time_left(seconds: f64) -> String {
+    let hours = (seconds.max(0.0) / 3600.0).ceil() as u64;
+    match hours {
+        0..24 => format!("{hours} h"),
+        24 => "1 day".to_owned(),
+        _ => format!("{} days", hours.div_ceil(24)),
+    }
+}
+
 /// Year, month (1 to 12) and day of the Gregorian calendar, from days since 1970-01-01.
 ///
 /// Counts in years that begin in March, so that the leap day is the last one.

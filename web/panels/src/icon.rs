@@ -67,6 +67,8 @@ pub const NAVIGATION_ARROW: &str = "\u{eade}";
 /// The icon of that name.
 pub const PALETTE: &str = "\u{e6c8}";
 /// The icon of that name.
+pub const PENCIL_SIMPLE: &str = "\u{e3b4}";
+/// The icon of that name.
 pub const PLAY: &str = "\u{e3d0}";
 /// The icon of that name.
 pub const PLUGS: &str = "\u{eb56}";

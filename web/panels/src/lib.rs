@@ -32,6 +32,12 @@
 //! | button (toggled) | `As found`, `In the graph`, `Map only` | a loop's evidence |
 //! | button | `View NAME` | Map: shows the saved map NAME |
 //! | status | `Damaged map FOLDER` | Map: a saved map that cannot be read, with what to do |
+//! | button | `Rename NAME`, `Delete NAME` | Map, below the saved map that is viewed |
+//! | textbox | `New map name`, with the buttons `Save the name` and `Keep the name` | Map, while a saved map is renamed |
+//! | button | `Undo`, `Dismiss the deletion` | after a map was deleted |
+//! | button (toggled) | `Bin` | Map, while there are deleted maps |
+//! | status | `Deleted map NAME`, with the buttons `Restore NAME` and `Delete NAME for good` | Map, in the bin |
+//! | status | `Uploaded file NAME`, with the buttons `Try again with NAME` and `Delete file NAME` | Map: a file of which no map could be made |
 //! | button | `Back to live` | while a saved map is viewed |
 //! | button (toggled) | `Walk to a point` | drive card; then the next click on the floor says where |
 //! | button | `Cancel walk` | drive card, while walking |

@@ -60,6 +60,13 @@ impl TestClient {
         self
     }
 
+    /// As [`Self::command`], with what the shell shall do.
+    pub(crate) fn command_with_effects(mut self, command: ClientCommand) -> (Self, Vec<ClientEffect>) {
+        let mut effects = Vec::new();
+        self.model.handle_event(ClientTime(1.0), ClientEvent::Command(command), &mut effects);
+        (self, effects)
+    }
+
     /// On another screen.
     pub(crate) fn on(self, screen: Screen) -> Self {
         self.command(ClientCommand::ShowScreen(screen))

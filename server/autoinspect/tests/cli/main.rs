@@ -5,6 +5,7 @@ mod fake_gateway;
 mod import;
 mod interrupted_sessions;
 mod localise;
+mod managed_maps;
 mod merge;
 mod offline;
 mod optimise;

@@ -4,6 +4,7 @@ mod abuse;
 mod control;
 mod core_link;
 mod http;
+mod maps;
 mod nightly;
 mod static_files;
 mod stream;

@@ -26,6 +26,7 @@ pub(crate) mod imports;
 pub(crate) mod interrupted_sessions;
 pub(crate) mod localisation;
 pub(crate) mod loops;
+pub(crate) mod map_management;
 pub(crate) mod map_view;
 pub(crate) mod mapping;
 pub(crate) mod maps;
@@ -124,6 +125,8 @@ model_of! {
     quality: quality::QualityFeature,
     /// Aligning one saved map to another.
     alignment: alignment::AlignmentFeature,
+    /// Renaming, deleting and restoring saved maps.
+    map_management: map_management::MapManagement,
     /// Maps made of point clouds.
     imports: imports::Imports,
     /// How things look.

@@ -21,6 +21,7 @@ pub(crate) mod imports;
 pub(crate) mod interrupted_sessions;
 pub(crate) mod localisation;
 pub(crate) mod loops;
+pub(crate) mod map_management;
 pub(crate) mod map_view;
 pub(crate) mod mapping;
 pub(crate) mod maps;
@@ -87,6 +88,8 @@ panels_of! {
     alignment: alignment::AlignmentPanel,
     /// Saved maps.
     maps: maps::MapsPanel,
+    /// The bin, and the undo of a deletion.
+    map_management: map_management::MapManagementPanel,
     /// Notices.
     notices: notices::NoticesPanel,
     /// What is selected.

@@ -1,4 +1,4 @@
-//! What the operator can undo, in the order in which it was done: edits of the view and decisions on loops.
+//! What the operator can undo, in the order in which it was done: edits of the view, decisions on loops, deletions of maps.
 //!
 //! The view keeps its own copies ([`UndoHistory`]). A decision on a loop is kept as the command that undoes it, because the
 //! robot holds the graph.
@@ -8,7 +8,7 @@ mod undo;
 pub use undo::{EditResult, UndoHistory};
 
 use crate::LoopPair;
-use vocab::CommandId;
+use vocab::{CommandId, MapId};
 
 /// Steps kept of all features together.
 const STEPS_MAX: usize = 200;
@@ -31,6 +31,8 @@ pub(crate) enum HistoryStep {
     View,
     /// A loop was decided on.
     Loop(LoopEdit),
+    /// A saved map was deleted. Undone, it is not done again.
+    MapDeleted(MapId),
 }
 
 /// What was done, and what was undone of it.
@@ -60,7 +62,7 @@ impl History {
         let at = self.past.iter().rposition(|step| matches!(step, HistoryStep::Loop(_)))?;
         match self.past.remove(at) {
             HistoryStep::Loop(edit) => Some(edit),
-            HistoryStep::View => None,
+            HistoryStep::View | HistoryStep::MapDeleted(_) => None,
         }
     }
 
@@ -83,7 +85,7 @@ impl History {
     pub(crate) fn last_loop(&self) -> Option<&LoopEdit> {
         self.past.iter().rev().find_map(|step| match step {
             HistoryStep::Loop(edit) => Some(edit),
-            HistoryStep::View => None,
+            HistoryStep::View | HistoryStep::MapDeleted(_) => None,
         })
     }
 
@@ -97,11 +99,16 @@ impl History {
         self.retain_loops(|_| false);
     }
 
+    /// A deleted map was restored, or deleted for good: its deletion cannot be undone any more.
+    pub(crate) fn forget_map(&mut self, map: MapId) {
+        self.past.retain(|step| *step != HistoryStep::MapDeleted(map));
+    }
+
     fn retain_loops(&mut self, keep: impl Fn(&LoopEdit) -> bool) {
         for steps in [&mut self.past, &mut self.future] {
             steps.retain(|step| match step {
                 HistoryStep::Loop(edit) => keep(edit),
-                HistoryStep::View => true,
+                HistoryStep::View | HistoryStep::MapDeleted(_) => true,
             });
         }
     }

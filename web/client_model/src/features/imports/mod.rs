@@ -3,7 +3,7 @@
 use super::Feature;
 use crate::shared::Context;
 use crate::{ClientCommand, ClientEffect, ClientEvent, texts};
-use api::{Import, Severity};
+use api::{Import, Severity, StoredUpload};
 use vocab::{MapId, UploadId};
 
 /// A file that is being uploaded.
@@ -29,13 +29,14 @@ impl Upload {
     }
 }
 
-/// The upload of this client, and the import that the server works at.
+/// The upload of this client, the import that the server works at, and the files that wait there.
 #[derive(Clone, Debug, Default)]
 pub struct Imports {
     upload: Option<Upload>,
     /// The frame for the file that the operator is choosing.
     next_frame: Option<MapId>,
     import: Import,
+    stored: Vec<StoredUpload>,
 }
 
 impl Imports {
@@ -47,6 +48,22 @@ impl Imports {
     /// The import that the server works at, of this or another client; the last one once it has ended.
     pub fn import(&self) -> &Import {
         &self.import
+    }
+
+    /// Files that wait on the server, without the one that is being imported; the oldest first.
+    pub fn stored(&self) -> impl Iterator<Item = &StoredUpload> {
+        let running = match self.import {
+            Import::Running { upload, .. } => Some(upload),
+            _ => None,
+        };
+        self.stored.iter().filter(move |stored| Some(stored.upload) != running)
+    }
+
+    /// Imports a file again, under the same name and in the same frame.
+    fn retry(&self, upload: UploadId, cx: &mut Context<'_>) {
+        let Some(stored) = self.stored.iter().find(|stored| stored.upload == upload) else { return };
+        let name = stored.name.clone().unwrap_or_else(|| texts::UNNAMED_MAP.to_owned());
+        cx.send(api::Command::ImportMap { upload, name, frame: stored.frame });
     }
 
     /// The upload ended. A complete file becomes a map.
@@ -72,8 +89,10 @@ impl Imports {
 
 impl Feature for Imports {
     fn on_event(&mut self, event: &api::Event, _cx: &mut Context<'_>) {
-        if let api::Event::Import(import) = event {
-            self.import = import.clone();
+        match event {
+            api::Event::Import(import) => self.import = import.clone(),
+            api::Event::Uploads(stored) => stored.clone_into(&mut self.stored),
+            _ => {}
         }
     }
 
@@ -102,6 +121,8 @@ impl Feature for Imports {
                 cx.effects.push(ClientEffect::OpenFileDialog);
             }
             ClientCommand::CancelImport => self.cancel(cx),
+            ClientCommand::RetryImport(upload) => self.retry(*upload, cx),
+            ClientCommand::DeleteUpload(upload) => cx.send(api::Command::DeleteUpload(*upload)),
             _ => {}
         }
     }

@@ -40,3 +40,26 @@ fn a_file_that_was_chosen_is_sent_and_becomes_a_map_unless_it_is_given_up() {
         "nobody waits for it"
     );
 }
+
+#[test]
+fn a_file_that_could_not_be_imported_can_be_tried_again_or_deleted() {
+    let mut client = TestClient::connected();
+    let (upload, frame) = (UploadId(Uuid::from_u128(4)), Some(MapId(Uuid::from_u128(7))));
+    let stored = api::StoredUpload {
+        upload,
+        name: Some("Wing".into()),
+        frame,
+        bytes: 5,
+        problem: Some("It is ambiguous.".into()),
+        kept_until: None,
+    };
+    client.event(api::Event::Uploads(vec![stored.clone()]));
+    assert_eq!(client.model.imports.stored().collect::<Vec<_>>(), [&stored]);
+    client.command(ClientCommand::RetryImport(upload));
+    client.command(ClientCommand::DeleteUpload(upload));
+    let again = Command::ImportMap { upload, name: "Wing".into(), frame };
+    assert_eq!(client.take_commands(), [again, Command::DeleteUpload(upload)]);
+    let (name, stage) = ("Wing".to_owned(), api::ImportStage::Reading);
+    client.event(api::Event::Import(api::Import::Running { upload, name, stage, share: 0.5 }));
+    assert_eq!(client.model.imports.stored().count(), 0, "it is being imported");
+}

@@ -6,9 +6,9 @@ mod texts;
 
 use crate::button::Button;
 use crate::feature_panel::PanelContext;
-use crate::theme::{self, Tokens};
+use crate::theme::{self, Tokens, Weight, font};
 use crate::{format, icon, widgets};
-use api::{Import, MapSummary};
+use api::{Command, Import, MapSummary, StoredUpload};
 use client_model::{ClientCommand, Model};
 use egui::{Align, Layout, Response, Ui, vec2};
 
@@ -22,6 +22,50 @@ pub(crate) fn show(ui: &mut Ui, cx: &mut PanelContext<'_>) {
     } else {
         show_start(ui, cx);
     }
+    for stored in model.imports.stored() {
+        ui.push_id(stored.upload.0, |ui| show_stored(ui, cx, stored));
+    }
+}
+
+/// A file that waits on the robot's computer: what it is, why no map was made of it, and what can be done.
+fn show_stored(ui: &mut Ui, cx: &mut PanelContext<'_>, stored: &StoredUpload) {
+    let (model, tokens) = (cx.model, cx.tokens);
+    let is_pending = model.is_pending(|command| match command {
+        Command::ImportMap { upload, .. } | Command::DeleteUpload(upload) => *upload == stored.upload,
+        _ => false,
+    });
+    // A file that has just come is imported at once.
+    if is_pending && stored.problem.is_none() {
+        return;
+    }
+    let colour = if stored.problem.is_some() { tokens.warn } else { tokens.accent };
+    let name = texts::stored(stored.name.as_deref());
+    let until = stored.kept_until.map(|until| format::date(until, cx.utc_offset_s));
+    let details =
+        texts::stored_details(&format::bytes(stored.bytes), stored.problem.as_deref(), until.as_deref());
+    let response = widgets::tinted_box(ui, tokens, colour, |ui| {
+        let title = egui::RichText::new(&name).font(font(theme::BODY, Weight::Medium)).color(tokens.text);
+        let response = ui.add(egui::Label::new(title).truncate());
+        widgets::remark(ui, tokens, &details);
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = 8.0;
+            let width = ((ui.available_width() - 8.0) / 2.0).floor();
+            let is_busy = matches!(model.imports.import(), Import::Running { .. });
+            let enabled = model.is_connected() && !is_pending;
+            let label = texts::retry(stored.name.as_deref());
+            let retry = Button::new(&label).text(texts::RETRY_SHORT).enabled(enabled && !is_busy);
+            if retry.size(width, theme::TOUCH).show(ui, tokens).clicked() {
+                cx.commands.push(ClientCommand::RetryImport(stored.upload));
+            }
+            let label = texts::delete(stored.name.as_deref());
+            let delete = Button::new(&label).text(texts::DELETE_SHORT).icon(icon::TRASH).enabled(enabled);
+            if delete.size(width, theme::TOUCH).show(ui, tokens).clicked() {
+                cx.commands.push(ClientCommand::DeleteUpload(stored.upload));
+            }
+        });
+        response
+    });
+    widgets::status_node(&response, &name, &details);
 }
 
 fn show_start(ui: &mut Ui, cx: &mut PanelContext<'_>) {

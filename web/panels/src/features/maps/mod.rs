@@ -6,6 +6,7 @@ mod texts;
 
 use crate::button::Button;
 use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
+use crate::features::map_management::{self, Rename};
 use crate::features::{alignment, imports, localisation, tabs};
 use crate::theme::{self, Tokens, Weight, font};
 use crate::{format, icon, widgets};
@@ -16,13 +17,20 @@ use egui::{Align, CornerRadius, Layout, Response, Ui, vec2};
 /// Width of the button that views a map, points.
 const BUTTON_WIDTH: f32 = 84.0;
 
-/// The panel. It keeps nothing between frames.
+/// What the panel keeps between frames.
 #[derive(Debug, Default)]
-pub(crate) struct MapsPanel;
+pub(crate) struct MapsPanel {
+    /// The map that is being renamed.
+    rename: Option<Rename>,
+}
 
 impl FeaturePanel for MapsPanel {
     fn tabs(&self) -> &'static [Tab] {
         &[tabs::SESSION]
+    }
+
+    fn cancel(&mut self, _cx: &mut PanelContext<'_>) -> bool {
+        self.rename.take().is_some()
     }
 
     /// Shown unless an alignment takes its place.
@@ -30,13 +38,13 @@ impl FeaturePanel for MapsPanel {
         if cx.model.alignment().is_none() {
             ui.add_space(4.0);
             widgets::rule(ui, cx.tokens);
-            show_list(ui, cx);
+            show_list(ui, cx, &mut self.rename);
         }
     }
 }
 
-/// The list, and importing a map. Dates are shown at this offset from UTC, seconds.
-fn show_list(ui: &mut Ui, cx: &mut PanelContext<'_>) {
+/// The list, and importing a map.
+fn show_list(ui: &mut Ui, cx: &mut PanelContext<'_>, rename: &mut Option<Rename>) {
     let tokens = cx.tokens;
     widgets::head(ui, tokens, texts::HEAD);
     match cx.model.maps().list() {
@@ -44,34 +52,41 @@ fn show_list(ui: &mut Ui, cx: &mut PanelContext<'_>) {
         Some([]) => widgets::remark(ui, tokens, texts::NONE),
         Some(maps) => {
             for map in maps {
-                ui.push_id(map.id.0, |ui| show_entry(ui, cx, map));
+                ui.push_id(map.id.0, |ui| show_entry(ui, cx, map, rename));
             }
         }
     }
     for map in cx.model.maps().damaged() {
-        show_damaged(ui, cx.tokens, map);
+        show_damaged(ui, cx, map);
     }
     imports::show(ui, cx);
 }
 
 /// A map that cannot be read: which, what is wrong, and what to do.
-fn show_damaged(ui: &mut Ui, tokens: &Tokens, map: &DamagedMap) {
+fn show_damaged(ui: &mut Ui, cx: &mut PanelContext<'_>, map: &DamagedMap) {
+    let tokens = cx.tokens;
     let response = widgets::tinted_box(ui, tokens, tokens.bad, |ui| {
         let name = egui::RichText::new(texts::damaged(map)).font(font(theme::BODY, Weight::Medium));
         let response = ui.add(egui::Label::new(name.color(tokens.text)).wrap());
         widgets::remark(ui, tokens, &map.problem);
         widgets::remark(ui, tokens, &map.remedy);
+        map_management::show_delete_damaged(ui, cx, map);
         response
     });
     widgets::status_node(&response, &texts::damaged(map), &texts::damaged_value(map));
 }
 
-fn show_entry(ui: &mut Ui, cx: &mut PanelContext<'_>, map: &MapSummary) {
+fn show_entry(ui: &mut Ui, cx: &mut PanelContext<'_>, map: &MapSummary, rename: &mut Option<Rename>) {
     let (model, tokens) = (cx.model, cx.tokens);
     let is_viewed = model.viewed_map() == Some(map.id);
     let fill = if is_viewed { tokens.selected() } else { tokens.raised };
     let frame = egui::Frame::new().fill(fill).corner_radius(CornerRadius::same(theme::BUTTON_RADIUS));
+    let is_renamed = rename.as_ref().is_some_and(|rename| rename.is_of(map.id));
     let shown = frame.inner_margin(12).show(ui, |ui| {
+        if is_renamed {
+            ui.set_width(ui.available_width());
+            return map_management::show_rename(ui, cx, rename);
+        }
         ui.horizontal(|ui| {
             show_summary(ui, tokens, cx.utc_offset_s, map);
             let toggled = show_view_button(ui, tokens, map, is_viewed).clicked();
@@ -80,6 +95,9 @@ fn show_entry(ui: &mut Ui, cx: &mut PanelContext<'_>, map: &MapSummary) {
             }
         });
     });
+    if is_viewed && !is_renamed {
+        map_management::show_actions(ui, cx, map, rename);
+    }
     if is_viewed && *model.mapping() == Mapping::Idle {
         localisation::show(ui, cx, map);
         show_extend(ui, cx, map);
