@@ -8,8 +8,7 @@
 //!
 //! All numbers are little-endian. The file can be computed again from the clouds, so a file that is absent, broken or of another version is ignored.
 
-use crate::map_cloud::MapCloud;
-use crate::map_clouds::map_clouds_and_sensors;
+use crate::map_clouds::keyframes_and_clouds;
 use crate::{StoreError, files};
 use geometry::isometry_from_pose;
 use mapping::{KEYFRAME_DESCRIPTOR_VERSION, KeyframeDescriptor, KeyframeDescriptorParts};
@@ -17,11 +16,12 @@ use messages::PriorKeyframe;
 use std::fs;
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
+use vocab::Pose;
 
 const NAME: &str = "places.bin";
 const MAGIC: &[u8; 8] = b"AIPLACES";
 
-/// Descriptors of the keyframes of the map in the folder `dir`, in the graph's order: `keyframes` of them, unless clouds are missing. Cost: 20 us a keyframe, or
+/// Descriptors of the keyframes of the map in the folder `dir`, in the graph's order: `keyframes` of them, unless all clouds are missing. Cost: 20 us a keyframe, or
 /// some 10 ms if they have to be computed from the clouds.
 ///
 /// # Errors
@@ -39,19 +39,22 @@ pub(crate) fn write_keyframe_descriptors(dir: &Path) -> Result<(), StoreError> {
     files::write_durably(&dir.join(NAME), |out| write(out, &descriptors))
 }
 
+/// A keyframe without a cloud gets the descriptor of an empty one, so that the others of the map can be used. None at all if no keyframe has a cloud.
 fn descriptors_from_clouds(dir: &Path) -> Result<Vec<PriorKeyframe>, StoreError> {
-    let mut descriptors = Vec::new();
-    for read in map_clouds_and_sensors(dir)? {
-        let (cloud, lidar) = read?;
-        descriptors.extend(descriptor_of(&cloud, lidar));
+    let (mut descriptors, mut has_clouds) = (Vec::new(), false);
+    for read in keyframes_and_clouds(dir)? {
+        let (keyframe, cloud) = read?;
+        has_clouds |= cloud.is_some();
+        let (xyz, lidar) = cloud.map(|(cloud, lidar)| (cloud.xyz, lidar)).unwrap_or_default();
+        descriptors.extend(descriptor_of(&keyframe.map_from_keyframe, &xyz, lidar));
     }
-    Ok(descriptors)
+    Ok(if has_clouds { descriptors } else { Vec::new() })
 }
 
-fn descriptor_of(cloud: &MapCloud, lidar: [f32; 3]) -> Option<PriorKeyframe> {
-    let rotation = isometry_from_pose(&cloud.map_from_keyframe)?.rotation;
+fn descriptor_of(map_from_keyframe: &Pose, xyz: &[[f32; 3]], lidar: [f32; 3]) -> Option<PriorKeyframe> {
+    let rotation = isometry_from_pose(map_from_keyframe)?.rotation;
     let KeyframeDescriptorParts { points, ranges, views } =
-        KeyframeDescriptor::of_cloud(&cloud.xyz, &rotation, lidar).parts();
+        KeyframeDescriptor::of_cloud(xyz, &rotation, lidar).parts();
     Some(PriorKeyframe { lidar, points, ranges, views })
 }
 

@@ -41,15 +41,33 @@ pub fn map_clouds(dir: &Path, selection: CloudSelection) -> Result<MapClouds, St
 pub fn map_clouds_and_sensors(
     dir: &Path,
 ) -> Result<impl Iterator<Item = Result<(MapCloud, [f32; 3]), StoreError>>, StoreError> {
+    let clouds = keyframes_and_clouds(dir)?;
+    Ok(clouds.filter_map(|read| read.map(|(_, cloud)| cloud).transpose()))
+}
+
+/// A keyframe, with its cloud and the position of its LiDAR if it has a cloud.
+type KeyframeAndCloud = (KeyframePose, Option<(MapCloud, [f32; 3])>);
+
+/// Every keyframe of the map in the folder `dir` in the order of its graph, with every point of its cloud. A keyframe has no cloud if its file was damaged, or if
+/// its session was interrupted before the cloud was written.
+///
+/// # Errors
+/// As for [`map_clouds`].
+pub(crate) fn keyframes_and_clouds(
+    dir: &Path,
+) -> Result<impl Iterator<Item = Result<KeyframeAndCloud, StoreError>>, StoreError> {
     let mut clouds = map_clouds(dir, CloudSelection::ALL)?;
     let keyframes: Vec<KeyframePose> = clouds.keyframes.by_ref().collect();
-    Ok(keyframes.into_iter().filter_map(move |keyframe| clouds.read(&keyframe).transpose()))
+    Ok(keyframes.into_iter().map(move |keyframe| {
+        let cloud = clouds.read(&keyframe)?;
+        Ok((keyframe, cloud))
+    }))
 }
 
 /// Copies the clouds of the map in the folder `dir` into another folder, where its keyframes count from `first` on.
 ///
 /// # Errors
-/// When the disk fails, `dir` holds no graph, or a keyframe has no cloud.
+/// When the disk fails or `dir` holds no graph.
 pub fn copy_clouds(dir: &Path, to: &Path, first: u32) -> Result<(), StoreError> {
     let graph: api::Graph = files::read_json(&dir.join("graph.json"))?;
     copy_cloud_files(&dir.join("clouds"), to, graph.nodes.iter().map(|node| node.id), first)

@@ -68,13 +68,18 @@ impl Store {
             let journal = journal_path(&folder);
             let clouds = files::entries(&folder)?.iter().filter_map(|path| keyframe_of(path)).max();
             let (read, problem) = match RecoveredJournal::read(&journal, ScanPoses::Ignored) {
-                Ok(read) => {
+                Ok(mut read) => {
                     let keyframes = read.graph.nodes.len();
                     let ends_early = clouds.is_some_and(|last| {
                         last.0 as usize >= keyframes + config.min_clouds_without_keyframe
                     });
                     let is_damaged = read.damaged_at.is_some() || ends_early;
                     let problem = is_damaged.then(|| texts::journal_damaged(&journal, keyframes));
+                    match CloudFiles::open(&folder) {
+                        Ok(clouds) => read.drop_last_keyframes_without_cloud(&clouds),
+                        // Saving the session reports it.
+                        Err(error) => tracing::warn!("{}", ports::error_with_causes(&error)),
+                    }
                     (read, problem)
                 }
                 Err(error) => (RecoveredJournal::default(), Some(texts::journal_unreadable(&error))),
@@ -103,7 +108,10 @@ impl Store {
         map: MapId,
         name: &str,
     ) -> Result<(MapFilesReport, Vec<String>), StoreError> {
-        let journal = RecoveredJournal::read(&journal_path(&self.session(session)), ScanPoses::Wanted)?;
+        let folder = self.session(session);
+        let mut journal = RecoveredJournal::read(&journal_path(&folder), ScanPoses::Wanted)?;
+        let trajectory = journal.trajectory();
+        journal.drop_last_keyframes_without_cloud(&CloudFiles::open(&folder)?);
         let finished = FinishedMap {
             map,
             name: name.to_owned(),
@@ -111,7 +119,7 @@ impl Store {
             extends: journal.extends,
             at: journal.last,
             distance_m: journal.distance_m,
-            trajectory: journal.trajectory(),
+            trajectory,
             graph: Arc::new(journal.graph),
             degenerate: Vec::new(),
             decisions: journal.decisions,

@@ -1,7 +1,7 @@
 //! Sessions that their process did not end.
 
 use super::*;
-use crate::SessionRecord;
+use crate::{SessionRecord, keyframe_descriptors};
 use messages::{Cloud, GraphNode, Keyframe, PoseGraph};
 use std::fs;
 use uuid::Uuid;
@@ -59,6 +59,35 @@ fn an_interrupted_session_waits_and_becomes_a_map() {
     drop(store);
     let store = Store::open(dir.path()).expect("opens");
     assert_eq!(store.interrupted_sessions().expect("listed"), InterruptedSessions::default());
+}
+
+/// A process may be killed after the graph was recorded and before the cloud was written.
+#[test]
+fn a_last_keyframe_without_cloud_is_left_out() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let store = interrupted(dir.path());
+    fs::remove_file(store.session(SESSION).join("000004.pcd")).expect("removed");
+    let listed = store.interrupted_sessions().expect("listed").sessions;
+    assert_eq!(listed[0].keyframes, KEYFRAMES - 1);
+    let (report, problems) = store.save_interrupted_session(SESSION, map(2), "Hall").expect("saved");
+    assert_eq!((report.summary.keyframes, problems), (KEYFRAMES - 1, Vec::<String>::new()));
+    let descriptors = keyframe_descriptors(&store.dir().map(map(2)), 4).expect("written");
+    assert_eq!(descriptors.len(), 4);
+}
+
+/// A map is used and extended without a cloud that was damaged.
+#[test]
+fn a_keyframe_without_cloud_keeps_no_map_from_use() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let store = interrupted(dir.path());
+    fs::write(store.session(SESSION).join("000002.pcd"), b"").expect("written");
+    store.save_interrupted_session(SESSION, map(2), "Hall").expect("saved");
+    let descriptors = keyframe_descriptors(&store.dir().map(map(2)), 5).expect("written");
+    let points: Vec<usize> = descriptors.iter().map(|descriptor| descriptor.points.len()).collect();
+    assert!(points[1] > 0 && points[2] == 0 && points[3] > 0, "{points:?}");
+    let extension = SessionId(Uuid::from_u128(8));
+    store.copy_map_clouds_to_session(map(2), extension).expect("copied");
+    assert!(store.session(extension).join("000003.pcd").exists());
 }
 
 #[test]

@@ -11,6 +11,7 @@
 //! used up to the next whole graph.
 
 use crate::StoreError;
+use crate::cloud_files::CloudFiles;
 use crate::keyframe_grid::KeyframeGrid;
 use geometry::{isometry_from_pose, pose_from_isometry};
 use messages::{GraphDelta, LoopDecision, PoseGraph};
@@ -236,6 +237,18 @@ impl RecoveredJournal {
         let map_from_keyframe = isometry_from_pose(&nearest.map_from_keyframe)?;
         let relative = map_from_keyframe.inverse() * isometry_from_pose(map_from_base)?;
         Some((stamp, nearest.id, pose_from_isometry(&relative)))
+    }
+
+    /// Drops the last keyframes if they have no cloud: a cloud is written after the graph was recorded, and the process may have ended in between. Without its
+    /// cloud, such a keyframe adds nothing to the map.
+    pub fn drop_last_keyframes_without_cloud(&mut self, clouds: &CloudFiles) {
+        while self.graph.nodes.last().is_some_and(|node| !clouds.contains(node.id)) {
+            self.graph.nodes.pop();
+        }
+        let kept = self.graph.nodes.len();
+        let is_kept = |id: KeyframeId| (id.0 as usize) < kept;
+        self.graph.edges.retain(|edge| is_kept(edge.from) && is_kept(edge.to));
+        self.decisions.retain(|decision| is_kept(decision.task.from) && is_kept(decision.task.to));
     }
 
     /// Pose of the base in the map after every scan, with the last poses of the keyframes.
