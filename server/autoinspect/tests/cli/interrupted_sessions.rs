@@ -33,8 +33,8 @@ fn interrupted(data: &Path) -> (CoreProcess, FakeGateway) {
     let mut gateway = FakeGateway::connect(&core.socket);
     let sessions = offered(&mut gateway);
     assert_eq!(sessions.len(), 1);
-    // Three keyframes were published before the core was killed.
-    assert!(sessions[0].session == session(1) && sessions[0].keyframes >= 3, "{sessions:?}");
+    // Three keyframes were published before the core was killed. The cloud of the last one may not have been on the disk.
+    assert!(sessions[0].session == session(1) && sessions[0].keyframes >= 2, "{sessions:?}");
     (core, gateway)
 }
 
@@ -115,7 +115,7 @@ fn a_session_whose_core_is_killed_while_it_is_saved_is_a_map_or_is_offered() {
     assert!(!map_names(dir.path()).contains(&hidden));
     assert_eq!(sessions.len(), usize::from(!is_saved), "{sessions:?}");
     for session in sessions {
-        assert!(session.keyframes >= 3);
+        assert!(session.keyframes >= 2);
         gateway.command(Command::DiscardInterruptedSession(session.session));
     }
     core.kill();
