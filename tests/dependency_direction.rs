@@ -18,6 +18,7 @@ const OURS: &[(&str, &[&str])] = &[
     ("messages", &["vocab"]),
     ("api", &["vocab"]),
     ("map_codec", &["vocab"]),
+    ("site_model", &["vocab"]),
     //
     ("geometry", &["vocab"]),
     ("factors", &["geometry"]),

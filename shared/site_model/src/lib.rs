@@ -1,0 +1,51 @@
+//! The documents of a site that people edit: its topological map, inspection points, missions, schedules and monitors.
+//!
+//! A [`Site`] is a set of [`Object`]s. Each object has an id that never changes and a revision of its own. People and programs change a site by
+//! [`Edit`]s: lists of objects to put and to remove, each with the revision that it replaces. An edit is applied as a whole or not at all, and applying it
+//! returns its inverse. Edits of different objects never conflict. The robot and the browser use this code, so that the browser can
+//! check and undo an edit without asking the robot.
+//!
+//! An edit may leave a site that cannot be used yet, such as a task without its node. [`Site::problems`] lists all such problems at once.
+
+mod action;
+mod compare;
+mod edit;
+mod ids;
+mod mission;
+mod monitor;
+mod object;
+mod parameters;
+mod problem;
+mod schedule;
+mod settings;
+mod site;
+mod topological_map;
+mod undo;
+mod validation;
+
+pub use action::ActionRequest;
+pub use compare::{MergeConflict, Merged, diff, merge};
+pub use edit::{Applied, Change, Edit, EditError, RevisionChange};
+pub use ids::{
+    AssetId, DockId, EdgeId, EditId, InspectionPointId, MissionId, MonitorId, NodeId, ObjectId, ScheduleId,
+    TaskId, ZoneId,
+};
+pub use mission::{AskDefault, FailurePolicy, FailureStep, Mission, MissionEnd, Task, TaskOrder, TaskPlace};
+pub use monitor::{Monitor, MonitorCondition, MonitorResponse, Resumption};
+pub use object::{Object, Revision, Versioned};
+pub use parameters::{Parameter, Parameters};
+pub use problem::{Problem, ProblemKind, Severity};
+pub use schedule::{
+    LocalDate, LocalDateTime, LocalTime, MissedSlots, OverlapPolicy, Recurrence, Schedule, Weekday, Weekdays,
+};
+pub use settings::SiteSettings;
+pub use site::Site;
+pub use topological_map::{
+    Anchor, Asset, Corridor, Dock, Edge, EdgeBlock, EdgeCost, EdgeFailStep, InspectionPoint, Limits, Node,
+    NodeKind, PoseTolerance, TravelDirection, Traversal, Zone, ZoneEffect,
+};
+pub use undo::UndoHistory;
+pub use validation::ValidationConfig;
+
+#[cfg(test)]
+mod tests;
