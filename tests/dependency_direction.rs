@@ -18,7 +18,11 @@ const OURS: &[(&str, &[&str])] = &[
     ("messages", &["vocab"]),
     ("api", &["vocab"]),
     ("map_codec", &["vocab"]),
+<<<<<<< HEAD
     ("site_model", &["vocab"]),
+=======
+    ("scan_codec", &["messages", "vocab"]),
+>>>>>>> 0c05097 (Recordings: range images of what the stack saw, thinned while the robot stands, in segments that are pinned around incidents)
     //
     ("geometry", &["vocab"]),
     ("factors", &["geometry"]),
@@ -45,12 +49,12 @@ const OURS: &[(&str, &[&str])] = &[
         ],
     ),
     ("sim", &["geometry", "messages", "vocab"]),
-    ("lockstep", &["geometry", "messages", "sim", "stack", "vocab"]),
+    ("lockstep", &["geometry", "messages", "scan_codec", "sim", "stack", "vocab"]),
     //
     ("ports", &["api", "messages", "vocab"]),
     ("formats", &["messages", "vocab"]),
-    ("links", &["geometry", "messages", "ports", "sim", "vocab"]),
-    ("recorder", &["formats", "geometry", "messages", "ports", "vocab"]),
+    ("links", &["geometry", "messages", "ports", "scan_codec", "sim", "vocab"]),
+    ("recorder", &["formats", "geometry", "messages", "ports", "scan_codec", "vocab"]),
     ("store", &["api", "formats", "geometry", "map_codec", "mapping", "messages", "ports", "vocab"]),
     ("runtime", &["api", "geometry", "map_codec", "messages", "ports", "stack", "store", "vocab"]),
     ("gateway", &["api", "ports", "vocab"]),
@@ -72,6 +76,7 @@ const OURS: &[(&str, &[&str])] = &[
             "ports",
             "recorder",
             "runtime",
+            "scan_codec",
             "sim",
             "stack",
             "store",

@@ -5,8 +5,9 @@ use crate::{JobPace, replay};
 use geometry::Vector3;
 use messages::{
     BootRecord, CommandKind, DegradationReason, GoalKind, Input, JobDone, JobResult, LocalisationState,
-    MotionState, PoseHypothesis, PoseInMap, RelocalisationResponse,
+    MotionState, PoseHypothesis, PoseInMap, RelocalisationResponse, Sensor,
 };
+use scan_codec::PreparationConfig;
 use sim::{ScheduledFault, SiteName, Start};
 use stack::Stack;
 use std::sync::Arc;
@@ -135,6 +136,39 @@ fn a_better_fitting_pose_makes_localisation_undecided_until_one_is_rejected() {
     assert!(day.error(&origin) < 0.05, "{} m", day.error(&origin));
 }
 
+/// Thins the sweeps of a standing robot to a quarter. At full resolution they keep twice as many points as this.
+fn thin(mut day: Day) -> Day {
+    let config = PreparationConfig { standing_points_max: 1_700, ..PreparationConfig::default() };
+    day.lockstep.prepare_scans(config);
+    day
+}
+
+/// Number of sweeps with points, but with fewer than a sweep of a robot that walks has.
+fn thinned_sweeps(day: &Day) -> usize {
+    let is_thinned = |input: &Input| match input {
+        Input::Sensor(Sensor::Scan(scan)) => (1..=1_700).contains(&scan.xyz.len()),
+        _ => false,
+    };
+    day.lockstep.log().iter().filter(|(_, input)| is_thinned(input)).count()
+}
+
+#[test]
+fn a_standing_robot_with_thinned_sweeps_notices_that_its_lidar_is_covered() {
+    let mut day = thin(another_day(at([29.0, 21.5], -1.5), 17));
+    day.order(CommandKind::Localise { map: FIRST, at: None });
+    day.run(6.0);
+    assert_eq!(day.localisation, LOCALISED);
+    assert!(thinned_sweeps(&day) > 20, "{}", thinned_sweeps(&day));
+    let now = day.lockstep.simulator().elapsed();
+    let until = now + Span::from_millis(5_000);
+    day.lockstep.simulator().inject_fault(ScheduledFault::BlindLidar { from: now, until });
+    day.run(2.0);
+    let dark = LocalisationState::Localised { map: FIRST, degradation: Some(DegradationReason::LidarBlind) };
+    assert_eq!(day.localisation, dark);
+    day.run(5.0);
+    assert_eq!(day.localisation, LOCALISED);
+}
+
 #[test]
 fn after_twenty_seconds_with_a_blind_lidar_the_robot_is_localised_again() {
     let origin = first().2;
@@ -159,8 +193,18 @@ fn after_twenty_seconds_with_a_blind_lidar_the_robot_is_localised_again() {
 
 #[test]
 fn a_robot_that_is_carried_away_reports_that_it_is_lost_and_relocalises() {
+    is_relocalised_after_being_carried(&mut another_day(at([29.0, 17.2], 3.0), 18));
+}
+
+#[test]
+fn a_standing_robot_with_thinned_sweeps_notices_that_it_is_carried_away() {
+    let mut day = thin(another_day(at([29.0, 17.2], 3.0), 18));
+    is_relocalised_after_being_carried(&mut day);
+    assert!(thinned_sweeps(&day) > 50, "{}", thinned_sweeps(&day));
+}
+
+fn is_relocalised_after_being_carried(day: &mut Day) {
     let origin = first().2;
-    let mut day = another_day(at([29.0, 17.2], 3.0), 18);
     day.order(CommandKind::Localise { map: FIRST, at: None });
     day.run(3.0);
     assert_eq!(day.localisation, LOCALISED);

@@ -5,6 +5,7 @@ use messages::{
     Input, Job, JobDone, JobId, JobResult, Keyframe, PriorKeyframe, PriorMap, Publication, StackEffect,
     TICK_PERIOD,
 };
+use scan_codec::{PreparationConfig, ScanPreparation};
 use sim::{SimConfig, SimEvent, Simulator};
 use stack::{ComputeJob, Stack};
 use std::collections::{BTreeMap, VecDeque};
@@ -23,6 +24,8 @@ pub struct JobPace {
 /// Simulator and stack in one thread. Saving a map always succeeds, and a saved map can be used and extended.
 pub struct Lockstep {
     simulator: Simulator,
+    /// What the link of a robot does with sweeps.
+    preparation: ScanPreparation,
     stack: Stack,
     digest: Digest,
     log: Option<Vec<(Stamp, Input)>>,
@@ -46,6 +49,7 @@ impl Lockstep {
         boot.start_mapping = session;
         let mut lockstep = Self {
             simulator,
+            preparation: ScanPreparation::default(),
             stack: Stack::new(),
             digest: Digest::default(),
             log: keep_log.then(Vec::new),
@@ -65,6 +69,11 @@ impl Lockstep {
     /// The simulator, for its clock, ground truth and faults.
     pub fn simulator(&mut self) -> &mut Simulator {
         &mut self.simulator
+    }
+
+    /// Sets how sweeps are prepared for the stack from now on.
+    pub fn prepare_scans(&mut self, config: PreparationConfig) {
+        self.preparation = ScanPreparation::new(config);
     }
 
     /// The robot's clock.
@@ -89,7 +98,8 @@ impl Lockstep {
             let mut events = std::mem::take(&mut self.events);
             self.simulator.advance(next, &mut events);
             for event in events.drain(..) {
-                self.step(event.at, Input::Sensor(event.sensor), watch);
+                let sensor = self.preparation.prepare(event.at, event.sensor);
+                self.step(event.at, Input::Sensor(sensor), watch);
             }
             self.events = events;
             while let Some(input) = self.waiting.pop_front() {

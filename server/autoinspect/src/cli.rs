@@ -2,7 +2,8 @@
 
 use crate::failure::Failure;
 use crate::{
-    align, export, import, info, localise, map, merge, optimise, patch, replay, sim_record, trajectory, up,
+    align, convert, export, import, info, localise, map, merge, optimise, patch, replay, sim_record,
+    trajectory, up,
 };
 use clap::{Parser, Subcommand};
 
@@ -47,6 +48,8 @@ enum Command {
     Optimise(optimise::OptimiseArgs),
     /// Describe a recording and its missing inputs, or a saved map.
     Info(info::InfoArgs),
+    /// Write a recording as one MCAP file of ROS 2 messages, for other programs or in less space.
+    Convert(convert::ConvertArgs),
     /// Use the simulator without the platform.
     #[command(subcommand)]
     Sim(SimCommand),
@@ -89,6 +92,7 @@ impl Cli {
             Command::Align(args) => align::run(&args),
             Command::Optimise(args) => optimise::run(&args),
             Command::Info(args) => info::run(&args),
+            Command::Convert(args) => convert::run(&args),
             Command::Sim(SimCommand::Record(args)) => sim_record::run(&args),
             Command::Trajectory(TrajectoryCommand::Compare(args)) => trajectory::run(&args),
             Command::Replay(args) => replay::run(&args),

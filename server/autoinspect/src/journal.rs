@@ -1,8 +1,9 @@
 //! The recorder as the runtime's journal.
 
-use messages::Input;
-use ports::{Journal, JournalError};
-use recorder::{RecordingWriter, WriteError};
+use messages::{Input, Mounting};
+use ports::{Journal, JournalError, Segment, SegmentWriter};
+use recorder::{RecordingMeta, RecordingWriter, WriteError};
+use std::path::Path;
 use vocab::Stamp;
 
 /// Writes every input into an MCAP file.
@@ -15,6 +16,22 @@ impl Journal for McapJournal {
 
     fn finish(self: Box<Self>) -> Result<(), JournalError> {
         self.0.finish().map_err(failed)
+    }
+}
+
+/// Creates the MCAP files of a run.
+pub struct McapSegments {
+    /// What all files say of their origin.
+    pub meta: RecordingMeta,
+    /// The mounting of the sensors.
+    pub mounting: Mounting,
+}
+
+impl SegmentWriter for McapSegments {
+    fn create(&mut self, path: &Path, segment: &Segment) -> Result<Box<dyn Journal>, JournalError> {
+        let meta = RecordingMeta { segment: Some(segment.clone()), ..self.meta.clone() };
+        let writer = RecordingWriter::create(path, &meta, &self.mounting).map_err(failed)?;
+        Ok(Box::new(McapJournal(writer)))
     }
 }
 

@@ -6,6 +6,7 @@
 mod align;
 mod calibration;
 mod cli;
+mod convert;
 mod export;
 mod failure;
 mod import;

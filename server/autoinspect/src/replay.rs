@@ -11,15 +11,17 @@ use std::path::PathBuf;
 /// Step the stack through a journal and print the fingerprint of all its effects.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "A journal is a recording made by `up` or by `map --journal`. The same build and journal give the same
+    after_help = "A journal is a recording made by `up` or by `map --journal`. A run that `up` recorded in several segments is replayed from its
+boot. The same build and journal give the same
 fingerprint, in any process.
 
 EXAMPLES:
-  autoinspect replay data/recordings/2026-11-21T10-36-22.000Z.mcap
+  autoinspect replay data/recordings/2026-11-21T10-36-22.000Z              all segments of a run
+  autoinspect replay data/recordings/2026-11-21T10-36-22.000Z/000000.mcap  the same
   autoinspect replay journal.mcap --json"
 )]
 pub struct ReplayArgs {
-    /// The journal.
+    /// The journal: a file, the folder of a run, or its first segment.
     file: PathBuf,
     /// Print one JSON object.
     #[arg(long)]
@@ -37,7 +39,7 @@ struct Replayed {
 
 /// Runs `autoinspect replay`.
 pub fn run(args: &ReplayArgs) -> Result<(), Failure> {
-    let recording = Recording::open(&args.file, &TopicSelection::default()).map_err(Failure::usage)?;
+    let recording = Recording::open_run(&args.file, &TopicSelection::default()).map_err(Failure::usage)?;
     let mut inputs = 0;
     let mut broken: Option<ReadError> = None;
     // Stops at the first unreadable input, because the state after it would be wrong.

@@ -105,6 +105,7 @@ pub fn run(args: &RecordArgs) -> Result<(), Failure> {
     let meta = RecordingMeta {
         robot: simulator.boot().profile.name,
         origin: format!("simulated site {}, route {}, seed {}", args.site, args.route, args.seed),
+        segment: None,
     };
     let mut writer =
         RecordingWriter::create(&args.out, &meta, &simulator.boot().mounting).map_err(Failure::failed)?;

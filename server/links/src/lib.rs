@@ -1,7 +1,8 @@
 //! Links to robots: to a simulated one, and to a recording that is replayed as if it were live.
 //!
 //! Both deliver into a queue of [`LinkConfig::max_queued_arrivals`] arrivals, about 1 s of a robot with all sensors. While the queue is full, the link waits and
-//! loses nothing. Its clock then runs more slowly than requested, which the platform shows as a real-time factor below one.
+//! loses nothing. Its clock then runs more slowly than requested, which the platform shows as a real-time factor below one. Sweeps are prepared for the stack on the
+//! thread of the link, see [`ScanPreparation`].
 
 mod pacer;
 mod replay;
@@ -12,7 +13,8 @@ pub use replay::{ReplayConfig, ReplayLink, ReplaySource};
 pub use sim_link::{SimLink, SimLinkConfig};
 
 use crossbeam_channel::{Receiver, Sender, select};
-use ports::{Arrival, LinkError};
+use ports::{Arrival, LinkError, RobotEvent};
+use scan_codec::ScanPreparation;
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
@@ -35,6 +37,8 @@ struct LinkThread {
 struct ArrivalSender {
     arrivals: Sender<Arrival>,
     stop: Receiver<()>,
+    /// Prepares the sweeps for the stack.
+    preparation: ScanPreparation,
 }
 
 /// Error: the link has been dropped.
@@ -48,7 +52,8 @@ impl LinkThread {
     ) -> Result<(Self, Receiver<Arrival>), LinkError> {
         let (sender, arrivals) = crossbeam_channel::bounded(CONFIG.max_queued_arrivals);
         let (stop, stopped) = crossbeam_channel::bounded(0);
-        let sender = ArrivalSender { arrivals: sender, stop: stopped };
+        let sender =
+            ArrivalSender { arrivals: sender, stop: stopped, preparation: ScanPreparation::default() };
         let thread =
             thread::Builder::new().name(name.to_owned()).spawn(|| run(sender)).map_err(LinkError::Thread)?;
         Ok((Self { stop: Some(stop), thread: Some(thread) }, arrivals))
@@ -66,8 +71,11 @@ impl Drop for LinkThread {
 }
 
 impl ArrivalSender {
-    /// Delivers an arrival; waits while the queue is full.
-    fn send(&self, arrival: Arrival) -> Result<(), Stopped> {
+    /// Prepares a measurement and delivers it; waits while the queue is full.
+    fn send(&mut self, mut arrival: Arrival) -> Result<(), Stopped> {
+        if let RobotEvent::Sensor(sensor) = arrival.event {
+            arrival.event = RobotEvent::Sensor(self.preparation.prepare(arrival.at, sensor));
+        }
         select! {
             send(self.arrivals, arrival) -> sent => sent.map_err(|_| Stopped),
             recv(self.stop) -> _ => Err(Stopped),

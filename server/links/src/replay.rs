@@ -47,9 +47,9 @@ impl ReplayLink {
     /// When the thread cannot be started.
     pub fn start(source: ReplaySource, config: ReplayConfig) -> Result<Self, LinkError> {
         let boot = source.boot;
-        let (thread, arrivals) = LinkThread::start("link-replay", move |sender| {
+        let (thread, arrivals) = LinkThread::start("link-replay", move |mut sender| {
             // The recording ended or the link was dropped: the thread ends either way.
-            let _ = play(source.messages, &config, &sender);
+            let _ = play(source.messages, &config, &mut sender);
         })?;
         Ok(Self { boot, arrivals, _thread: thread })
     }
@@ -70,7 +70,7 @@ impl RobotLink for ReplayLink {
 fn play(
     messages: impl Iterator<Item = (Stamp, Sensor)>,
     config: &ReplayConfig,
-    sender: &ArrivalSender,
+    sender: &mut ArrivalSender,
 ) -> Result<(), Stopped> {
     let mut pacer = RealTimePacer::new(config.speed);
     let mut clock: Option<Stamp> = None;

@@ -69,9 +69,9 @@ impl SimLink {
         let max_pending_faults = config.max_pending_faults;
         let pending = Arc::<Mutex<PendingCommands>>::default();
         let commands = Arc::clone(&pending);
-        let (thread, arrivals) = LinkThread::start("link-sim", move |sender| {
+        let (thread, arrivals) = LinkThread::start("link-sim", move |mut sender| {
             // It returns only after the link was dropped.
-            let Err(Stopped) = simulate(simulator, &config, &commands, &sender);
+            let Err(Stopped) = simulate(simulator, &config, &commands, &mut sender);
         })?;
         Ok(Self { max_pending_faults, boot, site, pending, arrivals, _thread: thread })
     }
@@ -109,7 +109,7 @@ fn simulate(
     mut simulator: Simulator,
     config: &SimLinkConfig,
     pending: &Mutex<PendingCommands>,
-    sender: &ArrivalSender,
+    sender: &mut ArrivalSender,
 ) -> Result<std::convert::Infallible, Stopped> {
     let mut pacer = RealTimePacer::new(config.speed);
     let mut events = Vec::new();

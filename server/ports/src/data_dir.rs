@@ -14,7 +14,7 @@
 //! place.json               last pose of the robot in the map in use
 //! docks.json               docks of the saved maps
 //! stop.json                whether motion is stopped, and by whom
-//! recordings/<time>.mcap   inputs of the stack; names sort by time
+//! recordings/<time>/       inputs of the stack in one run, in segments; see the store. Names sort by time
 //! run/lock                 held by the process that owns the directory
 //! run/core.sock            the core's Unix socket for the gateway
 //! ```

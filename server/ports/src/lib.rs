@@ -1,7 +1,7 @@
 //! Interfaces between the parts of the server that have more than one implementation or user.
 //!
 //! - [`RobotLink`]: the simulator, a replay and, later, real robots on one side, the runtime on the other;
-//! - [`Journal`]: the recorder on one side, the runtime on the other;
+//! - [`Journal`] and [`SegmentWriter`]: the recorder on one side, the runtime on the other;
 //! - [`MapImporter`]: the program that imports point clouds on one side, the runtime on the other;
 //! - [`DataDir`]: the layout of the data directory, for the store that writes and the gateway that reads;
 //! - [`error_with_causes`]: an error as a text for people, for all parts that report errors.
@@ -15,6 +15,6 @@ mod robot_link;
 pub use api::SimulatedFault;
 pub use data_dir::DataDir;
 pub use error_text::error_with_causes;
-pub use journal::{Journal, JournalError};
+pub use journal::{Journal, JournalError, Segment, SegmentWriter};
 pub use map_importer::MapImporter;
 pub use robot_link::{Arrival, LinkError, RobotEvent, RobotLink};

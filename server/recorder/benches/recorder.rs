@@ -1,4 +1,4 @@
-//! Time to record and to read a full-resolution sweep (64,000 points, 10 Hz), and its compressed size.
+//! Time to prepare, to record and to read a full-resolution sweep (64,000 points, 10 Hz), and its compressed size.
 //!
 //! `cargo bench -p recorder`
 
@@ -26,7 +26,46 @@ fn main() {
     for (compression, size) in &mut sizes {
         println!("{compression:?}: {} bytes a scan ({:.2} to 1)", *size / 10, unpacked as f64 / *size as f64);
     }
+    write(&path, &quantised(&ten_scans()), ChunkCompression::Zstd);
+    let size = std::fs::metadata(&path).expect("written above").len();
+    println!("range images: {} bytes a scan ({:.2} to 1)", size / 10, unpacked as f64 / size as f64);
     divan::main();
+}
+
+/// The same scans as a link hands them to the stack.
+fn quantised(inputs: &[Input]) -> Vec<Input> {
+    let mut inputs = inputs.to_vec();
+    for input in &mut inputs {
+        if let Input::Sensor(Sensor::Scan(scan)) = input {
+            scan_codec::quantise(Arc::make_mut(scan));
+        }
+    }
+    inputs
+}
+
+/// What a link does with every scan.
+#[divan::bench]
+fn quantise_scan(bencher: Bencher) {
+    bencher.with_inputs(|| sweep(Stamp::EPOCH)).bench_local_refs(scan_codec::quantise);
+}
+
+#[divan::bench]
+fn encode_range_image(bencher: Bencher) {
+    let (mut scan, mut bytes) = (sweep(Stamp::EPOCH), Vec::new());
+    scan_codec::quantise(&mut scan);
+    bencher.bench_local(|| {
+        bytes.clear();
+        assert!(scan_codec::encode(&scan, &mut bytes));
+        bytes.len()
+    });
+}
+
+#[divan::bench]
+fn decode_range_image(bencher: Bencher) {
+    let (mut scan, mut bytes) = (sweep(Stamp::EPOCH), Vec::new());
+    scan_codec::quantise(&mut scan);
+    assert!(scan_codec::encode(&scan, &mut bytes));
+    bencher.bench_local(|| scan_codec::decode(&bytes).expect("written above"));
 }
 
 /// A 32-channel sweep of a hall of 60 x 40 x 8 m with 1 cm of range noise, like the simulator's.
@@ -44,7 +83,7 @@ fn sweep(stamp: Stamp) -> Scan {
         noise = noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
         let range = hit + ((noise >> 40) as f32 / (1 << 24) as f32 - 0.5) * 0.035;
         scan.xyz.push(direction.map(|d| d * range));
-        scan.intensity.push((noise >> 58) as f32);
+        scan.intensity.push((40 + (noise >> 61)) as f32);
         scan.offset_ns.push(column as i32 * 50_000);
         scan.ring.push(ring as u16);
     }

@@ -2,13 +2,15 @@
 
 use crate::containers::{MessageEncoding, RawMessage, Topic};
 use crate::error::ReadError;
-use crate::legacy::{INPUT_SCHEMA_V3, INPUT_SCHEMA_V4, INPUT_SCHEMA_V5, InputV3, InputV4, InputV5};
+use crate::legacy::{
+    INPUT_SCHEMA_V3, INPUT_SCHEMA_V4, INPUT_SCHEMA_V5, INPUT_SCHEMA_V6, InputV3, InputV4, InputV5,
+};
 use crate::selection::TopicRole;
 use crate::topics;
 use formats::cdr::Encoding;
 use formats::ros::{BatteryState, Header, Imu, Odometry, PointCloud2, PoseStamped, RosMessage};
 use formats::{FormatError, ScanReport};
-use messages::{Input, Sensor};
+use messages::{Input, Scan, Sensor};
 use serde::de::DeserializeOwned;
 use std::sync::Arc;
 use vocab::{Pose, Stamp};
@@ -20,6 +22,9 @@ pub(crate) fn sensor(
     role: TopicRole,
 ) -> Result<Option<(Sensor, ScanReport)>, ReadError> {
     let failed = |source| message_error(raw, topic, source);
+    if let Some(scan) = range_image(raw, topic)? {
+        return Ok(Some((Sensor::Scan(Arc::new(scan)), ScanReport::default())));
+    }
     if role == TopicRole::Lidar {
         let Some(cloud) = cloud(raw, topic)? else { return Ok(None) };
         let (scan, report) = cloud.table.to_scan(Some(cloud.header.stamp)).map_err(failed)?;
@@ -43,6 +48,19 @@ pub(crate) fn sensor(
     })
 }
 
+/// The sweep in `raw`, if it is a range image.
+pub(crate) fn range_image(raw: &RawMessage, topic: &Topic) -> Result<Option<Scan>, ReadError> {
+    if topic.encoding != MessageEncoding::RangeImage {
+        return Ok(None);
+    }
+    let malformed = |error: scan_codec::RangeImageError| FormatError::Malformed {
+        what: "range image",
+        place: "its content".into(),
+        problem: error.to_string(),
+    };
+    scan_codec::decode(raw.bytes()).map(Some).map_err(|error| message_error(raw, topic, malformed(error)))
+}
+
 /// The points in `raw`, with all fields of the file or message.
 pub(crate) fn cloud<'a>(raw: &'a RawMessage, topic: &Topic) -> Result<Option<PointCloud2<'a>>, ReadError> {
     let failed = |source| message_error(raw, topic, source);
@@ -64,7 +82,8 @@ pub(crate) fn input(raw: &RawMessage, topic: &Topic, role: TopicRole) -> Result<
         return Ok(sensor(raw, topic, role)?.map(|(sensor, _)| Input::Sensor(sensor)));
     }
     let decoded = match topic.type_name.as_str() {
-        topics::INPUT_SCHEMA => whole(raw.bytes()),
+        // Version 7 differs from version 6 by the range images beside it.
+        topics::INPUT_SCHEMA | INPUT_SCHEMA_V6 => whole(raw.bytes()),
         INPUT_SCHEMA_V5 => whole::<InputV5>(raw.bytes()).map(Input::from),
         INPUT_SCHEMA_V4 => whole::<InputV4>(raw.bytes()).map(Input::from),
         INPUT_SCHEMA_V3 => whole::<InputV3>(raw.bytes()).map(Input::from),
@@ -75,7 +94,8 @@ pub(crate) fn input(raw: &RawMessage, topic: &Topic, role: TopicRole) -> Result<
 
 /// Whether journals of this schema can be read.
 pub(crate) fn is_known_journal(schema: &str) -> bool {
-    [topics::INPUT_SCHEMA, INPUT_SCHEMA_V5, INPUT_SCHEMA_V4, INPUT_SCHEMA_V3].contains(&schema)
+    [topics::INPUT_SCHEMA, INPUT_SCHEMA_V6, INPUT_SCHEMA_V5, INPUT_SCHEMA_V4, INPUT_SCHEMA_V3]
+        .contains(&schema)
 }
 
 /// Decodes a value that must use all bytes.

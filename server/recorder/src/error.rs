@@ -131,6 +131,29 @@ pub enum ReadError {
     /// The recording does not hold the inputs of a stack, so it cannot be replayed.
     #[error("this recording has no '{}' channel, so it can be mapped but not replayed", crate::topics::INPUT)]
     NotAJournal,
+    /// A later segment of a run: the state of the stack at its start is not known.
+    #[error(
+        "{} is segment {segment} of its run, and a replay begins with segment 0; give the folder of the run, or map this \
+         segment",
+        path.display()
+    )]
+    NotFromBoot {
+        /// The file.
+        path: PathBuf,
+        /// Its number.
+        segment: String,
+    },
+    /// Inputs are missing between two segments of a run.
+    #[error(
+        "inputs are missing before {segment} of run {run} (segments were removed for space, or recording paused), so the \
+         run can be replayed up to there only"
+    )]
+    MissingInputs {
+        /// The run.
+        run: String,
+        /// The first segment after the gap.
+        segment: String,
+    },
     /// The journal was written by another version of the platform.
     #[error(
         "the journal was written with schema '{found}' but this program reads '{}'; use the version that wrote it",

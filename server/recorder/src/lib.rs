@@ -20,12 +20,12 @@ pub use info::{RecordingInfo, TopicInfo};
 pub use problems::ReadProblems;
 pub use recording::{Inputs, Recording};
 pub use selection::{TopicRole, TopicSelection};
-pub use writer::{ChunkCompression, RecordingMeta, RecordingWriter, WriterConfig};
+pub use writer::{ChunkCompression, RecordingMeta, RecordingWriter, ScanMessage, WriterConfig};
 
 /// Role of a topic in a file of [`RecordingWriter`]; `None` if it does not belong to the journal.
 fn journal_role(topic: &str) -> Option<TopicRole> {
     Some(match topic {
-        topics::LIDAR => TopicRole::Lidar,
+        topics::LIDAR | topics::RANGE_IMAGE => TopicRole::Lidar,
         topics::IMU => TopicRole::Imu,
         topics::LEGS => TopicRole::Legs,
         topics::EXTERNAL => TopicRole::External,

@@ -7,6 +7,7 @@ use crate::frames;
 use crate::info::{self, InfoSource, RecordingInfo, ScanLayout};
 use crate::selection::{self, TopicRole, TopicSelection};
 use crate::texts;
+use crate::writer::SEGMENT_KEY;
 use formats::ros::{Imu, Odometry, RosMessage, TfMessage, TransformStamped};
 use messages::{Input, Mounting, Sensor};
 use std::path::{Path, PathBuf};
@@ -26,12 +27,27 @@ pub struct Recording {
 }
 
 impl Recording {
+    /// As [`Recording::open`], but the first segment of a run is opened with all that follow it.
+    ///
+    /// # Errors
+    /// As [`Recording::open`].
+    pub fn open_run(path: &Path, topics: &TopicSelection) -> Result<Self, OpenError> {
+        Self::of_container(path, containers::open_run(path)?, topics)
+    }
+
     /// Opens an MCAP file, a rosbag2 folder or database, a ROS 1 bag, a folder of scans or a single scan.
     ///
     /// # Errors
     /// When there is nothing to read, the kind is unknown, or a named topic is missing or of a wrong type.
     pub fn open(path: &Path, topics: &TopicSelection) -> Result<Self, OpenError> {
-        let (format, container) = containers::open(path)?;
+        Self::of_container(path, containers::open(path)?, topics)
+    }
+
+    fn of_container(
+        path: &Path,
+        (format, container): (String, Arc<dyn Container>),
+        topics: &TopicSelection,
+    ) -> Result<Self, OpenError> {
         let mut recording = Self {
             path: path.to_owned(),
             format,
@@ -104,7 +120,7 @@ impl Recording {
     /// The inputs of the stack, bit for bit and in the same order.
     ///
     /// # Errors
-    /// When the recording was not written by the platform, or its journal has an unknown version.
+    /// When the recording was not written by the platform, its journal has an unknown version, or it does not begin with the boot of its run.
     pub fn journal(
         &self,
     ) -> Result<impl Iterator<Item = Result<(Stamp, Input), ReadError>> + Send, ReadError> {
@@ -112,6 +128,10 @@ impl Recording {
         let Some(topic) = journal else { return Err(ReadError::NotAJournal) };
         if !decode::is_known_journal(&topic.type_name) {
             return Err(ReadError::OtherJournalVersion { found: topic.type_name.clone() });
+        }
+        let segment = self.container.metadata(SEGMENT_KEY);
+        if let Some(number) = segment.filter(|number| *number != "0") {
+            return Err(ReadError::NotFromBoot { path: self.path.clone(), segment: number.to_owned() });
         }
         let roles: Vec<_> = self.topics().map(|(topic, _)| crate::journal_role(&topic.name)).collect();
         let wanted: Vec<bool> = roles.iter().map(Option::is_some).collect();
@@ -231,6 +251,14 @@ impl Recording {
 
     fn scan_layout(&self, topic: usize) -> Option<ScanLayout> {
         let raw = self.first_message(topic)?;
+        if let Some(scan) = decode::range_image(&raw, &self.container.topics()[topic]).ok()? {
+            return Some(ScanLayout {
+                points: scan.xyz.len(),
+                has_times: !scan.offset_ns.is_empty(),
+                has_rings: !scan.ring.is_empty(),
+                frame_id: crate::topics::LIDAR_FRAME.to_owned(),
+            });
+        }
         let cloud = decode::cloud(&raw, &self.container.topics()[topic]).ok()??;
         Some(ScanLayout {
             points: cloud.table.len(),

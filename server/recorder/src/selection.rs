@@ -1,6 +1,7 @@
 //! The role of each topic: guessed from its type and name, or chosen by the caller.
 
 use crate::containers::{MessageEncoding, Topic};
+use crate::topics;
 use formats::ros::{self, RosMessage};
 use serde::Serialize;
 
@@ -43,7 +44,7 @@ impl TopicRole {
 
     fn accepts(self, type_name: &str) -> bool {
         match self {
-            Self::Lidar => type_name == ros::PointCloud2::TYPE,
+            Self::Lidar => [ros::PointCloud2::TYPE, topics::RANGE_IMAGE_SCHEMA].contains(&type_name),
             Self::Imu => type_name == ros::Imu::TYPE,
             Self::Legs | Self::External => type_name == ros::Odometry::TYPE,
             Self::Battery => type_name == ros::BatteryState::TYPE,
@@ -116,9 +117,9 @@ pub(crate) fn guess_role(topic: &Topic) -> Option<TopicRole> {
     let named = |words: &[&str]| words.iter().any(|word| name.contains(word));
     let truth = named(&["truth", "mocap", "/gt"]);
     match topic.type_name.as_str() {
-        _ if topic.name == crate::topics::INPUT => Some(TopicRole::Journal),
+        _ if topic.name == topics::INPUT => Some(TopicRole::Journal),
         _ if matches!(topic.encoding, MessageEncoding::ScanFile(_)) => Some(TopicRole::Lidar),
-        ros::PointCloud2::TYPE => Some(TopicRole::Lidar),
+        ros::PointCloud2::TYPE | topics::RANGE_IMAGE_SCHEMA => Some(TopicRole::Lidar),
         ros::Imu::TYPE => Some(TopicRole::Imu),
         ros::BatteryState::TYPE => Some(TopicRole::Battery),
         ros::Odometry::TYPE if truth => Some(TopicRole::Truth),

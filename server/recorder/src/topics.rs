@@ -2,6 +2,12 @@
 
 /// LiDAR sweeps, `sensor_msgs/PointCloud2`.
 pub const LIDAR: &str = "/lidar/points";
+/// LiDAR sweeps as range images, see [`scan_codec`]: those that the stack saw on the grid of the sensor, in a tenth of the space.
+pub const RANGE_IMAGE: &str = "/lidar/range_image";
+/// Name of the schema of [`RANGE_IMAGE`].
+pub const RANGE_IMAGE_SCHEMA: &str = "autoinspect.RangeImage.v1";
+/// Message and schema encoding of [`RANGE_IMAGE`].
+pub const RANGE_IMAGE_ENCODING: &str = "autoinspect.range_image";
 /// Inertial samples, `sensor_msgs/Imu`.
 pub const IMU: &str = "/imu/data";
 /// Leg odometry, `nav_msgs/Odometry`, velocity in the base frame.
@@ -19,7 +25,7 @@ pub const POSE: &str = "/autoinspect/pose";
 /// All other inputs of the stack: `messages::Input` in postcard's encoding.
 pub const INPUT: &str = "/autoinspect/input";
 /// Name of the schema of [`INPUT`]. Its version rises with every change of `messages::Input`; older versions are read too.
-pub const INPUT_SCHEMA: &str = "autoinspect.Input.v6";
+pub const INPUT_SCHEMA: &str = "autoinspect.Input.v7";
 /// Message and schema encoding of [`INPUT`].
 pub const INPUT_ENCODING: &str = "postcard";
 

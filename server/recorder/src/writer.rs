@@ -1,6 +1,6 @@
 //! Writes a recording: standard MCAP with ROS 2 messages that is at the same time the journal of the stack.
 //!
-//! Sensor inputs are written as ROS messages, every other input unchanged to [`topics::INPUT`]. Some sensor messages cannot be restored bit
+//! Sensor inputs are written as ROS messages, sweeps on the grid of the sensor as range images ([`scan_codec`]), and every other input unchanged to [`topics::INPUT`]. Some sensor messages cannot be restored bit
 //! for bit from their ROS type, for example with a stamp outside 1970 to 2038, a point at the origin, columns of unequal length. They are written to
 //! [`topics::INPUT`] too, so that reading the file always yields exactly the inputs of the stack.
 
@@ -11,11 +11,17 @@ use formats::ros::{self, Header, RosMessage};
 use mcap::records::MessageHeader;
 use mcap::{Compression, WriteOptions, Writer};
 use messages::{Estimate, Input, Mounting, Publication, Scan, Sensor};
+use ports::Segment;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use vocab::{Pose, Span, Stamp};
+
+/// Keys of the metadata that say which part of a run a file is.
+pub(crate) const RUN_KEY: &str = "run";
+pub(crate) const SEGMENT_KEY: &str = "segment";
+pub(crate) const CONTINUES_KEY: &str = "continues";
 
 /// Parameters of a [`RecordingWriter`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,6 +33,18 @@ pub struct WriterConfig {
     pub chunk_bytes: u64,
     /// Longest time that recorded data stays in memory, on the recording's clock. A crash loses at most the data of this time.
     pub flush_interval: Span,
+    /// How sweeps are written.
+    pub scans: ScanMessage,
+}
+
+/// How sweeps are written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ScanMessage {
+    /// As range images where they are on the grid of the sensor, else as `sensor_msgs/PointCloud2`.
+    #[default]
+    RangeImage,
+    /// As `sensor_msgs/PointCloud2`, for other programs.
+    PointCloud2,
 }
 
 impl Default for WriterConfig {
@@ -35,6 +53,7 @@ impl Default for WriterConfig {
             compression: ChunkCompression::default(),
             chunk_bytes: 4 << 20,
             flush_interval: Span::from_millis(1000),
+            scans: ScanMessage::default(),
         }
     }
 }
@@ -46,6 +65,8 @@ pub struct RecordingMeta {
     pub robot: String,
     /// Source of the data, such as "simulated site b1, seed 3" or "live".
     pub origin: String,
+    /// Which part of a run it is, if it is one of several files.
+    pub segment: Option<Segment>,
 }
 
 /// Compression of a recording. `cargo bench -p recorder` prints the cost of each.
@@ -68,6 +89,7 @@ pub struct RecordingWriter {
     mounting_to_write: Option<Mounting>,
     sequence: u32,
     flush_interval: Span,
+    scans: ScanMessage,
     flushed_at: Option<Stamp>,
     /// Reused for every message.
     buffer: Vec<u8>,
@@ -75,6 +97,7 @@ pub struct RecordingWriter {
 
 struct Channels {
     lidar: u16,
+    range_image: u16,
     imu: u16,
     legs: u16,
     external: u16,
@@ -117,6 +140,7 @@ impl RecordingWriter {
             mounting_to_write: Some(*mounting),
             sequence: 0,
             flush_interval: config.flush_interval,
+            scans: config.scans,
             flushed_at: None,
             buffer: Vec::new(),
         })
@@ -130,6 +154,11 @@ impl RecordingWriter {
         self.write_mounting_once(at)?;
         self.buffer.clear();
         let channel = match input {
+            Input::Sensor(Sensor::Scan(scan))
+                if self.scans == ScanMessage::RangeImage && scan_codec::encode(scan, &mut self.buffer) =>
+            {
+                self.channels.range_image
+            }
             Input::Sensor(sensor) if ros_can_hold(sensor) => self.encode_sensor(sensor),
             _ => {
                 self.buffer = postcard::to_extend(input, std::mem::take(&mut self.buffer))?;
@@ -267,6 +296,11 @@ impl Channels {
             tf_static: ros_channel(topics::TF_STATIC, ros::TfMessage::TYPE)?,
             truth: ros_channel(topics::TRUTH, ros::PoseStamped::TYPE)?,
             pose: ros_channel(topics::POSE, ros::PoseStamped::TYPE)?,
+            range_image: {
+                let (name, encoding) = (topics::RANGE_IMAGE_SCHEMA, topics::RANGE_IMAGE_ENCODING);
+                let schema = mcap.add_schema(name, encoding, b"")?;
+                mcap.add_channel(schema, topics::RANGE_IMAGE, encoding, &BTreeMap::new())?
+            },
             input: {
                 let schema = mcap.add_schema(topics::INPUT_SCHEMA, topics::INPUT_ENCODING, b"")?;
                 mcap.add_channel(schema, topics::INPUT, topics::INPUT_ENCODING, &BTreeMap::new())?
@@ -309,6 +343,11 @@ fn metadata(meta: &RecordingMeta, mounting: &Mounting) -> mcap::records::Metadat
     entries.extend(
         mounting.standing_height_m.map(|height| ("standing_height_m".to_owned(), format!("{height:?}"))),
     );
+    if let Some(Segment { run, number, continues }) = &meta.segment {
+        entries.insert(RUN_KEY.to_owned(), run.clone());
+        entries.insert(SEGMENT_KEY.to_owned(), number.to_string());
+        entries.insert(CONTINUES_KEY.to_owned(), continues.to_string());
+    }
     mcap::records::Metadata { name: "autoinspect".into(), metadata: entries }
 }
 

@@ -13,8 +13,12 @@ use messages::{
     ActionOutcome, BatteryState, BootRecord, Command, CommandKind, ExternalOdometry, GoalKind, ImuSample,
     Input, JobDone, JobResult, LegOdometry, Principal, RobotProfile, Scan, Sensor, Sources,
 };
+use ports::Segment;
 use proptest::prelude::*;
-use recorder::{ReadError, Recording, RecordingMeta, RecordingWriter, TopicRole};
+use recorder::{
+    ReadError, Recording, RecordingMeta, RecordingWriter, ScanMessage, TopicRole, TopicSelection,
+    WriterConfig,
+};
 use std::path::Path;
 use std::sync::Arc;
 use support::{START, mounting, one_of_each, open, pose, scan, write_recording};
@@ -226,6 +230,89 @@ fn a_sweep_is_on_the_lidar_topic_unless_ros_cannot_represent_it() {
         topics.iter().find(|topic| topic.name == name).map(|topic| topic.count)
     };
     assert_eq!((counts(recorder::topics::LIDAR), counts(recorder::topics::INPUT)), (Some(1), Some(1)));
+}
+
+/// A sweep on the grid of the sensor.
+fn quantised(stamp: Stamp) -> Input {
+    let Sensor::Scan(scan) = scan(stamp, 500) else { panic!("no scan") };
+    let mut scan = Scan::clone(&scan);
+    scan_codec::quantise(&mut scan);
+    Input::Sensor(Sensor::Scan(Arc::new(scan)))
+}
+
+#[test]
+fn a_sweep_on_the_grid_is_a_range_image_that_every_reader_takes_for_a_lidar() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("r.mcap");
+    let entries: Vec<_> = (0..20)
+        .map(|tenth| START + Span::from_millis(100 * tenth))
+        .map(|stamp| (stamp, quantised(stamp)))
+        .collect();
+    write(&path, &entries);
+    let recording = open(&path);
+    assert_eq!(read(&recording), entries);
+    let inputs: Vec<_> = recording.inputs().map(|item| item.unwrap()).collect();
+    assert_eq!(inputs.len(), entries.len());
+    recording.require_scans().unwrap();
+    let info = recording.info();
+    let lidar: Vec<_> = info.topics.iter().filter(|topic| topic.role == Some(TopicRole::Lidar)).collect();
+    assert_eq!((lidar.len(), lidar[0].name.as_str(), lidar[0].count), (1, recorder::topics::RANGE_IMAGE, 20));
+    assert!(info.sensors[0].contains("500 points a scan, with point times, with channels"), "{info}");
+
+    // For other programs the same sweeps are written as PointCloud2.
+    let other = folder.path().join("other.mcap");
+    let config = WriterConfig { scans: ScanMessage::PointCloud2, ..WriterConfig::default() };
+    let meta = RecordingMeta::default();
+    let mut writer = RecordingWriter::create_with(&other, &meta, &mounting(), &config).unwrap();
+    for (at, input) in &entries {
+        writer.input(*at, input).unwrap();
+    }
+    writer.finish().unwrap();
+    let topics = open(&other).info().topics;
+    let counts = |name: &str| topics.iter().find(|topic| topic.name == name).map(|topic| topic.count);
+    assert_eq!(counts(recorder::topics::LIDAR), Some(20));
+    assert_eq!(counts(recorder::topics::RANGE_IMAGE), Some(0));
+    assert_eq!(read(&open(&other)), entries);
+}
+
+/// Writes a segment with one tick each second.
+fn write_segment(folder: &Path, segment: Segment, seconds: std::ops::Range<i64>) -> Vec<(Stamp, Input)> {
+    let path = folder.join(format!("{:06}.mcap", segment.number));
+    let meta = RecordingMeta { segment: Some(segment), ..RecordingMeta::default() };
+    let mut writer = RecordingWriter::create(&path, &meta, &mounting()).unwrap();
+    let entries: Vec<_> =
+        seconds.map(|second| (START + Span::from_millis(1000 * second), Input::Tick)).collect();
+    for (at, input) in &entries {
+        writer.input(*at, input).unwrap();
+    }
+    writer.finish().unwrap();
+    entries
+}
+
+#[test]
+fn the_segments_of_a_run_are_one_journal_up_to_the_first_gap() {
+    let folder = tempfile::tempdir().unwrap();
+    let segment = |number, continues| Segment { run: "run".into(), number, continues };
+    let mut entries = write_segment(folder.path(), segment(0, true), 0..5);
+    entries.extend(write_segment(folder.path(), segment(1, true), 5..9));
+    // A segment of another run in the same folder.
+    write_segment(folder.path(), Segment { run: "other".into(), number: 7, continues: true }, 0..3);
+    let first = folder.path().join("000000.mcap");
+    let run = || Recording::open_run(&first, &TopicSelection::default()).unwrap();
+    assert_eq!(read(&run()), entries);
+    assert_eq!(read(&open(&first)), entries[..5], "a file is opened alone");
+
+    write_segment(folder.path(), segment(2, false), 20..22);
+    let replayed: Vec<_> = run().journal().unwrap().collect();
+    assert_eq!(replayed.iter().take_while(|entry| entry.is_ok()).count(), entries.len());
+    let error = replayed[entries.len()].as_ref().unwrap_err().to_string();
+    assert!(error.contains("inputs are missing before segment 2 of run run"), "{error}");
+
+    let later = open(&folder.path().join("000001.mcap"));
+    assert!(matches!(later.journal().err(), Some(ReadError::NotFromBoot { .. })));
+    std::fs::remove_file(folder.path().join("000001.mcap")).unwrap();
+    let replayed: Vec<_> = run().journal().unwrap().collect();
+    assert!(matches!(&replayed[5], Err(ReadError::MissingInputs { .. })), "{replayed:?}");
 }
 
 #[test]

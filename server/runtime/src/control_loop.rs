@@ -5,6 +5,7 @@
 //! ticking: a robot whose sensors have died must still be told to stop.
 
 use crate::clock::{CalendarTime, RobotClock};
+use crate::incidents::Incident;
 use crate::jobs::{DiskJob, FinishedJob, Jobs};
 use crate::ledger::LedgerQueue;
 use crate::mailbox::Mailbox;
@@ -209,7 +210,9 @@ impl Running {
         let refused = self.parts.link.inject_fault(fault).err();
         if refused.is_none() {
             let severity = Severity::Info;
-            self.parts.mailbox.notice(self.now, severity, texts::fault_injected(fault));
+            let text = texts::fault_injected(fault);
+            self.parts.recorder.report(Incident { at: self.now, text: text.clone() });
+            self.parts.mailbox.notice(self.now, severity, text);
         }
         self.parts.state_publisher.answer(id, by, refused);
     }
@@ -249,6 +252,7 @@ impl ControlLoop {
                     self.jobs.start(DiskJob::WriteCloud(keyframe.clone()));
                 }
                 self.session_journal.record(&publication);
+                self.recorder.watch(self.clock.now(), &publication);
                 self.mailbox.post(publication);
             }
             StackEffect::Answer { id, to, refused } => self.state_publisher.answer(id, to, refused),

@@ -7,7 +7,7 @@ use messages::{
     BootRecord, Command, CommandKind, Drive, GraphDelta, ImuSample, Input, PoseGraph, Principal, Publication,
     RobotProfile, Sensor,
 };
-use ports::{Arrival, Journal, JournalError, RobotEvent, SimulatedFault};
+use ports::{Arrival, Journal, JournalError, RobotEvent, Segment, SegmentWriter, SimulatedFault};
 use std::io::{Read, Write};
 use std::ops::ControlFlow;
 use std::os::unix::net::UnixStream;
@@ -67,6 +67,19 @@ impl Journal for FakeJournal {
     }
 }
 
+struct FakeSegments {
+    written: Sender<(Stamp, Input)>,
+    until: usize,
+}
+
+impl SegmentWriter for FakeSegments {
+    fn create(&mut self, _path: &Path, _segment: &Segment) -> Result<Box<dyn Journal>, JournalError> {
+        // A disk that has failed stays so.
+        let until = if self.until == usize::MAX { usize::MAX } else { std::mem::take(&mut self.until) };
+        Ok(Box::new(FakeJournal { written: self.written.clone(), until }))
+    }
+}
+
 /// A core with the test's ends of its connections.
 struct Bench {
     core: Option<Core>,
@@ -91,9 +104,8 @@ fn bench_of(
     let (write, written) = crossbeam_channel::unbounded();
     let socket = store.dir().core_socket();
     let recording = RecordingTarget {
-        journal: Box::new(FakeJournal { written: write, until: journal_until }),
-        path: dir.path().join("recordings/now.mcap"),
-        recordings: store.recordings(),
+        writer: Box::new(FakeSegments { written: write, until: journal_until }),
+        run: store.recordings().begin_run(Stamp::EPOCH).expect("begins"),
     };
     let link = Box::new(FakeLink { arrivals, drives: Arc::default(), faults });
     let config = CoreConfig { link, store, recording: Some(recording), socket: socket.clone(), importer };
@@ -346,7 +358,7 @@ fn a_disk_that_fails_is_announced_and_the_robot_goes_on() {
         Event::Notice(notice) if notice.text.contains("disk is full") => Some(notice.text.clone()),
         _ => None,
     });
-    assert!(text.contains("Recording stopped"), "{text}");
+    assert!(text.contains("Recording has paused"), "{text}");
     gateway.command(1, take_control());
     gateway.event(|_, event| matches!(event, Event::CommandDone { .. }).then_some(()));
 }

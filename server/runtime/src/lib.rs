@@ -21,6 +21,7 @@ mod convert;
 mod core;
 mod gateway_link;
 mod imports;
+mod incidents;
 mod interrupted_sessions;
 mod jobs;
 mod ledger;

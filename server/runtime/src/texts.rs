@@ -116,22 +116,40 @@ pub fn import_failed(name: &str, verb: ImportVerb, reason: &str) -> String {
     format!("{name} was not {}: {reason}", verb.participle())
 }
 
-/// Recording ended for `reason`, a clause.
-pub fn recording_stopped(reason: &str) -> String {
-    format!("Recording stopped: {reason}. The robot goes on without it; free some disk and restart.")
+/// Recording pauses for `reason`, a clause.
+pub fn recording_paused(reason: &str) -> String {
+    format!(
+        "Recording has paused: {reason}. The robot goes on without it, and recording begins again once there is room; free some disk."
+    )
 }
+
+/// Recording goes on after a pause.
+pub fn recording_resumed(missing: u64) -> String {
+    format!(
+        "Recording goes on: {missing} inputs are missing in it, because the disk was full, failed or was too slow. The run can be replayed exactly up to there only."
+    )
+}
+
+/// The run ended while recording had paused.
+pub fn recording_ended_early(missing: u64) -> String {
+    format!(
+        "The last {missing} inputs of the run are missing in its recording, because the disk was full, failed or was too slow."
+    )
+}
+
+/// A person stopped motion.
+pub const MOTION_STOPPED: &str = "Somebody stopped motion.";
+/// A goal failed.
+pub const GOAL_FAILED: &str = "A goal failed.";
+/// The pose in the map in use is not known any more.
+pub const LOCALISATION_LOST: &str = "The robot lost its pose in the map.";
+/// The run before this one was interrupted.
+pub const RESTARTED: &str = "The program started again after it had been interrupted.";
 
 /// A stop of motion, or its end, cannot be written for `reason`, a clause.
 pub fn stop_not_durable(reason: &str) -> String {
     format!(
         "Whether motion is stopped cannot be written to disk: {reason}. It holds now, but a restart would forget it; free some disk. Writing is tried again."
-    )
-}
-
-/// The recorder's queue was full for this number of inputs.
-pub fn inputs_lost(count: u64) -> String {
-    format!(
-        "The disk is too slow: {count} inputs are missing from the recording, which cannot be replayed exactly from here on."
     )
 }
 

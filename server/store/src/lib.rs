@@ -39,7 +39,7 @@ pub use map_clouds::{MapClouds, copy_clouds, map_clouds, map_clouds_and_sensors}
 pub use map_files::{MapFileOptions, MapFilesReport, write_map_files, write_map_files_of};
 pub use map_points::MapPoints;
 pub use maps::{DamagedMap, MapList};
-pub use recordings::{RecordingSpace, Recordings, RecordingsConfig};
+pub use recordings::{RecordedRun, RecordingSpace, Recordings, RecordingsConfig};
 pub use recovered_sessions::InterruptedSessions;
 pub use saved::SavedMap;
 pub use session_journal::{SessionJournal, SessionRecord};

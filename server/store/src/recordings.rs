@@ -1,9 +1,24 @@
-//! Disk space for recordings: they take a bounded share of the disk, and the oldest are removed first.
+//! Recordings on the disk: segments of runs, their pins, and the space that they may take.
+//!
+//! ```text
+//! recordings/<time>/000000.mcap     segments of one run
+//! recordings/<time>/000003.pinned   why segment 3 is pinned, one line for each reason
+//! recordings/<time>/ended           the run has ended as it should
+//! recordings/<time>.mcap            a whole run, as programs up to November 2026 recorded it
+//! ```
+//!
+//! Recordings take a bounded share of the disk. What exceeds it is removed, the oldest first, pinned segments after all others, and the running segment never.
 
 use crate::{StoreError, files};
-use std::fs;
+use std::collections::BTreeSet;
+use std::fs::{self, OpenOptions};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
 use vocab::Stamp;
+
+/// Name of the file that says that a run has ended as it should.
+const ENDED: &str = "ended";
 
 /// Limits of what recordings may take.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,11 +29,27 @@ pub struct RecordingsConfig {
     pub free_bytes_min: u64,
     /// Bytes that recordings may take in any case; no such limit if none.
     pub bytes_max: Option<u64>,
+    /// Bytes that recordings must be allowed to take before a paused recording begins again: a minute and a half of a walk.
+    pub bytes_min: u64,
+    /// Size at which a segment ends, bytes.
+    pub segment_bytes_max: u64,
+    /// Share of the space of all recordings at which a segment ends, so that in little space too many segments can be pinned one by one.
+    pub segment_share_max: f64,
+    /// Time before the end of an interrupted run whose segments are pinned.
+    pub interruption_margin: Duration,
 }
 
 impl Default for RecordingsConfig {
     fn default() -> Self {
-        Self { disk_share_max: 0.5, free_bytes_min: 1 << 30, bytes_max: None }
+        Self {
+            disk_share_max: 0.5,
+            free_bytes_min: 1 << 30,
+            bytes_max: None,
+            bytes_min: 64 << 20,
+            segment_bytes_max: 256 << 20,
+            segment_share_max: 1.0 / 32.0,
+            interruption_margin: Duration::from_secs(120),
+        }
     }
 }
 
@@ -29,24 +60,35 @@ pub struct Recordings {
     config: RecordingsConfig,
 }
 
-/// Whether a running recording may go on.
+/// Whether there is space for a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RecordingSpace {
-    /// It may.
+    /// There is.
     Available,
-    /// The running recording alone takes all that recordings may take.
+    /// There is not, although everything was removed that may be.
     Exhausted,
+}
+
+/// The segments of the running run.
+#[derive(Clone, Debug)]
+pub struct RecordedRun {
+    recordings: Recordings,
+    name: String,
+    dir: PathBuf,
+    follows_interruption: bool,
+}
+
+/// One file of a recording.
+struct RecordingFile {
+    path: PathBuf,
+    bytes: u64,
+    is_pinned: bool,
 }
 
 impl Recordings {
     /// Recordings in `dir`.
     pub fn new(dir: impl Into<PathBuf>, config: RecordingsConfig) -> Self {
         Self { dir: dir.into(), config }
-    }
-
-    /// Path of a recording that begins at `begins`. Names sort by time.
-    pub fn path(&self, begins: Stamp) -> PathBuf {
-        self.dir.join(format!("{}.mcap", file_name_time(begins)))
     }
 
     /// Free space on the disk, bytes.
@@ -57,26 +99,63 @@ impl Recordings {
         files::free_bytes(&self.dir)
     }
 
-    /// Removes the oldest recordings, never the running one, until the rest is within the limit.
+    /// Begins the recording of a run. If the run before it was interrupted, its last segments are pinned.
     ///
     /// # Errors
     /// When the disk fails.
-    pub fn evict_oldest(&self, running: &Path) -> Result<RecordingSpace, StoreError> {
-        let mut recordings = Vec::new();
-        for path in files::entries(&self.dir)? {
-            let bytes = fs::metadata(&path).map_err(|source| StoreError::io("read", &path, source))?.len();
-            recordings.push((path, bytes));
-        }
-        let mut used: u64 = recordings.iter().map(|(_, bytes)| bytes).sum();
-        let limit = self.limit(used)?;
-        for (path, bytes) in recordings.iter().filter(|(path, _)| path != running) {
-            if used <= limit {
-                break;
+    pub fn begin_run(&self, begins: Stamp) -> Result<RecordedRun, StoreError> {
+        let follows_interruption = match self.runs()?.last() {
+            Some(last) if !last.join(ENDED).exists() => self.pin_end(last)?,
+            _ => false,
+        };
+        let time = file_name_time(begins);
+        let taken = |name: &String| self.dir.join(name).exists();
+        let names = std::iter::once(time.clone()).chain((2..1_000).map(|number| format!("{time}-{number}")));
+        let name = { names }.find(|name| !taken(name)).unwrap_or(time);
+        let dir = self.dir.join(&name);
+        files::make_directory(&dir)?;
+        Ok(RecordedRun { recordings: self.clone(), name, dir, follows_interruption })
+    }
+
+    /// Folders of runs, the oldest first.
+    fn runs(&self) -> Result<Vec<PathBuf>, StoreError> {
+        Ok(files::entries(&self.dir)?.into_iter().filter(|path| path.is_dir()).collect())
+    }
+
+    /// Pins the last segments of an interrupted run; returns whether it has any.
+    fn pin_end(&self, run: &Path) -> Result<bool, StoreError> {
+        // A segment was written last when it ended.
+        let ended = |path: &Path| fs::metadata(path).and_then(|metadata| metadata.modified());
+        let segments: Vec<(PathBuf, SystemTime)> = files::entries(run)?
+            .into_iter()
+            .filter(|path| is_recording(path))
+            .filter_map(|path| ended(&path).ok().map(|at| (path, at)))
+            .collect();
+        let Some((_, end)) = segments.last().cloned() else { return Ok(false) };
+        for (path, at) in &segments {
+            if end.duration_since(*at).unwrap_or_default() <= self.config.interruption_margin {
+                pin(path, "The program was interrupted.")?;
             }
-            fs::remove_file(path).map_err(|source| StoreError::io("remove", path, source))?;
-            used -= bytes;
         }
-        Ok(if used <= limit { RecordingSpace::Available } else { RecordingSpace::Exhausted })
+        Ok(true)
+    }
+
+    /// All files of recordings, the oldest first.
+    fn recording_files(&self) -> Result<Vec<RecordingFile>, StoreError> {
+        let mut paths = Vec::new();
+        for entry in files::entries(&self.dir)? {
+            match entry.is_dir() {
+                true => paths.extend(files::entries(&entry)?),
+                false => paths.push(entry),
+            }
+        }
+        let mut recordings = Vec::new();
+        for path in paths.into_iter().filter(|path| is_recording(path)) {
+            let bytes = fs::metadata(&path).map_err(|source| StoreError::io("read", &path, source))?.len();
+            let is_pinned = pin_path(&path).exists();
+            recordings.push(RecordingFile { path, bytes, is_pinned });
+        }
+        Ok(recordings)
     }
 
     /// Bytes that recordings may take, given that they take `used` now.
@@ -85,6 +164,125 @@ impl Recordings {
         let share = (disk as f64 * self.config.disk_share_max) as u64;
         let limit = share.min(disk.saturating_sub(self.config.free_bytes_min));
         Ok(self.config.bytes_max.map_or(limit, |bytes_max| limit.min(bytes_max)))
+    }
+
+    /// Size at which a segment ends, if recordings may take `limit` bytes.
+    fn segment_bytes_max(&self, limit: u64) -> u64 {
+        self.config.segment_bytes_max.min((limit as f64 * self.config.segment_share_max) as u64)
+    }
+}
+
+impl RecordedRun {
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Whether the run before it was interrupted.
+    pub fn follows_interruption(&self) -> bool {
+        self.follows_interruption
+    }
+
+    /// Path of a segment.
+    pub fn segment(&self, number: u32) -> PathBuf {
+        self.dir.join(format!("{number:06}.mcap"))
+    }
+
+    /// Pins a segment: it is removed after all that are not pinned.
+    ///
+    /// # Errors
+    /// When the disk fails.
+    pub fn pin(&self, number: u32, reason: &str) -> Result<(), StoreError> {
+        pin(&self.segment(number), reason)
+    }
+
+    /// Whether the running segment has reached its size.
+    ///
+    /// # Errors
+    /// When the disk fails.
+    pub fn is_full(&self, running: u32) -> Result<bool, StoreError> {
+        let path = self.segment(running);
+        let bytes = fs::metadata(&path).map_err(|source| StoreError::io("read", &path, source))?.len();
+        let used = self.recordings.recording_files()?.iter().map(|file| file.bytes).sum();
+        Ok(bytes >= self.recordings.segment_bytes_max(self.recordings.limit(used)?))
+    }
+
+    /// Removes recordings until the rest is within the limit and the running segment may grow or, if none runs, another one may begin.
+    ///
+    /// # Errors
+    /// When the disk fails.
+    pub fn make_room(&self, running: Option<u32>) -> Result<RecordingSpace, StoreError> {
+        let files = self.recordings.recording_files()?;
+        let mut used: u64 = files.iter().map(|file| file.bytes).sum();
+        let limit = self.recordings.limit(used)?;
+        let wanted = match running {
+            Some(_) => limit,
+            None => limit.saturating_sub(self.recordings.segment_bytes_max(limit)),
+        };
+        let running = running.map(|number| self.segment(number));
+        let removable = |is_pinned: bool| {
+            let running = running.clone();
+            files
+                .iter()
+                .filter(move |file| file.is_pinned == is_pinned && Some(&file.path) != running.as_ref())
+        };
+        let mut left = BTreeSet::new();
+        for file in removable(false).chain(removable(true)) {
+            if used <= wanted {
+                break;
+            }
+            files::remove_file(&file.path)?;
+            files::remove_file(&pin_path(&file.path))?;
+            left.extend(file.path.parent().map(Path::to_owned));
+            used -= file.bytes;
+        }
+        for run in left.iter().filter(|run| **run != self.dir && **run != self.recordings.dir) {
+            remove_if_empty(run)?;
+        }
+        let is_available = used <= wanted && (running.is_some() || limit >= self.recordings.config.bytes_min);
+        Ok(if is_available { RecordingSpace::Available } else { RecordingSpace::Exhausted })
+    }
+
+    /// Marks that the run has ended as it should.
+    ///
+    /// # Errors
+    /// When the disk fails.
+    pub fn end(&self) -> Result<(), StoreError> {
+        let path = self.dir.join(ENDED);
+        fs::write(&path, []).map_err(|source| StoreError::io("write", &path, source))
+    }
+}
+
+fn is_recording(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension == "mcap")
+}
+
+/// The file that pins a segment.
+fn pin_path(segment: &Path) -> PathBuf {
+    segment.with_extension("pinned")
+}
+
+fn pin(segment: &Path, reason: &str) -> Result<(), StoreError> {
+    let path = pin_path(segment);
+    let written = OpenOptions::new()
+        .create(true)
+        .append(true)
+        .open(&path)
+        .and_then(|mut file| file.write_all(format!("{reason}\n").as_bytes()));
+    written.map_err(|source| StoreError::io("write", &path, source))
+}
+
+/// Removes the folder of a run that has no segments any more.
+fn remove_if_empty(run: &Path) -> Result<(), StoreError> {
+    if files::entries(run)?.iter().any(|path| is_recording(path)) {
+        return Ok(());
+    }
+    files::remove_file(&run.join(ENDED))?;
+    match fs::remove_dir(run) {
+        // Somebody has put a file there.
+        Err(error) if error.kind() == io::ErrorKind::DirectoryNotEmpty => Ok(()),
+        Err(source) => Err(StoreError::io("remove", run, source)),
+        Ok(()) => Ok(()),
     }
 }
 
@@ -130,22 +328,92 @@ mod tests {
         assert_eq!(name(-1), "1969-12-31T23-59-59.007Z");
     }
 
-    #[test]
-    fn the_oldest_are_removed_and_the_running_one_never_is() {
-        let dir = tempfile::tempdir().expect("temporary directory");
-        let recordings = Recordings::new(
-            dir.path(),
-            RecordingsConfig { bytes_max: Some(250), ..RecordingsConfig::default() },
-        );
-        let [oldest, older, running] = [1, 2, 3].map(|secs| recordings.path(Stamp::from_parts(secs, 0)));
-        for path in [&oldest, &older, &running] {
-            fs::write(path, [0; 100]).expect("writable");
-        }
-        assert_eq!(recordings.evict_oldest(&running).expect("evicted"), RecordingSpace::Available);
-        assert!(!oldest.exists() && older.exists() && running.exists());
+    /// Recordings that may take 1000 bytes, with segments of up to 100.
+    fn recordings(dir: &Path) -> Recordings {
+        let config = RecordingsConfig {
+            bytes_max: Some(1_000),
+            bytes_min: 1_000,
+            free_bytes_min: 0,
+            segment_share_max: 0.1,
+            ..RecordingsConfig::default()
+        };
+        Recordings::new(dir, config)
+    }
 
-        fs::write(&running, [0; 300]).expect("writable");
-        assert_eq!(recordings.evict_oldest(&running).expect("evicted"), RecordingSpace::Exhausted);
-        assert!(!older.exists() && running.exists());
+    fn write(path: &Path, bytes: usize) {
+        fs::write(path, vec![0; bytes]).expect("writable");
+    }
+
+    #[test]
+    fn the_oldest_unpinned_segments_are_removed_first_and_the_running_one_never() {
+        let dir = tempfile::tempdir().expect("temporary directory");
+        let recordings = recordings(dir.path());
+        let whole = dir.path().join("1970-01-01T00-00-00.000Z.mcap");
+        write(&whole, 100);
+        let older = recordings.begin_run(Stamp::from_parts(1, 0)).expect("begins");
+        write(&older.segment(0), 100);
+        older.end().expect("ends");
+        let run = recordings.begin_run(Stamp::from_parts(2, 0)).expect("begins");
+        assert!(!run.follows_interruption());
+        (0..8).for_each(|number| write(&run.segment(number), 100));
+        run.pin(0, "Because.").expect("pinned");
+        run.pin(0, "And because.").expect("pinned again");
+        assert_eq!(
+            fs::read_to_string(dir.path().join(run.name()).join("000000.pinned")).expect("read"),
+            "Because.\nAnd because.\n"
+        );
+
+        let exists = |run: &RecordedRun| -> Vec<u32> {
+            (0..20).filter(|number| run.segment(*number).exists()).collect()
+        };
+        assert_eq!(run.make_room(Some(7)).expect("room"), RecordingSpace::Available);
+        assert_eq!(
+            (whole.exists(), exists(&older).len(), exists(&run).len()),
+            (true, 1, 8),
+            "1000 bytes are allowed"
+        );
+        write(&run.segment(8), 100);
+        run.make_room(Some(8)).expect("room");
+        assert!(!whole.exists() && older.segment(0).exists());
+        (9..11).for_each(|number| write(&run.segment(number), 100));
+        run.make_room(Some(10)).expect("room");
+        assert!(!dir.path().join(older.name()).exists(), "nor is its folder");
+        assert_eq!(exists(&run), [0, 2, 3, 4, 5, 6, 7, 8, 9, 10], "the pinned one stays");
+        write(&run.segment(10), 950);
+        assert_eq!(run.make_room(Some(10)).expect("room"), RecordingSpace::Available);
+        assert_eq!(exists(&run), [10], "now the pinned one had to go");
+        assert!(!dir.path().join(run.name()).join("000000.pinned").exists());
+        write(&run.segment(10), 1_001);
+        assert_eq!(run.make_room(Some(10)).expect("room"), RecordingSpace::Exhausted);
+        assert_eq!(exists(&run), [10]);
+        assert_eq!(run.make_room(None).expect("room"), RecordingSpace::Available, "it runs no more");
+        assert_eq!(exists(&run), [0; 0]);
+    }
+
+    #[test]
+    fn a_segment_is_full_at_its_share_of_the_space() {
+        let dir = tempfile::tempdir().expect("temporary directory");
+        let run = recordings(dir.path()).begin_run(Stamp::EPOCH).expect("begins");
+        write(&run.segment(0), 99);
+        assert!(!run.is_full(0).expect("known"));
+        write(&run.segment(0), 100);
+        assert!(run.is_full(0).expect("known"));
+    }
+
+    #[test]
+    fn the_last_segments_of_an_interrupted_run_are_pinned() {
+        let dir = tempfile::tempdir().expect("temporary directory");
+        let recordings = recordings(dir.path());
+        let interrupted = recordings.begin_run(Stamp::EPOCH).expect("begins");
+        for (number, age_s) in [(0, 300), (1, 110), (2, 0)] {
+            write(&interrupted.segment(number), 10);
+            let file = OpenOptions::new().append(true).open(interrupted.segment(number)).expect("opens");
+            file.set_modified(SystemTime::now() - Duration::from_secs(age_s)).expect("a time");
+        }
+        let next = recordings.begin_run(Stamp::EPOCH).expect("begins");
+        assert!(next.follows_interruption());
+        assert_ne!(next.name(), interrupted.name(), "two runs may begin in the same millisecond");
+        let pinned = [0, 1, 2].map(|number| pin_path(&interrupted.segment(number)).exists());
+        assert_eq!(pinned, [false, true, true]);
     }
 }

@@ -83,7 +83,11 @@ pub fn run(args: &MapArgs) -> Result<(), Failure> {
 }
 
 fn journal(path: &Path, boot: &BootRecord) -> Result<Box<dyn Journal>, Failure> {
-    let meta = RecordingMeta { robot: boot.profile.name.clone(), origin: "autoinspect map".to_owned() };
+    let meta = RecordingMeta {
+        robot: boot.profile.name.clone(),
+        origin: "autoinspect map".to_owned(),
+        segment: None,
+    };
     let writer = RecordingWriter::create(path, &meta, &boot.mounting).map_err(Failure::failed)?;
     Ok(Box::new(McapJournal(writer)))
 }

@@ -3,17 +3,17 @@
 use super::import_process::ImportProcess;
 use super::stop::Stop;
 use crate::failure::Failure;
-use crate::journal::McapJournal;
+use crate::journal::McapSegments;
 use crate::robot::RobotArgs;
 use clap::Args;
 use crossbeam_channel::select;
 use ports::RobotLink;
-use recorder::{RecordingMeta, RecordingWriter};
+use recorder::RecordingMeta;
 use runtime::{Core, CoreConfig, RecordingTarget};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
-use store::Store;
+use store::{Recordings, RecordingsConfig, Store};
 use vocab::Stamp;
 
 /// Arguments of the core's process.
@@ -29,7 +29,33 @@ pub struct CoreArgs {
     #[arg(long)]
     no_record: bool,
     #[command(flatten)]
+    recordings: RecordingsArgs,
+    #[command(flatten)]
     robot: RobotArgs,
+}
+
+/// Limits of the recordings.
+#[derive(Args, Clone, Debug)]
+pub struct RecordingsArgs {
+    /// Megabytes that recordings may take [default: half of the disk].
+    #[arg(long)]
+    recordings_mb: Option<u64>,
+}
+
+impl RecordingsArgs {
+    /// The same as arguments of a child process.
+    pub fn to_arguments(&self) -> Vec<String> {
+        self.recordings_mb
+            .map(|megabytes| ["--recordings-mb".to_owned(), megabytes.to_string()])
+            .into_iter()
+            .flatten()
+            .collect()
+    }
+
+    fn config(&self) -> RecordingsConfig {
+        let bytes_max = self.recordings_mb.map(|megabytes| megabytes.saturating_mul(1_000_000));
+        RecordingsConfig { bytes_max, ..RecordingsConfig::default() }
+    }
 }
 
 /// Runs the core until a request to stop.
@@ -38,11 +64,7 @@ pub fn run_core(args: &CoreArgs) -> Result<(), Failure> {
     let store = Arc::new(Store::open(&args.data).map_err(Failure::usage)?);
     let now = wall_clock();
     let link = args.robot.link(now)?;
-    let recording = if args.no_record {
-        None
-    } else {
-        Some(recording(&store, &*link, now, &args.robot.robot.to_string())?)
-    };
+    let recording = if args.no_record { None } else { Some(recording(&store, args, &*link, now)?) };
     let config = CoreConfig {
         link,
         store,
@@ -60,16 +82,16 @@ pub fn run_core(args: &CoreArgs) -> Result<(), Failure> {
 
 fn recording(
     store: &Store,
+    args: &CoreArgs,
     link: &dyn RobotLink,
     now: Stamp,
-    origin: &str,
 ) -> Result<RecordingTarget, Failure> {
-    let recordings = store.recordings();
-    let path = recordings.path(now);
+    let recordings = Recordings::new(store.dir().recordings(), args.recordings.config());
+    let run = recordings.begin_run(now).map_err(Failure::failed)?;
     let boot = link.boot();
-    let meta = RecordingMeta { robot: boot.profile.name, origin: origin.to_owned() };
-    let writer = RecordingWriter::create(&path, &meta, &boot.mounting).map_err(Failure::failed)?;
-    Ok(RecordingTarget { journal: Box::new(McapJournal(writer)), path, recordings })
+    let origin = args.robot.robot.to_string();
+    let meta = RecordingMeta { robot: boot.profile.name, origin, segment: None };
+    Ok(RecordingTarget { writer: Box::new(McapSegments { meta, mounting: boot.mounting }), run })
 }
 
 /// Time of this computer's clock. A time before 1970 counts as 1970.

@@ -11,6 +11,7 @@ mod paths;
 mod stop;
 mod supervisor;
 
+use core_process::RecordingsArgs;
 pub use core_process::{CoreArgs, run_core};
 pub use gateway_process::{GatewayArgs, run_gateway};
 
@@ -45,6 +46,8 @@ pub struct UpArgs {
     #[arg(long)]
     no_record: bool,
     #[command(flatten)]
+    recordings: RecordingsArgs,
+    #[command(flatten)]
     robot: RobotArgs,
 }
 
@@ -60,6 +63,7 @@ pub fn run(args: &UpArgs) -> Result<(), Failure> {
     let mut core =
         vec!["core".to_owned(), "--data".to_owned(), text(&data), "--socket".to_owned(), text(&socket)];
     core.extend(args.robot.to_arguments());
+    core.extend(args.recordings.to_arguments());
     if args.no_record {
         core.push("--no-record".to_owned());
     }

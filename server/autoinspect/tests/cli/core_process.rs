@@ -18,10 +18,19 @@ pub struct CoreProcess {
 impl CoreProcess {
     /// Starts a core with coarse scans and fast simulation, so that a walk takes seconds.
     pub fn start(data: &Path) -> Self {
+        Self::with(data, &["--lidar-columns", "200", "--people", "0", "--speed", "4"])
+    }
+
+    /// Starts a core with the scans of a real sensor.
+    pub fn at_full_resolution(data: &Path) -> Self {
+        Self::with(data, &[])
+    }
+
+    fn with(data: &Path, arguments: &[&str]) -> Self {
         let socket = data.join("core.sock");
         let child = program()
-            .args(["core", "--data", text(data), "--socket", text(&socket)])
-            .args(["--robot", "sim:b1", "--lidar-columns", "200", "--people", "0", "--speed", "4"])
+            .args(["core", "--data", text(data), "--socket", text(&socket), "--robot", "sim:b1"])
+            .args(arguments)
             .stdin(Stdio::piped())
             .spawn()
             .expect("starts");

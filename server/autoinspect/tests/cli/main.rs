@@ -12,5 +12,6 @@ mod optimise;
 mod patch;
 mod platform;
 mod program;
+mod recordings;
 mod refusals;
 mod stored_data;

@@ -1,6 +1,8 @@
 //! Several files that follow each other in time, as one container.
 
 use super::{Container, Messages, Order, Topic};
+use crate::error::ReadError;
+use crate::writer::{CONTINUES_KEY, RUN_KEY, SEGMENT_KEY};
 use std::sync::Arc;
 use vocab::Stamp;
 
@@ -44,6 +46,8 @@ impl FileSequence {
             warnings.extend_from_slice(container.warnings());
             parts.push(Part { container, topics: indices });
         }
+        let gaps = parts.windows(2).filter_map(|pair| gap_between(&*pair[0].container, &*pair[1].container));
+        warnings.extend(gaps.map(|gap| gap.to_string()));
         Self { parts, topics, warnings }
     }
 }
@@ -77,14 +81,34 @@ impl Container for FileSequence {
                 (part.container.clone(), part.topics.clone(), wanted)
             })
             .collect();
+        // A journal needs every input.
+        let mut previous: Option<Arc<dyn Container>> = None;
         // A file is opened when the previous one has ended.
         Box::new(parts.into_iter().flat_map(move |(container, topics, wanted)| {
-            container.messages(&wanted, order).map(move |raw| {
+            let gap =
+                previous.replace(container.clone()).and_then(|previous| gap_between(&*previous, &*container));
+            let gap = gap.filter(|_| order == Order::File).map(Err);
+            let messages = container.messages(&wanted, order).map(move |raw| {
                 raw.map(|mut raw| {
                     raw.topic = topics[raw.topic];
                     raw
                 })
-            })
+            });
+            gap.into_iter().chain(messages)
         }))
     }
+}
+
+/// An error if a segment is not the continuation of the previous one.
+fn gap_between(previous: &dyn Container, next: &dyn Container) -> Option<ReadError> {
+    let run = next.metadata(RUN_KEY)?;
+    let number = |container: &dyn Container| container.metadata(SEGMENT_KEY)?.parse::<u32>().ok();
+    let follows = previous.metadata(RUN_KEY) == Some(run)
+        && number(previous)
+            .zip(number(next))
+            .is_some_and(|(previous, next)| previous.checked_add(1) == Some(next))
+        && next.metadata(CONTINUES_KEY) == Some("true");
+    let segment = next.metadata(SEGMENT_KEY).unwrap_or_default();
+    (!follows)
+        .then(|| ReadError::MissingInputs { run: run.to_owned(), segment: format!("segment {segment}") })
 }

@@ -8,7 +8,7 @@ mod merge;
 mod open;
 mod scan_folder;
 
-pub(crate) use open::open;
+pub(crate) use open::{open, open_run};
 
 use crate::error::ReadError;
 use formats::cdr::Encoding;
@@ -27,6 +27,8 @@ pub(crate) enum MessageEncoding {
     ScanFile(ScanFormat),
     /// The platform's own journal.
     Postcard,
+    /// The platform's own sweeps.
+    RangeImage,
     /// Another encoding, by its name in the file.
     Other(String),
 }

@@ -7,6 +7,7 @@ use super::file_sequence::FileSequence;
 use super::mcap_file::McapFile;
 use super::scan_folder::ScanFolder;
 use crate::error::OpenError;
+use crate::writer::{RUN_KEY, SEGMENT_KEY};
 use formats::scan_file::ScanFormat;
 use formats::{natural, pcd, ply, rosbag1, rosbag2};
 use std::fs::{self, File};
@@ -23,6 +24,22 @@ type Opened = (String, Arc<dyn Container>);
 pub(crate) fn open(path: &Path) -> Result<Opened, OpenError> {
     let kind = fs::metadata(path).map_err(|source| OpenError::Io { path: path.to_owned(), source })?;
     if kind.is_dir() { open_folder(path) } else { open_file(path) }
+}
+
+/// As [`open`], but the first segment of a run is opened with the other segments of that run in its folder.
+///
+/// # Errors
+/// As [`open`].
+pub(crate) fn open_run(path: &Path) -> Result<Opened, OpenError> {
+    let (format, container) = open(path)?;
+    let is_first = container.metadata(SEGMENT_KEY) == Some("0") && path.is_file();
+    let Some(run) = container.metadata(RUN_KEY).filter(|_| is_first) else { return Ok((format, container)) };
+    // The parent of a bare file name is empty.
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let segments = bag_files(folder)?
+        .into_iter()
+        .filter(|path| open_file(path).is_ok_and(|(_, container)| container.metadata(RUN_KEY) == Some(run)));
+    join("segments of a run", segments.collect(), Vec::new())
 }
 
 fn open_file(path: &Path) -> Result<Opened, OpenError> {
@@ -74,16 +91,22 @@ fn open_folder(folder: &Path) -> Result<Opened, OpenError> {
         let text = fs::read(&metadata).map_err(io)?;
         return open_bag_folder(folder, &String::from_utf8_lossy(&text));
     }
-    let mut files: Vec<PathBuf> = fs::read_dir(folder)
-        .map_err(io)?
-        .filter_map(|entry| entry.ok().map(|entry| entry.path()))
-        .filter(|path| is_bag_name(path))
-        .collect();
-    files.sort_by(|a, b| natural::compare(&a.to_string_lossy(), &b.to_string_lossy()));
+    let files = bag_files(folder)?;
     match files.is_empty() {
         true => Ok(("folder of scans".into(), Arc::new(ScanFolder::open(folder)?))),
         false => join("folder of bags", files, Vec::new()),
     }
+}
+
+/// Files in a folder that are recordings by their names, in natural order.
+fn bag_files(folder: &Path) -> Result<Vec<PathBuf>, OpenError> {
+    let entries = fs::read_dir(folder).map_err(|source| OpenError::Io { path: folder.to_owned(), source })?;
+    let mut files: Vec<PathBuf> = entries
+        .filter_map(|entry| entry.ok().map(|entry| entry.path()))
+        .filter(|path| is_bag_name(path))
+        .collect();
+    files.sort_by(|a, b| natural::compare(&a.to_string_lossy(), &b.to_string_lossy()));
+    Ok(files)
 }
 
 fn is_bag_name(path: &Path) -> bool {

@@ -82,7 +82,7 @@ pub fn mounting() -> Mounting {
 
 /// Writes a recording of `seconds` with one of each sensor ten times a second.
 pub fn write_recording(path: &Path, seconds: i64) -> Vec<(Stamp, Input)> {
-    let meta = RecordingMeta { robot: "test".into(), origin: "made by a test".into() };
+    let meta = RecordingMeta { robot: "test".into(), origin: "made by a test".into(), segment: None };
     let mut writer = RecordingWriter::create(path, &meta, &mounting()).unwrap();
     let mut written = Vec::new();
     for tenth in 0..seconds * 10 {

@@ -69,6 +69,9 @@ impl ChannelTable {
             ("cdr", _) | ("", "ros2msg" | "ros2idl") => MessageEncoding::Ros(Encoding::Cdr),
             ("ros1", _) | ("", "ros1msg") => MessageEncoding::Ros(Encoding::Ros1),
             (topics::INPUT_ENCODING, _) => MessageEncoding::Postcard,
+            (topics::RANGE_IMAGE_ENCODING, _) if schema == topics::RANGE_IMAGE_SCHEMA => {
+                MessageEncoding::RangeImage
+            }
             (other, _) => MessageEncoding::Other(other.to_owned()),
         };
         // Name and type appear in messages for people.
