@@ -18,11 +18,8 @@ const OURS: &[(&str, &[&str])] = &[
     ("messages", &["vocab"]),
     ("api", &["vocab"]),
     ("map_codec", &["vocab"]),
-<<<<<<< HEAD
     ("site_model", &["vocab"]),
-=======
     ("scan_codec", &["messages", "vocab"]),
->>>>>>> 0c05097 (Recordings: range images of what the stack saw, thinned while the robot stands, in segments that are pinned around incidents)
     //
     ("geometry", &["vocab"]),
     ("factors", &["geometry"]),
