@@ -113,10 +113,10 @@ impl StackWalk {
             lidar_columns: plan.columns,
             people: plan.people,
             start: Some(route.start),
-            ..SimConfig::new(site.name(), plan.seed)
+            ..SimConfig::new(Arc::clone(site), plan.seed)
         };
         Ok(Self {
-            simulator: Simulator::on(Arc::clone(site), config),
+            simulator: Simulator::new(config),
             walker: RouteFollower::new(route.clone()),
             route,
             stack: Stack::new(),

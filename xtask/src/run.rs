@@ -32,6 +32,14 @@ pub(crate) fn command(arguments: Vec<OsString>) -> Result<()> {
     shell::run(&mut server)
 }
 
+/// The name of a site. The file of a building is relative to the current directory of the command.
+fn site(name: &str) -> Result<String> {
+    if !name.ends_with(".glb") {
+        return Ok(name.to_owned());
+    }
+    Ok(std::env::current_dir()?.join(name).display().to_string())
+}
+
 fn options(arguments: Vec<OsString>) -> Result<Options> {
     use lexopt::prelude::*;
 
@@ -45,7 +53,7 @@ fn options(arguments: Vec<OsString>) -> Result<Options> {
     let mut parser = lexopt::Parser::from_args(arguments);
     while let Some(argument) = parser.next()? {
         match argument {
-            Long("site") => options.site = parser.value()?.string()?,
+            Long("site") => options.site = site(&parser.value()?.string()?)?,
             Long("port") => options.port = parser.value()?.parse()?,
             // Relative to the current directory of the command.
             Long("data") => options.data = std::env::current_dir()?.join(parser.value()?),

@@ -46,7 +46,7 @@ impl Day {
 
     /// On any site.
     pub(crate) fn on(
-        site: SiteName,
+        site: impl Into<Arc<Site>>,
         people: u32,
         start: Start,
         seed: u64,

@@ -46,9 +46,9 @@ fn walk() -> &'static Walk {
             people: 0,
             start: Some(route.start),
             faults,
-            ..SimConfig::new(SiteName::B1, 3)
+            ..SimConfig::new(site, 3)
         };
-        let mut simulator = Simulator::on(site, config);
+        let mut simulator = Simulator::new(config);
         let mut boot = simulator.boot();
         boot.start_mapping = Some(SESSION);
         let mut walk =

@@ -28,7 +28,7 @@ fn walk() -> &'static Walk {
         let site = Arc::new(Site::new(SiteName::B1));
         let route = site.routes()[0].clone();
         let start = Some(route.start);
-        let mut sim = Simulator::on(site, SimConfig { start, ..SimConfig::new(SiteName::B1, 1) });
+        let mut sim = Simulator::new(SimConfig { start, ..SimConfig::new(site, 1) });
         let boot = sim.boot().mounting;
         let mounting = Mounting::from_poses(boot.base_from_lidar.as_ref(), boot.base_from_imu.as_ref(), None);
         let (mut walker, mut events) = (RouteFollower::new(route), Vec::new());

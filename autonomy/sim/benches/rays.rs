@@ -18,10 +18,10 @@ fn main() {
 fn under_way(site: SiteName, columns: u32) -> (Simulator, RouteFollower) {
     let site = Arc::new(Site::new(site));
     let Some(route) = site.route("short").cloned() else { panic!("every site has a short route") };
-    let mut config = SimConfig::new(site.name(), 1);
+    let mut config = SimConfig::new(Arc::clone(&site), 1);
     config.lidar_columns = columns;
     config.start = Some(route.start);
-    let mut simulator = Simulator::on(site, config);
+    let mut simulator = Simulator::new(config);
     let mut walker = RouteFollower::new(route);
     for _ in 0..80 {
         tenth(&mut simulator, &mut walker);

@@ -41,7 +41,10 @@ pub use lidar::{FULL_COLUMNS, RINGS};
 pub use ray_packet::{LANES, Lane, NO_HIT, RayPacket};
 pub use route::{Route, Start};
 pub use route_follower::RouteFollower;
-pub use shape::{Clearance, Material, Shape, Solid};
+pub use shape::{Clearance, Material, Shape, Solid, UnknownMaterial};
 pub use simulator::{SimConfig, SimEvent, Simulator};
-pub use site::{Dock, Site, SiteName, UnknownSite};
+pub use site::{
+    BuildingModel, BuildingModelConfig, BuildingModelError, Dock, Mobility, ModelPart, ModelTriangle, Site,
+    SiteName, TessellationConfig, UnknownSite,
+};
 pub use timing::{IMU_HZ, SWEEP_HZ};

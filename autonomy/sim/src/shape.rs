@@ -3,6 +3,8 @@
 
 use geometry::{Isometry, Rotation, Vector3};
 use nalgebra::Point3;
+use std::fmt;
+use std::str::FromStr;
 
 /// Material of a surface, as a LiDAR of 905 nm distinguishes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,6 +31,52 @@ pub enum Material {
 }
 
 impl Material {
+    /// All materials.
+    pub const ALL: [Self; 18] = [
+        Self::Concrete,
+        Self::Floor,
+        Self::Plaster,
+        Self::WhiteSheet,
+        Self::Steel,
+        Self::Galvanised,
+        Self::DarkPaint,
+        Self::YellowPaint,
+        Self::BluePaint,
+        Self::Rubber,
+        Self::Wood,
+        Self::Cardboard,
+        Self::Glass,
+        Self::Cloth,
+        Self::Skin,
+        Self::Foliage,
+        Self::Asphalt,
+        Self::Reflector,
+    ];
+
+    /// Name in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Concrete => "concrete",
+            Self::Floor => "floor",
+            Self::Plaster => "plaster",
+            Self::WhiteSheet => "white-sheet",
+            Self::Steel => "steel",
+            Self::Galvanised => "galvanised",
+            Self::DarkPaint => "dark-paint",
+            Self::YellowPaint => "yellow-paint",
+            Self::BluePaint => "blue-paint",
+            Self::Rubber => "rubber",
+            Self::Wood => "wood",
+            Self::Cardboard => "cardboard",
+            Self::Glass => "glass",
+            Self::Cloth => "cloth",
+            Self::Skin => "skin",
+            Self::Foliage => "foliage",
+            Self::Asphalt => "asphalt",
+            Self::Reflector => "reflector",
+        }
+    }
+
     /// Diffuse reflectivity at 905 nm; above 1 for retroreflectors.
     pub const fn reflectivity(self) -> f32 {
         match self {
@@ -51,6 +99,27 @@ impl Material {
             Self::Asphalt => 0.14,
             Self::Reflector => 2.2,
         }
+    }
+}
+
+/// Error: there is no material of this name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UnknownMaterial(String);
+
+impl fmt::Display for UnknownMaterial {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names = Material::ALL.map(Material::name).join(", ");
+        write!(f, "there is no material \"{}\"; the materials are {names}", self.0)
+    }
+}
+
+impl std::error::Error for UnknownMaterial {}
+
+impl FromStr for Material {
+    type Err = UnknownMaterial;
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let known = Self::ALL.into_iter().find(|material| material.name() == text);
+        known.ok_or_else(|| UnknownMaterial(text.to_owned()))
     }
 }
 

@@ -10,7 +10,7 @@ use crate::legs::Legs;
 use crate::lidar::{FULL_COLUMNS, Lidar};
 use crate::people::People;
 use crate::route::Start;
-use crate::site::{Site, SiteName};
+use crate::site::Site;
 use crate::timing::{
     BLOCK_NANOS, BLOCK_SECONDS, BLOCKS_PER_SWEEP, TICK_NANOS, TICK_SECONDS, TICKS_PER_BLOCK, TICKS_PER_IMU,
 };
@@ -39,10 +39,10 @@ const CARRY_ROTATION_RAD: f64 = 2.0;
 const GOLDEN_ANGLE_RAD: f64 = 2.399_963_229_728_653;
 
 /// What to simulate.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct SimConfig {
-    /// The site.
-    pub site: SiteName,
+    /// The site. Many runs may share one.
+    pub site: Arc<Site>,
     /// Seed of all random numbers. The site itself does not depend on it.
     pub seed: u64,
     /// Columns of a LiDAR sweep, rounded up to a multiple of 10. [`FULL_COLUMNS`] is full resolution (640,000 rays a second).
@@ -61,9 +61,9 @@ pub struct SimConfig {
 
 impl SimConfig {
     /// Full resolution, three people, no faults, 2026-01-01 00:00 UTC.
-    pub fn new(site: SiteName, seed: u64) -> Self {
+    pub fn new(site: impl Into<Arc<Site>>, seed: u64) -> Self {
         Self {
-            site,
+            site: site.into(),
             seed,
             lidar_columns: FULL_COLUMNS,
             people: 3,
@@ -176,13 +176,9 @@ fn base_from_imu() -> Isometry {
 }
 
 impl Simulator {
-    /// Builds the site and places the robot on it.
+    /// Places the robot and the people on the site.
     pub fn new(config: SimConfig) -> Self {
-        Self::on(Arc::new(Site::new(config.site)), config)
-    }
-
-    /// A simulator on a site that is already built, so that many runs share one; `config.site` is ignored.
-    pub fn on(site: Arc<Site>, config: SimConfig) -> Self {
+        let site = config.site;
         let tree = RngTree::new(config.seed);
         let errors = |name: &str| (!config.ideal).then(|| tree.child(name).rng());
         let start = config.start.unwrap_or_else(|| site.start());

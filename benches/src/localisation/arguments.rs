@@ -1,5 +1,6 @@
 //! The command line.
 
+use benches::stack_walk::WalkPlan;
 use clap::Parser;
 use std::path::PathBuf;
 
@@ -53,4 +54,11 @@ pub struct Arguments {
     /// Print one line for each pose and each recovery.
     #[arg(long)]
     pub verbose: bool,
+}
+
+impl Arguments {
+    /// The walk that makes the map.
+    pub fn walk_plan(&self) -> WalkPlan {
+        WalkPlan { seed: self.seed, columns: self.columns, people: self.people, keep_ground_truth: true }
+    }
 }

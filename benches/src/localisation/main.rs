@@ -3,18 +3,18 @@
 #![allow(clippy::print_stdout, reason = "the table is this program's output")]
 
 mod arguments;
-mod fault_recovery;
+mod fault_recoveries;
 mod map_size;
-mod mapped_site;
 mod other_day;
 mod recorded_scans;
 mod single_scan;
 
-use anyhow::{Result, ensure};
+use anyhow::{Error, Result, ensure};
 use arguments::Arguments;
+use benches::mapped_site::MappedSite;
 use clap::Parser;
-use mapped_site::MappedSite;
-use sim::SiteName;
+use site_files::SiteSource;
+use vocab::Span;
 
 fn main() -> Result<()> {
     let arguments = Arguments::parse();
@@ -23,8 +23,9 @@ fn main() -> Result<()> {
     }
     let mut meets_bar = true;
     for name in &arguments.sites {
-        let name: SiteName = name.parse()?;
-        let mapped = MappedSite::new(name, &arguments)?;
+        let source: SiteSource = name.parse().map_err(Error::msg)?;
+        let duration = Span::from_secs_f64(arguments.minutes * 60.0);
+        let mapped = MappedSite::new(source.load()?, &arguments.walk_plan(), duration)?;
         if arguments.places > 0 {
             single_scan::print_header();
             single_scan::run(&mapped, &arguments)?;
@@ -42,8 +43,8 @@ fn main() -> Result<()> {
             map_size::run(&mapped, &arguments, *points)?;
         }
         if arguments.fault_recoveries > 0 {
-            fault_recovery::print_header();
-            meets_bar &= fault_recovery::run(&mapped, &arguments)?;
+            fault_recoveries::print_header();
+            meets_bar &= fault_recoveries::run(&mapped, &arguments)?;
         }
     }
     if arguments.fault_recoveries > 0 {

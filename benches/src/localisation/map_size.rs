@@ -1,8 +1,8 @@
 //! CPU time of a scan in larger maps, which consist of copies of the map of a site side by side.
 
 use crate::arguments::Arguments;
-use crate::mapped_site::MappedSite;
 use anyhow::{Context, Result};
+use benches::mapped_site::MappedSite;
 use benches::quantile;
 use benches::stack_walk::{StackWalk, StepKind, WalkPlan};
 use geometry::{Isometry, isometry_from_pose, pose_from_isometry};

@@ -1,13 +1,12 @@
 //! Localisation in a prior map on another day: furniture was moved, doors have other angles, other people walk on the site.
 
 use crate::arguments::Arguments;
-use crate::mapped_site::MappedSite;
 use anyhow::{Context, Result};
+use benches::mapped_site::MappedSite;
 use benches::quantile;
 use benches::stack_walk::{StackWalk, StepKind, WalkPlan};
 use geometry::{isometry_from_pose, so3};
 use messages::{LocalisationState, Publication, StackEffect};
-use sim::Site;
 use std::sync::Arc;
 use vocab::{Pose, Span, Stamp};
 
@@ -96,7 +95,7 @@ impl PublishedPoses {
 pub fn run(mapped: &MappedSite, arguments: &Arguments, day: u64) -> Result<()> {
     let seed = 100 * arguments.seed + day;
     let name = mapped.site.name();
-    let site = Arc::new(Site::with_changes(name, seed, arguments.changed_share));
+    let site = Arc::new(mapped.site.on_another_day(seed, arguments.changed_share));
     let plan =
         WalkPlan { seed, columns: arguments.columns, people: arguments.day_people, keep_ground_truth: true };
     let mut published = PublishedPoses::default();

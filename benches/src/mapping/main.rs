@@ -6,20 +6,18 @@ mod components;
 mod find_loops;
 mod optimised_map;
 mod recorded_walk;
-mod score;
 mod whole_stack;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Error, Result};
+use benches::loop_score::{self, JudgedLoop, Score};
 use benches::stack_walk::WalkPlan;
 use clap::Parser;
 use find_loops::LoopFinderRun;
 use geometry::Isometry;
 use mapping::{LoopConfig, Verdict};
 use optimised_map::MapError;
-use score::{JudgedLoop, Score};
-use sim::{Site, SiteName};
+use site_files::SiteSource;
 use std::path::PathBuf;
-use std::sync::Arc;
 use vocab::Span;
 use whole_stack::WholeStackRun;
 
@@ -70,8 +68,8 @@ fn main() -> Result<()> {
         .with_context(|| format!("{} cannot be made", arguments.work.display()))?;
     print_header();
     for name in &arguments.sites {
-        let name: SiteName = name.parse()?;
-        let site = Arc::new(Site::new(name));
+        let source: SiteSource = name.parse().map_err(Error::msg)?;
+        let site = source.load()?;
         for &seed in &arguments.seeds {
             let (columns, people) = (arguments.columns, arguments.people);
             let plan = WalkPlan { seed, columns, people, keep_ground_truth: true };
@@ -85,11 +83,11 @@ fn main() -> Result<()> {
                     print_pairs(&found, &truth);
                 }
                 let judged: Vec<JudgedLoop> = found.decisions.iter().map(JudgedLoop::from).collect();
-                let score = score::score(&site, &truth, &judged);
+                let score = loop_score::score(&site, &truth, &judged);
                 let case = format!("{name} {seed} {drift}");
                 print(&case, &score, &found, &optimised_map::error(&recorded, &found)?);
                 if arguments.components {
-                    let revisits = score::revisits(&site, &truth);
+                    let revisits = loop_score::revisits(&site, &truth);
                     components::measure(&site, &recorded, &revisits, (&found.finder, &found.graph))
                         .print(&case);
                 }
@@ -120,20 +118,20 @@ fn whole_stack_walks(arguments: &Arguments) -> Result<()> {
         "unverified"
     );
     for name in &arguments.sites {
-        let name: SiteName = name.parse()?;
-        let site = Arc::new(Site::new(name));
+        let source: SiteSource = name.parse().map_err(Error::msg)?;
+        let site = source.load()?;
         for &seed in &arguments.seeds {
             let (columns, people) = (arguments.columns, arguments.people);
             let plan = WalkPlan { seed, columns, people, keep_ground_truth: true };
             let walked = whole_stack::walk(&site, &plan, Span::from_secs_f64(arguments.minutes * 60.0))?;
-            print_whole(name, seed, &walked);
+            print_whole(site.name(), seed, &walked);
         }
     }
     Ok(())
 }
 
-fn print_whole(name: SiteName, seed: u64, walked: &WholeStackRun) {
-    let score = &walked.score;
+fn print_whole(name: &str, seed: u64, walked: &WholeStackRun) {
+    let score = &walked.score.loops;
     let sorted = |times: &[f64]| {
         let mut sorted = times.to_vec();
         sorted.sort_by(f64::total_cmp);
@@ -147,20 +145,20 @@ fn print_whole(name: SiteName, seed: u64, walked: &WholeStackRun) {
     let [loop_median, loop_most] = [0.5, 1.0].map(|part| at(&loops, part).unwrap_or_default());
     println!(
         "{:<8} {seed:>5} {:>8.1} {:>7} {:>8.1} {:>9.1} {:>9} {:>7} {:>6.1} {:>9} {:>6} {:>6} {:>6} {:>9} {:>11}  {median:.1} {p99:.1} {most:.1}; {loop_median:.1} {loop_most:.1}",
-        name.to_string(),
-        walked.distance,
+        name,
+        walked.score.distance_m,
         score.keyframes,
-        walked.error * 1e3,
-        walked.trajectory_error * 1e3,
+        walked.score.map_rmse_m * 1e3,
+        walked.score.trajectory_rmse_m * 1e3,
         score.revisits,
         score.closed,
         100.0 * score.closed as f64 / score.revisits.max(1) as f64,
         score.accepted,
         score.wrong,
-        walked.reanchorings,
-        walked.wrong_reanchorings,
+        walked.score.reanchorings,
+        walked.score.wrong_reanchorings,
         score.rejected,
-        walked.unverified,
+        walked.score.unverified,
     );
 }
 
@@ -215,9 +213,9 @@ fn print(case: &str, score: &Score, found: &LoopFinderRun, map: &MapError) {
 fn print_pairs(found: &LoopFinderRun, truth: &[Isometry]) {
     for decision in &found.decisions {
         let judged = JudgedLoop::from(decision);
-        let (place, turn) = score::error(&judged, truth);
+        let (place, turn) = loop_score::error(&judged, truth);
         let evidence = &decision.evidence;
-        let truth = if score::is_wrong(&judged, truth) { "wrong" } else { "right" };
+        let truth = if loop_score::is_wrong(&judged, truth) { "wrong" } else { "right" };
         let verdict = match decision.verdict {
             Verdict::Rejected(rejection) => format!("{rejection:?}"),
             other => format!("{other:?}"),

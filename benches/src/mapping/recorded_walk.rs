@@ -51,10 +51,10 @@ fn walk(site: &Arc<Site>, plan: &WalkPlan, seconds: f64) -> Result<Vec<RecordedK
     let mut config = SimConfig {
         lidar_columns: plan.columns,
         people: plan.people,
-        ..SimConfig::new(site.name(), plan.seed)
+        ..SimConfig::new(Arc::clone(site), plan.seed)
     };
     config.start = Some(route.start);
-    let mut simulator = Simulator::on(site.clone(), config);
+    let mut simulator = Simulator::new(config);
     let boot = simulator.boot().mounting;
     let mounting = Mounting::from_poses(boot.base_from_lidar.as_ref(), boot.base_from_imu.as_ref(), None);
     let mut recorder = KeyframeRecorder::new(OdometryConfig { mounting, ..OdometryConfig::default() });

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::{
-    align, convert, export, import, info, localise, map, merge, optimise, patch, replay, sim_record,
+    align, convert, export, import, info, localise, map, merge, optimise, patch, replay, sim_record, site,
     trajectory, up,
 };
 use clap::{Parser, Subcommand};
@@ -53,6 +53,9 @@ enum Command {
     /// Use the simulator without the platform.
     #[command(subcommand)]
     Sim(SimCommand),
+    /// Write simulated sites as files.
+    #[command(subcommand)]
+    Site(SiteCommand),
     /// Evaluate trajectories.
     #[command(subcommand)]
     Trajectory(TrajectoryCommand),
@@ -70,6 +73,12 @@ enum Command {
 enum SimCommand {
     /// Let the simulated robot walk a route, and record its sensors.
     Record(sim_record::RecordArgs),
+}
+
+#[derive(Subcommand, Debug)]
+enum SiteCommand {
+    /// Write a site as a glTF building, to look at, or as an example of one's own.
+    Export(site::ExportArgs),
 }
 
 #[derive(Subcommand, Debug)]
@@ -94,6 +103,7 @@ impl Cli {
             Command::Info(args) => info::run(&args),
             Command::Convert(args) => convert::run(&args),
             Command::Sim(SimCommand::Record(args)) => sim_record::run(&args),
+            Command::Site(SiteCommand::Export(args)) => site::export(&args),
             Command::Trajectory(TrajectoryCommand::Compare(args)) => trajectory::run(&args),
             Command::Replay(args) => replay::run(&args),
             Command::Core(args) => up::run_core(&args),

@@ -25,6 +25,7 @@ mod progress;
 mod replay;
 mod robot;
 mod sim_record;
+mod site;
 #[cfg(test)]
 mod test_data;
 mod texts;

@@ -6,7 +6,8 @@ use links::{ReplayConfig, ReplayLink, ReplaySource, SimLink, SimLinkConfig};
 use messages::{BootRecord, RobotProfile, Sources};
 use ports::RobotLink;
 use recorder::{Recording, TopicSelection};
-use sim::{FULL_COLUMNS, SimConfig, SiteName};
+use sim::{FULL_COLUMNS, SimConfig};
+use site_files::SiteSource;
 use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -17,7 +18,7 @@ use vocab::Stamp;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RobotName {
     /// A simulated robot at this site.
-    Sim(SiteName),
+    Sim(SiteSource),
     /// A recording that is replayed.
     Replay(PathBuf),
 }
@@ -35,7 +36,7 @@ impl FromStr for RobotName {
     type Err = String;
     fn from_str(text: &str) -> Result<Self, String> {
         match text.split_once(':') {
-            Some(("sim", site)) => site.parse().map(Self::Sim).map_err(|error| format!("{error}")),
+            Some(("sim", site)) => site.parse().map(Self::Sim),
             Some(("replay", file)) if !file.is_empty() => Ok(Self::Replay(file.into())),
             _ => Err(texts::ROBOT_EXPECTED.to_owned()),
         }
@@ -45,7 +46,7 @@ impl FromStr for RobotName {
 /// Parameters of the simulation or replay.
 #[derive(clap::Args, Clone, Debug)]
 pub struct RobotArgs {
-    /// The robot: sim:SITE (b1, torus, plant, twins or generated:SEED), or replay:FILE.
+    /// The robot: sim:SITE (b1, torus, plant, twins, generated:SEED or FILE.glb), or replay:FILE.
     #[arg(long, default_value = "sim:b1")]
     pub robot: RobotName,
     /// Robot seconds per second of this computer.
@@ -80,12 +81,13 @@ impl RobotArgs {
     /// Links to the robot. The clock of a simulated robot starts at `epoch`.
     pub fn link(&self, epoch: Stamp) -> Result<Box<dyn RobotLink>, Failure> {
         Ok(match &self.robot {
-            RobotName::Sim(site) => {
+            RobotName::Sim(source) => {
+                let site = source.load().map_err(Failure::usage)?;
                 let sim = SimConfig {
                     lidar_columns: self.lidar_columns,
                     people: self.people,
                     epoch,
-                    ..SimConfig::new(*site, self.seed)
+                    ..SimConfig::new(site, self.seed)
                 };
                 Box::new(SimLink::start(SimLinkConfig::new(sim, self.speed)).map_err(Failure::failed)?)
             }

@@ -9,7 +9,8 @@ use faults::FaultName;
 use messages::Input;
 use recorder::{RecordingMeta, RecordingWriter};
 use serde::Serialize;
-use sim::{FULL_COLUMNS, Route, RouteFollower, SimConfig, SimEvent, Simulator, Site, SiteName};
+use sim::{FULL_COLUMNS, Route, RouteFollower, SimConfig, SimEvent, Simulator};
+use site_files::SiteSource;
 use std::path::PathBuf;
 use std::sync::Arc;
 use vocab::Span;
@@ -31,6 +32,7 @@ const CONFIG: SimRecordConfig = SimRecordConfig { command_period: Span::from_mil
 EXAMPLES:
   autoinspect sim record --site b1 --out b1.mcap
   autoinspect sim record --site plant --route short --seed 7 --columns 500 --out plant.mcap
+  autoinspect sim record --site hall.glb --minutes 5 --out hall.mcap
   autoinspect sim record --site b1 --day 2 --moved 0.3 --out tuesday.mcap
   autoinspect sim record --site b1 --out dark.mcap --faults blind-lidar@60-80,leg-slip@30-40:0.2,0,0
 
@@ -38,9 +40,9 @@ FAULTS (seconds from the start):
   blind-lidar@FROM-UNTIL  silent-lidar@FROM-UNTIL  silent-imu@FROM-UNTIL  leg-slip@FROM-UNTIL:X,Y,Z (m/s)"
 )]
 pub struct RecordArgs {
-    /// Site: b1, torus, plant, twins, or generated:SEED.
+    /// Site: b1, torus, plant, twins, generated:SEED, or a building as FILE.glb.
     #[arg(long)]
-    site: SiteName,
+    site: SiteSource,
     /// The file to write.
     #[arg(long)]
     out: PathBuf,
@@ -85,10 +87,10 @@ struct Recorded {
 
 /// Runs `autoinspect sim record`.
 pub fn run(args: &RecordArgs) -> Result<(), Failure> {
-    let site = Arc::new(match args.day {
-        Some(day) => Site::with_changes(args.site, day, args.moved),
-        None => Site::new(args.site),
-    });
+    let mut site = args.site.load().map_err(Failure::usage)?;
+    if let Some(day) = args.day {
+        site = Arc::new(site.on_another_day(day, args.moved));
+    }
     let Some(route) = site.route(&args.route).cloned() else {
         let names: Vec<_> = site.routes().iter().map(|route| route.name).collect();
         return Err(Failure::usage(texts::no_such_route(&args.site, &args.route, &names)));
@@ -99,9 +101,9 @@ pub fn run(args: &RecordArgs) -> Result<(), Failure> {
         people: args.people,
         start: Some(route.start),
         faults: faults.iter().map(FaultName::fault).collect(),
-        ..SimConfig::new(args.site, args.seed)
+        ..SimConfig::new(site, args.seed)
     };
-    let mut simulator = Simulator::on(site, config);
+    let mut simulator = Simulator::new(config);
     let meta = RecordingMeta {
         robot: simulator.boot().profile.name,
         origin: format!("simulated site {}, route {}, seed {}", args.site, args.route, args.seed),

@@ -136,6 +136,9 @@ pub fn cannot_optimise(graph: &Path, reason: &dyn Display) -> String {
 
 /// A site without this route.
 pub fn no_such_route(site: &dyn Display, route: &str, routes: &[&str]) -> String {
+    if routes.is_empty() {
+        return format!("{site} has no routes; write one into its .site.json");
+    }
     format!("{site} has no route '{route}'; it has {}", routes.join(", "))
 }
 

@@ -65,7 +65,7 @@ impl SimLink {
     /// When the thread cannot be started.
     pub fn start(config: SimLinkConfig) -> Result<Self, LinkError> {
         let simulator = Simulator::new(config.sim.clone());
-        let (boot, site) = (simulator.boot(), config.sim.site.to_string());
+        let (boot, site) = (simulator.boot(), config.sim.site.name().to_owned());
         let max_pending_faults = config.max_pending_faults;
         let pending = Arc::<Mutex<PendingCommands>>::default();
         let commands = Arc::clone(&pending);

@@ -75,9 +75,9 @@ impl Walking {
     /// Begins a route, by default the first one of the site.
     fn on(site: &Arc<Site>, route: Option<Route>) -> Self {
         let route = route.unwrap_or_else(|| site.routes()[0].clone());
-        let mut config = SimConfig { lidar_columns: 500, ..SimConfig::new(site.name(), 3) };
+        let mut config = SimConfig { lidar_columns: 500, ..SimConfig::new(Arc::clone(site), 3) };
         config.start = Some(route.start);
-        let sim = Simulator::on(Arc::clone(site), config);
+        let sim = Simulator::new(config);
         let boot = sim.boot().mounting;
         let mounting = Mounting::from_poses(boot.base_from_lidar.as_ref(), boot.base_from_imu.as_ref(), None);
         let walker = Some(RouteFollower::new(route));

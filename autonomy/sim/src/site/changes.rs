@@ -47,9 +47,11 @@ pub(super) fn change(plan: &mut SitePlan, rng: &mut Rng, changed_share: f64) {
     for leaf in plan.door_leaves.clone() {
         let (swings, sign) = (rng.uniform() < SWUNG_SHARE, if rng.uniform() < 0.5 { 1.0 } else { -1.0 });
         let swing = rotation_about(&leaf.hinge, sign * rng.range(SWING_MIN_RAD, SWING_MAX_RAD));
-        let shape = plan.solids[leaf.solid].shape.transformed(&swing);
-        if swings && is_free(&shape, &route_points) {
-            plan.solids[leaf.solid].shape = shape;
+        let solids = plan.solids[leaf.solids.clone()].iter();
+        let swung: Vec<Solid> =
+            solids.map(|solid| Solid { shape: solid.shape.transformed(&swing), ..*solid }).collect();
+        if swings && swung.iter().all(|solid| is_free(&solid.shape, &route_points)) {
+            plan.solids[leaf.solids].copy_from_slice(&swung);
         }
     }
     let mut index = 0;

@@ -2,13 +2,17 @@
 
 mod b1;
 mod changes;
+mod error;
 pub(crate) mod generated;
+mod model;
 mod parts;
 mod plan;
 mod plant;
 mod structures;
+mod tessellation;
 mod torus;
 mod twins;
+mod walkable;
 
 use crate::bvh::Bvh;
 use crate::ray_packet::{NO_HIT, RayPacket};
@@ -18,9 +22,14 @@ use geometry::{RngTree, Vector3};
 use plan::SitePlan;
 use std::fmt;
 use std::str::FromStr;
+use std::sync::Arc;
 use vocab::Vec3;
+use walkable::WalkableFloor;
 
+pub use error::BuildingModelError;
+pub use model::{BuildingModel, BuildingModelConfig, Mobility, ModelPart, ModelTriangle};
 pub use plan::Dock;
+pub use tessellation::TessellationConfig;
 
 /// The name of a site.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -91,12 +100,17 @@ impl FromStr for SiteName {
 /// A site: its solids in a tree for ray casting, its docks, routes and pedestrian paths.
 #[derive(Clone, Debug)]
 pub struct Site {
-    name: SiteName,
+    name: String,
     bvh: Bvh,
-    docks: Vec<Dock>,
-    outline: Vec<[f64; 2]>,
-    routes: Vec<Route>,
-    pedestrian_paths: Vec<Vec<Vector3>>,
+    plan: SitePlan,
+    /// The floor that can be reached, for sites of models: their solids do not say what is inside and outside.
+    walkable: Option<Arc<WalkableFloor>>,
+}
+
+impl From<SiteName> for Arc<Site> {
+    fn from(name: SiteName) -> Self {
+        Self::new(Site::new(name))
+    }
 }
 
 /// Free distance that a standing robot needs on all sides, metres.
@@ -119,31 +133,24 @@ fn plan_of(name: SiteName) -> SitePlan {
 impl Site {
     /// Builds a site. It is always the same, because the seed of its clutter is fixed.
     pub fn new(name: SiteName) -> Self {
-        Self::from_plan(name, plan_of(name))
+        Self::from_plan(name.to_string(), plan_of(name))
     }
 
     /// The site on another day: `changed_share` of the furniture is moved or removed, and doors stand at other angles. Nothing obstructs a
     /// route. The same seed gives the same changes.
-    pub fn with_changes(name: SiteName, seed: u64, changed_share: f64) -> Self {
-        let mut plan = plan_of(name);
+    pub fn on_another_day(&self, seed: u64, changed_share: f64) -> Self {
+        let mut plan = self.plan.clone();
         changes::change(&mut plan, &mut RngTree::new(seed).child("another day").rng(), changed_share);
-        Self::from_plan(name, plan)
+        Self { walkable: self.walkable.clone(), ..Self::from_plan(self.name.clone(), plan) }
     }
 
-    fn from_plan(name: SiteName, plan: SitePlan) -> Self {
-        Self {
-            name,
-            bvh: Bvh::new(&plan.solids),
-            docks: plan.docks,
-            outline: plan.outline,
-            routes: plan.routes,
-            pedestrian_paths: plan.pedestrian_paths,
-        }
+    fn from_plan(name: String, plan: SitePlan) -> Self {
+        Self { name, bvh: Bvh::new(&plan.solids), plan, walkable: None }
     }
 
     /// Name of the site.
-    pub fn name(&self) -> SiteName {
-        self.name
+    pub fn name(&self) -> &str {
+        &self.name
     }
 
     /// All solids, in the order of the tree.
@@ -158,38 +165,38 @@ impl Site {
 
     /// Charging docks. Robots start at the first one.
     pub fn docks(&self) -> &[Dock] {
-        &self.docks
+        &self.plan.docks
     }
 
     /// Corners of the ground plan, counter-clockwise, metres.
     pub fn outline(&self) -> &[[f64; 2]] {
-        &self.outline
+        &self.plan.outline
     }
 
     /// Routes for recordings.
     pub fn routes(&self) -> &[Route] {
-        &self.routes
+        &self.plan.routes
     }
 
     /// The route of that name.
     pub fn route(&self, name: &str) -> Option<&Route> {
-        self.routes.iter().find(|route| route.name == name)
+        self.plan.routes.iter().find(|route| route.name == name)
     }
 
     /// Closed paths of people, at the feet, site frame, metres.
     pub(crate) fn pedestrian_paths(&self) -> &[Vec<Vector3>] {
-        &self.pedestrian_paths
+        &self.plan.pedestrian_paths
     }
 
-    /// The start at the first dock, or at the origin where there is no dock.
+    /// The start at the first dock; without docks at the start of the site, or at the origin.
     pub fn start(&self) -> Start {
-        let origin = Start { position: Vec3::default(), yaw: 0.0 };
-        self.docks.first().map_or(origin, |dock| Start { position: dock.position, yaw: dock.yaw })
+        let dock = self.plan.docks.first().map(|dock| Start { position: dock.position, yaw: dock.yaw });
+        dock.or(self.plan.start).unwrap_or(Start { position: Vec3::default(), yaw: 0.0 })
     }
 
     /// Whether a base at that position stands at a dock.
     pub(crate) fn is_at_dock(&self, base: &Vector3) -> bool {
-        self.docks.iter().any(|dock| {
+        self.plan.docks.iter().any(|dock| {
             let offset = base - geometry::vec_from_plain(dock.position);
             offset.xy().norm() < DOCK_RADIUS_M && (0.0..1.0).contains(&offset.z)
         })
@@ -210,6 +217,7 @@ impl Site {
             .is_some_and(|(down, _)| (down - CLEARANCE_HEIGHTS_M[0]).abs() < 0.05);
         on_floor
             && self.is_inside(feet)
+            && self.walkable.as_ref().is_none_or(|floor| floor.contains(feet))
             && CLEARANCE_HEIGHTS_M.iter().all(|height| {
                 let middle = feet + Vector3::z() * *height;
                 self.distance(&middle, CLEARANCE_M)
@@ -219,8 +227,9 @@ impl Site {
 
     /// Whether a point is inside the ground plan: a ray along x crosses an odd number of edges.
     fn is_inside(&self, point: &Vector3) -> bool {
-        let next = self.outline.iter().cycle().skip(1);
-        let crossed = self.outline.iter().zip(next).filter(|(a, b)| {
+        let outline = &self.plan.outline;
+        let next = outline.iter().cycle().skip(1);
+        let crossed = outline.iter().zip(next).filter(|(a, b)| {
             let above = (a[1] > point.y) != (b[1] > point.y);
             above && point.x < a[0] + (point.y - a[1]) / (b[1] - a[1]) * (b[0] - a[0])
         });

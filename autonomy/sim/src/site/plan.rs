@@ -1,6 +1,6 @@
 //! The description of a site from which it is built.
 
-use crate::route::Route;
+use crate::route::{Route, Start};
 use crate::shape::Solid;
 use geometry::Vector3;
 use std::ops::Range;
@@ -16,10 +16,10 @@ pub struct Dock {
 }
 
 /// A door leaf that may swing.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct DoorLeaf {
-    /// Index of its solid.
-    pub(super) solid: usize,
+    /// Its solids.
+    pub(super) solids: Range<usize>,
     /// A point on its hinge, site frame, metres.
     pub(super) hinge: Vector3,
 }
@@ -29,6 +29,8 @@ pub(super) struct DoorLeaf {
 pub(super) struct SitePlan {
     pub(super) solids: Vec<Solid>,
     pub(super) docks: Vec<Dock>,
+    /// Start of the robot where there is no dock.
+    pub(super) start: Option<Start>,
     /// Corners of the ground plan, counter-clockwise, metres.
     pub(super) outline: Vec<[f64; 2]>,
     pub(super) routes: Vec<Route>,

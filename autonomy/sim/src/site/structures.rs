@@ -347,7 +347,8 @@ impl Builder {
 
     /// An open door leaf: a point on its hinge, its direction (radians), width and height (metres).
     pub(super) fn leaf(&mut self, hinge: Vector3, yaw: f64, width: f64, height: f64, material: Material) {
-        self.plan.door_leaves.push(DoorLeaf { solid: self.plan.solids.len(), hinge });
+        let leaf = self.plan.solids.len();
+        self.plan.door_leaves.push(DoorLeaf { solids: leaf..leaf + 1, hinge });
         let along = at(yaw.cos(), yaw.sin(), 0.0);
         let middle = hinge + along * (width / 2.0);
         self.oriented_box(middle + Vector3::z() * 0.01, at(width, 0.045, height), yaw, material);

@@ -162,9 +162,8 @@ fn people_walk_where_no_furniture_stands() {
 #[test]
 fn furniture_moves_on_another_day_and_leaves_the_routes_free() {
     for seed in 0..8 {
-        let name = SiteName::Generated(seed);
         let (layout, usual) = generated(seed);
-        let changed = Site::with_changes(name, 5, 0.25);
+        let changed = usual.on_another_day(5, 0.25);
         assert!(changed.solids() != usual.solids(), "seed {seed}");
         for (point, _) in flat_points(&layout, &changed, "round") {
             assert!(changed.has_room(&point), "seed {seed}: no room at {point}");
@@ -177,7 +176,7 @@ fn walk(seed: u64, route: &str) -> (f64, f64) {
     let name = SiteName::Generated(seed);
     let site = Arc::new(Site::new(name));
     let route = site.route(route).cloned().unwrap();
-    let mut simulator = Simulator::on(site, ideal_blind(name));
+    let mut simulator = Simulator::new(ideal_blind(site));
     let mut walker = RouteFollower::new(route);
     let mut highest = f64::NEG_INFINITY;
     while let Some(command) = walker.drive(&simulator.truth()) {

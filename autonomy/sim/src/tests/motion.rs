@@ -13,7 +13,7 @@ fn the_body_never_enters_walls_under_any_command() {
         let site = Arc::new(Site::new(name));
         for seed in 0..4 {
             let mut rng = RngTree::new(seed).child("commands").rng();
-            let mut simulator = Simulator::on(site.clone(), ideal_blind(name));
+            let mut simulator = Simulator::new(ideal_blind(site.clone()));
             let mut walked = 0.0;
             for _ in 0..25 {
                 let command = drive(rng.range(-0.8, 2.0), rng.range(-0.6, 0.6), rng.range(-1.5, 1.5));
@@ -104,7 +104,7 @@ fn stairs_lift_the_robot_to_the_upper_floor() {
     let mut config = ideal_blind(SiteName::Plant);
     let route = site.route("short").cloned().unwrap();
     config.start = Some(route.start);
-    let mut simulator = Simulator::on(site, config);
+    let mut simulator = Simulator::new(config);
     let mut walker = RouteFollower::new(route);
     let (mut steepest, mut highest) = (0.0_f64, 0.0_f64);
     while let Some(command) = walker.drive(&simulator.truth()) {

@@ -40,10 +40,10 @@ fn events_come_in_order_of_arrival_after_they_were_measured() {
 fn seconds_to_walk(name: SiteName, route: &str) -> f64 {
     let site = Arc::new(Site::new(name));
     let route = site.route(route).cloned().unwrap();
-    let mut config = ideal_blind(name);
+    let mut config = ideal_blind(site);
     config.start = Some(route.start);
     let label = route.name;
-    let mut simulator = Simulator::on(site, config);
+    let mut simulator = Simulator::new(config);
     let mut walker = RouteFollower::new(route);
     while let Some(command) = walker.drive(&simulator.truth()) {
         run(&mut simulator, command, 1);
@@ -87,7 +87,7 @@ fn sites_have_names_docks_outlines_and_pedestrian_paths() {
 #[test]
 fn changes_differ_by_seed_and_are_the_same_for_the_same_seed() {
     let usual = Site::new(SiteName::B1);
-    let [one, again, other] = [5, 5, 6].map(|seed| Site::with_changes(SiteName::B1, seed, 0.25));
+    let [one, again, other] = [5, 5, 6].map(|seed| Site::new(SiteName::B1).on_another_day(seed, 0.25));
     assert_eq!(one.solids(), again.solids());
     assert!(one.solids() != usual.solids() && one.solids() != other.solids());
     let kept = one.solids().iter().filter(|solid| usual.solids().contains(solid)).count();

@@ -170,6 +170,25 @@ fn a_simulated_recording_is_a_standard_recording_with_truth() {
     assert!(topics.iter().any(|topic| topic["name"] == "/truth" && topic["count"].as_u64() > Some(100)));
 }
 
+#[test]
+fn an_exported_site_is_walked_in_as_a_building_from_a_file() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let exported = json(&["site", "export", "twins", "--out", text(dir.path())]);
+    let building = dir.path().join("twins.glb");
+    assert_eq!(exported["file"].as_str(), Some(text(&building)));
+    let record = |site: &str, name: &str| {
+        let out = dir.path().join(name);
+        let walk = ["--route", "short", "--minutes", "0.2", "--columns", "50", "--people", "2"];
+        json(&[&["sim", "record", "--site", site, "--out", text(&out)][..], &walk].concat())
+    };
+    let (original, twin) = (record("twins", "a.mcap"), record(text(&building), "b.mcap"));
+    assert_eq!(original["scans"], twin["scans"]);
+    let [a, b] = [&original, &twin].map(|walk| walk["distance_m"].as_f64().expect("a number"));
+    assert!(a > 4.0 && (a - b).abs() < 0.1, "{a} m and {b} m");
+    let [a, b] = [&original, &twin].map(|walk| walk["points"].as_f64().expect("a number"));
+    assert!((a / b - 1.0).abs() < 0.01, "{a} and {b} points");
+}
+
 /// Checks the accuracy on real recordings that the documentation states.
 #[test]
 fn real_recordings_are_mapped_with_the_documented_accuracy() {

@@ -21,6 +21,7 @@ const ROTATION_ERROR_MAX_RAD: f64 = 0.052;
 
 /// The decision on a pair of keyframes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names say it")]
 pub enum Outcome {
     Accepted,
     Held,
@@ -31,10 +32,15 @@ pub enum Outcome {
 /// A pair of keyframes with its relative pose and the decision on it.
 #[derive(Clone, Copy, Debug)]
 pub struct JudgedLoop {
+    /// Index of the older keyframe.
     pub from: usize,
+    /// Index of the newer keyframe.
     pub to: usize,
+    /// Pose of the newer keyframe in the older one.
     pub from_from_to: Isometry,
+    /// Information matrix of that pose.
     pub information: Matrix6,
+    /// The decision.
     pub outcome: Outcome,
 }
 
@@ -85,17 +91,23 @@ impl JudgedLoop {
 /// The score of a walk.
 #[derive(Clone, Debug, Default)]
 pub struct Score {
+    /// Number of keyframes.
     pub keyframes: usize,
     /// Number of revisits.
     pub revisits: usize,
+    /// Number of closed revisits.
     pub closed: usize,
-    /// Number of accepted loops, and of the wrong ones among them.
+    /// Number of accepted loops.
     pub accepted: usize,
+    /// Number of wrong ones among them.
     pub wrong: usize,
+    /// Number of pairs that wait for a decision.
     pub held: usize,
+    /// Number of rejected pairs.
     pub rejected: usize,
-    /// Root mean square errors of the right accepted loops, metres and radians.
+    /// Root mean square error of the right accepted loops, metres.
     pub translation_rmse_m: f64,
+    /// Root mean square error of their rotations, radians.
     pub rotation_rmse_rad: f64,
     /// Mean normalised estimation error squared (NEES) of the right loops by their own information; 6 for consistent covariances.
     pub nees: f64,

@@ -1,11 +1,9 @@
 //! Recovery of a localised robot after faults: its LiDAR is covered while it walks, and it is carried away. After it was carried, it
 //! executes the relocalisation behaviour, as on the way to a goal.
 
-use crate::arguments::Arguments;
 use crate::mapped_site::MappedSite;
+use crate::stack_walk::{StackWalk, WalkPlan};
 use anyhow::{Context, Result};
-use benches::quantile;
-use benches::stack_walk::{StackWalk, WalkPlan};
 use geometry::{Isometry, Rng, RngTree, Vector3, isometry_from_pose, pose_from_isometry};
 use messages::{CommandKind, GoalKind, LocalisationState, Publication, StackEffect, TICK_PERIOD};
 use sim::{ScheduledFault, Site, Start};
@@ -13,16 +11,12 @@ use std::sync::Arc;
 use uuid::Uuid;
 use vocab::{GoalId, Pose, Span, Vec3};
 
-/// Limit of the duration of a recovery, seconds.
-const RECOVERY_MAX_S: f64 = 15.0;
 /// A recovery that takes longer than this counts as failed, seconds.
 const WAIT_MAX_S: f64 = 60.0;
 /// A claimed position is wrong if it is farther than this from the truth, metres.
 const POSITION_TOLERANCE_M: f64 = 0.2;
 /// Time for which the LiDAR is covered.
 const COVERED_FOR: Span = Span::from_millis(20_000);
-/// Least distance over which the robot is carried, metres.
-const CARRY_DISTANCE_MIN_M: f64 = 15.0;
 /// Greatest distance over which the robot is carried, metres.
 const CARRY_DISTANCE_MAX_M: f64 = 25.0;
 /// Time for which the robot is carried.
@@ -32,22 +26,45 @@ const WALK_BETWEEN: Span = Span::from_millis(15_000);
 /// Interval at which a recovering robot is checked.
 const CHECK_INTERVAL: Span = Span::from_millis(100);
 
-/// Prints the names of the columns. For each kind of fault: the number of faults; the least distance over which the robot moved or was carried
-/// meanwhile (straight line, metres); the number of recoveries within the bar; their median and greatest duration. Then the number of scans
-/// after which the robot claimed a pose, and the number of those with a wrong pose.
-pub fn print_header() {
-    println!(
-        "{:<8}{:>12}{:>8}{:>9}{:>11}{:>11}{:>9}",
-        "site", "fault", "number", "least m", "in 15 s", "median s", "worst s"
-    );
+/// Parameters of a walk with faults.
+#[derive(Clone, Copy, Debug)]
+pub struct FaultPlan {
+    /// Number of times that the LiDAR is covered, and that the robot is carried away and back.
+    pub faults: u32,
+    /// Seed of the walk, of the changes of the site and of the places.
+    pub seed: u64,
+    /// LiDAR columns per sweep.
+    pub columns: u32,
+    /// Number of people who walk on the site.
+    pub people: u32,
+    /// Share of the furniture that is moved or removed.
+    pub changed_share: f64,
+    /// Least distance over which the robot is carried, metres.
+    pub carry_distance_min_m: f64,
+    /// Whether a line is printed for each place to which the robot was carried.
+    pub verbose: bool,
+}
+
+/// The recoveries of a walk.
+#[derive(Clone, Debug, Default)]
+pub struct FaultRecoveries {
+    /// Recoveries after the LiDAR was covered.
+    pub covered: Vec<Recovery>,
+    /// Recoveries after the robot was carried.
+    pub carried: Vec<Recovery>,
+    /// Number of scans after which a pose was claimed.
+    pub claimed_scans: u64,
+    /// Number of those with a wrong pose.
+    pub wrong_scans: u64,
 }
 
 /// One fault and its recovery.
-struct Recovery {
+#[derive(Clone, Copy, Debug)]
+pub struct Recovery {
     /// Straight-line distance between the positions before and after the fault, metres.
-    distance_m: f64,
-    /// Time from the end of the fault until the robot claims its right pose, seconds.
-    duration_s: f64,
+    pub distance_m: f64,
+    /// Time from the end of the fault until the robot claims its right pose, seconds; infinite if that takes over a minute.
+    pub duration_s: f64,
 }
 
 /// Localisation state that the stack published.
@@ -89,12 +106,12 @@ struct FaultyWalk<'a> {
     walk: StackWalk,
     published: PublishedState,
     mapped: &'a MappedSite,
+    plan: FaultPlan,
     /// Number of scans after which a pose was claimed.
     claimed_scans: u64,
     /// Number of those with a wrong pose.
     wrong_scans: u64,
     rng: Rng,
-    verbose: bool,
 }
 
 impl FaultyWalk<'_> {
@@ -172,7 +189,7 @@ impl FaultyWalk<'_> {
             let distance_m = (self.true_position()? - before).norm();
             let duration_s = self.wait_for_recovery()?;
             recoveries.push(Recovery { distance_m, duration_s });
-            if self.verbose {
+            if self.plan.verbose {
                 self.print_recovery(&to, duration_s)?;
             }
             let published = &mut self.published;
@@ -199,6 +216,7 @@ impl FaultyWalk<'_> {
         Ok(())
     }
 
+    #[allow(clippy::print_stdout, reason = "part of the table of a benchmark")]
     /// Prints the position at which the robot was put down, the duration of the recovery, and the present position.
     fn print_recovery(&self, to: &Start, duration_s: f64) -> Result<()> {
         let (error_m, now) = (self.position_error_m()?, self.true_position()?);
@@ -213,10 +231,11 @@ impl FaultyWalk<'_> {
         let keyframes = self.mapped.localisation_map.keyframes();
         let places = keyframes.iter().map(|(pose, _)| (self.mapped.site_from_map * *pose).translation.vector);
         let site = Arc::clone(self.walk.simulator().site());
+        let least_m = self.plan.carry_distance_min_m;
         let fits = |place: &Vector3| {
             let distance = (place - here).xy().norm();
             let feet = place - Vector3::z() * (here.z - floor_height(&site, here));
-            (CARRY_DISTANCE_MIN_M..CARRY_DISTANCE_MAX_M).contains(&distance)
+            (least_m..CARRY_DISTANCE_MAX_M).contains(&distance)
                 && (place.z - here.z).abs() < 0.2
                 && site.has_room(&feet)
         };
@@ -236,60 +255,26 @@ fn start(place: &Vector3, yaw: f64) -> Start {
     Start { position: Vec3::new(place.x, place.y, place.z), yaw }
 }
 
-/// Walks on another day with faults; returns whether every recovery took at most 15 s and no wrong pose was claimed.
-pub fn run(mapped: &MappedSite, arguments: &Arguments) -> Result<bool> {
-    let seed = 100 * arguments.seed + 77;
-    let site = Arc::new(Site::with_changes(mapped.site.name(), seed, arguments.changed_share));
-    let plan =
-        WalkPlan { seed, columns: arguments.columns, people: arguments.day_people, keep_ground_truth: false };
+/// Walks on another day with faults.
+///
+/// # Errors
+/// When the site has no round.
+pub fn walk_with_faults(mapped: &MappedSite, plan: &FaultPlan) -> Result<FaultRecoveries> {
+    let seed = plan.seed;
+    let site = Arc::new(mapped.site.on_another_day(seed, plan.changed_share));
+    let walk_plan = WalkPlan { seed, columns: plan.columns, people: plan.people, keep_ground_truth: false };
     let mut published = PublishedState::default();
     let prior_map = Arc::clone(&mapped.prior_map);
     let mut observer = |_, _, effects: &[StackEffect]| published.update(effects);
-    let walk = StackWalk::localised(&site, "round", &plan, prior_map, None, &mut observer)?;
+    let walk = StackWalk::localised(&site, "round", &walk_plan, prior_map, None, &mut observer)?;
     let rng = RngTree::new(seed).child("carried").rng();
-    let mut walk = FaultyWalk {
-        walk,
-        published,
-        mapped,
-        claimed_scans: 0,
-        wrong_scans: 0,
-        rng,
-        verbose: arguments.verbose,
-    };
+    let mut walk = FaultyWalk { walk, published, mapped, plan: *plan, claimed_scans: 0, wrong_scans: 0, rng };
     let (mut covered, mut carried) = (Vec::new(), Vec::new());
-    for _ in 0..arguments.fault_recoveries {
+    for _ in 0..plan.faults {
         walk.advance(WALK_BETWEEN)?;
         covered.push(walk.cover()?);
         walk.advance(WALK_BETWEEN)?;
         carried.extend(walk.carry_there_and_back()?);
     }
-    for (fault, recoveries) in [("covered", &covered), ("carried", &carried)] {
-        print_recoveries(mapped, fault, recoveries);
-    }
-    println!(
-        "{:<8}{:>12}{:>8}{:>20}",
-        mapped.site.name(),
-        "wrong scans",
-        walk.claimed_scans,
-        walk.wrong_scans
-    );
-    let in_time = covered.iter().chain(&carried).all(|recovery| recovery.duration_s <= RECOVERY_MAX_S);
-    Ok(in_time && walk.wrong_scans == 0)
-}
-
-fn print_recoveries(mapped: &MappedSite, fault: &str, recoveries: &[Recovery]) {
-    let mut durations: Vec<f64> = recoveries.iter().map(|recovery| recovery.duration_s).collect();
-    durations.sort_by(f64::total_cmp);
-    let in_time = durations.iter().filter(|seconds| **seconds <= RECOVERY_MAX_S).count();
-    let least_m = recoveries.iter().map(|recovery| recovery.distance_m).fold(f64::INFINITY, f64::min);
-    println!(
-        "{:<8}{:>12}{:>8}{:>9.1}{:>11}{:>11.1}{:>9.1}",
-        mapped.site.name(),
-        fault,
-        durations.len(),
-        least_m,
-        in_time,
-        quantile(&durations, 0.5),
-        quantile(&durations, 1.0)
-    );
+    Ok(FaultRecoveries { covered, carried, claimed_scans: walk.claimed_scans, wrong_scans: walk.wrong_scans })
 }

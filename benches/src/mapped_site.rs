@@ -1,41 +1,47 @@
 //! A simulated site and the map that the stack makes of it.
 
-use crate::arguments::Arguments;
+use crate::map_score::{MapScore, score_map};
+use crate::prior_map::PriorMapBuilder;
+use crate::stack_walk::{StackWalk, StepKind, WalkPlan, reanchorings};
 use anyhow::{Context, Result};
-use benches::prior_map::PriorMapBuilder;
-use benches::stack_walk::{StackWalk, StepKind, WalkPlan};
 use geometry::{Isometry, isometry_from_pose};
 use localisation::LocalisationMap;
 use mapping::{KeyframeDescriptor, KeyframeDescriptorParts};
 use messages::{PriorKeyframe, PriorMap, StackEffect};
-use sim::{Site, SiteName};
+use sim::Site;
 use std::sync::Arc;
 use vocab::Span;
 
 /// A site with its map.
 pub struct MappedSite {
+    /// The site.
     pub site: Arc<Site>,
+    /// The map, to localise in.
     pub localisation_map: Arc<LocalisationMap>,
     /// The map in the form in which the stack reads it from disk.
     pub prior_map: Arc<PriorMap>,
+    /// The best rigid alignment of the map with the site.
     pub site_from_map: Isometry,
+    /// How accurate the map is.
+    pub score: MapScore,
 }
 
 impl MappedSite {
-    /// Maps the site while the robot walks its round.
-    pub fn new(name: SiteName, arguments: &Arguments) -> Result<Self> {
-        let site = Arc::new(Site::new(name));
-        let plan = WalkPlan {
-            seed: arguments.seed,
-            columns: arguments.columns,
-            people: arguments.people,
-            keep_ground_truth: true,
+    /// Maps the site while the robot walks its round for `duration`.
+    ///
+    /// # Errors
+    /// When the site has no round, or the stack makes no map.
+    pub fn new(site: Arc<Site>, plan: &WalkPlan, duration: Span) -> Result<Self> {
+        let plan = WalkPlan { keep_ground_truth: true, ..*plan };
+        let (mut builder, mut reanchored) = (PriorMapBuilder::default(), Vec::new());
+        let mut observer = |_: StepKind, _: f64, effects: &[StackEffect]| {
+            builder.insert(effects);
+            reanchored.extend(reanchorings(effects).copied());
         };
-        let mut builder = PriorMapBuilder::default();
-        let mut observer = |_: StepKind, _: f64, effects: &[StackEffect]| builder.insert(effects);
         let mut walk = StackWalk::new(&site, "round", &plan, &mut observer)?;
-        walk.walk_until(Span::from_secs_f64(arguments.minutes * 60.0), &mut observer)?;
+        walk.walk_until(duration, &mut observer)?;
         let (finished, truth) = walk.finish(&mut observer)?;
+        let score = score_map(&site, &finished, &truth, &reanchored)?;
         let prior_map = builder.build(&finished)?;
         let (mut keyframes, mut positions) = (Vec::new(), Vec::new());
         for (node, place) in prior_map.graph.nodes.iter().zip(&prior_map.keyframes) {
@@ -54,6 +60,7 @@ impl MappedSite {
             localisation_map: Arc::new(LocalisationMap::new(keyframes)),
             prior_map: Arc::new(prior_map),
             site_from_map: alignment.truth_from_estimate,
+            score,
         })
     }
 }

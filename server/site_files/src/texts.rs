@@ -1,0 +1,57 @@
+//! Sentences for people, by key. English. The name of the file precedes them.
+
+/// Whatever is no GLB file.
+pub(crate) const NOT_GLB: &str =
+    "it is no binary glTF file: export the building as glTF 2.0 with the format glTF Binary (.glb)";
+/// A file that ends early.
+pub(crate) const CUT: &str = "it is incomplete: export or copy it again";
+/// Nodes that contain themselves, or that are nested very deeply.
+pub(crate) const DEEP: &str =
+    "its objects are nested too deeply: apply their parents' transformations and clear the parents";
+/// Points in another file.
+pub(crate) const EXTERNAL: &str =
+    "its points lie in another file: export it with the format glTF Binary (.glb), which holds everything";
+/// A sidecar of a newer program.
+pub(crate) fn newer_version(version: u32, known: u32) -> String {
+    format!("it has version {version}, and this program reads versions up to {known}: update the program")
+}
+/// JSON that is not a glTF document or not a sidecar.
+pub(crate) fn bad_json(cause: &dyn std::fmt::Display) -> String {
+    format!("it cannot be understood: {cause}")
+}
+/// The file is missing or cannot be read.
+pub(crate) fn not_read(cause: &dyn std::fmt::Display) -> String {
+    format!("it cannot be read: {cause}")
+}
+/// The file cannot be written.
+pub(crate) fn not_written(cause: &dyn std::fmt::Display) -> String {
+    format!("it cannot be written: {cause}")
+}
+/// An extension without which the points are not known.
+pub(crate) fn extension(name: &str) -> String {
+    format!("it needs the extension {name}, which is not supported: export it without compression")
+}
+/// Points or corners of triangles that do not fit their buffer or their type.
+pub(crate) fn bad_mesh(node: &str) -> String {
+    format!(
+        "the mesh of \"{node}\" is damaged or has points of an unsupported type: export it again without compression"
+    )
+}
+/// More triangles than are read.
+pub(crate) fn too_many_triangles(limit: usize) -> String {
+    format!("it has more than {limit} triangles: simplify its meshes")
+}
+/// A name of the sidecar that the model lacks.
+pub(crate) fn no_such_object(field: &str, name: &str) -> String {
+    format!("{field} names \"{name}\", and the model has no such object")
+}
+/// A material of the sidecar that the model lacks.
+pub(crate) fn no_such_material(name: &str, known: &[&str]) -> String {
+    format!("materials names \"{name}\", and the model has no such material; it has: {}", known.join(", "))
+}
+/// A number that must be positive.
+pub(crate) const BAD_SCALE: &str = "metres_per_unit must be a positive number";
+/// A number that is none.
+pub(crate) fn not_finite(what: &str) -> String {
+    format!("{what} is not a finite number")
+}
