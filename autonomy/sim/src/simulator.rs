@@ -35,6 +35,8 @@ const CARRY_DISTANCE_MAX_M: f64 = 20.0;
 const CARRY_DISTANCE_MIN_M: f64 = 6.0;
 /// Rotation of the robot while it is carried away, radians.
 const CARRY_ROTATION_RAD: f64 = 2.0;
+/// Sum of planar speed (m/s) and turning rate (rad/s) above which the legs walk.
+const WALKING_SPEED_MIN: f64 = 0.02;
 /// The golden angle, radians: successive multiples of it cover all directions evenly.
 const GOLDEN_ANGLE_RAD: f64 = 2.399_963_229_728_653;
 
@@ -241,8 +243,9 @@ impl Simulator {
         self.carried = Some(CarriedMotion { from, to, elapsed_blocks: 0, blocks });
     }
 
-    /// As [`Self::carry`], to a free place on the same floor, 20 m away if there is one and at least 6 m. Without a free place nothing happens.
-    pub fn carry_away(&mut self, duration: Span) {
+    /// As [`Self::carry`], to a free place on the same floor, 20 m away if there is one and at least 6 m. Without a free place nothing happens;
+    /// returns whether there is one.
+    pub fn carry_away(&mut self, duration: Span) -> bool {
         let [x, y, yaw] = self.body.planar_pose();
         let feet = vec_from_plain(self.truth().site_from_base.position).z - STANDING_HEIGHT;
         let places = (0..CARRY_CANDIDATES).map(|number| {
@@ -252,10 +255,12 @@ impl Simulator {
                 - (CARRY_DISTANCE_MAX_M - CARRY_DISTANCE_MIN_M) * number as f64 / CARRY_CANDIDATES as f64;
             Vector3::new(x + away * cos, y + away * sin, feet)
         });
-        if let Some(place) = { places }.find(|place| self.site.has_room(place)) {
-            let position = Vec3::new(place.x, place.y, place.z);
-            self.carry(Start { position, yaw: yaw + CARRY_ROTATION_RAD }, duration);
-        }
+        let Some(place) = { places }.find(|place| self.site.has_room(place)) else {
+            return false;
+        };
+        let position = Vec3::new(place.x, place.y, place.z);
+        self.carry(Start { position, yaw: yaw + CARRY_ROTATION_RAD }, duration);
+        true
     }
 
     /// Adds a fault; its times count from the start of the simulation, see [`Simulator::elapsed`].
@@ -290,6 +295,12 @@ impl Simulator {
         self.truth_at(TICKS_PER_BLOCK as isize, self.now())
     }
 
+    /// Whether the legs move the robot, by more than 0.02 m/s or rad/s.
+    pub fn is_walking(&self) -> bool {
+        let (speed, turning) = self.body.planar_speed();
+        speed + turning.abs() > WALKING_SPEED_MIN
+    }
+
     /// Positions of the people, at their feet, site frame, metres.
     pub fn people(&self) -> Vec<Vec3> {
         self.people.positions().iter().map(geometry::vec_to_plain).collect()
@@ -314,7 +325,7 @@ impl Simulator {
         let carried = self.advance_body();
         let place = self.body.motion().at(0).translation.vector;
         self.people.advance(BLOCK_SECONDS, &place);
-        let (speed, turning) = self.body.planar_speed();
+        let (speed, _) = self.body.planar_speed();
         self.battery.advance(BLOCK_SECONDS, speed, self.site.is_at_dock(&place));
         let truth = self.truth_at(0, start);
         self.ground_truth.push_back(truth);
@@ -324,7 +335,7 @@ impl Simulator {
 
         let first = out.len();
         self.sense_imu(start, elapsed, out);
-        let walking = speed + turning.abs() > 0.02;
+        let walking = self.is_walking();
         // The legs of a carried robot hang, so they measure no motion.
         let leg_velocity = if carried { Twist::default() } else { truth.velocity };
         let legs = self.legs.sample(start, &leg_velocity, walking, self.faults.leg_slip_velocity(elapsed));

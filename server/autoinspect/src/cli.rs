@@ -61,6 +61,9 @@ enum Command {
     Trajectory(TrajectoryCommand),
     /// Step the stack through a journal and print the fingerprint of all its effects.
     Replay(replay::ReplayArgs),
+    /// The simulated robot, which the core reaches by a socket; started by `up`.
+    #[command(hide = true)]
+    SimulatedRobot(up::SimulatedRobotArgs),
     /// The robot's core; started by `up`.
     #[command(hide = true)]
     Core(up::CoreArgs),
@@ -106,6 +109,7 @@ impl Cli {
             Command::Site(SiteCommand::Export(args)) => site::export(&args),
             Command::Trajectory(TrajectoryCommand::Compare(args)) => trajectory::run(&args),
             Command::Replay(args) => replay::run(&args),
+            Command::SimulatedRobot(args) => up::run_robot(&args),
             Command::Core(args) => up::run_core(&args),
             Command::Gateway(args) => up::run_gateway(&args),
         }

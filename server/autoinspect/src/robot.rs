@@ -1,18 +1,31 @@
-//! The robot of the platform: `sim:SITE` or `replay:FILE`.
+//! The robot of the platform: `sim:SITE`, `replay:FILE` or `socket:PATH`.
 
 use crate::failure::Failure;
 use crate::texts;
-use links::{ReplayConfig, ReplayLink, ReplaySource, SimLink, SimLinkConfig};
+use crate::up::Stop;
+use links::{ConnectError, ReplayConfig, ReplayLink, ReplaySource, SocketLink, SocketLinkConfig};
 use messages::{BootRecord, RobotProfile, Sources};
 use ports::RobotLink;
 use recorder::{Recording, TopicSelection};
-use sim::{FULL_COLUMNS, SimConfig};
+use sim::FULL_COLUMNS;
 use site_files::SiteSource;
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
-use vocab::Stamp;
+use std::time::{Duration, Instant};
+
+/// Parameters of the core's connection to a robot.
+#[derive(Clone, Copy, Debug)]
+struct ConnectConfig {
+    /// Longest wait for the robot to listen. It builds its site first. The supervisor then starts the core again.
+    timeout: Duration,
+    /// Pause between two attempts.
+    retry_pause: Duration,
+}
+
+const CONFIG: ConnectConfig =
+    ConnectConfig { timeout: Duration::from_secs(20), retry_pause: Duration::from_millis(20) };
 
 /// A robot, as named on the command line.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -21,6 +34,8 @@ pub enum RobotName {
     Sim(SiteSource),
     /// A recording that is replayed.
     Replay(PathBuf),
+    /// A robot in another process, which listens on this Unix socket.
+    Socket(PathBuf),
 }
 
 impl fmt::Display for RobotName {
@@ -28,6 +43,7 @@ impl fmt::Display for RobotName {
         match self {
             Self::Sim(site) => write!(f, "sim:{site}"),
             Self::Replay(path) => write!(f, "replay:{}", path.display()),
+            Self::Socket(path) => write!(f, "socket:{}", path.display()),
         }
     }
 }
@@ -38,6 +54,7 @@ impl FromStr for RobotName {
         match text.split_once(':') {
             Some(("sim", site)) => site.parse().map(Self::Sim),
             Some(("replay", file)) if !file.is_empty() => Ok(Self::Replay(file.into())),
+            Some(("socket", path)) if !path.is_empty() => Ok(Self::Socket(path.into())),
             _ => Err(texts::ROBOT_EXPECTED.to_owned()),
         }
     }
@@ -46,7 +63,8 @@ impl FromStr for RobotName {
 /// Parameters of the simulation or replay.
 #[derive(clap::Args, Clone, Debug)]
 pub struct RobotArgs {
-    /// The robot: sim:SITE (b1, torus, plant, twins, generated:SEED or FILE.glb), or replay:FILE.
+    /// The robot: sim:SITE (b1, torus, plant, twins, generated:SEED or FILE.glb), replay:FILE, or socket:PATH of a robot in another
+    /// process.
     #[arg(long, default_value = "sim:b1")]
     pub robot: RobotName,
     /// Robot seconds per second of this computer.
@@ -78,19 +96,16 @@ impl RobotArgs {
         .collect()
     }
 
-    /// Links to the robot. The clock of a simulated robot starts at `epoch`.
-    pub fn link(&self, epoch: Stamp) -> Result<Box<dyn RobotLink>, Failure> {
+    /// The same for another robot.
+    pub fn with_robot(&self, robot: RobotName) -> Self {
+        Self { robot, ..self.clone() }
+    }
+
+    /// Links to the robot. Waits until it listens; `None` after a request to stop.
+    pub fn link(&self, stop: &Stop) -> Result<Option<Box<dyn RobotLink>>, Failure> {
         Ok(match &self.robot {
-            RobotName::Sim(source) => {
-                let site = source.load().map_err(Failure::usage)?;
-                let sim = SimConfig {
-                    lidar_columns: self.lidar_columns,
-                    people: self.people,
-                    epoch,
-                    ..SimConfig::new(site, self.seed)
-                };
-                Box::new(SimLink::start(SimLinkConfig::new(sim, self.speed)).map_err(Failure::failed)?)
-            }
+            RobotName::Sim(_) => return Err(Failure::usage(texts::SIMULATED_ROBOT_IS_A_PROCESS)),
+            RobotName::Socket(path) => connect(path, stop)?.map(|link| Box::new(link) as Box<dyn RobotLink>),
             RobotName::Replay(path) => {
                 let recording = Recording::open(path, &TopicSelection::default()).map_err(Failure::usage)?;
                 let messages = recording
@@ -101,9 +116,26 @@ impl RobotArgs {
                     boot: boot_record(&recording, Sources::default()),
                     messages: Box::new(messages),
                 };
-                Box::new(ReplayLink::start(source, config).map_err(Failure::failed)?)
+                Some(Box::new(ReplayLink::start(source, config).map_err(Failure::failed)?))
             }
         })
+    }
+}
+
+/// Connects to the robot that listens there, or will soon.
+fn connect(path: &Path, stop: &Stop) -> Result<Option<SocketLink>, Failure> {
+    let since = Instant::now();
+    loop {
+        match SocketLink::connect(path, SocketLinkConfig::default()) {
+            Ok(link) => return Ok(Some(link)),
+            Err(error) if since.elapsed() >= CONFIG.timeout || !matches!(error, ConnectError::Io(_)) => {
+                return Err(Failure::failed(texts::robot_not_connected(path, &error)));
+            }
+            Err(error) => tracing::debug!("the robot is not connected yet: {error}"),
+        }
+        if stop.wait(CONFIG.retry_pause) {
+            return Ok(None);
+        }
     }
 }
 

@@ -201,6 +201,21 @@ pub fn cannot_run_as_asked(role: &str) -> String {
     format!("the {role} cannot run as asked")
 }
 
+/// The core was given a simulated robot by its site.
+pub const SIMULATED_ROBOT_IS_A_PROCESS: &str = "the core reaches a simulated robot by its socket; give --robot socket:PATH of `autoinspect simulated-robot --socket PATH`";
+/// The simulated robot was given another robot.
+pub const ONLY_SITES_ARE_SIMULATED: &str = "only --robot sim:SITE can be simulated";
+/// The simulation stopped without a request.
+pub const SIMULATION_ENDED: &str = "the simulation ended unexpectedly";
+/// Another robot answers at the robot's socket.
+pub const ROBOT_RESTARTED: &str =
+    "the robot was started again, and its clock and place may have changed; the core begins anew";
+
+/// No robot answers at its socket, for a reason that is a clause about the robot.
+pub fn robot_not_connected(socket: &Path, reason: &dyn Display) -> String {
+    format!("the robot at {} could not be connected: {reason}", socket.display())
+}
+
 /// The core stopped without a request.
 pub const CONTROL_LOOP_ENDED: &str = "the control loop ended unexpectedly";
 

@@ -1,7 +1,8 @@
 //! Replays a recording as a robot: its messages arrive as if they were measured now. Drive commands have no effect.
 
 use crate::pacer::RealTimePacer;
-use crate::{ArrivalSender, LinkThread, Stopped, texts};
+use crate::stoppable_thread::{ArrivalSender, StoppableThread, Stopped};
+use crate::texts;
 use crossbeam_channel::Receiver;
 use messages::{BootRecord, Drive, Sensor, TICK_PERIOD};
 use ports::{Arrival, LinkError, RobotEvent, RobotLink};
@@ -17,11 +18,18 @@ pub struct ReplayConfig {
     pub clock_interval: Span,
     /// Longest gap between two messages that is replayed; a longer one is skipped.
     pub gap_max: Span,
+    /// Largest number of arrivals in the queue to the control loop: about 1 s of a robot with all sensors. While it is full, the replay waits.
+    pub max_queued_arrivals: usize,
 }
 
 impl Default for ReplayConfig {
     fn default() -> Self {
-        Self { speed: 1.0, clock_interval: TICK_PERIOD, gap_max: Span::from_millis(10_000) }
+        Self {
+            speed: 1.0,
+            clock_interval: TICK_PERIOD,
+            gap_max: Span::from_millis(10_000),
+            max_queued_arrivals: 1_000,
+        }
     }
 }
 
@@ -37,7 +45,7 @@ pub struct ReplaySource {
 pub struct ReplayLink {
     boot: BootRecord,
     arrivals: Receiver<Arrival>,
-    _thread: LinkThread,
+    _thread: StoppableThread,
 }
 
 impl ReplayLink {
@@ -47,10 +55,12 @@ impl ReplayLink {
     /// When the thread cannot be started.
     pub fn start(source: ReplaySource, config: ReplayConfig) -> Result<Self, LinkError> {
         let boot = source.boot;
-        let (thread, arrivals) = LinkThread::start("link-replay", move |mut sender| {
+        let (sender, arrivals) = crossbeam_channel::bounded(config.max_queued_arrivals);
+        let thread = StoppableThread::start("link-replay", move |stop| {
             // The recording ended or the link was dropped: the thread ends either way.
-            let _ = play(source.messages, &config, &mut sender);
-        })?;
+            let _ = play(source.messages, &config, &mut ArrivalSender::new(sender, stop));
+        })
+        .map_err(LinkError::Thread)?;
         Ok(Self { boot, arrivals, _thread: thread })
     }
 }
@@ -82,10 +92,10 @@ fn play(
         }
         while now + config.clock_interval < at {
             now += config.clock_interval;
-            sender.sleep(pacer.delay(now, Instant::now()))?;
+            sender.stop.sleep(pacer.delay(now, Instant::now()))?;
             sender.send(Arrival { at: now, event: RobotEvent::Clock })?;
         }
-        sender.sleep(pacer.delay(at, Instant::now()))?;
+        sender.stop.sleep(pacer.delay(at, Instant::now()))?;
         let at = at.max(now);
         sender.send(Arrival { at, event: RobotEvent::Sensor(sensor) })?;
         clock = Some(at);
@@ -119,7 +129,7 @@ mod tests {
             let kind = match arrival.event {
                 RobotEvent::Sensor(_) => "imu",
                 RobotEvent::Clock => "clock",
-                RobotEvent::Ended(_) => break,
+                _ => break,
             };
             received.push((arrival.at.nanos() / 1_000_000, kind));
         }

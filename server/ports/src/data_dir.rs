@@ -134,10 +134,20 @@ impl DataDir {
         self.root.join("recordings")
     }
 
-    /// Socket on which the core listens for the gateway. It is in the data directory. If that path is too long for a socket, it is in the
-    /// system's directory for temporary files, under a name derived from the path.
+    /// Socket on which the core listens for the gateway.
     pub fn core_socket(&self) -> PathBuf {
-        let inside = self.root.join("run").join("core.sock");
+        self.socket("core.sock")
+    }
+
+    /// Socket on which the simulated robot listens for the core.
+    pub fn robot_socket(&self) -> PathBuf {
+        self.socket("robot.sock")
+    }
+
+    /// A socket in the data directory. If that path is too long for a socket, it is in the system's directory for temporary files, under a name
+    /// derived from the path.
+    fn socket(&self, name: &str) -> PathBuf {
+        let inside = self.root.join("run").join(name);
         if inside.as_os_str().len() <= SOCKET_PATH_MAX {
             return inside;
         }
@@ -160,6 +170,7 @@ mod tests {
         let other = DataDir::new(format!("/{}", "lung/".repeat(40)));
         assert!(deep.core_socket().as_os_str().len() <= SOCKET_PATH_MAX);
         assert_ne!(deep.core_socket(), other.core_socket());
+        assert_ne!(deep.core_socket(), deep.robot_socket());
         assert_eq!(DataDir::new("/data").core_socket(), Path::new("/data/run/core.sock"));
     }
 

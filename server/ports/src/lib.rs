@@ -3,11 +3,13 @@
 //! - [`RobotLink`]: the simulator, a replay and, later, real robots on one side, the runtime on the other;
 //! - [`Journal`] and [`SegmentWriter`]: the recorder on one side, the runtime on the other;
 //! - [`MapImporter`]: the program that imports point clouds on one side, the runtime on the other;
+//! - [`encode_frame`], [`read_frame`]: messages on the Unix sockets between processes;
 //! - [`DataDir`]: the layout of the data directory, for the store that writes and the gateway that reads;
 //! - [`error_with_causes`]: an error as a text for people, for all parts that report errors.
 
 mod data_dir;
 mod error_text;
+mod frames;
 mod journal;
 mod map_importer;
 mod robot_link;
@@ -15,6 +17,7 @@ mod robot_link;
 pub use api::SimulatedFault;
 pub use data_dir::DataDir;
 pub use error_text::error_with_causes;
+pub use frames::{FrameError, encode_frame, read_frame};
 pub use journal::{Journal, JournalError, Segment, SegmentWriter};
 pub use map_importer::MapImporter;
-pub use robot_link::{Arrival, LinkError, RobotEvent, RobotLink};
+pub use robot_link::{Arrival, LinkError, REAL_ROBOT_HAS_NO_FAULTS, RobotEvent, RobotLink};

@@ -3,7 +3,7 @@
 use api::SimulatedFault;
 use crossbeam_channel::Receiver;
 use messages::{BootRecord, Drive, Sensor};
-use vocab::Stamp;
+use vocab::{CommandId, Stamp};
 
 /// An event from the robot with its time of arrival.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,12 +21,23 @@ pub enum RobotEvent {
     Sensor(Sensor),
     /// Only the time. It is sent every [`messages::TICK_PERIOD`] of robot time, so that a longer silence means a broken link.
     Clock,
+    /// The robot's answer to [`RobotLink::inject_fault`].
+    FaultAnswered {
+        /// The request.
+        id: CommandId,
+        /// One sentence with the reason, if the robot refuses.
+        refused: Option<String>,
+    },
+    /// The connection to the robot was lost, with the reason in one sentence. The link tries to connect again; requests without an answer get none.
+    Disconnected(String),
+    /// The same robot is connected again.
+    Reconnected,
     /// The link has ended, with the reason in one sentence.
     Ended(String),
 }
 
 /// Refusal of a fault by a robot that is not simulated.
-const REAL_ROBOT_HAS_NO_FAULTS: &str =
+pub const REAL_ROBOT_HAS_NO_FAULTS: &str =
     "This robot is a real one: nothing can be made to go wrong with it from here.";
 
 /// Error of connecting to a robot.
@@ -57,11 +68,17 @@ pub trait RobotLink: Send {
     /// Sends a drive command. Never blocks. It must be repeated: see [`messages::DRIVE_LIFETIME`].
     fn drive(&self, drive: Drive);
 
-    /// Injects a fault, if the robot is simulated. Never blocks.
+    /// Asks a simulated robot to inject a fault. Never blocks. The answer is a [`RobotEvent::FaultAnswered`], unless the connection is lost before.
     ///
     /// # Errors
-    /// One sentence with the reason.
-    fn inject_fault(&self, _fault: SimulatedFault) -> Result<(), String> {
+    /// One sentence with the reason why the robot was not asked.
+    fn inject_fault(&self, _id: CommandId, _fault: SimulatedFault) -> Result<(), String> {
         Err(REAL_ROBOT_HAS_NO_FAULTS.to_owned())
+    }
+
+    /// Gets a message when another robot answers at the other end of the link, for example because the robot's process was restarted: its
+    /// clock and its place may have changed. The link then has ended, and its owner must begin anew.
+    fn robot_restarted(&self) -> Receiver<()> {
+        crossbeam_channel::never()
     }
 }

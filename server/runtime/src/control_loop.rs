@@ -21,7 +21,7 @@ use messages::{
 };
 use ports::{Arrival, RobotEvent, RobotLink, SimulatedFault};
 use stack::Stack;
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use store::StoredStopLatch;
@@ -35,11 +35,14 @@ struct ControlLoopConfig {
     silence_timeout: Duration,
     /// Time between two readings of the calendar time.
     wall_clock_period: Duration,
+    /// Requests for simulated faults that may wait for the robot's answer. Further ones are refused.
+    max_unanswered_faults: usize,
 }
 
 const CONFIG: ControlLoopConfig = ControlLoopConfig {
     silence_timeout: Duration::from_millis(250),
     wall_clock_period: Duration::from_secs(1),
+    max_unanswered_faults: 16,
 };
 
 /// A request that the control loop handles.
@@ -112,6 +115,7 @@ impl ControlLoop {
             wall_clock_read: None,
             replies: VecDeque::new(),
             effects: Vec::new(),
+            unanswered_faults: BTreeMap::new(),
             parts: self,
         };
         let docks = std::mem::take(&mut running.parts.docks).into();
@@ -138,6 +142,8 @@ struct Running {
     replies: VecDeque<Input>,
     /// Kept for its memory.
     effects: Vec<StackEffect>,
+    /// Simulated faults that the robot was asked for, by the client's number.
+    unanswered_faults: BTreeMap<CommandId, (ClientId, SimulatedFault)>,
 }
 
 impl Running {
@@ -188,6 +194,15 @@ impl Running {
         match arrival.event {
             RobotEvent::Sensor(sensor) => self.feed(Input::Sensor(sensor)),
             RobotEvent::Clock => {}
+            RobotEvent::FaultAnswered { id, refused } => self.fault_answered(id, refused),
+            RobotEvent::Disconnected(why) => {
+                self.parts.mailbox.notice(self.now, Severity::Warning, why);
+                self.refuse_unanswered_faults();
+            }
+            RobotEvent::Reconnected => {
+                let text = texts::ROBOT_RECONNECTED.to_owned();
+                self.parts.mailbox.notice(self.now, Severity::Info, text);
+            }
             RobotEvent::Ended(why) => self.parts.mailbox.notice(self.now, Severity::Info, why),
         }
     }
@@ -205,9 +220,24 @@ impl Running {
         self.now = self.now.max(at);
     }
 
-    /// Injects a fault into the simulation and publishes a notice, so that nobody takes it for a real fault.
+    /// Asks the robot for a simulated fault.
     fn inject_fault(&mut self, id: CommandId, by: ClientId, fault: SimulatedFault) {
-        let refused = self.parts.link.inject_fault(fault).err();
+        let asked = if self.unanswered_faults.len() < CONFIG.max_unanswered_faults {
+            self.parts.link.inject_fault(id, fault)
+        } else {
+            Err(texts::TOO_MANY_FAULTS.to_owned())
+        };
+        match asked {
+            Ok(()) => drop(self.unanswered_faults.insert(id, (by, fault))),
+            Err(reason) => self.parts.state_publisher.answer(id, by, Some(reason)),
+        }
+    }
+
+    /// Passes the robot's answer on. A fault that was injected is published, so that nobody takes it for a real one.
+    fn fault_answered(&mut self, id: CommandId, refused: Option<String>) {
+        let Some((by, fault)) = self.unanswered_faults.remove(&id) else {
+            return;
+        };
         if refused.is_none() {
             let severity = Severity::Info;
             let text = texts::fault_injected(fault);
@@ -215,6 +245,12 @@ impl Running {
             self.parts.mailbox.notice(self.now, severity, text);
         }
         self.parts.state_publisher.answer(id, by, refused);
+    }
+
+    fn refuse_unanswered_faults(&mut self) {
+        for (id, (by, _)) in std::mem::take(&mut self.unanswered_faults) {
+            self.parts.state_publisher.answer(id, by, Some(texts::ROBOT_NOT_ANSWERING.to_owned()));
+        }
     }
 
     /// Records one input, steps the stack with it, and does what the stack wants done.

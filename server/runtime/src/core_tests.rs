@@ -26,7 +26,7 @@ struct FakeLink {
     arrivals: Receiver<Arrival>,
     drives: Arc<Mutex<Vec<Drive>>>,
     /// Receives injected faults; `None` for a real robot.
-    faults: Option<Sender<SimulatedFault>>,
+    faults: Option<Sender<(CommandId, SimulatedFault)>>,
 }
 
 impl RobotLink for FakeLink {
@@ -42,9 +42,9 @@ impl RobotLink for FakeLink {
     fn drive(&self, drive: Drive) {
         self.drives.lock().expect("not poisoned").push(drive);
     }
-    fn inject_fault(&self, fault: SimulatedFault) -> Result<(), String> {
+    fn inject_fault(&self, id: CommandId, fault: SimulatedFault) -> Result<(), String> {
         let faults = self.faults.as_ref().ok_or("This robot is a real one.")?;
-        faults.send(fault).map_err(|error| error.to_string())
+        faults.send((id, fault)).map_err(|error| error.to_string())
     }
 }
 
@@ -95,7 +95,7 @@ fn bench(journal_until: usize) -> Bench {
 
 fn bench_of(
     journal_until: usize,
-    faults: Option<Sender<SimulatedFault>>,
+    faults: Option<Sender<(CommandId, SimulatedFault)>>,
     importer: Option<Box<dyn MapImporter>>,
 ) -> Bench {
     let dir = tempfile::tempdir().expect("temporary directory");
@@ -120,6 +120,10 @@ impl Bench {
     fn clock(&self, millis: i64) {
         let arrival = Arrival { at: Self::at(millis), event: RobotEvent::Clock };
         self.robot.send_timeout(arrival, PATIENCE).expect("the core listens");
+    }
+
+    fn event(&self, millis: i64, event: RobotEvent) {
+        self.robot.send_timeout(Arrival { at: Self::at(millis), event }, PATIENCE).expect("the core listens");
     }
 
     fn imu(&self, millis: i64) {
@@ -400,6 +404,9 @@ fn a_simulated_fault_reaches_the_robot_and_all_clients_and_never_the_stack() {
     let mut gateway = bench.gateway();
     let hour = Span::from_millis(3_600_000);
     gateway.command(1, api::Command::InjectFault(SimulatedFault::CoverLidar(hour)));
+    let (id, fault) = faults.recv_timeout(PATIENCE).expect("the robot is asked");
+    assert_eq!(fault, SimulatedFault::CoverLidar(Span::from_millis(600_000)));
+    bench.event(10, RobotEvent::FaultAnswered { id, refused: None });
     let (mut answered, mut notice) = (None, None);
     while answered.is_none() || notice.is_none() {
         gateway.event(|_, event| {
@@ -413,7 +420,22 @@ fn a_simulated_fault_reaches_the_robot_and_all_clients_and_never_the_stack() {
     }
     assert_eq!(answered, Some(CommandOutcome::Accepted));
     assert_eq!(notice.as_deref(), Some("Simulated: the LiDAR is covered for 600 s."));
-    assert_eq!(faults.recv_timeout(PATIENCE), Ok(SimulatedFault::CoverLidar(Span::from_millis(600_000))));
+
+    // The robot refuses the second fault, and is disconnected before it answers the third one.
+    let mut outcome_after = |number: u128, event: &dyn Fn(CommandId) -> RobotEvent| {
+        gateway.command(number, api::Command::InjectFault(SimulatedFault::CarryAway));
+        let (id, _) = faults.recv_timeout(PATIENCE).expect("the robot is asked");
+        bench.event(10, event(id));
+        gateway.event(|_, event| match event {
+            Event::CommandDone { id: done, outcome } if *done == id => Some(outcome.clone()),
+            _ => None,
+        })
+    };
+    let refused = "No place is free.".to_owned();
+    let outcome = outcome_after(2, &|id| RobotEvent::FaultAnswered { id, refused: Some(refused.clone()) });
+    assert_eq!(outcome, CommandOutcome::Refused(refused.clone()));
+    let outcome = outcome_after(3, &|_| RobotEvent::Disconnected("The robot is away.".to_owned()));
+    assert!(matches!(outcome, CommandOutcome::Refused(_)), "{outcome:?}");
     bench.clock(1_000);
     loop {
         let (millis, input) = bench.written();

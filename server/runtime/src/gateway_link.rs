@@ -1,4 +1,4 @@
-//! The Unix socket between core and gateway. Each message follows its length, a little-endian `u32`.
+//! The Unix socket between core and gateway. The frames are those of [`ports::encode_frame`].
 //!
 //! One gateway is connected at a time; a new one replaces it. A gateway that sends invalid messages or speaks another version is disconnected.
 //! So is one that does not read: by [`StatePublisher`] when its queue is full, or when a write takes longer than
@@ -12,11 +12,11 @@ use crate::jobs::{DiskJob, Jobs};
 use crate::state_publisher::StatePublisher;
 use crate::stored_data::StoredDataRequest;
 use crate::texts;
-use api::{CoreMessage, GatewayMessage, MAX_MESSAGE_BYTES};
+use api::{GatewayMessage, MAX_MESSAGE_BYTES};
 use crossbeam_channel::Sender;
 use messages::{Command, Principal};
 use std::fs;
-use std::io::{self, BufReader, Read, Write};
+use std::io::{self, BufReader, Write};
 use std::net::Shutdown;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
@@ -151,24 +151,15 @@ fn accept(listener: &UnixListener, shared: &Shared) {
 
 fn write_all(mut stream: &UnixStream, state_publisher: &StatePublisher, connection: u64) -> io::Result<()> {
     while let Some(message) = state_publisher.next(connection) {
-        stream.write_all(&frame(&message))?;
+        stream.write_all(&ports::encode_frame(&message))?;
     }
     Ok(())
-}
-
-/// A message after its length.
-fn frame(message: &CoreMessage) -> Vec<u8> {
-    let body = api::encode(message);
-    let mut bytes = Vec::with_capacity(body.len() + 4);
-    bytes.extend((body.len() as u32).to_le_bytes());
-    bytes.extend(body);
-    bytes
 }
 
 fn read_all(stream: &UnixStream, shared: &Shared) -> io::Result<()> {
     let mut reader = BufReader::new(stream);
     let mut has_greeted = false;
-    while let Some(message) = read_message(&mut reader)? {
+    while let Some(message) = ports::read_frame(&mut reader, MAX_MESSAGE_BYTES)? {
         match message {
             GatewayMessage::Hello { version } if version == api::VERSION => has_greeted = true,
             GatewayMessage::Hello { version } => {
@@ -214,26 +205,6 @@ fn read_all(stream: &UnixStream, shared: &Shared) -> io::Result<()> {
         }
     }
     Ok(())
-}
-
-/// The next message; `None` at the end of the stream.
-fn read_message(reader: &mut impl Read) -> io::Result<Option<GatewayMessage>> {
-    let mut length = [0; 4];
-    match reader.read_exact(&mut length) {
-        Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Ok(None),
-        other => other?,
-    }
-    let length = u32::from_le_bytes(length) as usize;
-    if length > MAX_MESSAGE_BYTES {
-        return Err(invalid(texts::message_too_long(length, MAX_MESSAGE_BYTES)));
-    }
-    // The buffer grows with the bytes that arrive, not with the length that is announced.
-    let mut body = Vec::new();
-    reader.take(length as u64).read_to_end(&mut body)?;
-    if body.len() < length {
-        return Ok(None);
-    }
-    api::decode(&body).map(Some).map_err(invalid)
 }
 
 fn invalid(error: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> io::Error {

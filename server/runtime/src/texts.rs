@@ -190,10 +190,12 @@ pub fn other_version(gateway: u16, core: u16) -> String {
 /// The gateway sent a message before its greeting.
 pub const NO_GREETING: &str = "its first message is not a greeting";
 
-/// The gateway announced a message longer than the contract allows.
-pub fn message_too_long(bytes: usize, max_bytes: usize) -> String {
-    format!("it announces a message of {bytes} bytes; the contract allows {max_bytes}")
-}
+/// Too many simulated faults wait for the robot's answer.
+pub const TOO_MANY_FAULTS: &str = "Too much goes wrong at once. Try again in a moment.";
+/// The connection to the robot was lost before it answered.
+pub const ROBOT_NOT_ANSWERING: &str = "The robot was disconnected before it answered.";
+/// The connection to the robot works again.
+pub const ROBOT_RECONNECTED: &str = "The robot is connected again.";
 
 /// The running session's journal cannot be written for `reason`, a clause.
 pub fn session_not_durable(reason: &str) -> String {

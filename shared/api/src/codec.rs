@@ -33,6 +33,11 @@ pub fn encode<T: Serialize>(message: &T) -> Vec<u8> {
     postcard::to_stdvec(message).unwrap_or_default()
 }
 
+/// As [`encode`], after the bytes of `start`.
+pub fn encode_after<T: Serialize>(start: Vec<u8>, message: &T) -> Vec<u8> {
+    postcard::to_extend(message, start).unwrap_or_default()
+}
+
 /// Bytes to message; every byte must be used.
 pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, DecodeError> {
     if bytes.len() > MAX_MESSAGE_BYTES {

@@ -22,7 +22,7 @@ mod map;
 pub mod paths;
 mod socket;
 
-pub use codec::{DecodeError, MAX_MESSAGE_BYTES, decode, encode};
+pub use codec::{DecodeError, MAX_MESSAGE_BYTES, decode, encode, encode_after};
 pub use command::{Command, CommandOutcome, MAX_PAIR_RMS_M, MAX_PAIRS, SimulatedFault};
 pub use core_link::{CoreMessage, GatewayMessage};
 pub use event::*;

@@ -1,4 +1,4 @@
-//! The core's process: link, store, recorder and control loop.
+//! The core's process: link to the robot, store, recorder and control loop.
 
 use super::import_process::ImportProcess;
 use super::stop::Stop;
@@ -63,7 +63,10 @@ pub fn run_core(args: &CoreArgs) -> Result<(), Failure> {
     let stop = Stop::on_signals_or_end_of_input()?;
     let store = Arc::new(Store::open(&args.data).map_err(Failure::usage)?);
     let now = wall_clock();
-    let link = args.robot.link(now)?;
+    let Some(link) = args.robot.link(&stop)? else {
+        return Ok(());
+    };
+    let robot_restarted = link.robot_restarted();
     let recording = if args.no_record { None } else { Some(recording(&store, args, &*link, now)?) };
     let config = CoreConfig {
         link,
@@ -76,6 +79,8 @@ pub fn run_core(args: &CoreArgs) -> Result<(), Failure> {
     let ended = core.ended();
     select! {
         recv(stop.receiver()) -> _ => Ok(()),
+        // Its clock and its place may have changed. A new core begins anew, and offers a mapping session that this one leaves unfinished.
+        recv(robot_restarted) -> _ => Err(Failure::failed(crate::texts::ROBOT_RESTARTED)),
         recv(ended) -> _ => Err(Failure::failed(crate::texts::CONTROL_LOOP_ENDED)),
     }
 }
@@ -89,13 +94,13 @@ fn recording(
     let recordings = Recordings::new(store.dir().recordings(), args.recordings.config());
     let run = recordings.begin_run(now).map_err(Failure::failed)?;
     let boot = link.boot();
-    let origin = args.robot.robot.to_string();
+    let origin = link.site().map_or_else(|| args.robot.robot.to_string(), |site| format!("sim:{site}"));
     let meta = RecordingMeta { robot: boot.profile.name, origin, segment: None };
     Ok(RecordingTarget { writer: Box::new(McapSegments { meta, mounting: boot.mounting }), run })
 }
 
 /// Time of this computer's clock. A time before 1970 counts as 1970.
-fn wall_clock() -> Stamp {
+pub(super) fn wall_clock() -> Stamp {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     Stamp::from_nanos(i64::try_from(since.as_nanos()).unwrap_or(i64::MAX))
 }

@@ -1,29 +1,32 @@
-//! `autoinspect up` and its two processes.
+//! `autoinspect up` and its processes.
 //!
 //! The core runs the robot, the gateway serves browsers. They are separate processes, so that no browser can affect the
-//! robot's behaviour. `up` starts both, restarts each when it ends, and stops both in order.
+//! robot's behaviour. A simulated robot is a third process, which lives on when the core ends, like a real robot. `up` starts them, restarts each when it ends, and
+//! stops them in order.
 
 mod core_process;
 mod gateway_process;
 mod health;
 mod import_process;
 mod paths;
+mod robot_process;
 mod stop;
 mod supervisor;
 
 use core_process::RecordingsArgs;
 pub use core_process::{CoreArgs, run_core};
 pub use gateway_process::{GatewayArgs, run_gateway};
+pub use robot_process::{SimulatedRobotArgs, run_robot};
+pub use stop::Stop;
 
 use crate::failure::Failure;
-use crate::robot::RobotArgs;
+use crate::robot::{RobotArgs, RobotName};
 use crate::{output, texts};
 use clap::Args;
 use ports::DataDir;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
-use stop::Stop;
-use supervisor::{Role, Supervisor};
+use supervisor::{Role, Supervisor, SupervisorArguments};
 
 /// Run the platform: a robot's core and the server for browsers.
 #[derive(Args, Debug)]
@@ -45,6 +48,9 @@ pub struct UpArgs {
     /// Do not record the inputs of the robot's stack.
     #[arg(long)]
     no_record: bool,
+    /// Append the ground truth of a simulated robot to this file, for scoring.
+    #[arg(long, hide = true)]
+    truth: Option<PathBuf>,
     #[command(flatten)]
     recordings: RecordingsArgs,
     #[command(flatten)]
@@ -57,12 +63,22 @@ pub fn run(args: &UpArgs) -> Result<(), Failure> {
     std::fs::create_dir_all(&data).map_err(|error| Failure::failed(texts::cannot_create(&data, &error)))?;
     let data = data.canonicalize().map_err(|error| Failure::unreadable(&data, error))?;
     let static_dir = paths::static_dir(args.static_dir.as_deref())?;
-    let socket = DataDir::new(&data).core_socket();
+    let (socket, robot_socket) = (DataDir::new(&data).core_socket(), DataDir::new(&data).robot_socket());
     let text = |path: &std::path::Path| path.display().to_string();
 
+    let simulated_robot = matches!(args.robot.robot, RobotName::Sim(_)).then(|| {
+        let mut robot = vec!["simulated-robot".to_owned(), "--socket".to_owned(), text(&robot_socket)];
+        robot.extend(args.robot.to_arguments());
+        robot.extend(args.truth.iter().flat_map(|truth| ["--truth".to_owned(), text(truth)]));
+        robot
+    });
+    let robot = match simulated_robot {
+        Some(_) => args.robot.with_robot(RobotName::Socket(robot_socket)),
+        None => args.robot.clone(),
+    };
     let mut core =
         vec!["core".to_owned(), "--data".to_owned(), text(&data), "--socket".to_owned(), text(&socket)];
-    core.extend(args.robot.to_arguments());
+    core.extend(robot.to_arguments());
     core.extend(args.recordings.to_arguments());
     if args.no_record {
         core.push("--no-record".to_owned());
@@ -72,7 +88,8 @@ pub fn run(args: &UpArgs) -> Result<(), Failure> {
     let gateway = gateway.map(str::to_owned).to_vec();
 
     let stop = Stop::on_signals()?;
-    let mut supervisor = Supervisor::new(core, gateway, args.listen, socket);
+    let arguments = SupervisorArguments { simulated_robot, core, gateway };
+    let mut supervisor = Supervisor::new(arguments, args.listen, socket);
     supervisor.run(&stop, |address| {
         output::print_line(&texts::platform_running(&reachable(address)));
         output::print_note(&texts::platform_data(&data));
@@ -92,6 +109,7 @@ fn reachable(address: SocketAddr) -> SocketAddr {
 impl Role {
     fn name(self) -> &'static str {
         match self {
+            Self::SimulatedRobot => "simulated robot",
             Self::Core => "core",
             Self::Gateway => "gateway",
         }

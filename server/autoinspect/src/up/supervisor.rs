@@ -1,4 +1,4 @@
-//! Keeps core and gateway running.
+//! Keeps the simulated robot, the core and the gateway running.
 //!
 //! A process that ends is started again at once. If it ends again, the restart waits for a pause that doubles each time, until the process
 //! stays healthy for some time. A process ends with exit code 2 if its arguments cannot work (an address in use, a broken file). The
@@ -45,9 +45,10 @@ const CONFIG: SupervisorConfig = SupervisorConfig {
     healthy_after: Duration::from_secs(30),
 };
 
-/// The two processes.
+/// The processes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
+    SimulatedRobot,
     Core,
     Gateway,
 }
@@ -69,8 +70,18 @@ struct Running {
     first_line: Receiver<String>,
 }
 
-/// Runs both processes.
+/// Arguments of the processes.
+pub struct SupervisorArguments {
+    /// `None` if another program runs the robot.
+    pub simulated_robot: Option<Vec<String>>,
+    pub core: Vec<String>,
+    /// Without `--listen`, which is added.
+    pub gateway: Vec<String>,
+}
+
+/// Runs the processes.
 pub struct Supervisor {
+    simulated_robot: Option<Process>,
     core: Process,
     gateway: Process,
     listen: SocketAddr,
@@ -84,9 +95,11 @@ pub struct Supervisor {
 }
 
 impl Supervisor {
-    /// Supervises processes with these arguments; the gateway's `--listen` is added. The core will listen at `socket`.
-    pub fn new(core: Vec<String>, gateway: Vec<String>, listen: SocketAddr, socket: PathBuf) -> Self {
+    /// Supervises processes with these arguments. The core will listen at `socket`.
+    pub fn new(arguments: SupervisorArguments, listen: SocketAddr, socket: PathBuf) -> Self {
+        let SupervisorArguments { simulated_robot, core, gateway } = arguments;
         Self {
+            simulated_robot: simulated_robot.map(|robot| Process::new(Role::SimulatedRobot, robot)),
             core: Process::new(Role::Core, core),
             gateway: Process::new(Role::Gateway, gateway),
             listen,
@@ -97,7 +110,7 @@ impl Supervisor {
         }
     }
 
-    /// Runs both until `stop`. Calls `on_ready` once with the address when browsers can use it.
+    /// Runs them until `stop`. Calls `on_ready` once with the address when browsers can use it.
     pub fn run(&mut self, stop: &Stop, on_ready: impl Fn(SocketAddr)) -> Result<(), Failure> {
         let outcome = loop {
             if let Err(failure) = self.check_processes(&on_ready) {
@@ -110,12 +123,18 @@ impl Supervisor {
         // The gateway ends first, so that browsers report a closed connection and not a lost robot.
         self.gateway.end();
         self.core.end();
+        if let Some(robot) = &mut self.simulated_robot {
+            robot.end();
+        }
         outcome
     }
 
     fn check_processes(&mut self, on_ready: &impl Fn(SocketAddr)) -> Result<(), Failure> {
         // A restarted gateway must listen on the address that browsers use.
         let listen = self.bound.unwrap_or(self.listen).to_string();
+        if let Some(robot) = &mut self.simulated_robot {
+            robot.keep_running(&[])?;
+        }
         self.core.keep_running(&[])?;
         if self.gateway.running.is_some() || self.socket.exists() || Instant::now() >= self.gateway_at {
             self.gateway.keep_running(&["--listen", &listen])?;

@@ -9,14 +9,48 @@ use std::process::{Child, Stdio};
 use uuid::Uuid;
 use vocab::{ClientId, MapId, SessionId, Twist, Vec3};
 
-/// A core with a simulated robot; killed when dropped.
-pub struct CoreProcess {
+/// The process of a simulated robot; killed when dropped.
+pub struct RobotProcess {
     child: Child,
     pub socket: PathBuf,
 }
 
+impl RobotProcess {
+    /// Starts a robot that listens in this directory.
+    pub fn start(dir: &Path, more: &[&str]) -> Self {
+        let socket = dir.join("robot.sock");
+        let child = program()
+            .args(["simulated-robot", "--socket", text(&socket), "--robot", "sim:b1"])
+            .args(more)
+            .stdin(Stdio::piped())
+            .spawn()
+            .expect("starts");
+        Self { child, socket }
+    }
+
+    /// Its name as an argument.
+    pub fn name(&self) -> String {
+        format!("socket:{}", self.socket.display())
+    }
+}
+
+impl Drop for RobotProcess {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// A core; killed when dropped.
+pub struct CoreProcess {
+    child: Child,
+    /// Its robot, unless another one has it.
+    robot: Option<RobotProcess>,
+    pub socket: PathBuf,
+}
+
 impl CoreProcess {
-    /// Starts a core with coarse scans and fast simulation, so that a walk takes seconds.
+    /// Starts a core with a robot of its own: coarse scans and fast simulation, so that a walk takes seconds.
     pub fn start(data: &Path) -> Self {
         Self::with(data, &["--lidar-columns", "200", "--people", "0", "--speed", "4"])
     }
@@ -26,15 +60,27 @@ impl CoreProcess {
         Self::with(data, &[])
     }
 
-    fn with(data: &Path, arguments: &[&str]) -> Self {
+    fn with(data: &Path, robot: &[&str]) -> Self {
+        let robot = RobotProcess::start(data, robot);
+        let mut core = Self::start_with(data, &robot);
+        core.robot = Some(robot);
+        core
+    }
+
+    /// Starts a core of this robot.
+    pub fn start_with(data: &Path, robot: &RobotProcess) -> Self {
         let socket = data.join("core.sock");
         let child = program()
-            .args(["core", "--data", text(data), "--socket", text(&socket), "--robot", "sim:b1"])
-            .args(arguments)
+            .args(["core", "--data", text(data), "--socket", text(&socket), "--robot", &robot.name()])
             .stdin(Stdio::piped())
             .spawn()
             .expect("starts");
-        Self { child, socket }
+        Self { child, robot: None, socket }
+    }
+
+    pub fn signal(&self, signal: rustix::process::Signal) {
+        let process = rustix::process::Pid::from_raw(self.child.id() as i32).expect("not zero");
+        rustix::process::kill_process(process, signal).expect("a running process");
     }
 
     /// Kills it, as `kill -9` does.

@@ -79,12 +79,14 @@ fn a_killed_session_is_offered_until_it_is_saved() {
 #[test]
 fn a_killed_session_goes_on_as_an_extension_of_its_map() {
     let dir = tempfile::tempdir().expect("temporary directory");
-    let (_core, mut gateway) = interrupted(dir.path());
+    let (core, mut gateway) = interrupted(dir.path());
     let name = "Hall".to_owned();
     let resume_as = Some(session(2));
     gateway.command(Command::SaveInterruptedSession { session: session(1), map: map(9), name, resume_as });
-    gateway.event(|event| match event {
+    // The session may begin before the command is answered, so a new connection asks for the state.
+    FakeGateway::connect(&core.socket).event(|event| match event {
         Event::Mapping(Mapping::Finding { session: found, map: base, .. })
+        | Event::Mapping(Mapping::Running { session: found, extends: Some(base), .. })
             if (*found, *base) == (session(2), map(9)) =>
         {
             Some(())

@@ -14,4 +14,5 @@ mod platform;
 mod program;
 mod recordings;
 mod refusals;
+mod robot_process;
 mod stored_data;

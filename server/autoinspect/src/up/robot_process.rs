@@ -1,0 +1,73 @@
+//! The process of the simulated robot.
+
+use super::core_process::wall_clock;
+use super::stop::Stop;
+use crate::failure::Failure;
+use crate::robot::{RobotArgs, RobotName};
+use crate::texts;
+use clap::Args;
+use crossbeam_channel::select;
+use links::{SimulatedRobot, SimulatedRobotConfig, StartError};
+use sim::SimConfig;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Parameters of [`run_robot`].
+#[derive(Clone, Copy, Debug)]
+struct RobotProcessConfig {
+    /// Longest wait for another robot on the same socket, which may be ending because its supervisor was killed.
+    in_use_timeout: Duration,
+    /// Pause between two attempts.
+    retry_pause: Duration,
+}
+
+const CONFIG: RobotProcessConfig =
+    RobotProcessConfig { in_use_timeout: Duration::from_secs(3), retry_pause: Duration::from_millis(50) };
+
+/// Arguments of the simulated robot's process.
+#[derive(Args, Debug)]
+pub struct SimulatedRobotArgs {
+    /// Socket on which to listen for the core.
+    #[arg(long)]
+    socket: PathBuf,
+    /// Append the ground truth to this file, for scoring.
+    #[arg(long)]
+    truth: Option<PathBuf>,
+    #[command(flatten)]
+    robot: RobotArgs,
+}
+
+/// Runs the simulated robot until a request to stop. Its clock starts at this computer's time.
+pub fn run_robot(args: &SimulatedRobotArgs) -> Result<(), Failure> {
+    let stop = Stop::on_signals_or_end_of_input()?;
+    let RobotName::Sim(source) = &args.robot.robot else {
+        return Err(Failure::usage(texts::ONLY_SITES_ARE_SIMULATED));
+    };
+    let site = source.load().map_err(Failure::usage)?;
+    let since = Instant::now();
+    let robot = loop {
+        let sim = SimConfig {
+            lidar_columns: args.robot.lidar_columns,
+            people: args.robot.people,
+            epoch: wall_clock(),
+            ..SimConfig::new(Arc::clone(&site), args.robot.seed)
+        };
+        let config = SimulatedRobotConfig::new(sim, args.robot.speed, args.socket.clone());
+        match SimulatedRobot::start(SimulatedRobotConfig { truth: args.truth.clone(), ..config }) {
+            Ok(robot) => break robot,
+            Err(error @ StartError::InUse { .. }) if since.elapsed() >= CONFIG.in_use_timeout => {
+                return Err(Failure::usage(error));
+            }
+            Err(StartError::InUse { .. }) => {}
+            Err(error) => return Err(Failure::failed(error)),
+        }
+        if stop.wait(CONFIG.retry_pause) {
+            return Ok(());
+        }
+    };
+    select! {
+        recv(stop.receiver()) -> _ => Ok(()),
+        recv(robot.ended()) -> _ => Err(Failure::failed(texts::SIMULATION_ENDED)),
+    }
+}

@@ -1,0 +1,87 @@
+//! Messages between a robot's process and the core, on a Unix socket, in the frames of [`ports::encode_frame`].
+//!
+//! The robot listens. The core connects and opens with [`RobotRequest::Hello`]. The robot answers [`RobotMessage::Hello`] and, if both speak the same
+//! version, [`RobotMessage::Identity`]; arrivals follow. One core is connected at a time: a new one replaces the old one.
+
+use messages::{BootRecord, Drive, Sensor};
+use ports::SimulatedFault;
+use serde::{Deserialize, Serialize};
+use vocab::{CommandId, Stamp};
+
+/// Version of all messages but the two greetings, which never change. Robot and core refuse each other when it differs.
+pub const PROTOCOL_VERSION: u16 = 1;
+
+/// Largest message of a robot, bytes: many times the largest scan.
+pub const MAX_ROBOT_MESSAGE_BYTES: usize = 32 << 20;
+
+/// Largest request of a core, bytes: many times a drive command.
+pub const MAX_REQUEST_BYTES: usize = 4 << 10;
+
+/// From the core to the robot.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum RobotRequest {
+    /// The first message.
+    Hello {
+        /// [`PROTOCOL_VERSION`] of the core.
+        version: u16,
+    },
+    /// Move with this velocity. It must be repeated, see [`messages::DRIVE_LIFETIME`].
+    Drive(Drive),
+    /// Inject a fault. Answered with [`RobotMessage::FaultAnswer`].
+    InjectFault {
+        /// Returned in the answer.
+        id: CommandId,
+        /// The fault.
+        fault: SimulatedFault,
+    },
+}
+
+/// From the robot to the core.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum RobotMessage {
+    /// The first message.
+    Hello {
+        /// [`PROTOCOL_VERSION`] of the robot.
+        version: u16,
+    },
+    /// The second message.
+    Identity(Box<RobotIdentity>),
+    /// A measurement.
+    Sensor {
+        /// The robot's clock on arrival.
+        at: Stamp,
+        /// The measurement.
+        sensor: Sensor,
+    },
+    /// The robot's clock.
+    Clock(Stamp),
+    /// Answer to [`RobotRequest::InjectFault`].
+    FaultAnswer {
+        /// The request.
+        id: CommandId,
+        /// One sentence with the reason, if the robot refuses.
+        refused: Option<String>,
+    },
+}
+
+/// Who a robot is and what it can do.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RobotIdentity {
+    /// Drawn at random when the robot's process starts. Another number after a reconnection means that clock and place of the robot may have changed.
+    pub run: u64,
+    /// Its clock now.
+    pub now: Stamp,
+    /// Identity, limits and sensors.
+    pub boot: BootRecord,
+    /// Name of the simulated site, if it is one.
+    pub site: Option<String>,
+    /// What it can do beyond measuring and driving.
+    pub capabilities: RobotCapabilities,
+}
+
+/// What a robot can do beyond measuring and driving.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RobotCapabilities {
+    /// Whether it injects simulated faults.
+    pub simulated_faults: bool,
+}

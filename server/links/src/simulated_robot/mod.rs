@@ -1,0 +1,174 @@
+//! The simulated robot: a simulator that is paced by this computer's clock and listens for the core on a Unix socket, like a real robot's computer.
+//!
+//! The robot lives on without a core: it stands, charges, and its clock goes on. It stops its legs [`messages::DRIVE_LIFETIME`] after the last command, and at once
+//! when the connection ends. It never waits for ever for a core that hangs: see [`SimulatedRobotConfig::max_queued_messages`] and [`WaitBudgetConfig`].
+
+mod connection;
+mod simulation;
+mod truth_log;
+mod wait_budget;
+
+pub use wait_budget::WaitBudgetConfig;
+
+use crate::protocol::{RobotCapabilities, RobotIdentity};
+use crate::stoppable_thread::StoppableThread;
+use connection::Listener;
+use crossbeam_channel::{Receiver, Sender};
+use sim::{SimConfig, Simulator};
+use simulation::Simulation;
+use std::fs::{File, TryLockError};
+use std::hash::{BuildHasher, RandomState};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+use truth_log::TruthLog;
+use vocab::{Span, Vec3};
+
+/// Parameters of a [`SimulatedRobot`].
+pub struct SimulatedRobotConfig {
+    /// Parameters of the simulation.
+    pub sim: SimConfig,
+    /// Robot seconds per second of this computer.
+    pub speed: f64,
+    /// Path of the Unix socket.
+    pub socket: PathBuf,
+    /// File for the ground truth, for scorers.
+    pub truth: Option<PathBuf>,
+    /// Velocity of slipping feet over the ground in the base frame, m/s, for the fault "feet slip".
+    pub slip_velocity_m_s: Vec3,
+    /// Time for which the robot is carried, for the fault "carried away".
+    pub carry_duration: Span,
+    /// Longest duration of a fault.
+    pub max_fault_duration: Span,
+    /// Simulated time of a step. Between steps the robot reads this computer's clock and the commands.
+    pub step: Span,
+    /// Largest number of messages in the queue to the core, about 1.4 s of the robot. That is longer than a drive command is valid: when
+    /// the queue of a core that hangs is full, the legs stand.
+    pub max_queued_messages: usize,
+    /// How long the simulation waits for a core while that queue is full.
+    pub wait: WaitBudgetConfig,
+    /// Largest number of faults that wait for the next step. A core that asks for more is disconnected.
+    pub max_pending_faults: usize,
+    /// Longest time for the greeting of a core.
+    pub hello_timeout: Duration,
+}
+
+impl SimulatedRobotConfig {
+    /// Default parameters.
+    pub fn new(sim: SimConfig, speed: f64, socket: PathBuf) -> Self {
+        Self {
+            sim,
+            speed,
+            socket,
+            truth: None,
+            slip_velocity_m_s: Vec3::new(0.25, 0.1, 0.0),
+            carry_duration: Span::from_millis(10_000),
+            max_fault_duration: Span::from_millis(3_600_000),
+            step: Span::from_millis(10),
+            max_queued_messages: 900,
+            wait: WaitBudgetConfig::default(),
+            max_pending_faults: 64,
+            hello_timeout: Duration::from_secs(1),
+        }
+    }
+}
+
+/// Why a simulated robot could not be started.
+#[derive(Debug, thiserror::Error)]
+pub enum StartError {
+    /// The socket cannot be opened.
+    #[error("could not listen for the core at {}", path.display())]
+    Socket {
+        /// Path of the socket.
+        path: PathBuf,
+        /// Error of the system.
+        #[source]
+        source: io::Error,
+    },
+    /// Another robot listens there.
+    #[error("another simulated robot listens at {}; end it or choose another data directory", path.display())]
+    InUse {
+        /// Path of the socket.
+        path: PathBuf,
+    },
+    /// The file for the ground truth cannot be written.
+    #[error("could not write the ground truth to {}", path.display())]
+    Truth {
+        /// Path of the file.
+        path: PathBuf,
+        /// Error of the system.
+        #[source]
+        source: io::Error,
+    },
+    /// A thread cannot be started.
+    #[error("could not start a thread of the simulated robot")]
+    Thread(#[source] io::Error),
+}
+
+/// A running simulated robot. Dropping it ends its threads and removes the socket.
+pub struct SimulatedRobot {
+    ended: Receiver<()>,
+    // Dropped in this order: no core connects to a robot that is ending.
+    _listener: Listener,
+    _simulation: StoppableThread,
+    _lock: File,
+}
+
+impl SimulatedRobot {
+    /// Builds the site, starts the simulation and listens.
+    ///
+    /// # Errors
+    /// When the socket is in use, or the socket, the file of the truth or a thread cannot be created.
+    pub fn start(config: SimulatedRobotConfig) -> Result<Self, StartError> {
+        let path = config.socket.clone();
+        let lock = lock(&path)?;
+        let truth = match &config.truth {
+            Some(path) => Some(
+                TruthLog::open(path).map_err(|source| StartError::Truth { path: path.clone(), source })?,
+            ),
+            None => None,
+        };
+        let simulator = Simulator::new(config.sim.clone());
+        let identity = RobotIdentity {
+            // A hasher's keys are random.
+            run: RandomState::new().hash_one(std::process::id()),
+            now: simulator.now(),
+            boot: simulator.boot(),
+            site: Some(config.sim.site.name().to_owned()),
+            capabilities: RobotCapabilities { simulated_faults: true },
+        };
+        let listener =
+            Listener::start(&config, identity).map_err(|source| StartError::Socket { path, source })?;
+        let core = listener.core();
+        let (alive, ended) = crossbeam_channel::bounded(0);
+        let simulation = StoppableThread::start("robot-sim", move |stop| {
+            let _alive: Sender<()> = alive;
+            Simulation::new(config, simulator, truth, core, stop).run();
+        })
+        .map_err(StartError::Thread)?;
+        Ok(Self { ended, _listener: listener, _simulation: simulation, _lock: lock })
+    }
+
+    /// Disconnected when the simulation has ended. That happens only after a panic; the process should then end and be started again.
+    pub fn ended(&self) -> Receiver<()> {
+        self.ended.clone()
+    }
+}
+
+/// Locks the file beside the socket, so that two robots never take the socket from each other. The system releases the lock even after a crash.
+fn lock(socket: &Path) -> Result<File, StartError> {
+    let error = |source| StartError::Socket { path: socket.to_owned(), source };
+    if let Some(directory) = socket.parent() {
+        std::fs::create_dir_all(directory).map_err(error)?;
+    }
+    let file = File::create(socket.with_extension("lock")).map_err(error)?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => Err(StartError::InUse { path: socket.to_owned() }),
+        Err(TryLockError::Error(source)) => Err(error(source)),
+    }
+}
+
+#[cfg(test)]
+#[path = "../simulated_robot_tests.rs"]
+mod tests;
