@@ -74,9 +74,53 @@ fn an_uploaded_cloud_becomes_a_map_and_another_file_is_rejected() {
         })
     });
     assert!(message.contains("that map") && !message.contains(&*data.path().to_string_lossy()), "{message}");
-    assert_eq!(std::fs::read_dir(data.path().join("uploads")).unwrap().count(), 0);
+    // Both files are kept for another attempt. They are at the end of the card, which is longer than the window.
+    page.resize(1440, 1500);
+    for name in ["letter", "Again"] {
+        wait_for("the file", IMPORT_LIMIT, || page.find("status", &format!("Uploaded file {name}")));
+        page.click("button", &format!("Delete file {name}"));
+    }
+    wait_for("no file to wait", IMPORT_LIMIT, || {
+        (std::fs::read_dir(data.path().join("uploads")).unwrap().count() == 0).then_some(())
+    });
+    page.resize(1440, 900);
+    rename_delete_and_restore(&mut page);
     assert_eq!(page.errors(), Vec::<String>::new());
     server.stop();
+}
+
+/// Renames the saved map "North room", which is viewed, deletes it, undoes that, deletes it again and restores it from the bin.
+#[track_caller]
+fn rename_delete_and_restore(page: &mut Page) {
+    page.click("button", "Rename North room");
+    page.click("textbox", "New map name");
+    page.type_text(" 2");
+    page.screenshot().save("renaming-1440x900");
+    page.click("button", "Save the name");
+    wait_for("the new name", IMPORT_LIMIT, || page.find("status", "Saved map North room 2"));
+    page.click("button", "Delete North room 2");
+    let deleted = |page: &mut Page| {
+        wait_for("the deletion", IMPORT_LIMIT, || {
+            page.status("Message")?.contains("North room 2 is in the bin").then_some(())
+        });
+    };
+    deleted(page);
+    assert!(page.find("status", "Saved map North room 2").is_none());
+    page.click("button", "Undo");
+    page.click("button", "View North room 2");
+    wait_for("its points", IMPORT_LIMIT, || page.find("button", "Use North room 2"));
+    page.click("button", "Delete North room 2");
+    deleted(page);
+    page.click("button", "Bin");
+    wait_for("the map in the bin", IMPORT_LIMIT, || page.find("status", "Deleted map North room 2"));
+    page.screenshot().save("bin-1440x900");
+    page.resize(1024, 768);
+    page.control("button", "Restore North room 2");
+    assert_eq!(page.evaluate(NEXT_PICTURES), true);
+    page.screenshot().save("bin-1024x768");
+    page.resize(1440, 900);
+    page.click("button", "Restore North room 2");
+    wait_for("the map again", IMPORT_LIMIT, || page.find("status", "Saved map North room 2"));
 }
 
 /// Waits until the picture no longer changes.

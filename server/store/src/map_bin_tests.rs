@@ -204,3 +204,20 @@ fn an_id_is_either_saved_or_in_the_bin() {
     assert!(matches!(store.bin_map(nobody, None), Err(StoreError::NoSuchMap { .. })));
     store.delete_map_permanently(nobody).expect("no error");
 }
+
+#[test]
+fn the_bytes_of_version_1_are_read_and_missing_fields_have_defaults() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let golden = concat!(
+        r#"{"format_version":1,"deleted_at":1795000000000000000,"last_pose":{"map":"00000000-0000-0000-0000-000000000001","#,
+        r#""map_from_base":{"position":{"x":0.0,"y":0.0,"z":0.0},"orientation":{"w":1.0,"x":0.0,"y":0.0,"z":0.0}}}}"#
+    );
+    let deletion = DeletionDocument { format_version: 1, deleted_at: Some(NOW), last_pose: Some(pose()) };
+    deletion.write(dir.path()).expect("written");
+    let path = dir.path().join(DELETION_NAME);
+    assert_eq!(fs::read_to_string(&path).expect("written"), golden);
+    assert_eq!(DeletionDocument::read(dir.path()).expect("read"), deletion);
+    fs::write(&path, r#"{"format_version":1}"#).expect("written");
+    let least = DeletionDocument { format_version: 1, ..DeletionDocument::default() };
+    assert_eq!(DeletionDocument::read(dir.path()).expect("read"), least);
+}
