@@ -29,7 +29,10 @@ fn hall(columns: usize) -> Scan {
     scan
 }
 
-fn bits(scan: &Scan) -> (Stamp, Vec<[u32; 3]>, Vec<u32>, Vec<i32>, Vec<u16>) {
+/// The columns of a sweep with floating-point numbers as their bits.
+type Bits = (Stamp, Vec<[u32; 3]>, Vec<u32>, Vec<i32>, Vec<u16>);
+
+fn bits(scan: &Scan) -> Bits {
     let xyz = scan.xyz.iter().map(|p| p.map(f32::to_bits)).collect();
     let intensity = scan.intensity.iter().map(|value| value.to_bits()).collect();
     (scan.stamp, xyz, intensity, scan.offset_ns.clone(), scan.ring.clone())
@@ -185,7 +188,8 @@ fn a_robot_that_stands_is_thinned_and_one_that_may_move_is_not() {
     assert!(FULL.contains(&robot.points_after(1_000)), "it has not stood for long");
     assert!((limit / 2..=limit).contains(&robot.points_after(2_000)));
 
-    let pushes: [(&str, fn(&mut Robot)); 4] = [
+    type Push = (&'static str, fn(&mut Robot));
+    let pushes: [Push; 4] = [
         ("turned", |robot| robot.angular_velocity = 0.1),
         ("lifted", |robot| robot.specific_force = 11.0),
         ("walking", |robot| robot.leg_speed = 0.1),
@@ -207,7 +211,7 @@ fn a_thinned_sweep_is_not_thinned_again() {
     let mut robot = Robot::standing();
     robot.points_after(3_000);
     let mut scan = hall(1000);
-    thin(&mut scan, 3, 1);
+    thin(&mut scan, 4, 1);
     let points = scan.xyz.len();
     match robot.preparation.prepare(robot.now, Sensor::Scan(Arc::new(scan))) {
         Sensor::Scan(scan) => assert_eq!(scan.xyz.len(), points),

@@ -56,7 +56,10 @@ fn a_run_in_segments_of_range_images_replays_with_the_fingerprint_of_the_run() {
             _ => None,
         })
         .collect();
-    assert!(points.iter().any(|points| *points > 50_000) && points.iter().any(|points| *points < 13_000));
+    assert!(
+        points.iter().any(|points| *points > 50_000)
+            && points.iter().any(|points| (1..=8_000).contains(points))
+    );
 
     let dir = tempfile::tempdir().expect("temporary directory");
     write_segments(dir.path(), &log);
