@@ -1,17 +1,25 @@
-//! The whole stack on generated sites: short walks over the stairs of buildings that no value was tuned on.
+//! The whole stack on generated sites: short walks over the stairs of buildings that no value was tuned on, and recovery in their maps on another
+//! day.
 
 use crate::day::{Day, FIRST};
-use geometry::{Vector3, aligned_rmse, isometry_from_pose, vec_from_plain};
-use messages::LoopVerdict;
-use sim::{GroundTruth, RouteFollower, Site, SiteName};
+use geometry::{Isometry, Vector3, aligned_rmse, isometry_from_pose, vec_from_plain};
+use messages::{CommandKind, GoalKind, LocalisationState, LoopVerdict, MotionState, PriorMap};
+use sim::{GroundTruth, RouteFollower, ScheduledFault, Site, SiteName, Start};
+use std::sync::Arc;
 use uuid::Uuid;
-use vocab::{SessionId, Stamp};
+use vocab::{SessionId, Span, Stamp, Vec3};
 
 /// Greatest root mean square error of the keyframes' positions, metres: that of one pass over the stairs with a tenth of the LiDAR's columns.
 /// `cargo xtask bench sites` holds ten-minute maps to 1 cm.
 const RMSE_MAX_M: f64 = 0.05;
+/// State of a robot that knows its pose.
+const LOCALISED: LocalisationState = LocalisationState::Localised { map: FIRST, degradation: None };
 /// Greatest error of an accepted loop's translation, metres.
 const LOOP_ERROR_MAX_M: f64 = 0.3;
+/// A claimed position is wrong if it is farther than this from the truth, metres.
+const POSITION_TOLERANCE_M: f64 = 0.2;
+/// Limit of the duration of a recovery, seconds.
+const RECOVERY_MAX_S: f64 = 20.0;
 
 /// Maps a generated site on its short route, among two people, and compares poses and loops with the ground truth.
 #[track_caller]
@@ -47,6 +55,61 @@ fn check_short_walk(seed: u64) {
             (from.inverse() * to).translation.vector - vec_from_plain(decision.from_from_to.position);
         assert!(off.norm() < LOOP_ERROR_MAX_M, "seed {seed}: a wrong loop: {decision:?}");
     }
+    let Some(prior_map) = day.lockstep.map(FIRST).cloned() else { panic!("not kept") };
+    check_recovery(seed, prior_map, &pairs);
+}
+
+/// Covers the LiDAR of a robot that is localised on another day, and carries it away. Each time it knows its pose again in time.
+///
+/// - `pairs`: true positions of the map's keyframes, and their positions in the map.
+#[track_caller]
+fn check_recovery(seed: u64, prior_map: Arc<PriorMap>, pairs: &[(Vector3, Vector3)]) {
+    let Some(alignment) = geometry::umeyama(pairs, false) else { panic!("seed {seed}: no alignment") };
+    let site = Arc::new(Site::new(SiteName::Generated(seed)).on_another_day(5, 0.25));
+    let start = site.start();
+    let mut day = Day::on(Arc::clone(&site), 3, start, seed + 100, None);
+    day.lockstep.keep_map(prior_map);
+    day.order(CommandKind::Localise { map: FIRST, at: None });
+    let wait = |day: &mut Day, what: &str| {
+        let since = day.lockstep.now();
+        loop {
+            day.run(0.1);
+            let map_from_base = isometry_from_pose(&day.estimate).unwrap_or_else(Isometry::identity);
+            let found = (alignment.truth_from_estimate * map_from_base).translation.vector;
+            let error_m = (found - day.true_position()).norm();
+            if day.localisation == LOCALISED && error_m < POSITION_TOLERANCE_M {
+                return;
+            }
+            if matches!(day.localisation, LocalisationState::Relocalising { .. })
+                && day.motion == MotionState::Idle
+            {
+                day.start_goal(GoalKind::Relocalise);
+            }
+            let waited_s = (day.lockstep.now() - since).secs_f64();
+            assert!(
+                waited_s < RECOVERY_MAX_S,
+                "seed {seed}, {what}: {error_m} m off, {:?}",
+                day.localisation
+            );
+        }
+    };
+    wait(&mut day, "switched on");
+    let from = day.lockstep.simulator().elapsed();
+    let until = from + Span::from_millis(5_000);
+    day.lockstep.simulator().inject_fault(ScheduledFault::BlindLidar { from, until });
+    day.run(5.0);
+    wait(&mut day, "covered");
+    let here = day.true_position();
+    let away = |place: &Vector3| (place - here).xy().norm();
+    let places = pairs.iter().map(|pair| pair.0).filter(|place| (place.z - here.z).abs() < 0.2);
+    let Some(place) = places.max_by(|a, b| away(a).total_cmp(&away(b))) else {
+        panic!("seed {seed}: no place")
+    };
+    assert!(away(&place) > 5.0, "seed {seed}: the robot is carried {} m only", away(&place));
+    let there = Start { position: Vec3::new(place.x, place.y, place.z), yaw: 2.0 };
+    day.lockstep.simulator().carry(there, Span::from_millis(10_000));
+    day.run(10.0);
+    wait(&mut day, "carried");
 }
 
 /// True position of the base at an instant, interpolated.
@@ -66,4 +129,15 @@ fn a_generated_spine_is_mapped_over_its_stairs() {
 #[test]
 fn a_generated_ring_is_mapped_over_its_stairs() {
     check_short_walk(17);
+}
+
+mod nightly {
+    use super::check_short_walk;
+
+    #[test]
+    fn all_benchmarked_sites_are_mapped_over_their_stairs() {
+        for seed in (0..20).filter(|seed| ![2, 17].contains(seed)) {
+            check_short_walk(seed);
+        }
+    }
 }

@@ -3,11 +3,12 @@
 use crate::event::RegistrationReport;
 use crate::filter::ErrorStateFilter;
 use crate::state::State;
-use geometry::{Base, Body, Isometry, Matrix6, Transform, Vector3, Vector6};
+use geometry::{Base, Body, Isometry, Lidar, Matrix6, Transform, Vector3, Vector6};
+use nalgebra::Point3;
 use points::{AdaptiveVoxelConfig, Centroid, Downsampler, GaussianMap, GaussianMapConfig};
 use registration::{
     GaussNewtonConfig, MatchingConfig, NormalEquations, ScanInformationConfig, WidthSchedule, gauss_newton,
-    linearise, shrink_eigenvalues,
+    linearise_from_viewpoint, shrink_eigenvalues,
 };
 
 /// Parameters of a [`LocalMap`].
@@ -19,7 +20,8 @@ pub struct LocalMapConfig {
     pub radius_m: f64,
     /// Distance walked between two removals, metres.
     pub removal_interval_m: f64,
-    /// How points are matched when the pose is nearly right.
+    /// How points are matched when the pose is nearly right. Surfaces have sides: without them, the upper and the lower face of a stair's tread are
+    /// one plane, and the robot that has seen its lower face first ends its climb too low, by up to half a tread's thickness.
     pub matching: MatchingConfig,
     /// Limits on the information of a scan.
     pub information: ScanInformationConfig,
@@ -57,7 +59,7 @@ impl Default for LocalMapConfig {
             gaussians: GaussianMapConfig::default(),
             radius_m: 100.0,
             removal_interval_m: 10.0,
-            matching: MatchingConfig::default(),
+            matching: MatchingConfig { front_facing_only: true, ..MatchingConfig::default() },
             information: ScanInformationConfig::default(),
             tight,
             loose: GaussNewtonConfig { max_iterations: 20, initial_width: 8.0, ..tight },
@@ -99,6 +101,8 @@ pub struct DownsampledPoints {
     pub coarse: Vec<[f32; 3]>,
     /// Points for the map.
     pub fine: Vec<[f32; 3]>,
+    /// Position of the LiDAR, from which they were seen.
+    pub viewpoint: Vector3,
 }
 
 /// The local map around the robot.
@@ -138,12 +142,13 @@ impl LocalMap {
     }
 
     /// Downsamples a scan (base frame, metres) into `out` (body frame), and adapts the voxel size so that about `target_points`
-    /// points remain next time.
+    /// points remain next time. `base_from_lidar` is where it was seen from.
     pub fn downsample(
         &mut self,
         xyz: &[[f32; 3]],
         target_points: usize,
         body_from_base: &Transform<Body, Base>,
+        base_from_lidar: &Transform<Base, Lidar>,
         out: &mut DownsampledPoints,
     ) {
         let config = self.config;
@@ -166,6 +171,7 @@ impl LocalMap {
                 break;
             }
         }
+        out.viewpoint = (*body_from_base * *base_from_lidar).isometry().translation.vector;
         let matrix = crate::sweep::matrix_of(body_from_base.isometry());
         for point in out.coarse.iter_mut().chain(&mut out.fine) {
             *point = crate::sweep::apply(&matrix, point);
@@ -204,7 +210,13 @@ impl LocalMap {
             PriorQuality::Loose => &self.config.loose,
         };
         let state = gauss_newton(start, &self.config.matching, config, |state, matching| {
-            let equations = linearise(&self.map, &scan.coarse, &state.odom_from_body, matching);
+            let equations = linearise_from_viewpoint(
+                &self.map,
+                &scan.coarse,
+                &state.odom_from_body,
+                &scan.viewpoint,
+                matching,
+            );
             let gradient;
             (information, gradient) = self.trusted_part(&equations, scan);
             report.matched = equations.matched;
@@ -237,10 +249,11 @@ impl LocalMap {
     pub fn insert(&mut self, scan: &DownsampledPoints, odom_from_body: &Isometry) {
         let rotation = odom_from_body.rotation.to_rotation_matrix();
         let translation = odom_from_body.translation.vector;
+        let viewpoint = (odom_from_body * Point3::from(scan.viewpoint)).coords;
         for point in &scan.fine {
             let in_body = Vector3::new(f64::from(point[0]), f64::from(point[1]), f64::from(point[2]));
             let in_odom = rotation * in_body + translation;
-            self.map.insert(&[in_odom.x, in_odom.y, in_odom.z]);
+            self.map.insert_from_viewpoint(in_odom.as_ref(), viewpoint.as_ref());
         }
         self.remove_distant(&translation);
     }

@@ -152,6 +152,7 @@ impl Reinitialiser {
     /// The map's matching, wide enough to converge from far away.
     fn matching(&self, map: &LocalMap) -> MatchingConfig {
         let ReinitialiserConfig { gate_m, noise_m, .. } = self.config;
-        MatchingConfig { gate_m, noise_m, ..map.config().matching }
+        // From decimetres away, a point may be on the wrong side of a thin surface.
+        MatchingConfig { gate_m, noise_m, front_facing_only: false, ..map.config().matching }
     }
 }

@@ -394,7 +394,14 @@ impl ScanTracker {
         for pass in 0..passes {
             self.deskew(sweep);
             let body_from_base = self.propagator.body_from_base;
-            self.map.downsample(&self.deskewed, target_points, &body_from_base, &mut self.downsampled);
+            let base_from_lidar = self.config.mounting.base_from_lidar;
+            self.map.downsample(
+                &self.deskewed,
+                target_points,
+                &body_from_base,
+                &base_from_lidar,
+                &mut self.downsampled,
+            );
             fitted = self.fit(sweep, fitted, scope);
             let Some(ScanFit { state, .. }) = fitted else { break };
             if pass + 1 < passes {

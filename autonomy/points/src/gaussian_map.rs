@@ -18,6 +18,9 @@ pub struct GaussianMapConfig {
     pub root_size_m: f64,
     /// Number of subdivisions: 3 gives leaves of an eighth of the root's edge.
     pub max_depth: u8,
+    /// Number of further subdivisions for points on the other side of a leaf's plane: the two faces of a thin sheet, such as the tread of a stair,
+    /// then are two surfaces. Without them, the face that is seen first is the only one.
+    pub other_side_depth: u8,
     /// A cube whose points have a larger standard deviation about their plane is not flat, metres.
     pub plane_thickness_m: f32,
     /// A cube that is already classified as a plane remains one up to this multiple of `plane_thickness_m` (hysteresis).
@@ -65,6 +68,7 @@ impl Default for GaussianMapConfig {
         Self {
             root_size_m: 2.0,
             max_depth: 3,
+            other_side_depth: 1,
             plane_thickness_m: 0.03,
             plane_hysteresis: 1.5,
             min_plane_width_share: 0.08,
@@ -297,7 +301,8 @@ impl GaussianMap {
         let (insertions, config) = (self.insertions, self.config);
         let mut node_ref = NodeRef::Root(root);
         let mut size_m = config.root_size_m as f32;
-        for level in 0..=config.max_depth {
+        let deepest = config.max_depth + config.other_side_depth;
+        for level in 0..=deepest {
             let node = self.node_mut(node_ref);
             // A point in front of an established plane, behind it, or on its other side goes to a child.
             let is_elsewhere =
@@ -319,7 +324,8 @@ impl GaussianMap {
                     return;
                 }
             }
-            if level == config.max_depth {
+            let is_other_side = node.kind == Kind::Plane && node.faces_away(to_viewer);
+            if level == deepest || (level >= config.max_depth && !is_other_side) {
                 return;
             }
             node_ref = self.child_or_new(node_ref, descend_to_child(&mut local, &mut size_m));

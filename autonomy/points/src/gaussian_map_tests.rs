@@ -156,3 +156,39 @@ fn the_viewpoint_selects_the_side_of_a_thin_wall() {
         }
     }
 }
+
+/// Share of the places on the treads of a stair at which the upper face is found within a centimetre from above, after the lower faces were seen
+/// first.
+fn found_upper_faces(other_side_depth: u8) -> f64 {
+    let mut map = GaussianMap::new(GaussianMapConfig { other_side_depth, ..GaussianMapConfig::default() });
+    let treads = (0..8_u8).map(|step| (0.29 * f64::from(step), 0.17 * f64::from(step)));
+    let points = |along: f64, height: f64| {
+        (0..15_u8).flat_map(move |x| {
+            (0..60_u8).map(move |y| [along + 0.02 * f64::from(x), 0.02 * f64::from(y), height])
+        })
+    };
+    for (below, face) in [(-2.0, -0.05), (2.0, 0.0)] {
+        for (along, height) in treads.clone() {
+            for point in points(along, height + face) {
+                map.insert_from_viewpoint(&point, &[along - 1.0, 0.6, height + below]);
+            }
+        }
+    }
+    let (mut found, mut all) = (0, 0);
+    for (along, height) in treads {
+        for point in points(along, height).step_by(7) {
+            let surface = map.find_surface_facing(&point, &[along - 1.0, 0.6, height + 2.0], 0.1);
+            all += 1;
+            found += usize::from(
+                matches!(surface, Some(Surface::Plane { distance, .. }) if distance.abs() < 0.01),
+            );
+        }
+    }
+    found as f64 / f64::from(all)
+}
+
+#[test]
+fn both_faces_of_a_tread_are_found_although_the_lower_one_was_seen_first() {
+    let (with, without) = (found_upper_faces(1), found_upper_faces(0));
+    assert!(with > 0.7 && with > without + 0.5, "{with} of the upper faces, {without} without another level");
+}

@@ -19,7 +19,7 @@ pub struct MatchingConfig {
     pub noise_m: f32,
     /// Whether cells that are not flat are matched too.
     pub use_distributions: bool,
-    /// Whether planes that face away from the body are left out. Needs a map whose points were inserted with their viewpoints.
+    /// Whether planes that face away from the viewpoint are left out. Needs a map whose points were inserted with their viewpoints.
     pub front_facing_only: bool,
 }
 
@@ -86,15 +86,28 @@ pub fn plane_jacobian(point: &Vector3, normal_body: &Vector3) -> Vector6 {
     Vector6::new(by_rotation.x, by_rotation.y, by_rotation.z, normal_body.x, normal_body.y, normal_body.z)
 }
 
-/// Matches every point (body frame, metres) with the map at a pose and sums up the normal equations, in the order of the points.
+/// Matches every point (body frame, metres) with the map at a pose and sums up the normal equations, in the order of the points. The viewpoint is
+/// the origin of the body.
 pub fn linearise<'a>(
     map: &impl SurfaceMap,
     points: impl IntoIterator<Item = &'a [f32; 3]>,
     map_from_body: &Isometry,
     matching: &MatchingConfig,
 ) -> NormalEquations {
+    linearise_from_viewpoint(map, points, map_from_body, &Vector3::zeros(), matching)
+}
+
+/// As [`linearise`], for points that were seen from a viewpoint (body frame, metres). It decides which side of a thin surface was seen.
+pub fn linearise_from_viewpoint<'a>(
+    map: &impl SurfaceMap,
+    points: impl IntoIterator<Item = &'a [f32; 3]>,
+    map_from_body: &Isometry,
+    viewpoint: &Vector3,
+    matching: &MatchingConfig,
+) -> NormalEquations {
     let rotation = map_from_body.rotation.to_rotation_matrix().into_inner();
     let translation = map_from_body.translation.vector;
+    let viewpoint = rotation * viewpoint + translation;
     let noise_variance = matching.noise_m * matching.noise_m;
     let mut sum = NormalEquations::default();
     // Upper triangle of the information of all planes. It is copied into the matrix at the end.
@@ -104,7 +117,7 @@ pub fn linearise<'a>(
         let in_map = rotation * in_body + translation;
         let at = [in_map.x, in_map.y, in_map.z];
         let surface = match matching.front_facing_only {
-            true => map.find_surface_facing(&at, translation.as_ref(), matching.gate_m),
+            true => map.find_surface_facing(&at, viewpoint.as_ref(), matching.gate_m),
             false => map.find_surface(&at, matching.gate_m),
         };
         match surface {
