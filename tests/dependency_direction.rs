@@ -101,7 +101,7 @@ const OURS_IN_TESTS: &[(&str, &[&str])] = &[
 ];
 
 /// Crates that may depend on all others, because they compare or test the whole.
-const SEES_EVERYTHING: &[&str] = &["benches", "tests"];
+const SEES_EVERYTHING: &[&str] = &["benches", "fuzzing", "tests"];
 
 /// External crates with restricted use, and the only crates of ours that may use them outside tests.
 const HOMES: &[(&str, &[&str])] = &[

@@ -5,7 +5,7 @@
 use anyhow::{Context, Result};
 use benches::thread_ms;
 use clap::Parser;
-use formats::{pcd, survey};
+use formats::{SurveyLimits, pcd, survey};
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -54,7 +54,7 @@ fn main() -> Result<()> {
 fn print_row(path: &Path) {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let began = thread_ms();
-    let read = survey::read(path, &mut |_| {});
+    let read = survey::read(path, SurveyLimits::NONE, &mut |_| {});
     let ms = thread_ms() - began;
     match read {
         Ok(survey) => {

@@ -13,6 +13,11 @@ pub enum Failure {
     Usage(String),
     /// Any other failure: exit code 1.
     Failed(String),
+    /// Another process of this program has printed the sentence.
+    Reported {
+        /// Whether the failure is [`Self::Usage`].
+        usage: bool,
+    },
 }
 
 impl Failure {
@@ -34,16 +39,22 @@ impl Failure {
     /// The exit code of the process.
     pub fn exit_code(&self) -> ExitCode {
         match self {
-            Self::Usage(_) => ExitCode::from(2),
-            Self::Failed(_) => ExitCode::from(1),
+            Self::Usage(_) | Self::Reported { usage: true } => ExitCode::from(2),
+            Self::Failed(_) | Self::Reported { usage: false } => ExitCode::from(1),
+        }
+    }
+
+    /// The sentence, unless it was printed already.
+    pub fn sentence(&self) -> Option<&str> {
+        match self {
+            Self::Usage(sentence) | Self::Failed(sentence) => Some(sentence),
+            Self::Reported { .. } => None,
         }
     }
 }
 
 impl Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Usage(sentence) | Self::Failed(sentence) => f.write_str(sentence),
-        }
+        f.write_str(self.sentence().unwrap_or_default())
     }
 }

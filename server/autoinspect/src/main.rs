@@ -41,7 +41,9 @@ fn main() -> ExitCode {
     match cli.run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            output::print_error(&failure.to_string());
+            if let Some(sentence) = failure.sentence() {
+                output::print_error(sentence);
+            }
             failure.exit_code()
         }
     }

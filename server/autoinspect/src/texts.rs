@@ -340,7 +340,41 @@ pub fn process_killed(role: &str) -> String {
     format!("the {role} does not stop and is killed")
 }
 
+// Limits of imports.
+
+/// An argument that is no time.
+pub const MINUTES_EXPECTED: &str = "expected a number of minutes, at least 0.01";
+
+const MAKE_SURVEY_SMALLER: &str =
+    "thin the survey to a point every 2 or 3 cm in the program that made it, or cut it into parts";
+
+/// It needed more memory than its limit.
+pub fn import_out_of_memory(limit_mb: u64) -> String {
+    format!(
+        "the import needs more than {limit_mb} MB of memory, its limit; {MAKE_SURVEY_SMALLER}; on a computer with more memory, --max-memory raises the limit"
+    )
+}
+
+/// It needed more processor time than its limit.
+pub fn import_out_of_time(limit_minutes: f64) -> String {
+    format!(
+        "the import needs more than {limit_minutes} minutes of processor time, its limit; {MAKE_SURVEY_SMALLER}; --max-minutes raises the limit"
+    )
+}
+
+/// It ended in another way than by a limit.
+pub fn import_ended(status: &dyn Display) -> String {
+    format!(
+        "the import ended before it was done ({status}): the file is damaged in a way that this program does not expect; export it again"
+    )
+}
+
 // Imports in another process: sentences for clients.
+
+/// It needed more memory than its limit.
+pub const IMPORT_OUT_OF_MEMORY: &str = "It needs more memory than an import may take. Thin the survey to a point every 2 or 3 cm, or cut it into parts.";
+/// It needed more processor time than its limit.
+pub const IMPORT_OUT_OF_TIME: &str = "It needs more time than an import may take. Thin the survey to a point every 2 or 3 cm, or cut it into parts.";
 
 /// A client cancelled it.
 pub const IMPORT_CANCELLED: &str = "It was cancelled.";

@@ -2,6 +2,7 @@
 //!
 //! Source: "The PCD (Point Cloud Data) file format", version 0.7, Point Cloud Library documentation.
 
+use crate::limits::UNPACKED_BYTES_MAX;
 use crate::{FormatError, PointField, PointTable, ScalarType, lzf, texts};
 use std::io::{self, Write};
 
@@ -126,7 +127,7 @@ fn lay_out(
         };
         let count = counts.get(i).copied().unwrap_or(1);
         if count == 0 {
-            return Err(FormatError::at_line(WHAT, line, format!("field '{name}' has the count 0")));
+            return Err(FormatError::at_line(WHAT, line, texts::field_without_values(&name)));
         }
         let end = scalar.size().checked_mul(count).and_then(|size| size.checked_add(offset));
         let Some(end) = end.filter(|end| *end <= POINT_BYTES_MAX) else {
@@ -167,6 +168,10 @@ fn read_compressed<'a>(header: Header, body: &[u8]) -> Result<PointTable<'a>, Fo
         let missing = (compressed - rest.len()) as u64;
         return Err(FormatError::Truncated { what: WHAT, at: header.end as u64 + 8, missing });
     };
+    if unpacked > UNPACKED_BYTES_MAX {
+        let problem = texts::unpacks_to_too_much(unpacked, UNPACKED_BYTES_MAX);
+        return Err(FormatError::at_byte(WHAT, header.end as u64, problem));
+    }
     let columns = if unpacked == 0 { Vec::new() } else { lzf::decompress(packed, unpacked)? };
     if columns.len() < header.points.saturating_mul(header.point_step) {
         let problem = texts::data_ends_early(header.points);

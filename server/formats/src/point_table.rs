@@ -132,7 +132,7 @@ impl<'a> PointTable<'a> {
             if end > point_step {
                 return Err(FormatError::Malformed {
                     what: "point cloud",
-                    place: format!("field '{}'", field.name),
+                    place: format!("field '{}'", texts::shown(&field.name)),
                     problem: texts::field_beyond_point(end, point_step),
                 });
             }
@@ -250,17 +250,23 @@ impl<'a> PointTable<'a> {
         Ok(x.into_iter().zip(y).zip(z).map(|((x, y), z)| [x, y, z]).collect())
     }
 
-    /// All x, all y and all z in double precision, the unusable ones included.
+    /// Positions of all points in double precision, the unusable ones included.
     ///
     /// # Errors
-    /// When one is missing.
-    pub fn coordinates(&self) -> Result<[Vec<f64>; 3], FormatError> {
-        Ok([self.coordinate("x")?, self.coordinate("y")?, self.coordinate("z")?]
-            .map(|field| self.column(field)))
+    /// When x, y or z is missing.
+    pub fn coordinates(&self) -> Result<impl Iterator<Item = [f64; 3]> + '_, FormatError> {
+        let fields = [self.coordinate("x")?, self.coordinate("y")?, self.coordinate("z")?];
+        Ok(self.points().map(move |point| fields.map(|field| self.number(point, field))))
+    }
+
+    /// Intensities of all points in sensor units; zeros if there are none.
+    pub fn intensities(&self) -> impl Iterator<Item = f32> + '_ {
+        let field = self.first_field(&INTENSITY_NAMES);
+        self.points().map(move |point| field.map_or(0.0, |field| self.number(point, field)))
     }
 
     /// Intensities in sensor units; empty if there are none.
-    pub fn intensity(&self) -> Vec<f32> {
+    fn intensity(&self) -> Vec<f32> {
         self.first_field(&INTENSITY_NAMES).map_or(Vec::new(), |field| self.column::<f32>(field))
     }
 
@@ -273,23 +279,25 @@ impl<'a> PointTable<'a> {
     }
 
     /// The first number of a column of this table for every point, converted.
-    pub(crate) fn column<T: FromNumber>(&self, field: &PointField) -> Vec<T> {
-        macro_rules! read {
-            ($type:ty, $from:ident as $wide:ty) => {{
-                let convert = |point: &[u8]| {
-                    let mut bytes = [0; size_of::<$type>()];
-                    bytes.copy_from_slice(&point[field.offset..field.offset + size_of::<$type>()]);
-                    let value = match self.big_endian {
-                        true => <$type>::from_be_bytes(bytes),
-                        false => <$type>::from_le_bytes(bytes),
-                    };
-                    T::$from(value as $wide)
-                };
-                self.points().map(convert).collect()
-            }};
-        }
+    fn column<T: FromNumber>(&self, field: &PointField) -> Vec<T> {
         if field.count == 0 {
             return vec![T::from_i64(0); self.len()];
+        }
+        self.points().map(|point| self.number(point, field)).collect()
+    }
+
+    /// The first number of a field of a point. The field must not be empty.
+    fn number<T: FromNumber>(&self, point: &[u8], field: &PointField) -> T {
+        macro_rules! read {
+            ($type:ty, $from:ident as $wide:ty) => {{
+                let mut bytes = [0; size_of::<$type>()];
+                bytes.copy_from_slice(&point[field.offset..field.offset + size_of::<$type>()]);
+                let value = match self.big_endian {
+                    true => <$type>::from_be_bytes(bytes),
+                    false => <$type>::from_le_bytes(bytes),
+                };
+                T::$from(value as $wide)
+            }};
         }
         match field.scalar {
             ScalarType::I8 => read!(i8, from_i64 as i64),

@@ -3,16 +3,29 @@
 //! The sentence already names the file's format and the byte, line or field. A text here says what is wrong there and, where that helps,
 //! what to do.
 
+use crate::legible;
 use std::fmt::Display;
+
+/// Characters of a word or name of the file that a sentence shows, at most.
+const SHOWN_CHARS_MAX: usize = 40;
+/// Characters of a list of names that a sentence shows, at most.
+const SHOWN_LIST_CHARS_MAX: usize = 200;
+
+/// A word or name of the file.
+pub(crate) fn shown(word: &str) -> String {
+    legible(word, SHOWN_CHARS_MAX)
+}
 
 // Any format of text lines.
 
 /// A word that should be a number of things.
 pub(crate) fn not_a_count(word: &str) -> String {
+    let word = shown(word);
     format!("'{word}' is not a count")
 }
 /// A word that should be a number.
 pub(crate) fn not_a_number(word: &str) -> String {
+    let word = shown(word);
     format!("'{word}' is not a number")
 }
 /// A line with too few words.
@@ -26,15 +39,26 @@ pub(crate) const PCD_COLUMNS_DIFFER: &str = "FIELDS, SIZE, TYPE and COUNT do not
 
 /// DATA is none of ascii, binary and binary_compressed.
 pub(crate) fn unknown_data_kind(kind: &str) -> String {
+    let kind = shown(kind);
     format!("unknown data kind '{kind}'")
 }
 /// A pair of TYPE and SIZE that does not exist.
 pub(crate) fn unknown_field_type(name: &str, kind: &str, size: usize) -> String {
+    let (name, kind) = (shown(name), shown(kind));
     format!("field '{name}' has the unknown type {kind}{size}")
 }
 /// A point would be longer than 1 MiB.
 pub(crate) fn absurd_field_count(name: &str, count: usize) -> String {
+    let name = shown(name);
     format!("field '{name}' has the absurd count {count}")
+}
+/// COUNT 0.
+pub(crate) fn field_without_values(name: &str) -> String {
+    format!("field '{}' has the count 0", shown(name))
+}
+/// Compressed data that unpacks to more than the reader's limit.
+pub(crate) fn unpacks_to_too_much(bytes: usize, max_bytes: usize) -> String {
+    format!("it claims to unpack to {bytes} bytes; at most {max_bytes} are read; save it uncompressed")
 }
 /// Compressed data unpacks to fewer points than the header states.
 pub(crate) fn data_ends_early(stated: usize) -> String {
@@ -45,9 +69,11 @@ pub(crate) fn too_few_points(stated: usize, found: usize) -> String {
     format!("{stated} points were stated but only {found} are there")
 }
 pub(crate) fn value_missing(field: &str) -> String {
+    let field = shown(field);
     format!("the value of '{field}' is missing")
 }
 pub(crate) fn not_a_value(word: &str, field: &str) -> String {
+    let (word, field) = (shown(word), shown(field));
     format!("'{word}' is not a value of '{field}'")
 }
 
@@ -70,15 +96,16 @@ pub(crate) const PROPERTY_INCOMPLETE: &str = "a property needs a type and a name
 pub(crate) const NO_PLY_FORMAT: &str = "the format is not given";
 
 pub(crate) fn unknown_ply_format(format: &str) -> String {
-    format!("unknown format '{format}'")
+    format!("unknown format '{}'", shown(format))
 }
 pub(crate) fn unknown_ply_type(name: &str) -> String {
-    format!("unknown type '{name}'")
+    format!("unknown type '{}'", shown(name))
 }
 pub(crate) fn too_few_vertices(stated: usize, found: usize) -> String {
     format!("{stated} vertices were stated but only {found} are there")
 }
 pub(crate) fn value_missing_or_no_number(field: &str) -> String {
+    let field = shown(field);
     format!("the value of '{field}' is missing or no number")
 }
 
@@ -92,9 +119,11 @@ pub(crate) fn row_too_short(row_bytes: usize, width: usize, point_bytes: usize) 
 }
 /// A cloud without x, y or z.
 pub(crate) fn coordinate_missing(fields: &str) -> String {
+    let fields = legible(fields, SHOWN_LIST_CHARS_MAX);
     format!("it is missing; the fields are: {fields}")
 }
 pub(crate) fn unknown_ros_field_type(name: &str, datatype: u8) -> String {
+    let name = shown(name);
     format!("field '{name}' has the unknown data type {datatype}")
 }
 
@@ -144,17 +173,26 @@ pub(crate) const TRAJECTORY_LINE_EMPTY: &str = "it is empty";
 pub(crate) const TRAJECTORY_LINE_SHORT: &str = "it does not hold 'seconds x y z qx qy qz qw'";
 
 pub(crate) fn not_a_time(word: &str) -> String {
+    let word = shown(word);
     format!("'{word}' is not a time in seconds")
 }
 pub(crate) fn unknown_graph_element(word: &str) -> String {
+    let word = shown(word);
     format!("'{word}' is not a pose, an edge between poses or FIX")
 }
 pub(crate) fn not_a_vertex(word: &str) -> String {
+    let word = shown(word);
     format!("'{word}' is not the number of a vertex")
 }
 
 // Surveys: LAS, LAZ, E57 and PTX.
 
+pub(crate) const MAKE_SURVEY_SMALLER: &str =
+    "thin it in the program that made it, to a point every 2 or 3 cm, or cut it into parts";
+/// A survey with more points than are read.
+pub(crate) fn too_many_points(most: usize) -> String {
+    format!("a survey of more than {most} points")
+}
 pub(crate) const NO_SURVEY_FORMAT: &str =
     "it begins like no PCD, PLY, LAS, LAZ, E57 or PTX file; convert it to one of them";
 pub(crate) const COMPRESSED_DATA_DAMAGED: &str = "its compressed data is damaged; copy or export it again";

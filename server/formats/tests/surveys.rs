@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "tests")]
 
+use formats::SurveyLimits;
 use formats::survey::{self, Survey};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -19,7 +20,7 @@ fn folder() -> Option<PathBuf> {
 
 fn read(path: &Path) -> Survey {
     let mut last = 0.0;
-    let survey = survey::read(path, &mut |done| {
+    let survey = survey::read(path, SurveyLimits::NONE, &mut |done| {
         assert!((last..=1.0).contains(&done), "{}: {done} after {last}", path.display());
         last = done;
     });
@@ -74,8 +75,10 @@ fn unreadable_files_are_refused_at_once_with_a_sentence() {
         ("../trajectories/freiburg1_xyz-groundtruth.txt", "begins like no"),
     ] {
         let began = Instant::now();
-        let problem =
-            survey::read(&folder.join(name), &mut |_| {}).map(|s| s.points()).unwrap_err().to_string();
+        let problem = survey::read(&folder.join(name), SurveyLimits::NONE, &mut |_| {})
+            .map(|s| s.points())
+            .unwrap_err()
+            .to_string();
         eprintln!("{name}: {problem}");
         assert!(problem.contains(words) && !problem.contains('\n'), "{name}: {problem}");
         assert!(began.elapsed() < Duration::from_secs(2), "{name}");

@@ -81,21 +81,33 @@ pub(crate) fn input(raw: &RawMessage, topic: &Topic, role: TopicRole) -> Result<
     if role != TopicRole::Journal {
         return Ok(sensor(raw, topic, role)?.map(|(sensor, _)| Input::Sensor(sensor)));
     }
-    let decoded = match topic.type_name.as_str() {
+    match decode_journal_entry(&topic.type_name, raw.bytes()) {
+        Some(decoded) => decoded.map(Some).map_err(|source| message_error(raw, topic, source)),
+        None => Err(ReadError::OtherJournalVersion { found: topic.type_name.clone() }),
+    }
+}
+
+/// Decodes an entry of the journal that a schema describes; `None` if this program does not know the schema.
+pub fn decode_journal_entry(schema: &str, bytes: &[u8]) -> Option<Result<Input, FormatError>> {
+    let decoded = match schema {
         // Version 7 differs from version 6 by the range images beside it.
-        topics::INPUT_SCHEMA | INPUT_SCHEMA_V6 => whole(raw.bytes()),
-        INPUT_SCHEMA_V5 => whole::<InputV5>(raw.bytes()).map(Input::from),
-        INPUT_SCHEMA_V4 => whole::<InputV4>(raw.bytes()).map(Input::from),
-        INPUT_SCHEMA_V3 => whole::<InputV3>(raw.bytes()).map(Input::from),
-        _ => return Err(ReadError::OtherJournalVersion { found: topic.type_name.clone() }),
+        topics::INPUT_SCHEMA | INPUT_SCHEMA_V6 => whole(bytes),
+        INPUT_SCHEMA_V5 => whole::<InputV5>(bytes).map(Input::from),
+        INPUT_SCHEMA_V4 => whole::<InputV4>(bytes).map(Input::from),
+        INPUT_SCHEMA_V3 => whole::<InputV3>(bytes).map(Input::from),
+        _ => return None,
     };
-    decoded.map(Some).map_err(|problem| message_error(raw, topic, journal_error(&problem)))
+    Some(decoded.map_err(|problem| journal_error(&problem)))
+}
+
+/// Names of the schemas of journals that can be read, newest first.
+pub fn journal_schemas() -> [&'static str; 5] {
+    [topics::INPUT_SCHEMA, INPUT_SCHEMA_V6, INPUT_SCHEMA_V5, INPUT_SCHEMA_V4, INPUT_SCHEMA_V3]
 }
 
 /// Whether journals of this schema can be read.
 pub(crate) fn is_known_journal(schema: &str) -> bool {
-    [topics::INPUT_SCHEMA, INPUT_SCHEMA_V6, INPUT_SCHEMA_V5, INPUT_SCHEMA_V4, INPUT_SCHEMA_V3]
-        .contains(&schema)
+    journal_schemas().contains(&schema)
 }
 
 /// Decodes a value that must use all bytes.

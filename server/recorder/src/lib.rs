@@ -15,6 +15,7 @@ mod texts;
 pub mod topics;
 mod writer;
 
+pub use decode::{decode_journal_entry, journal_schemas};
 pub use error::{OpenError, ReadError, WriteError};
 pub use info::{RecordingInfo, TopicInfo};
 pub use problems::ReadProblems;

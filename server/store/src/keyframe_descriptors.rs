@@ -97,7 +97,7 @@ fn read(path: &Path) -> Option<Vec<PriorKeyframe>> {
     descriptors
 }
 
-fn parse(bytes: &[u8]) -> Option<Vec<PriorKeyframe>> {
+pub(crate) fn parse(bytes: &[u8]) -> Option<Vec<PriorKeyframe>> {
     let mut cursor = Cursor(bytes.strip_prefix(MAGIC)?);
     if cursor.number()? != KEYFRAME_DESCRIPTOR_VERSION {
         return None;
@@ -146,6 +146,7 @@ impl<'a> Cursor<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use expect_test::expect_file;
 
     fn descriptors() -> Vec<PriorKeyframe> {
         let place = |number: i16| PriorKeyframe {
@@ -166,6 +167,17 @@ mod tests {
     #[test]
     fn descriptors_come_back() {
         assert_eq!(parse(&bytes()), Some(descriptors()));
+    }
+
+    /// If this fails, the layout has changed: raise the version, and write the new bytes with `UPDATE_EXPECT=1`.
+    #[test]
+    fn the_bytes_are_unchanged() {
+        let mut bytes = Vec::new();
+        let few: Vec<_> = descriptors().into_iter().take(2).collect();
+        assert!(write(&mut bytes, &few).is_ok());
+        let text: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+        let golden = format!("../layouts/places_v{KEYFRAME_DESCRIPTOR_VERSION}.txt");
+        expect_file![golden].assert_eq(&format!("{text}\n"));
     }
 
     #[test]

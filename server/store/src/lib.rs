@@ -8,6 +8,7 @@ mod cloud_files;
 mod dynamic_points;
 mod error;
 mod files;
+pub mod fuzzing;
 mod keyframe_descriptors;
 mod keyframe_grid;
 mod map_bin;

@@ -74,9 +74,7 @@ impl SessionJournal {
         if length > 0 {
             return Ok(Self { path, file, length });
         }
-        let mut header = MAGIC.to_vec();
-        header.extend(JOURNAL_FORMAT_VERSION.to_le_bytes());
-        file.write_all(&header).map_err(failed)?;
+        file.write_all(&header()).map_err(failed)?;
         Ok(Self { file, length: HEADER_BYTES, path })
     }
 
@@ -109,14 +107,32 @@ impl SessionJournal {
 }
 
 fn encode(record: &SessionRecord) -> io::Result<Vec<u8>> {
-    let content = postcard::to_stdvec(record).map_err(io::Error::other)?;
+    frame(&postcard::to_stdvec(record).map_err(io::Error::other)?)
+}
+
+fn frame(content: &[u8]) -> io::Result<Vec<u8>> {
     let length = u32::try_from(content.len()).map_err(io::Error::other)?;
     let mut bytes = Vec::with_capacity(content.len() + FRAME_BYTES);
     bytes.extend(length.to_le_bytes());
     bytes.extend((!length).to_le_bytes());
-    bytes.extend(checksum(&content));
+    bytes.extend(checksum(content));
     bytes.extend(content);
     Ok(bytes)
+}
+
+/// A journal with these records, whatever they hold.
+pub(crate) fn journal_of(records: &[&[u8]]) -> io::Result<Vec<u8>> {
+    let mut bytes = header();
+    for record in records {
+        bytes.extend(frame(record)?);
+    }
+    Ok(bytes)
+}
+
+fn header() -> Vec<u8> {
+    let mut header = MAGIC.to_vec();
+    header.extend(JOURNAL_FORMAT_VERSION.to_le_bytes());
+    header
 }
 
 fn checksum(content: &[u8]) -> [u8; CHECKSUM_BYTES] {

@@ -1,8 +1,8 @@
 //! Journals: what is written comes back, and what happens to those that are cut or damaged.
 
 use super::*;
-use expect_test::expect;
-use messages::{EdgeKind, GraphEdge, GraphNode};
+use expect_test::{expect, expect_file};
+use messages::{EdgeKind, GraphEdge, GraphNode, LoopEvidence, LoopSource, LoopTask, LoopVerdict};
 use std::fs;
 use uuid::Uuid;
 use vocab::{SessionId, Vec3};
@@ -145,4 +145,56 @@ fn the_bytes_of_version_1_are_unchanged() {
     let bytes = write(&dir.path().join("journal.bin"));
     expect!["817 bytes, BLAKE3 343ed1640b27ebc0c9d1401e166f7e6e97bde925c6ebe8b0b935c8f6962045ab"]
         .assert_eq(&format!("{} bytes, BLAKE3 {}", bytes.len(), blake3::hash(&bytes).to_hex()));
+}
+
+/// If this fails, the layout has changed: raise [`JOURNAL_FORMAT_VERSION`], keep the old version readable, and write the new bytes with `UPDATE_EXPECT=1`.
+/// The files of earlier versions stay.
+#[test]
+fn the_bytes_of_records_are_unchanged_and_every_version_is_read() {
+    let decision = LoopDecision {
+        task: LoopTask {
+            session: SessionId(Uuid::from_u128(1)),
+            from: KeyframeId(0),
+            to: KeyframeId(1),
+            source: LoopSource::Appearance(0.25),
+            guess: pose(0.5),
+        },
+        from_from_to: pose(0.75),
+        evidence: LoopEvidence::default(),
+        verdict: LoopVerdict::Accepted,
+        by_hand: true,
+        reason: "alike".to_owned(),
+    };
+    let extends = Some(MapId(Uuid::from_u128(2)));
+    let more = [SessionRecord::LoopDecided(decision), SessionRecord::State { extends, distance_m: 2.5 }];
+    let records: Vec<_> = records().into_iter().chain(more).collect();
+    let contents: Vec<_> =
+        records.iter().map(|record| postcard::to_stdvec(record).expect("encoded")).collect();
+    let kinds: std::collections::BTreeSet<u8> = contents.iter().map(|content| content[0]).collect();
+    let is_unknown = |kind: u8| {
+        matches!(postcard::from_bytes::<SessionRecord>(&[kind]), Err(postcard::Error::SerdeDeCustom))
+    };
+    assert_eq!(kinds, (0..=u8::MAX).take_while(|kind| !is_unknown(*kind)).collect(), "a kind has no sample");
+    let journal = journal_of(&contents.iter().map(Vec::as_slice).collect::<Vec<_>>()).expect("short");
+    let text: String = journal.iter().map(|byte| format!("{byte:02x}")).collect();
+    let golden = format!("../layouts/session_journal_v{JOURNAL_FORMAT_VERSION}.txt");
+    expect_file![golden].assert_eq(&format!("{text}\n"));
+
+    let folder = tempfile::tempdir().expect("a folder");
+    let read = |bytes: &[u8]| {
+        let path = folder.path().join("journal.bin");
+        fs::write(&path, bytes).expect("written");
+        RecoveredJournal::read(&path, ScanPoses::Wanted).expect("read")
+    };
+    let expected = read(&journal);
+    assert_eq!((expected.damaged_at, expected.decisions.len(), expected.extends), (None, 1, extends));
+    for version in 1..=JOURNAL_FORMAT_VERSION {
+        let path =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("layouts/session_journal_v{version}.txt"));
+        let text = fs::read_to_string(path).expect("the bytes of every version are kept");
+        let digits = text.trim();
+        let byte = |at: usize| u8::from_str_radix(&digits[at..at + 2], 16).expect("hexadecimal");
+        let bytes: Vec<u8> = (0..digits.len()).step_by(2).map(byte).collect();
+        assert_eq!(read(&bytes), expected, "version {version}");
+    }
 }

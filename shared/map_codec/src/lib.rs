@@ -17,6 +17,8 @@ mod cells;
 pub mod chunk;
 #[cfg(not(target_arch = "wasm32"))]
 mod encode;
+#[cfg(test)]
+mod layout_tests;
 mod levels;
 #[cfg(not(target_arch = "wasm32"))]
 mod morton;

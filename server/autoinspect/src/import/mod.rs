@@ -2,10 +2,12 @@
 
 mod cloud;
 mod graph;
+pub mod limits;
 mod upright;
 
 use crate::align::frame_alignment::{self, AlignmentConfig, FrameAlignment, PointPair, parse_point_pair};
 use crate::failure::Failure;
+use crate::process::peak_memory;
 use crate::progress::{Progress, lower_priority};
 use crate::{map, output, texts};
 use api::ImportStage;
@@ -13,6 +15,7 @@ use clap::Args;
 use cloud::{bounds, describe_viewpoints, gather_points, stored_viewpoints, thin};
 use formats::survey::{self, Survey};
 use graph::{ImportedGraphConfig, imported_map, map_id};
+use limits::ImportLimits;
 use mapping::virtual_viewpoint::{ViewpointConfig, VirtualViewpoints, find_viewpoints};
 use messages::FinishedMap;
 use serde::Serialize;
@@ -48,7 +51,8 @@ impl Default for ImportConfig {
 are moved near it; import.json in the map's folder says by how much. The axis that points up is found by the floors, or given by --up.
 --align-to gives the new map the frame of an existing map by recognising places, --pair by points picked in both. What a robot was taught in
 the existing map (goals, docks) is then valid in the new one. The map has the same files as those of `autoinspect map`. Its keyframes are
-virtual viewpoints: places where a robot could stand, with the points that are visible from there.
+virtual viewpoints: places where a robot could stand, with the points that are visible from there. A larger survey than the limits allow must be
+thinned or cut into parts, or the limits raised.
 
 EXAMPLES:
   autoinspect import site.laz --data data          for the robot whose platform keeps its maps there; stop it first
@@ -85,6 +89,8 @@ pub struct ImportArgs {
     /// A point of the file, and the same point in the frame that the map gets, metres; give two or more.
     #[arg(long, value_name = "X,Y,Z=X,Y,Z", value_parser = parse_point_pair, conflicts_with = "align_to", allow_hyphen_values = true)]
     pair: Vec<PointPair>,
+    #[command(flatten)]
+    limits: ImportLimits,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -109,6 +115,8 @@ struct Report {
     /// Number of viewpoints.
     places: u64,
     seconds: Seconds,
+    /// Peak memory of the process, bytes.
+    memory_bytes: u64,
 }
 
 /// Origin of an imported map: import.json in the map's folder.
@@ -154,6 +162,9 @@ struct Cloud {
 
 /// Runs `autoinspect import`.
 pub fn run(args: &ImportArgs) -> Result<(), Failure> {
+    if let Some(result) = args.limits.enter() {
+        return result;
+    }
     let config = ImportConfig::default();
     let mut seconds = Seconds::default();
     if args.background {
@@ -196,7 +207,7 @@ pub fn run(args: &ImportArgs) -> Result<(), Failure> {
     let out = write(args, &origin, &finished, &found, cloud, &viewpoint_config)?;
     seconds.write = started.elapsed().as_secs_f64();
     let places = found.viewpoints.len() as u64;
-    let report = Report { out, origin, bounds, places, seconds };
+    let report = Report { out, origin, bounds, places, seconds, memory_bytes: peak_memory() };
     if args.data.is_none() {
         store::write_json(&report.out.join("summary.json"), &report).map_err(Failure::failed)?;
     }
@@ -206,7 +217,7 @@ pub fn run(args: &ImportArgs) -> Result<(), Failure> {
 
 fn read_survey(args: &ImportArgs) -> Result<Survey, Failure> {
     let mut progress = Progress::new(args.background, ImportStage::Reading);
-    let survey = survey::read(&args.file, &mut |share| progress.set_share(share));
+    let survey = survey::read(&args.file, args.limits.survey(), &mut |share| progress.set_share(share));
     progress.finish();
     let survey = survey.map_err(|error| Failure::usage(texts::unreadable_input(&args.file, &error)))?;
     match survey.points() {

@@ -1,5 +1,6 @@
 //! Runs imports in a separate process, so that broken or very large files cannot harm the core.
 
+use crate::import::limits::{Limit, WITHIN_LIMITS, limit_reached};
 use crate::texts;
 use api::ImportStage;
 use ports::MapImporter;
@@ -31,7 +32,8 @@ impl MapImporter for ImportProcess {
         out: &Path,
         progress: &mut dyn FnMut(ImportStage, f32) -> ControlFlow<()>,
     ) -> Result<(), String> {
-        let mut arguments: Vec<OsString> = vec!["import".into(), format!("--name={name}").into()];
+        let mut arguments: Vec<OsString> =
+            vec!["import".into(), WITHIN_LIMITS.into(), format!("--name={name}").into()];
         arguments.extend(["--out".into(), out.into()]);
         if let Some(frame) = frame {
             arguments.extend(["--align-to".into(), frame.into()]);
@@ -88,9 +90,13 @@ fn run(
     match child.wait() {
         _ if cancelled => Err(texts::IMPORT_CANCELLED.to_owned()),
         Ok(status) if status.success() => Ok(()),
-        Ok(_) => Err(named
-            .iter()
-            .fold(complaint, |text, (path, name)| text.replace(&path.display().to_string(), name))),
+        Ok(status) => Err(match limit_reached(status) {
+            Some(Limit::Memory) => texts::IMPORT_OUT_OF_MEMORY.to_owned(),
+            Some(Limit::Time) => texts::IMPORT_OUT_OF_TIME.to_owned(),
+            None => named
+                .iter()
+                .fold(complaint, |text, (path, name)| text.replace(&path.display().to_string(), name)),
+        }),
         Err(error) => Err(texts::import_outcome_unknown(&error)),
     }
 }

@@ -107,3 +107,70 @@ fn other_files_are_rejected_with_one_sentence() {
     }
     refused(&["import", text(&inputs[0])]);
 }
+
+/// The header of a LAS 1.2 file of points of 20 bytes that begin after it, with a step of 1 mm.
+fn las_header(points: u32) -> Vec<u8> {
+    let mut header = vec![0; 227];
+    header[..4].copy_from_slice(b"LASF");
+    header[24..26].copy_from_slice(&[1, 2]);
+    header[94..96].copy_from_slice(&227_u16.to_le_bytes());
+    header[96..100].copy_from_slice(&227_u32.to_le_bytes());
+    header[105..107].copy_from_slice(&20_u16.to_le_bytes());
+    header[107..111].copy_from_slice(&points.to_le_bytes());
+    for axis in 0..3 {
+        header[131 + 8 * axis..139 + 8 * axis].copy_from_slice(&0.001_f64.to_le_bytes());
+    }
+    header
+}
+
+/// A floor of `edge` times `edge` points, 10 cm apart, as LAS.
+fn floor(edge: i32) -> Vec<u8> {
+    let mut file = las_header((edge * edge) as u32);
+    for x in 0..edge {
+        for y in 0..edge {
+            file.extend([100 * x, 100 * y, 0].map(i32::to_le_bytes).concat());
+            file.extend([0; 8]);
+        }
+    }
+    file
+}
+
+/// The only sentence of an import that fails.
+fn complaint(arguments: &[&str]) -> String {
+    let output = crate::program::run(arguments);
+    assert!(!output.status.success());
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    let sentences: Vec<&str> = errors.lines().filter_map(|line| line.strip_prefix("error: ")).collect();
+    assert_eq!(sentences.len(), 1, "{errors}");
+    sentences[0].to_owned()
+}
+
+#[test]
+fn a_survey_beyond_a_limit_ends_with_a_sentence() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let out = dir.path().join("m");
+    // 100 million points, of which the disk holds the header only.
+    let huge = dir.path().join("huge.las");
+    fs::write(&huge, las_header(100_000_000)).expect("writable");
+    let complaint_of = |file: &std::path::Path, options: &[&str]| {
+        let sentence = complaint(&[&["import", text(file), "--out", text(&out)], options].concat());
+        assert!(!out.join("map.json").exists());
+        sentence
+    };
+    assert!(complaint_of(&huge, &[]).contains("cut off"));
+    let file = fs::OpenOptions::new().write(true).open(&huge).expect("opens");
+    file.set_len(227 + 20 * 100_000_000).expect("a sparse file");
+    let sentence = complaint_of(&huge, &[]);
+    assert!(sentence.contains("more than 8000000 points") && sentence.contains("thin it"), "{sentence}");
+    // Without that limit it meets that of memory.
+    let sentence = complaint_of(&huge, &["--max-points", "200000000"]);
+    assert!(sentence.contains("more than 512 MB of memory") && sentence.contains("thin"), "{sentence}");
+    // Viewpoints take memory and time too.
+    let wide = dir.path().join("wide.las");
+    fs::write(&wide, floor(1_000)).expect("writable");
+    let sentence = complaint_of(&wide, &["--max-memory", "64"]);
+    assert!(sentence.contains("more than 64 MB of memory"), "{sentence}");
+    let sentence = complaint_of(&wide, &["--max-minutes", "0.01"]);
+    assert!(sentence.contains("more than 0.01 minutes of processor time"), "{sentence}");
+    refused(&["import", text(&wide), "--out", text(&out), "--max-memory", "1"]);
+}

@@ -3,7 +3,7 @@
 use super::coordinate_offset::CoordinateOffset;
 use super::point_collector::PointCollector;
 use super::station::{Station, Survey, station_with_pose};
-use crate::{FormatError, legible, texts};
+use crate::{FormatError, SurveyLimits, legible, texts};
 use ::e57::{CartesianCoordinate, E57Reader, PointCloud, RecordDataType};
 use std::fs::File;
 use std::io::BufReader;
@@ -23,7 +23,11 @@ const QUATERNION_LENGTH_MIN: f64 = 1e-6;
 ///
 /// # Errors
 /// When a checksum is wrong, or the file contradicts itself.
-pub(super) fn read(path: &Path, progress: &mut dyn FnMut(f64)) -> Result<Survey, FormatError> {
+pub(super) fn read(
+    path: &Path,
+    limits: SurveyLimits,
+    progress: &mut dyn FnMut(f64),
+) -> Result<Survey, FormatError> {
     let mut reader = E57Reader::from_file(path).map_err(malformed)?;
     let scans = reader.pointclouds();
     let total: u64 = scans.iter().fold(0, |sum, scan| sum.saturating_add(scan.records));
@@ -31,24 +35,24 @@ pub(super) fn read(path: &Path, progress: &mut dyn FnMut(f64)) -> Result<Survey,
     let mut survey = Survey::default();
     let mut done = 0;
     for scan in &scans {
-        let station =
-            read_scan(&mut reader, scan, &mut coordinate_offset, &mut survey.unusable, &mut |more| {
-                done += more;
-                progress((done as f64 / total.max(1) as f64).min(1.0));
-            })?;
-        survey.stations.push(station);
+        read_scan(&mut reader, scan, &mut coordinate_offset, &mut survey, limits, &mut |more| {
+            done += more;
+            progress((done as f64 / total.max(1) as f64).min(1.0));
+        })?;
     }
     survey.offset = coordinate_offset.offset();
     Ok(survey)
 }
 
+/// Adds a scan to the survey.
 fn read_scan(
     reader: &mut E57Reader<BufReader<File>>,
     scan: &PointCloud,
     coordinate_offset: &mut CoordinateOffset,
-    unusable: &mut usize,
+    survey: &mut Survey,
+    limits: SurveyLimits,
     done: &mut dyn FnMut(u64),
-) -> Result<Station, FormatError> {
+) -> Result<(), FormatError> {
     if scan.records > 0 && scan.prototype.iter().all(|record| is_constant(&record.data_type)) {
         return Err(FormatError::Malformed {
             what: "E57 file",
@@ -66,15 +70,15 @@ fn read_scan(
     points.normalize_intensity(false);
     points.normalize_color(false);
     let mut local = CoordinateOffset::default();
-    let mut collector =
-        PointCollector::new(if pose.is_some() { &mut local } else { &mut *coordinate_offset });
+    let offset = if pose.is_some() { &mut local } else { &mut *coordinate_offset };
+    let mut collector = PointCollector::new(offset, limits, survey.points());
     let mut read = 0;
     for point in points {
         let point = point.map_err(malformed)?;
         let intensity = point.intensity.unwrap_or(0.0);
         match point.cartesian {
-            CartesianCoordinate::Valid { x, y, z } => collector.add([x, y, z], intensity),
-            CartesianCoordinate::Direction { .. } | CartesianCoordinate::Invalid => collector.skip(),
+            CartesianCoordinate::Valid { x, y, z } => collector.add([x, y, z], intensity)?,
+            CartesianCoordinate::Direction { .. } | CartesianCoordinate::Invalid => collector.skip()?,
         }
         read += 1;
         if read % PROGRESS_POINTS == 0 {
@@ -83,12 +87,13 @@ fn read_scan(
     }
     done(read % PROGRESS_POINTS);
     let (xyz, intensity, left_out) = collector.finish();
-    *unusable += left_out;
+    survey.unusable += left_out;
     let name = scan.name.clone();
-    Ok(match pose {
+    survey.stations.push(match pose {
         Some(pose) => Station { name, ..station_with_pose(&pose, &local, xyz, intensity, coordinate_offset) },
         None => Station { name, survey_from_station: None, xyz, intensity },
-    })
+    });
+    Ok(())
 }
 
 /// Whether values of this type take no bits. A file can announce any number of such values.

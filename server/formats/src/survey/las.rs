@@ -5,7 +5,7 @@
 use super::coordinate_offset::CoordinateOffset;
 use super::point_collector::PointCollector;
 use super::station::{Station, Survey};
-use crate::{FormatError, texts};
+use crate::{FormatError, SurveyLimits, texts};
 use laz::{LasZipDecompressor, LazVlr};
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
@@ -39,14 +39,18 @@ struct Header {
 ///
 /// # Errors
 /// When the header contradicts itself or the file, or compressed points are damaged.
-pub(super) fn read(path: &Path, progress: &mut dyn FnMut(f64)) -> Result<Survey, FormatError> {
+pub(super) fn read(
+    path: &Path,
+    limits: SurveyLimits,
+    progress: &mut dyn FnMut(f64),
+) -> Result<Survey, FormatError> {
     let mut file = File::open(path)?;
     let length = file.metadata()?.len();
     let mut start = Vec::new();
     (&mut file).take(HEADER_LEN_1_4 as u64).read_to_end(&mut start)?;
     let header = Header::read(&start, length)?;
     let mut coordinate_offset = CoordinateOffset::default();
-    let mut collector = PointCollector::new(&mut coordinate_offset);
+    let mut collector = PointCollector::new(&mut coordinate_offset, limits, 0);
     if header.compressed {
         let vlr = laszip_record(&mut file, &header)?;
         check_chunks(&mut file, &header, length)?;
@@ -60,6 +64,7 @@ pub(super) fn read(path: &Path, progress: &mut dyn FnMut(f64)) -> Result<Survey,
             })
         })?;
     } else {
+        collector.reserve(header.count);
         file.seek(SeekFrom::Start(header.points_at))?;
         let mut points = BufReader::with_capacity(1 << 20, file);
         header.each(&mut collector, progress, |bytes| Ok(points.read_exact(bytes)?))?;
@@ -131,7 +136,7 @@ impl Header {
         progress: &mut dyn FnMut(f64),
         mut next: impl FnMut(&mut [u8]) -> Result<(), FormatError>,
     ) -> Result<(), FormatError> {
-        let most = (BATCH_BYTES / self.point_size).max(1);
+        let most = (BATCH_BYTES / self.point_size).clamp(1, usize::try_from(self.count).unwrap_or(usize::MAX).max(1));
         let mut buffer = vec![0; most * self.point_size];
         let mut done = 0;
         while done < self.count {
@@ -144,7 +149,7 @@ impl Header {
                 let place = std::array::from_fn(|axis| {
                     f64::from(whole(4 * axis)) * self.scale[axis] + self.offset[axis]
                 });
-                collector.add(place, f32::from(u16::from_le_bytes([point[12], point[13]])));
+                collector.add(place, f32::from(u16::from_le_bytes([point[12], point[13]])))?;
             }
             done += batch;
             progress(done as f64 / self.count as f64);

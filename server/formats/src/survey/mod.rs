@@ -11,7 +11,7 @@ mod ptx;
 mod station;
 mod table;
 
-use crate::{FormatError, pcd, ply, texts};
+use crate::{FormatError, SurveyLimits, pcd, ply, texts};
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -23,30 +23,30 @@ pub use station::{Station, Survey};
 const START_BYTES: u64 = 512;
 
 /// Reads a whole file. `progress` is called with the share done, 0 to 1. Memory: 16 bytes a point, up to twice that while reading; for
-/// PCD and PLY the file itself and 28 bytes a point more.
+/// PCD and PLY the file itself more.
 ///
 /// # Errors
-/// When the file is none of the formats, contradicts itself, or holds fewer points than it states.
-pub fn read(path: &Path, progress: &mut dyn FnMut(f64)) -> Result<Survey, FormatError> {
+/// When the file is none of the formats, contradicts itself, holds fewer points than it states, or more than the limit.
+pub fn read(path: &Path, limits: SurveyLimits, progress: &mut dyn FnMut(f64)) -> Result<Survey, FormatError> {
     let mut start = Vec::new();
     File::open(path)?.take(START_BYTES).read_to_end(&mut start)?;
     let start = start.as_slice();
     if start.starts_with(b"LASF") {
-        return guarded("LAS or LAZ file", || las::read(path, progress));
+        return guarded("LAS or LAZ file", || las::read(path, limits, progress));
     }
     if start.starts_with(b"ASTM-E57") {
-        return guarded("E57 file", || e57::read(path, progress));
+        return guarded("E57 file", || e57::read(path, limits, progress));
     }
     if pcd::is_pcd(start) {
-        return table::read(&pcd::read(&std::fs::read(path)?)?);
+        return table::read(&pcd::read(&std::fs::read(path)?)?, limits);
     }
     if ply::is_ply(start) {
-        return table::read(&ply::read(&std::fs::read(path)?)?);
+        return table::read(&ply::read(&std::fs::read(path)?)?, limits);
     }
     if ptx::is_ptx(start) {
         let file = File::open(path)?;
         let bytes = file.metadata()?.len();
-        return ptx::read(BufReader::new(file), bytes, progress);
+        return ptx::read(BufReader::new(file), bytes, limits, progress);
     }
     Err(FormatError::WrongKind {
         expected: "a map that can be imported",

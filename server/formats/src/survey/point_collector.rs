@@ -1,6 +1,11 @@
 //! Collects the points of a survey while a file is read.
 
 use super::coordinate_offset::CoordinateOffset;
+use crate::{FormatError, SurveyLimits, texts};
+
+/// Points without a position that are read for each usable one of the limit. They take no memory, but damaged compressed data can hold any number of
+/// them, which takes time.
+const RECORDS_PER_POINT_MAX: usize = 8;
 
 /// A cloud that is being read. The first points wait until there are enough to decide on the offset.
 #[derive(Debug)]
@@ -10,33 +15,68 @@ pub(super) struct PointCollector<'a> {
     xyz: Vec<[f32; 3]>,
     intensity: Vec<f32>,
     unusable: usize,
+    /// Usable points that may still be added.
+    points_left: usize,
+    /// Points that may still be added or skipped.
+    records_left: usize,
+    limits: SurveyLimits,
 }
 
 impl<'a> PointCollector<'a> {
-    /// An empty cloud. The offset may be decided already.
-    pub fn new(coordinate_offset: &'a mut CoordinateOffset) -> Self {
-        Self { coordinate_offset, first: Vec::new(), xyz: Vec::new(), intensity: Vec::new(), unusable: 0 }
+    /// An empty cloud beside `points` others of the same survey. The offset may be decided already.
+    pub fn new(coordinate_offset: &'a mut CoordinateOffset, limits: SurveyLimits, points: usize) -> Self {
+        Self {
+            coordinate_offset,
+            first: Vec::new(),
+            xyz: Vec::new(),
+            intensity: Vec::new(),
+            unusable: 0,
+            points_left: limits.points.saturating_sub(points),
+            records_left: limits.points.saturating_mul(RECORDS_PER_POINT_MAX),
+            limits,
+        }
+    }
+
+    /// Reserves memory for as many points as the file states. The statement must have been checked against the bytes of the file.
+    pub fn reserve(&mut self, points: u64) {
+        let points = usize::try_from(points).unwrap_or(usize::MAX).min(self.points_left);
+        self.xyz.reserve_exact(points);
+        self.intensity.reserve_exact(points);
     }
 
     /// Counts a point that has no position.
-    pub fn skip(&mut self) {
+    ///
+    /// # Errors
+    /// When there are far more of them than usable points may be.
+    pub fn skip(&mut self) -> Result<(), FormatError> {
         self.unusable += 1;
+        self.records_left = self.records_left.checked_sub(1).ok_or_else(|| self.too_many())?;
+        Ok(())
+    }
+
+    fn too_many(&self) -> FormatError {
+        let what = texts::too_many_points(self.limits.points);
+        FormatError::Unsupported { what, remedy: texts::MAKE_SURVEY_SMALLER }
     }
 
     /// Adds a point, metres, with its intensity in the file's units.
-    pub fn add(&mut self, point: [f64; 3], intensity: f32) {
+    ///
+    /// # Errors
+    /// When the survey has more points than its limit.
+    pub fn add(&mut self, point: [f64; 3], intensity: f32) -> Result<(), FormatError> {
         if !point.iter().all(|coordinate| coordinate.is_finite()) {
-            self.unusable += 1;
-            return;
+            return self.skip();
         }
+        self.points_left = self.points_left.checked_sub(1).ok_or_else(|| self.too_many())?;
         if self.coordinate_offset.is_decided() && self.first.is_empty() {
             self.put(point, intensity);
-            return;
+            return Ok(());
         }
         self.first.push((point, intensity));
         if self.coordinate_offset.is_enough(self.first.len()) {
             self.flush_first();
         }
+        Ok(())
     }
 
     fn put(&mut self, point: [f64; 3], intensity: f32) {

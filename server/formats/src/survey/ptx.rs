@@ -3,7 +3,7 @@
 use super::coordinate_offset::CoordinateOffset;
 use super::point_collector::PointCollector;
 use super::station::{Survey, station_with_pose};
-use crate::{FormatError, texts};
+use crate::{FormatError, SurveyLimits, texts};
 use std::io::{BufRead, Read};
 use vocab::{Pose, Quat, Vec3};
 
@@ -34,6 +34,7 @@ pub(super) fn is_ptx(start: &[u8]) -> bool {
 pub(super) fn read(
     input: impl BufRead,
     bytes: u64,
+    limits: SurveyLimits,
     progress: &mut dyn FnMut(f64),
 ) -> Result<Survey, FormatError> {
     let mut lines = LineReader { input, number: 0, read: 0, line: String::new() };
@@ -43,12 +44,12 @@ pub(super) fn read(
         let Some(rows) = lines.count()? else { return Err(lines.ended()) };
         let pose = lines.pose()?;
         let mut local = CoordinateOffset::default();
-        let mut collector = PointCollector::new(&mut local);
+        let mut collector = PointCollector::new(&mut local, limits, survey.points());
         for _ in 0..u64::from(columns) * u64::from(rows) {
             let (point, intensity) = lines.point()?;
             // A point without a return is written at the scanner's own position.
             let hit = point.iter().any(|coordinate| *coordinate != 0.0);
-            collector.add(if hit { point } else { [f64::NAN; 3] }, intensity);
+            collector.add(if hit { point } else { [f64::NAN; 3] }, intensity)?;
             if lines.number % PROGRESS_LINES == 0 {
                 progress((lines.read as f64 / bytes.max(1) as f64).min(1.0));
             }
@@ -176,7 +177,7 @@ mod tests {
     use super::*;
 
     fn read_text(text: &str) -> Result<Survey, FormatError> {
-        read(text.as_bytes(), text.len() as u64, &mut |_| {})
+        read(text.as_bytes(), text.len() as u64, SurveyLimits::NONE, &mut |_| {})
     }
 
     const QUARTER: &str = "2\n2\n5 6 7\n0 1 0\n-1 0 0\n0 0 1\n0 1 0 0\n-1 0 0 0\n0 0 1 0\n5 6 7 1\n";
