@@ -156,6 +156,8 @@ impl<'a> PointTable<'a> {
                 missing: (needed - data.len().min(needed)) as u64,
             });
         }
+        // Without a point there is no row either: a header may state billions of rows of no points.
+        let (width, height) = if needed == 0 { (0, 0) } else { (width, height) };
         Ok(Self { fields, point_step, row_step, width, height, big_endian, data })
     }
 

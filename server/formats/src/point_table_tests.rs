@@ -102,3 +102,16 @@ fn tables_that_reach_beyond_their_data_are_refused() {
     assert!(make(16, 2, 2, 16, 0).is_err(), "rows overlap");
     assert!(PointTable::new(vec![], 0, 1000, false, vec![].into()).is_err(), "points without bytes");
 }
+
+#[test]
+fn billions_of_rows_without_points_take_no_time() {
+    let field = |(number, name): (usize, &str)| PointField {
+        name: name.to_owned(),
+        offset: 4 * number,
+        scalar: ScalarType::F32,
+        count: 1,
+    };
+    let fields: Vec<PointField> = ["x", "y", "z", "intensity"].into_iter().enumerate().map(field).collect();
+    let table = PointTable::organised(fields, 16, 0, 0, u32::MAX as usize, false, Vec::new().into()).unwrap();
+    assert!(table.is_empty() && table.to_scan(None).unwrap().0.xyz.is_empty());
+}

@@ -5,7 +5,7 @@ use crate::scratch::{with_file, with_folder};
 use std::fs;
 use std::path::Path;
 use store::{SavedMap, Store};
-use vocab::MapId;
+use vocab::{MapId, Stamp};
 
 /// `places.bin`: descriptors of keyframes.
 pub fn places(bytes: &[u8]) {
@@ -43,7 +43,7 @@ fn framed(mut rest: &[u8]) -> Vec<u8> {
 }
 
 /// The files of a data directory that one input replaces, by its first byte.
-pub const STORED_FILES: [&str; 9] = [
+pub const STORED_FILES: [&str; 13] = [
     "maps/MAP/map.json",
     "maps/MAP/graph.json",
     "maps/MAP/tiles.json",
@@ -53,6 +53,10 @@ pub const STORED_FILES: [&str; 9] = [
     "place.json",
     "docks.json",
     "stop.json",
+    "bin/MAP/map.json",
+    "bin/MAP/tiles.json",
+    "bin/MAP/deleted.json",
+    "uploads/MAP.json",
 ];
 
 /// The map of the fixture.
@@ -69,13 +73,15 @@ pub fn stored_files(bytes: &[u8]) {
     with_folder(|folder| {
         let data = folder.join("data");
         let _ = fs::remove_dir_all(&data);
-        fs::create_dir_all(data.join("maps").join(MAP)).expect("a temporary folder can be made");
+        for folder in ["maps", "bin", "uploads"] {
+            fs::create_dir_all(data.join(folder).join(MAP)).expect("a temporary folder can be made");
+        }
         let fixture = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fixtures/data-2026-11");
         for name in STORED_FILES {
             let path = name.replace("MAP", MAP);
             if name == replaced {
                 fs::write(data.join(path), content).expect("a temporary file can be written");
-            } else if let Ok(content) = fs::read(fixture.join(&path)) {
+            } else if let Ok(content) = fs::read(fixture.join(path.replace("bin/", "maps/"))) {
                 fs::write(data.join(path), content).expect("a temporary file can be written");
             }
         }
@@ -99,5 +105,17 @@ fn read_data_directory(data: &Path) {
     if let Err(error) = store.map_tiles(map) {
         assert_sentence(&error);
     }
-    let _ = (store.last_pose(), store.docks(), store.stop_latch());
+    let _ = (store.last_pose(), store.docks(), store.stop_latch(), store.uploads().map(|all| all.len()));
+    match store.binned_maps() {
+        Ok(maps) => {
+            for map in &maps {
+                let _ = map.kept_until();
+                map.problem.iter().for_each(|problem| assert_sentence(problem));
+            }
+        }
+        Err(error) => assert_sentence(&error),
+    }
+    if let Err(error) = store.empty_bin(Stamp::from_parts(1_700_000_000, 0)) {
+        assert_sentence(&error);
+    }
 }

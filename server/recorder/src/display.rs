@@ -7,7 +7,7 @@ use vocab::Stamp;
 impl fmt::Display for RecordingInfo {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}", self.path)?;
-        let messages: u64 = self.topics.iter().map(|topic| topic.count).sum();
+        let messages = self.topics.iter().fold(0_u64, |sum, topic| sum.saturating_add(topic.count));
         write!(f, "{}, {}, {} messages", self.format, duration(self.duration), grouped(messages))?;
         // A clock that was never set starts at 1970, so its date is not shown.
         match self.start.filter(|start| start.secs_f64() > 1e8) {

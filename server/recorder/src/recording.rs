@@ -98,7 +98,7 @@ impl Recording {
             .collect();
         let problem = match kinds.is_empty() {
             true => texts::NO_MESSAGES.to_owned(),
-            false => texts::no_scans_among(&kinds.join(", ")),
+            false => texts::no_scans_among(&texts::list_of(&kinds)),
         };
         Err(OpenError::Nothing { path: self.path.clone(), problem })
     }
@@ -202,7 +202,7 @@ impl Recording {
             return Err(OpenError::NoSuchTopic {
                 path: self.path.clone(),
                 topic: name.to_owned(),
-                present: if present.is_empty() { "none".into() } else { present.join(", ") },
+                present: if present.is_empty() { "none".into() } else { texts::list_of(&present) },
             });
         };
         if !selection::can_serve(&topics[index], role) {
@@ -241,7 +241,7 @@ impl Recording {
                 candidates.len(),
                 role.name(),
                 &topics[candidates[best]].name,
-                &others.join(", "),
+                &texts::list_of(&others),
             ));
         }
         for index in candidates.iter().filter(|index| **index != candidates[best]) {

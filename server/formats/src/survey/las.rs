@@ -3,6 +3,7 @@
 //! Source: ASPRS, "LAS Specification 1.4 - R15", 2019; LASzip's record in the variable length records, by the `laz` crate.
 
 use super::coordinate_offset::CoordinateOffset;
+use super::laz_layers::{self, ChunkRange};
 use super::point_collector::PointCollector;
 use super::station::{Station, Survey};
 use crate::{FormatError, SurveyLimits, texts};
@@ -11,7 +12,7 @@ use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
-const WHAT: &str = "LAS or LAZ file";
+pub(super) const WHAT: &str = "LAS or LAZ file";
 /// Bytes of the header in versions 1.0 to 1.2 (public header block); later versions append to it.
 const HEADER_LEN: usize = 227;
 /// Bytes of the header in version 1.4 (public header block), which counts points in 64 bits.
@@ -53,7 +54,8 @@ pub(super) fn read(
     let mut collector = PointCollector::new(&mut coordinate_offset, limits, 0);
     if header.compressed {
         let vlr = laszip_record(&mut file, &header)?;
-        check_chunks(&mut file, &header, length)?;
+        let chunks = check_chunks(&mut file, &header, length)?;
+        laz_layers::check(&mut file, &vlr, chunks, header.count)?;
         file.seek(SeekFrom::Start(header.points_at))?;
         let mut points = LasZipDecompressor::new(BufReader::new(file), vlr).map_err(compressed)?;
         header.each(&mut collector, progress, |bytes| {
@@ -136,7 +138,8 @@ impl Header {
         progress: &mut dyn FnMut(f64),
         mut next: impl FnMut(&mut [u8]) -> Result<(), FormatError>,
     ) -> Result<(), FormatError> {
-        let most = (BATCH_BYTES / self.point_size).clamp(1, usize::try_from(self.count).unwrap_or(usize::MAX).max(1));
+        let most = (BATCH_BYTES / self.point_size)
+            .clamp(1, usize::try_from(self.count).unwrap_or(usize::MAX).max(1));
         let mut buffer = vec![0; most * self.point_size];
         let mut done = 0;
         while done < self.count {
@@ -182,8 +185,8 @@ fn laszip_record(file: &mut File, header: &Header) -> Result<LazVlr, FormatError
     Err(FormatError::at_byte(WHAT, header.size, texts::NO_LASZIP_RECORD))
 }
 
-/// Checks the number of chunks, because the decoder allocates by it.
-fn check_chunks(file: &mut File, header: &Header, length: u64) -> Result<(), FormatError> {
+/// Checks the number of chunks, because the decoder allocates by it. None if the file has no table of chunks.
+fn check_chunks(file: &mut File, header: &Header, length: u64) -> Result<Option<ChunkRange>, FormatError> {
     let mut word = [0; 8];
     file.seek(SeekFrom::Start(header.points_at))?;
     file.read_exact(&mut word)?;
@@ -192,9 +195,9 @@ fn check_chunks(file: &mut File, header: &Header, length: u64) -> Result<(), For
         file.read_exact(&mut word)?;
     }
     // Files of the oldest kind have no table; points begin where its offset would be.
-    let Ok(table) = u64::try_from(i64::from_le_bytes(word)) else { return Ok(()) };
+    let Ok(table) = u64::try_from(i64::from_le_bytes(word)) else { return Ok(None) };
     if table > length.saturating_sub(8) {
-        return Ok(());
+        return Ok(None);
     }
     file.seek(SeekFrom::Start(table))?;
     file.read_exact(&mut word)?;
@@ -203,7 +206,7 @@ fn check_chunks(file: &mut File, header: &Header, length: u64) -> Result<(), For
         let problem = texts::chunks_impossible(chunks, header.count);
         return Err(FormatError::at_byte(WHAT, table + 4, problem));
     }
-    Ok(())
+    Ok(Some(ChunkRange { start: header.points_at + word.len() as u64, table, chunks }))
 }
 
 fn compressed(error: laz::LasZipError) -> FormatError {

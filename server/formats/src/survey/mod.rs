@@ -6,6 +6,7 @@
 mod coordinate_offset;
 mod e57;
 mod las;
+mod laz_layers;
 mod point_collector;
 mod ptx;
 mod station;

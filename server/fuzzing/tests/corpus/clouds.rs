@@ -5,6 +5,7 @@ use formats::e57::E57File;
 use formats::g2o::{Edge, Graph, Information, PlanarPose, Vertex};
 use formats::{g2o, las, pcd, ply, tum};
 use std::fs::{self, OpenOptions};
+use std::io::Cursor;
 use vocab::{Pose, Quat, Stamp, Vec3};
 
 /// Target, name and bytes.
@@ -87,7 +88,23 @@ fn las_seeds() -> Vec<Seed> {
         ("las", "no_points", write(0, false)),
         ("laz", "points", write(40, true)),
         ("laz", "no_points", write(0, true)),
+        ("laz", "layers", layered_laz()),
     ]
+}
+
+/// Points of format 7, which are compressed in layers.
+fn layered_laz() -> Vec<u8> {
+    let mut builder = ::las::Builder::from((1, 4));
+    builder.point_format = ::las::point::Format::new(7).unwrap();
+    builder.point_format.is_compressed = true;
+    let header = builder.into_header().unwrap();
+    let mut writer = ::las::Writer::new(Cursor::new(Vec::new()), header).unwrap();
+    for number in 0..20_u16 {
+        let x = f64::from(number);
+        let color = Some(::las::Color::new(number, 0, 9));
+        writer.write_point(::las::Point { x, gps_time: Some(x), color, ..::las::Point::default() }).unwrap();
+    }
+    writer.into_inner().unwrap().into_inner()
 }
 
 fn e57_seeds() -> Vec<Seed> {

@@ -81,12 +81,18 @@ fn document_seeds() -> Vec<Seed> {
     let fixture = root().join("tests/fixtures/data-2026-11");
     let map = "a0a00000-0000-4000-8000-000000000001";
     let seed = |(choice, name): (u8, &&str)| {
+        let stored = fs::read(fixture.join(name.replace("MAP", map).replace("bin/", "maps/"))).ok();
         // Long files would only slow the fuzzer down.
-        let content =
-            fs::read(fixture.join(name.replace("MAP", map))).ok().filter(|bytes| bytes.len() < 8192);
-        let content =
-            content.unwrap_or_else(|| b"{\"format_version\":1,\"latch\":null,\"checksum\":\"\"}".to_vec());
-        let name = &*format!("{choice}").leak();
+        let content = stored.filter(|bytes| bytes.len() < 8192).unwrap_or_else(|| match *name {
+            "bin/MAP/deleted.json" => {
+                b"{\"format_version\":1,\"deleted_at\":1700000000000000000,\"last_pose\":null}".to_vec()
+            }
+            "uploads/MAP.json" => {
+                b"{\"format_version\":1,\"name\":\"Hall\",\"frame\":null,\"problem\":null}".to_vec()
+            }
+            _ => b"{\"format_version\":1,\"latch\":null,\"checksum\":\"\"}".to_vec(),
+        });
+        let name = &*format!("{choice:02}").leak();
         ("stored_files", name, [vec![choice], content].concat())
     };
     (0..).zip(&STORED_FILES).map(seed).collect()

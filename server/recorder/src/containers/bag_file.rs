@@ -1,7 +1,7 @@
 //! Reads ROS 1 bags as containers.
 
 use super::merge::{BlockSource, MergedMessages};
-use super::{Container, MessageEncoding, Messages, Order, RawMessage, Topic};
+use super::{Container, MessageEncoding, Messages, Order, RawMessage, Topic, legible_name};
 use crate::error::{OpenError, ReadError};
 use formats::FormatError;
 use formats::cdr::Encoding;
@@ -38,12 +38,12 @@ impl BagFile {
         let mut topics: Vec<Topic> = Vec::new();
         let mut connections = BTreeMap::new();
         for (number, connection) in &index.connections {
-            let same =
-                |topic: &Topic| topic.name == connection.topic && topic.type_name == connection.type_name;
+            let (name, type_name) = (legible_name(&connection.topic), legible_name(&connection.type_name));
+            let same = |topic: &Topic| topic.name == name && topic.type_name == type_name;
             let position = topics.iter().position(same).unwrap_or_else(|| {
                 topics.push(Topic {
-                    name: connection.topic.clone(),
-                    type_name: connection.type_name.clone(),
+                    name: name.clone(),
+                    type_name: type_name.clone(),
                     encoding: MessageEncoding::Ros(Encoding::Ros1),
                     count: 0,
                 });

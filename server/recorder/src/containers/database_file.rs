@@ -1,6 +1,6 @@
 //! Reads rosbag2's SQLite files as containers.
 
-use super::{Container, MessageEncoding, Messages, Order, RawMessage, Topic};
+use super::{Container, MessageEncoding, Messages, Order, RawMessage, Topic, legible_name};
 use crate::error::{OpenError, ReadError};
 use formats::cdr::Encoding;
 use formats::rosbag2::{Database, DatabaseMessage};
@@ -30,8 +30,8 @@ impl DatabaseFile {
         let span = database.span().map_err(failed)?;
         let ids = rows.iter().map(|row| row.id).collect();
         let topics = rows.into_iter().map(|row| Topic {
-            name: row.name,
-            type_name: formats::ros::plain_type_name(&row.type_name),
+            name: legible_name(&row.name),
+            type_name: legible_name(&formats::ros::plain_type_name(&row.type_name)),
             encoding: match row.serialization.as_str() {
                 "cdr" => MessageEncoding::Ros(Encoding::Cdr),
                 other => MessageEncoding::Other(other.to_owned()),

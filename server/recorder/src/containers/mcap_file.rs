@@ -6,21 +6,21 @@
 mod blocks;
 mod index;
 mod scanner;
+mod summary;
 
 use super::merge::MergedMessages;
 use super::{Container, Messages, Order, Topic};
 use crate::error::OpenError;
 use crate::texts;
 use blocks::{BlockReader, read_range};
-use formats::CHUNK_BYTES_MAX;
-use index::{Block, BlockKind, ChannelTable, Index, IndexedFile, RECORD_HEADER_LEN, read_metadata, stamp};
-use mcap::sans_io::{SummaryReadEvent, SummaryReader, SummaryReaderOptions};
+use index::{Block, BlockKind, Index, IndexedFile, RECORD_HEADER_LEN, read_metadata, stamp};
 use scanner::FileScanner;
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{Read, Seek};
+use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
+use summary::Summary;
 use vocab::Stamp;
 
 /// An MCAP file with the index of its blocks.
@@ -79,50 +79,40 @@ impl Container for McapFile {
 
 /// Reads the index from the file's summary; `None` if there is no usable summary.
 fn from_summary(path: &Path, file: &mut File, size: u64) -> Option<IndexedFile> {
-    let summary = read_summary(file, size)?;
-    let statistics = summary.stats.as_ref()?;
-    if statistics.message_count > 0 && (summary.chunk_indexes.is_empty() || summary.channels.is_empty()) {
+    let Summary { mut channel_table, statistics, chunks, metadata: entries } = Summary::read(file, size)?;
+    if statistics.messages > 0 && (chunks.is_empty() || channel_table.channels.is_empty()) {
         return None;
     }
-    let mut channel_table = ChannelTable::default();
-    let ordered: BTreeMap<_, _> = summary.channels.iter().collect();
-    for (id, channel) in ordered {
-        let schema = channel.schema.as_ref();
-        let topic = channel_table.add(
-            *id,
-            &channel.topic,
-            &channel.message_encoding,
-            schema.map_or("", |schema| &schema.name),
-            schema.map_or("", |schema| &schema.encoding),
-        );
-        channel_table.topics[topic].count += statistics.channel_message_counts.get(id).copied().unwrap_or(0);
+    for (channel, topic) in &channel_table.channels {
+        let topic = &mut channel_table.topics[*topic];
+        let count = statistics.channels.get(channel).copied().unwrap_or(0);
+        topic.count = topic.count.saturating_add(count);
     }
-    let mut blocks = Vec::with_capacity(summary.chunk_indexes.len());
-    for chunk in &summary.chunk_indexes {
-        let end = chunk.chunk_start_offset.checked_add(chunk.chunk_length)?;
-        let length = chunk.chunk_length.checked_sub(RECORD_HEADER_LEN)?;
+    let mut blocks = Vec::with_capacity(chunks.len());
+    for chunk in chunks {
+        let end = chunk.offset.checked_add(chunk.length)?;
+        let length = chunk.length.checked_sub(RECORD_HEADER_LEN)?;
         if end > size {
             return None;
         }
         blocks.push(Block {
-            offset: chunk.chunk_start_offset + RECORD_HEADER_LEN,
+            offset: chunk.offset + RECORD_HEADER_LEN,
             length,
             kind: BlockKind::Chunk,
-            start: stamp(chunk.message_start_time),
-            channels: chunk.message_index_offsets.keys().copied().collect(),
+            start: stamp(chunk.start),
+            channels: chunk.channels,
         });
     }
     blocks.sort_by_key(|block| block.offset);
     let mut metadata = BTreeMap::new();
-    for index in &summary.metadata_indexes {
-        let body =
-            index.offset.checked_add(RECORD_HEADER_LEN).zip(index.length.checked_sub(RECORD_HEADER_LEN));
+    for (offset, length) in entries {
+        let body = offset.checked_add(RECORD_HEADER_LEN).zip(length.checked_sub(RECORD_HEADER_LEN));
         if let Some(bytes) = body.and_then(|(offset, length)| read_range(file, size, offset, length).ok()) {
             let _ = read_metadata(&bytes, &mut metadata);
         }
     }
-    let span = (statistics.message_count > 0)
-        .then(|| (stamp(statistics.message_start_time), stamp(statistics.message_end_time)));
+    let (first, last) = statistics.span;
+    let span = (statistics.messages > 0).then(|| (stamp(first), stamp(last)));
     let index = Index {
         path: path.to_owned(),
         topics: channel_table.topics,
@@ -130,21 +120,4 @@ fn from_summary(path: &Path, file: &mut File, size: u64) -> Option<IndexedFile> 
         blocks,
     };
     Some(IndexedFile { index: Arc::new(index), span, warnings: Vec::new(), metadata })
-}
-
-fn read_summary(file: &mut File, size: u64) -> Option<mcap::Summary> {
-    let options = SummaryReaderOptions::default()
-        .with_file_size(size)
-        .with_record_length_limit(usize::try_from(size.min(CHUNK_BYTES_MAX)).ok()?);
-    let mut reader = SummaryReader::new_with_options(options);
-    while let Some(event) = reader.next_event() {
-        match event.ok()? {
-            SummaryReadEvent::ReadRequest(length) => {
-                let read = file.read(reader.insert(length)).ok()?;
-                reader.notify_read(read);
-            }
-            SummaryReadEvent::SeekRequest(to) => reader.notify_seeked(file.seek(to).ok()?),
-        }
-    }
-    reader.finish()
 }

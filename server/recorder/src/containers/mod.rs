@@ -33,6 +33,14 @@ pub(crate) enum MessageEncoding {
     Other(String),
 }
 
+/// Largest number of characters of a topic's or type's name; longer names are cut.
+const NAME_CHARS_MAX: usize = 200;
+
+/// The name of a topic or type as it appears in sentences for people.
+pub(crate) fn legible_name(name: &str) -> String {
+    formats::legible(name, NAME_CHARS_MAX)
+}
+
 /// One topic of a recording.
 #[derive(Clone, Debug)]
 pub(crate) struct Topic {

@@ -100,6 +100,11 @@ impl<'a> Records<'a> {
     pub fn new(bytes: &'a [u8]) -> Self {
         Self { bytes, at: 0, cut: false }
     }
+
+    /// Whether the last record was incomplete.
+    pub fn is_cut(&self) -> bool {
+        self.cut
+    }
 }
 
 impl Iterator for Records<'_> {

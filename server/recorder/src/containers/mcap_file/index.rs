@@ -1,6 +1,6 @@
 //! Index of an MCAP file: its blocks with messages, its channels, and what its metadata says.
 
-use crate::containers::{MessageEncoding, Topic};
+use crate::containers::{MessageEncoding, Topic, legible_name};
 use crate::topics;
 use formats::FormatError;
 use formats::cdr::{Encoding, Reader};
@@ -8,9 +8,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 use vocab::Stamp;
-
-/// Largest number of characters of a topic's or type's name; longer names are cut.
-const NAME_MAX: usize = 200;
 
 /// Opcode and length before every record.
 pub(super) const RECORD_HEADER_LEN: u64 = 9;
@@ -74,9 +71,8 @@ impl ChannelTable {
             }
             (other, _) => MessageEncoding::Other(other.to_owned()),
         };
-        // Name and type appear in messages for people.
-        let name = formats::legible(name, NAME_MAX);
-        let type_name = formats::legible(&formats::ros::plain_type_name(schema), NAME_MAX);
+        let name = legible_name(name);
+        let type_name = legible_name(&formats::ros::plain_type_name(schema));
         let same =
             |topic: &Topic| topic.name == name && topic.type_name == type_name && topic.encoding == encoding;
         let topic = self.topics.iter().position(same).unwrap_or_else(|| {
