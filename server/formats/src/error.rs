@@ -55,9 +55,18 @@ pub enum FormatError {
     /// The file could not be read at all.
     #[error("the file could not be read: {0}")]
     Io(#[from] io::Error),
-    /// The database could not be read.
+    /// The database could not be read, with what SQLite says. That can quote any text of the file, so it is made legible, and is no source.
     #[error("the SQLite database could not be read: {0}; if it was cut off, record or copy it again")]
-    Database(#[from] rusqlite::Error),
+    Database(String),
+}
+
+/// Characters of SQLite's error that ours shows, at most.
+const SHOWN_DATABASE_ERROR_CHARS_MAX: usize = 200;
+
+impl From<rusqlite::Error> for FormatError {
+    fn from(error: rusqlite::Error) -> Self {
+        Self::Database(legible(&error.to_string(), SHOWN_DATABASE_ERROR_CHARS_MAX))
+    }
 }
 
 impl FormatError {

@@ -14,7 +14,7 @@ mod wire;
 
 pub use clouds::{e57, kitti, las, laz, pcd, ply, ptx};
 pub use graphs::{g2o, tum};
-pub use recordings::{cdr, journal, recording, rosbag1, rosbag2};
+pub use recordings::{cdr, journal, range_image, recording, rosbag1, rosbag2};
 pub use stored::{STORED_FILES, places, session_journal, stored_files, viewpoints};
 pub use wire::{client_model, client_socket, core_link, point_chunk, scan_socket};
 
@@ -28,7 +28,7 @@ pub struct FuzzTarget {
 }
 
 /// All targets.
-pub const TARGETS: [FuzzTarget; 23] = [
+pub const TARGETS: [FuzzTarget; 24] = [
     FuzzTarget { name: "cdr", run: cdr },
     FuzzTarget { name: "client_model", run: client_model },
     FuzzTarget { name: "client_socket", run: client_socket },
@@ -44,6 +44,7 @@ pub const TARGETS: [FuzzTarget; 23] = [
     FuzzTarget { name: "ply", run: ply },
     FuzzTarget { name: "point_chunk", run: point_chunk },
     FuzzTarget { name: "ptx", run: ptx },
+    FuzzTarget { name: "range_image", run: range_image },
     FuzzTarget { name: "recording", run: recording },
     FuzzTarget { name: "rosbag1", run: rosbag1 },
     FuzzTarget { name: "rosbag2", run: rosbag2 },

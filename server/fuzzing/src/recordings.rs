@@ -110,3 +110,22 @@ pub fn journal(bytes: &[u8]) {
         assert_sentence(&error);
     }
 }
+
+/// Scans as range images: `scan_codec`. What is decoded is encoded and decoded again.
+///
+/// # Panics
+/// When a column has another length than the points.
+pub fn range_image(bytes: &[u8]) {
+    match scan_codec::decode(bytes) {
+        Ok(scan) => {
+            let columns = [scan.intensity.len(), scan.offset_ns.len(), scan.ring.len()];
+            assert!(columns.iter().all(|length| *length == scan.xyz.len() || *length == 0), "{columns:?}");
+            let mut again = Vec::new();
+            if scan_codec::encode(&scan, &mut again) {
+                let decoded = scan_codec::decode(&again).map(|scan| scan.xyz.len());
+                assert_eq!(decoded.ok(), Some(scan.xyz.len()));
+            }
+        }
+        Err(error) => assert_sentence(&error),
+    }
+}

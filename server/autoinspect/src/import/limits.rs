@@ -75,6 +75,8 @@ impl ImportLimits {
         // The first two arguments are the program and the name of the command.
         let mut command = Command::new(program);
         command.arg("import").arg(WITHIN_LIMITS).args(env::args_os().skip(2));
+        // Of the allocation that failed, which tells a person nothing.
+        command.env("RUST_BACKTRACE", "0");
         let status = command.status().map_err(Failure::failed)?;
         match (status.code(), limit_reached(status)) {
             (Some(0), _) => Ok(()),

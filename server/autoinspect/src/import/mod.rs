@@ -204,9 +204,9 @@ pub fn run(args: &ImportArgs) -> Result<(), Failure> {
     Progress::new(args.background, ImportStage::Writing).set_share(0.0);
     let id = map_id(&cloud.thinned, &viewpoint_config);
     let finished = imported_map(id, &origin.name, modified(&args.file), &found, &config.graph);
-    let out = write(args, &origin, &finished, &found, cloud, &viewpoint_config)?;
-    seconds.write = started.elapsed().as_secs_f64();
     let places = found.viewpoints.len() as u64;
+    let out = write(args, &origin, &finished, found, cloud, &viewpoint_config)?;
+    seconds.write = started.elapsed().as_secs_f64();
     let report = Report { out, origin, bounds, places, seconds, memory_bytes: peak_memory() };
     if args.data.is_none() {
         store::write_json(&report.out.join("summary.json"), &report).map_err(Failure::failed)?;
@@ -259,25 +259,28 @@ fn write(
     args: &ImportArgs,
     origin: &Origin,
     finished: &FinishedMap,
-    found: &VirtualViewpoints,
+    found: VirtualViewpoints,
     cloud: Cloud,
     config: &ViewpointConfig,
 ) -> Result<PathBuf, Failure> {
-    let viewpoints = stored_viewpoints(found, config);
-    let prepare = |map: &Path| {
-        write_viewpoint_clouds(&map.join("clouds"), KeyframeId(0), &cloud.thinned, &viewpoints)?;
+    let Cloud { points, thinned } = cloud;
+    // It takes the viewpoints with it, because their memory is needed for the tiles.
+    let prepare = move |map: &Path| {
+        let viewpoints = stored_viewpoints(&found, config);
+        write_viewpoint_clouds(&map.join("clouds"), KeyframeId(0), &thinned, &viewpoints)?;
         store::write_json(&map.join("import.json"), origin)
     };
     if let Some(data) = &args.data {
         let store = Store::open(data).map_err(Failure::usage)?;
-        store.add_map(finished, IMPORTED, cloud.points, prepare).map_err(Failure::failed)?;
+        store.add_map(finished, IMPORTED, points, prepare).map_err(Failure::failed)?;
         return Ok(store.dir().map(finished.map));
     }
     let out = args.out.clone().unwrap_or_default();
     map::prepare(&out)?;
     prepare(&out).map_err(Failure::failed)?;
+    drop(prepare);
     let tiles = TileFiles::new(out.join("tiles"));
-    write_map_files_of(&out, &tiles, finished, IMPORTED, cloud.points).map_err(Failure::failed)?;
+    write_map_files_of(&out, &tiles, finished, IMPORTED, points).map_err(Failure::failed)?;
     Ok(out)
 }
 

@@ -17,7 +17,7 @@ use vocab::{Pose, Stamp, Vec3};
 const START: Stamp = Stamp::from_parts(1_700_000_000, 5);
 
 pub fn seeds() -> Vec<Seed> {
-    [message_seeds(), mcap_seeds(), ros1_seeds(), ros2_seeds(), journal_seeds()].concat()
+    [message_seeds(), mcap_seeds(), ros1_seeds(), ros2_seeds(), journal_seeds(), range_image_seeds()].concat()
 }
 
 fn scan() -> Scan {
@@ -89,7 +89,7 @@ fn message_seeds() -> Vec<Seed> {
 fn mcap_seeds() -> Vec<Seed> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("own.mcap");
-    let meta = RecordingMeta { robot: "seed".into(), origin: "made by a test".into() };
+    let meta = RecordingMeta { robot: "seed".into(), origin: "made by a test".into(), segment: None };
     let mut own = RecordingWriter::create(&path, &meta, &Mounting::default()).unwrap();
     own.input(START, &Input::Sensor(Sensor::Scan(Arc::new(scan())))).unwrap();
     own.input(START, &Input::Tick).unwrap();
@@ -254,4 +254,32 @@ fn journal_seeds() -> Vec<Seed> {
     }
     assert!(seeds.len() > 50, "{}", seeds.len());
     seeds
+}
+
+/// Two columns of three channels each, with all that a scan may have, and without.
+fn range_image_seeds() -> Vec<Seed> {
+    let point = |number: u16| {
+        let azimuth = f32::from(number / 3) * 0.01;
+        [5.0 * azimuth.cos(), 5.0 * azimuth.sin(), f32::from(number % 3) * 0.2]
+    };
+    let mut whole = Scan {
+        stamp: START,
+        xyz: (0..6).map(point).collect(),
+        intensity: (0..6_u16).map(f32::from).collect(),
+        offset_ns: (0..6).map(|number| number / 3 * 50_000).collect(),
+        ring: (0..6).map(|number| number % 3).collect(),
+    };
+    scan_codec::quantise(&mut whole);
+    let any = Scan { intensity: vec![0.5; 6], ..whole.clone() };
+    let bare = Scan { intensity: Vec::new(), offset_ns: Vec::new(), ring: Vec::new(), ..whole.clone() };
+    let encoded = |scan: &Scan| {
+        let mut bytes = Vec::new();
+        assert!(scan_codec::encode(scan, &mut bytes));
+        bytes
+    };
+    vec![
+        ("range_image", "whole", encoded(&whole)),
+        ("range_image", "any", encoded(&any)),
+        ("range_image", "bare", encoded(&bare)),
+    ]
 }
