@@ -3,6 +3,7 @@
 use crate::assert_sentence;
 use api::{ClientMessage, CoreMessage, DecodeError, GatewayMessage, ScanFrame, ServerMessage, StreamRequest};
 use client_model::{ClientEvent, ClientTime, Ids, Model, Socket, ViewSettings};
+use links::{RobotMessage, RobotRequest};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use uuid::Uuid;
@@ -31,18 +32,26 @@ pub fn scan_socket(bytes: &[u8]) {
     }
 }
 
-/// Frames between core and gateway, of both sides. The first byte chooses the side.
+/// Frames between core and gateway and between core and robot, of both sides. The first byte chooses the side.
 pub fn core_link(bytes: &[u8]) {
     let Some((choice, frames)) = bytes.split_first() else { return };
-    match choice & 1 {
-        0 => {
-            if let Err(error) = runtime::fuzzing::read_gateway_frames(frames) {
-                assert_sentence(&error);
-            }
-        }
-        _ => check::<CoreMessage>(frames),
+    match choice & 3 {
+        0 => read_frames::<GatewayMessage>(frames, api::MAX_MESSAGE_BYTES),
+        1 => check::<CoreMessage>(frames),
+        2 => read_frames::<RobotRequest>(frames, links::MAX_REQUEST_BYTES),
+        _ => read_frames::<RobotMessage>(frames, links::MAX_ROBOT_MESSAGE_BYTES),
     }
     check::<GatewayMessage>(frames);
+}
+
+fn read_frames<M: DeserializeOwned>(mut frames: &[u8], max_bytes: usize) {
+    loop {
+        match ports::read_frame::<M>(&mut frames, max_bytes) {
+            Ok(Some(_)) => {}
+            Ok(None) => return,
+            Err(error) => return assert_sentence(&error),
+        }
+    }
 }
 
 /// Time between two messages to the client, seconds.
