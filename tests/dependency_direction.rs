@@ -49,13 +49,17 @@ const OURS: &[(&str, &[&str])] = &[
     ("lockstep", &["geometry", "messages", "scan_codec", "sim", "stack", "vocab"]),
     //
     ("ports", &["api", "messages", "vocab"]),
+    ("watchdog", &[]),
     ("formats", &["messages", "vocab"]),
     ("links", &["geometry", "messages", "ports", "scan_codec", "sim", "vocab"]),
     ("site_files", &["geometry", "sim", "vocab"]),
     ("recorder", &["formats", "geometry", "messages", "ports", "scan_codec", "vocab"]),
     ("store", &["api", "formats", "geometry", "map_codec", "mapping", "messages", "ports", "vocab"]),
-    ("runtime", &["api", "geometry", "map_codec", "messages", "ports", "stack", "store", "vocab"]),
-    ("gateway", &["api", "ports", "vocab"]),
+    (
+        "runtime",
+        &["api", "geometry", "map_codec", "messages", "ports", "stack", "store", "vocab", "watchdog"],
+    ),
+    ("gateway", &["api", "ports", "vocab", "watchdog"]),
     (
         "autoinspect",
         &[
@@ -80,6 +84,7 @@ const OURS: &[(&str, &[&str])] = &[
             "stack",
             "store",
             "vocab",
+            "watchdog",
         ],
     ),
     //

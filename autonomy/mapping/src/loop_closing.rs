@@ -27,6 +27,10 @@ pub struct LoopClosingConfig {
     pub queue: VerificationQueueConfig,
 }
 
+/// Decisions of a session that are kept, because a person can decide on a pair as often as he likes. When there are as many, the last one on each of the newest
+/// half as many pairs stays. The loops themselves are in the graph.
+const MAX_DECISIONS: usize = 20_000;
+
 /// Loop closing of one session.
 #[derive(Debug)]
 pub struct LoopClosing {
@@ -495,6 +499,10 @@ impl LoopClosing {
         let Some((compared, last_outcome)) = self.pairs.get_mut(&pair) else { return };
         *last_outcome = Some(outcome);
         let record = LoopRecord { pair: *compared, outcome, agreeing };
+        if self.decisions.len() >= MAX_DECISIONS {
+            let pair = |record: &LoopRecord| (record.pair.edge.from, record.pair.edge.to);
+            keep_newest(&mut self.decisions, MAX_DECISIONS / 2, pair);
+        }
         self.decisions.push(record);
         events.decisions.push(record);
     }
@@ -523,4 +531,25 @@ impl LoopRecord {
 /// The older keyframe first.
 fn ordered(a: KeyframeId, b: KeyframeId) -> KeyframePair {
     if a.0 <= b.0 { (a, b) } else { (b, a) }
+}
+
+/// Keeps the last item of each key, and of these the newest `max`.
+fn keep_newest<T, K: Ord>(items: &mut Vec<T>, max: usize, key: impl Fn(&T) -> K) {
+    let mut keys = BTreeSet::new();
+    items.reverse();
+    items.retain(|item| keys.insert(key(item)));
+    items.truncate(max);
+    items.reverse();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_decision_on_each_of_the_newest_pairs_is_kept() {
+        let mut decisions = vec![(1, 'a'), (2, 'b'), (1, 'c'), (3, 'd'), (3, 'e'), (4, 'f')];
+        keep_newest(&mut decisions, 3, |(pair, _)| *pair);
+        assert_eq!(decisions, [(1, 'c'), (3, 'e'), (4, 'f')]);
+    }
 }

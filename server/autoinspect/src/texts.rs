@@ -207,17 +207,13 @@ pub const SIMULATED_ROBOT_IS_A_PROCESS: &str = "the core reaches a simulated rob
 pub const ONLY_SITES_ARE_SIMULATED: &str = "only --robot sim:SITE can be simulated";
 /// The simulation stopped without a request.
 pub const SIMULATION_ENDED: &str = "the simulation ended unexpectedly";
-/// Another robot answers at the robot's socket.
-pub const ROBOT_RESTARTED: &str =
-    "the robot was started again, and its clock and place may have changed; the core begins anew";
+/// Another robot answers at the robot's socket: its clock and its place may have changed. A clause after "the core".
+pub const ROBOT_RESTARTED: &str = "began anew because the robot was started again";
 
 /// No robot answers at its socket, for a reason that is a clause about the robot.
 pub fn robot_not_connected(socket: &Path, reason: &dyn Display) -> String {
     format!("the robot at {} could not be connected: {reason}", socket.display())
 }
-
-/// The core stopped without a request.
-pub const CONTROL_LOOP_ENDED: &str = "the control loop ended unexpectedly";
 
 // Arguments.
 
@@ -326,13 +322,30 @@ pub fn platform_data(data: &Path) -> String {
     format!("data in {}; stop with Ctrl-C", data.display())
 }
 
-/// A process ended and is started again after this pause.
-pub fn process_restarts(role: &str, status: &dyn Display, pause: Duration) -> String {
+/// A process failed and is started again after this pause; `cause` is a clause.
+pub fn process_restarts(role: &str, cause: &str, pause: Duration) -> String {
     let pause = match pause.is_zero() {
         true => String::new(),
         false => format!(" in {:.1} s", pause.as_secs_f64()),
     };
-    format!("the {role} ended ({status}) and is started again{pause}")
+    format!("the {role} {cause} and is started again{pause}")
+}
+
+/// A process ends because one of its threads failed; `cause` is a clause.
+pub fn process_failed(cause: &str) -> String {
+    format!("this process {cause}")
+}
+
+/// Clauses after the name of a process: why it was started again.
+pub const PANICKED: &str = "panicked";
+pub fn did_not_answer(limit: Duration) -> String {
+    format!("did not answer for {} s", limit.as_secs())
+}
+pub fn was_killed(signal: i32) -> String {
+    format!("was killed (signal {signal})")
+}
+pub fn ended_with_code(code: i32) -> String {
+    format!("ended (exit code {code})")
 }
 
 /// A process that does not end in time.

@@ -108,7 +108,11 @@ pub(crate) async fn cloud(State(app): State<Arc<App>>, names: TwoParts, headers:
 pub(crate) async fn health(State(app): State<Arc<App>>) -> Answer {
     app.hub.core_state().map_err(ProblemResponse::unavailable)?;
     let clients = app.hub.listeners().borrow().clients;
-    Ok(([(header::CACHE_CONTROL, "no-store")], Json(HealthDocument { core_connected: true, clients }))
+    let restarts = app.hub.restarts();
+    Ok((
+        [(header::CACHE_CONTROL, "no-store")],
+        Json(HealthDocument { core_connected: true, clients, restarts }),
+    )
         .into_response())
 }
 

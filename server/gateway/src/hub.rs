@@ -9,7 +9,10 @@ use crate::robot_clock::RobotClock;
 use crate::snapshot::{Cursor, Snapshot};
 use crate::stored_data::StoredData;
 use crate::texts;
-use api::{Command, CommandOutcome, CoreMessage, Event, GatewayMessage, ScanFrame};
+use api::{
+    Command, CommandOutcome, CoreMessage, Event, GatewayMessage, Notice, Platform, ProcessRestart, ScanFrame,
+    Severity,
+};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
@@ -56,6 +59,8 @@ pub(crate) struct Hub {
 
 struct State {
     snapshot: Snapshot,
+    /// What clients are told once the robot's clock is known.
+    restart_notice: Option<String>,
     clock: RobotClock,
     /// Queue to the core; `None` while it is not connected.
     core: Option<mpsc::Sender<GatewayMessage>>,
@@ -97,10 +102,11 @@ impl State {
 
 impl Hub {
     /// Without core and clients.
-    pub(crate) fn new(limits: &Limits) -> Self {
+    pub(crate) fn new(limits: &Limits, restart: Option<ProcessRestart>) -> Self {
         Self {
             state: Mutex::new(State {
-                snapshot: Snapshot::new(),
+                restart_notice: restart.as_ref().map(|restart| texts::server_restarted(&restart.cause)),
+                snapshot: Snapshot::new(restart),
                 clock: RobotClock::new(),
                 core: None,
                 core_fault: texts::CORE_NOT_REACHED.to_owned(),
@@ -170,6 +176,12 @@ impl Hub {
                 {
                     let mut state = self.lock();
                     state.clock.update(&event, Instant::now());
+                    if let Event::Platform(Platform { now: at, .. }) = event
+                        && let Some(text) = state.restart_notice.take()
+                    {
+                        let notice = Notice { at, severity: Severity::Warning, text };
+                        state.snapshot.apply(Event::Notice(notice));
+                    }
                     state.snapshot.apply(event);
                     state.request_graph_if_stale();
                 }
@@ -208,6 +220,11 @@ impl Hub {
     pub(crate) fn core_state(&self) -> Result<(), String> {
         let state = self.lock();
         if state.core.is_some() { Ok(()) } else { Err(state.core_fault.clone()) }
+    }
+
+    /// Processes that failed and run again.
+    pub(crate) fn restarts(&self) -> Vec<ProcessRestart> {
+        self.lock().snapshot.restarts()
     }
 
     /// Forwards a command that came over HTTP to the core. The answer comes over the channel, which closes without one if the core is lost.

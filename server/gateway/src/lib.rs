@@ -40,10 +40,12 @@ pub use limits::Limits;
 pub use openapi::description;
 pub use server::serve_with;
 
+use api::ProcessRestart;
 use std::future::Future;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use tokio::sync::oneshot;
+use watchdog::Heartbeat;
 
 /// Where the gateway listens, and what it serves.
 #[derive(Debug)]
@@ -58,6 +60,10 @@ pub struct GatewayConfig {
     pub static_dir: PathBuf,
     /// Told the address once clients can connect.
     pub on_ready: Option<oneshot::Sender<SocketAddr>>,
+    /// Gets heartbeats while the gateway works.
+    pub heartbeat: Option<Heartbeat>,
+    /// Why this process was started again, if it was.
+    pub restart: Option<ProcessRestart>,
 }
 
 /// Why the gateway could not start.

@@ -60,8 +60,6 @@ pub(crate) struct FixedLimits {
     pub(crate) max_graph_changes: usize,
     /// Least time between two whole graphs that one client asks for. A client needs one after lost changes, which is rare; 5,000 keyframes are 0.5 MB.
     pub(crate) graph_answer_period: Duration,
-    /// Tiles in one event: about 50 kB, so that a pose does not wait for a large map to be sent.
-    pub(crate) max_tiles_per_event: usize,
     /// Decisions on loops in one event: about 40 kB.
     pub(crate) max_loops_per_event: usize,
     /// Longest file from a client, bytes: about 400 million points.
@@ -80,6 +78,8 @@ pub(crate) struct FixedLimits {
     pub(crate) max_uploads_at_a_time: usize,
     /// Longest time that open connections have to end when the gateway stops.
     pub(crate) shutdown_timeout: Duration,
+    /// Time between two heartbeats.
+    pub(crate) beat_period: Duration,
     /// Pause after the system could not create another socket, so that others can be closed meanwhile.
     pub(crate) accept_pause: Duration,
     /// Longest time that a closing connection is kept open so that the peer can read the reason.
@@ -103,7 +103,6 @@ pub(crate) const FIXED: FixedLimits = FixedLimits {
     places_for_stops: 64,
     max_graph_changes: 256,
     graph_answer_period: Duration::from_secs(5),
-    max_tiles_per_event: 512,
     max_loops_per_event: 100,
     max_upload_bytes: 16 << 30,
     max_uploads_kept: 4,
@@ -113,6 +112,7 @@ pub(crate) const FIXED: FixedLimits = FixedLimits {
     max_answer_wait: Duration::from_secs(120),
     max_uploads_at_a_time: 1,
     shutdown_timeout: Duration::from_secs(3),
+    beat_period: Duration::from_millis(500),
     accept_pause: Duration::from_millis(50),
     close_timeout: Duration::from_secs(2),
     max_clock_extrapolation: Duration::from_secs(2),

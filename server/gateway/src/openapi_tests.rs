@@ -100,6 +100,7 @@ fn schemas_say_what_the_types_become() {
         kept_until: Some(Stamp::from_nanos(5)),
     };
     let problem = Problem { status: 404, title: "t".into(), detail: "d".into() };
+    let restart = api::ProcessRestart { process: api::ProcessRole::Core, cause: "c".into(), count: 1 };
     let samples = [
         ("TileList", json!(TileList { bounds, tiles: vec![tile, in_map], robust_bounds: Some(bounds) })),
         ("Graph", json!(graph)),
@@ -110,7 +111,7 @@ fn schemas_say_what_the_types_become() {
         ("BinnedMap", json!(unknown)),
         ("StoredUpload", json!(upload)),
         ("Problem", json!(problem)),
-        ("Health", json!(HealthDocument { core_connected: true, clients: 1 })),
+        ("Health", json!(HealthDocument { core_connected: true, clients: 1, restarts: vec![restart] })),
     ];
     for (name, sample) in samples {
         check(&sample, &schemas[name], &schemas, name);

@@ -13,6 +13,21 @@ pub(crate) struct HealthDocument {
     pub(crate) core_connected: bool,
     /// Clients connected.
     pub(crate) clients: u32,
+    /// Processes that failed since the platform was started and run again, each with its last failure.
+    #[schema(value_type = Vec<ProcessRestartDocument>)]
+    pub(crate) restarts: Vec<api::ProcessRestart>,
+}
+
+/// A process that failed and was started again.
+#[derive(ToSchema)]
+#[schema(as = ProcessRestart)]
+pub(crate) struct ProcessRestartDocument {
+    /// Its role: `core` or `gateway`.
+    process: String,
+    /// What it did, a clause after its name.
+    cause: String,
+    /// How often it was started again since the platform was started.
+    count: u32,
 }
 
 /// An error, RFC 9457.

@@ -14,6 +14,7 @@ use std::future::Future;
 use std::sync::Arc;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{Semaphore, mpsc, watch};
+use watchdog::Heartbeat;
 
 /// Answer to a connection beyond the limit, written without reading anything from it.
 const TOO_MANY: &[u8] = b"HTTP/1.1 503 Service Unavailable\r\ncontent-type: application/problem+json\r\n\
@@ -35,7 +36,7 @@ pub async fn serve_with(
     let bound = listener.local_addr().map_err(listen_error)?;
 
     uploads::remove_partial(&config.data_dir).await;
-    let hub = Arc::new(Hub::new(&limits));
+    let hub = Arc::new(Hub::new(&limits, config.restart.clone()));
     let (stop, stopping) = watch::channel(false);
     let (alive, mut all_ended) = mpsc::channel(1);
     let app = Arc::new(App::new(&config, limits, hub.clone(), stopping, alive));
@@ -48,12 +49,25 @@ pub async fn serve_with(
     tokio::select! {
         () = accept(listener, app) => {}
         () = core_link::run(&config.core_socket, &hub) => {}
+        () = beat(config.heartbeat) => {}
         () = shutdown => {}
     }
     stop.send_replace(true);
     // Every connection holds the app, which holds `alive`: the channel closes with the last one. Nothing is ever sent on it.
     tokio::time::timeout(FIXED.shutdown_timeout, all_ended.recv()).await.ok();
     Ok(())
+}
+
+/// Shows that this task is polled, and that the threads of the runtime run tasks.
+async fn beat(heartbeat: Option<Heartbeat>) {
+    let Some(heartbeat) = heartbeat else { return std::future::pending().await };
+    let mut interval = tokio::time::interval(FIXED.beat_period);
+    loop {
+        interval.tick().await;
+        if tokio::spawn(async {}).await.is_ok() {
+            heartbeat.beat();
+        }
+    }
 }
 
 async fn accept(listener: TcpListener, app: Arc<App>) {

@@ -5,8 +5,8 @@
 
 use crate::limits::FIXED;
 use api::{
-    Event, Graph, GraphChanged, LoopDecision, LoopsChanged, MAX_LOOP_DECISIONS, Notice, Platform, TileEntry,
-    TilesChanged,
+    Event, Graph, GraphAssembly, GraphChanged, LoopDecision, LoopsChanged, MAX_GRAPH_ENTRIES,
+    MAX_LOOP_DECISIONS, MAX_TILES_PER_EVENT, Notice, Platform, ProcessRestart, TileEntry, TilesChanged,
 };
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -22,15 +22,21 @@ pub(crate) struct Snapshot {
     /// Counts changes; a kind's revision is that of its last change.
     revision: u64,
     latest: [Option<(u64, Arc<Event>)>; LATEST_KINDS],
-    /// The last changes of the graph, each with its revision. They apply to the graph of `graph_changes_from` and later.
-    graph_changes: VecDeque<(u64, Arc<Event>)>,
+    /// The last changes of the graph, each with its revision and its number of keyframes. They apply to the graph of `graph_changes_from` and later.
+    graph_changes: VecDeque<(u64, usize, Arc<Event>)>,
+    /// Sum of those numbers, [`MAX_GRAPH_ENTRIES`] at most: beyond that the whole graph is sent as fast.
+    changed_nodes: usize,
     graph_changes_from: u64,
+    /// Parts of a long graph that have come.
+    graph_parts: GraphAssembly,
     /// Whether changes came that do not apply to the graph. It stays as it was until the whole graph comes.
     is_graph_stale: bool,
     tiles: Tiles,
     loops: Loops,
     notices: VecDeque<(u64, Notice)>,
     platform: Platform,
+    /// Why this process was started again, if it was.
+    restart: Option<ProcessRestart>,
 }
 
 #[derive(Default)]
@@ -65,28 +71,47 @@ pub(crate) struct Cursor {
     loops_epoch: u64,
     /// Of the epoch, those included that are gone.
     loops_sent: usize,
+    /// A long graph that is being sent in parts: its revision here, the graph, and the next part.
+    graph_parts: Option<(u64, Arc<Event>, u32)>,
 }
 
 impl Cursor {
     /// The client has lost the graph: the whole graph is owed to it again.
     pub(crate) fn forget_graph(&mut self) {
         self.seen[GRAPH] = 0;
+        self.graph_parts = None;
+    }
+
+    /// The next part of the graph that is being sent. The client knows its revision after the last.
+    fn next_graph_part(&mut self) -> Option<Arc<Event>> {
+        let (revision, event, index) = self.graph_parts.as_mut()?;
+        let Event::Graph(graph) = &**event else { return None };
+        let part = graph.part(*index);
+        *index += 1;
+        if part.is_last {
+            self.seen[GRAPH] = *revision;
+            self.graph_parts = None;
+        }
+        Some(Arc::new(Event::GraphPart(part)))
     }
 }
 
 impl Snapshot {
     /// Knows nothing but that there is no core.
-    pub(crate) fn new() -> Self {
+    pub(crate) fn new(restart: Option<ProcessRestart>) -> Self {
         let mut snapshot = Self {
             revision: 0,
             latest: Default::default(),
             graph_changes: VecDeque::new(),
+            changed_nodes: 0,
             graph_changes_from: 0,
+            graph_parts: GraphAssembly::default(),
             is_graph_stale: false,
             tiles: Tiles::default(),
             loops: Loops::default(),
             notices: VecDeque::new(),
-            platform: Platform::default(),
+            platform: Platform { restarts: restart.iter().cloned().collect(), ..Platform::default() },
+            restart,
         };
         snapshot.change_platform(|_| ());
         snapshot
@@ -96,14 +121,23 @@ impl Snapshot {
     pub(crate) fn apply(&mut self, event: Event) {
         match event {
             Event::Graph(graph) => self.set_graph(graph),
+            Event::GraphPart(part) => {
+                if let Some(graph) = self.graph_parts.add(&part) {
+                    self.set_graph(graph);
+                }
+            }
             Event::GraphChanged(changed) => self.change_graph(changed),
             Event::Tiles(change) => self.change_tiles(change),
             Event::Loops(change) => self.change_loops(change),
             Event::Notice(notice) => self.add_notice(notice),
-            Event::Platform(report) => self.change_platform(|platform| {
-                // These two the gateway knows better than the core.
-                *platform = Platform { core_connected: true, clients: platform.clients, ..report };
-            }),
+            Event::Platform(report) => {
+                let restarts = report.restarts.iter().chain(&self.restart).cloned().collect();
+                self.change_platform(|platform| {
+                    // These the gateway knows better than the core.
+                    let clients = platform.clients;
+                    *platform = Platform { core_connected: true, clients, restarts, ..report };
+                });
+            }
             event => {
                 if let Some(kind) = latest_kind(&event) {
                     self.revision += 1;
@@ -121,6 +155,11 @@ impl Snapshot {
             self.revision += 1;
             self.latest[kind] = Some((self.revision, Arc::new(event)));
         }
+    }
+
+    /// Processes that failed and run again.
+    pub(crate) fn restarts(&self) -> Vec<ProcessRestart> {
+        self.platform.restarts.clone()
     }
 
     /// Forgets tiles, because a core that (re)connects sends all of its own.
@@ -154,9 +193,15 @@ impl Snapshot {
             LOOPS => Some(self.next_loops(cursor)),
             NOTICES => self.next_notice(cursor),
             GRAPH => {
-                let (revision, event) = self.next_graph(cursor.seen[GRAPH])?;
-                cursor.seen[GRAPH] = revision;
-                Some(event)
+                if cursor.graph_parts.is_none() {
+                    let (revision, event) = self.next_graph(cursor.seen[GRAPH])?;
+                    if !matches!(&*event, Event::Graph(graph) if graph.part_count() > 1) {
+                        cursor.seen[GRAPH] = revision;
+                        return Some(event);
+                    }
+                    cursor.graph_parts = Some((revision, event, 0));
+                }
+                cursor.next_graph_part()
             }
             kind => {
                 let (revision, event) = self.latest[kind].as_ref()?;
@@ -189,8 +234,8 @@ impl Snapshot {
     /// The next change of the graph after a revision, or the whole graph if that revision is too old.
     fn next_graph(&self, seen: u64) -> Option<(u64, Arc<Event>)> {
         if seen >= self.graph_changes_from {
-            let next = self.graph_changes.iter().find(|(revision, _)| *revision > seen);
-            return next.cloned();
+            let next = self.graph_changes.iter().find(|(revision, ..)| *revision > seen);
+            return next.map(|(revision, _, event)| (*revision, event.clone()));
         }
         self.latest[GRAPH].clone()
     }
@@ -198,6 +243,7 @@ impl Snapshot {
     fn set_graph(&mut self, graph: Graph) {
         self.revision += 1;
         self.graph_changes.clear();
+        self.changed_nodes = 0;
         self.graph_changes_from = self.revision;
         self.is_graph_stale = false;
         self.latest[GRAPH] = Some((self.revision, Arc::new(Event::Graph(graph))));
@@ -218,10 +264,13 @@ impl Snapshot {
         };
         self.revision += 1;
         *revision = self.revision;
-        self.graph_changes.push_back((self.revision, Arc::new(Event::GraphChanged(changed))));
-        if self.graph_changes.len() > FIXED.max_graph_changes
-            && let Some((dropped, _)) = self.graph_changes.pop_front()
+        let entries = changed.nodes.len();
+        self.changed_nodes += entries;
+        self.graph_changes.push_back((self.revision, entries, Arc::new(Event::GraphChanged(changed))));
+        while (self.graph_changes.len() > FIXED.max_graph_changes || self.changed_nodes > MAX_GRAPH_ENTRIES)
+            && let Some((dropped, entries, _)) = self.graph_changes.pop_front()
         {
+            self.changed_nodes -= entries;
             self.graph_changes_from = dropped;
         }
     }
@@ -232,7 +281,7 @@ impl Snapshot {
             cursor.tiles_epoch = self.tiles.epoch;
             cursor.tiles_sent = 0;
         }
-        let end = self.tiles.entries.len().min(cursor.tiles_sent + FIXED.max_tiles_per_event);
+        let end = self.tiles.entries.len().min(cursor.tiles_sent + MAX_TILES_PER_EVENT);
         let added = self.tiles.entries[cursor.tiles_sent..end].to_vec();
         cursor.tiles_sent = end;
         Arc::new(Event::Tiles(TilesChanged { reset, added }))
@@ -325,6 +374,7 @@ fn latest_kind(event: &Event) -> Option<usize> {
         Event::BinnedMaps(_) => Some(BINNED_MAPS),
         Event::Uploads(_) => Some(UPLOADS),
         Event::GraphChanged(_)
+        | Event::GraphPart(_)
         | Event::Tiles(_)
         | Event::Loops(_)
         | Event::Notice(_)

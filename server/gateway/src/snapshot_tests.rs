@@ -54,7 +54,7 @@ fn drain(snapshot: &Snapshot, cursor: &mut Cursor) -> Vec<Event> {
 
 /// A snapshot and a cursor that knows it.
 fn settled() -> (Snapshot, Cursor) {
-    let (snapshot, mut cursor) = (Snapshot::new(), Cursor::default());
+    let (snapshot, mut cursor) = (Snapshot::new(None), Cursor::default());
     assert_eq!(drain(&snapshot, &mut cursor), [Event::Platform(Platform::default())]);
     (snapshot, cursor)
 }
@@ -106,7 +106,7 @@ fn a_reset_to_the_same_number_of_tiles_is_not_missed() {
 fn a_big_map_comes_in_pieces_between_which_other_state_passes() {
     let (mut snapshot, mut cursor) = settled();
     let pieces = 10;
-    snapshot.apply(tiles(true, 0..pieces * FIXED.max_tiles_per_event as u32));
+    snapshot.apply(tiles(true, 0..pieces * MAX_TILES_PER_EVENT as u32));
     let mut received = 0;
     for turn in 0..2 * pieces {
         // The pose changes without pause, so both are always owed.
@@ -118,7 +118,7 @@ fn a_big_map_comes_in_pieces_between_which_other_state_passes() {
             None => panic!("the pose is always owed"),
         }
     }
-    assert_eq!(received, pieces as usize * FIXED.max_tiles_per_event, "each gets every second turn");
+    assert_eq!(received, pieces as usize * MAX_TILES_PER_EVENT, "each gets every second turn");
 }
 
 #[test]
@@ -206,6 +206,31 @@ fn changes_of_the_graph_reach_a_client_that_follows_and_the_whole_graph_one_that
 }
 
 #[test]
+fn a_long_graph_goes_in_parts_and_what_changes_meanwhile_follows() {
+    let (mut snapshot, mut cursor) = settled();
+    let nodes = MAX_GRAPH_ENTRIES as u64 * 2 + 5;
+    (0..3).for_each(|index| snapshot.apply(Event::GraphPart(graph(nodes).part(index))));
+    let mut assembly = GraphAssembly::default();
+    let mut received = Graph::default();
+    for turn in 0..4 {
+        match snapshot.next(&mut cursor).as_deref() {
+            Some(Event::GraphPart(part)) => received = assembly.add(part).unwrap_or(received),
+            Some(Event::GraphChanged(changed)) => assert!(received.apply(changed)),
+            other => panic!("{other:?}"),
+        }
+        if turn == 0 {
+            snapshot.apply(Event::GraphChanged(next_keyframe(nodes)));
+        }
+    }
+    assert_eq!((snapshot.next(&mut cursor), received == graph(nodes + 1)), (None, true));
+    // More moves than fit into a message: the whole graph goes again.
+    let moved = GraphChanged { nodes: graph(nodes + 1).nodes, ..next_keyframe(nodes + 1) };
+    snapshot.apply(Event::GraphChanged(moved));
+    assert!(drain(&snapshot, &mut cursor).iter().all(|event| matches!(event, Event::GraphPart(_))));
+    assert!(snapshot.graph_changes.is_empty() && snapshot.changed_nodes == 0);
+}
+
+#[test]
 fn changes_that_do_not_apply_leave_the_graph_as_it_is_until_the_whole_graph_comes() {
     let (mut snapshot, mut cursor) = settled();
     snapshot.apply(Event::GraphChanged(next_keyframe(0)));
@@ -228,10 +253,16 @@ proptest! {
         let (mut snapshot, mut cursor) = settled();
         let (mut revision, mut client, mut is_stale) = (1, Graph::default(), false);
         snapshot.apply(Event::Graph(graph(revision)));
-        let receive = |snapshot: &Snapshot, cursor: &mut Cursor, client: &mut Graph, is_stale: &mut bool| {
+        let mut assembly = GraphAssembly::default();
+        let mut receive = |snapshot: &Snapshot, cursor: &mut Cursor, client: &mut Graph, is_stale: &mut bool| {
             let Some(event) = snapshot.next(cursor) else { return false };
             match &*event {
                 Event::Graph(whole) => (*client, *is_stale) = (whole.clone(), false),
+                Event::GraphPart(part) => {
+                    if let Some(whole) = assembly.add(part) {
+                        (*client, *is_stale) = (whole, false);
+                    }
+                }
                 Event::GraphChanged(changed) => {
                     let is_lost = !client.apply(changed);
                     if is_lost && !std::mem::replace(is_stale, true) {

@@ -32,6 +32,11 @@ pub(crate) fn core_version(core: u16, server: u16) -> String {
     )
 }
 
+/// The gateway failed and runs again; `cause` is a clause.
+pub(crate) fn server_restarted(cause: &str) -> String {
+    format!("The server for browsers {cause}, and was started again. The robot's core went on meanwhile.")
+}
+
 // Sockets.
 
 pub(crate) const CONNECTION_CLOSING: &str = "This connection is closing.";

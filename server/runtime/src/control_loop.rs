@@ -6,7 +6,7 @@
 
 use crate::clock::{CalendarTime, RobotClock};
 use crate::incidents::Incident;
-use crate::jobs::{DiskJob, FinishedJob, Jobs};
+use crate::jobs::{FinishedJob, Jobs};
 use crate::ledger::LedgerQueue;
 use crate::mailbox::Mailbox;
 use crate::map_usage::MapUsage;
@@ -16,8 +16,8 @@ use crate::state_publisher::StatePublisher;
 use crate::texts;
 use crossbeam_channel::{Receiver, select};
 use messages::{
-    ActionOutcome, BootRecord, Command, Input, MAX_TICK_GAP, PoseInMap, Publication, Severity, StackEffect,
-    TICK_PERIOD,
+    ActionOutcome, BootRecord, Command, Input, JobDone, MAX_TICK_GAP, PoseInMap, Publication, Severity,
+    StackEffect, TICK_PERIOD,
 };
 use ports::{Arrival, RobotEvent, RobotLink, SimulatedFault};
 use stack::Stack;
@@ -26,6 +26,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 use store::StoredStopLatch;
 use vocab::{ClientId, CommandId, Span, Stamp};
+use watchdog::{BEAT_PERIOD, Heartbeat};
 
 /// Parameters of the control loop, on this computer's clock.
 #[derive(Clone, Copy, Debug)]
@@ -44,6 +45,9 @@ const CONFIG: ControlLoopConfig = ControlLoopConfig {
     wall_clock_period: Duration::from_secs(1),
     max_unanswered_faults: 16,
 };
+
+/// What the thread of a link is called in reports.
+const LINK_THREAD: &str = "robot-link";
 
 /// A request that the control loop handles.
 pub enum LoopRequest {
@@ -94,20 +98,26 @@ pub struct ControlLoop {
     pub session_journal: SessionJournalQueue,
     /// Which maps are in use.
     pub map_usage: Arc<MapUsage>,
+    /// Results of jobs that failed at once. The next turn of the loop feeds all of them, so they are never more than one turn starts.
+    pub refused_jobs: Vec<JobDone>,
     /// Sentences for people about what the start found on the disk.
     pub problems: Vec<String>,
 }
 
 impl ControlLoop {
     /// Runs until told to stop. Returns the loop's parts by dropping them: the link stops its robot.
-    pub fn run(self, sources: &Sources) {
+    pub fn run(self, sources: &Sources, heartbeat: &Heartbeat) {
         // The robot's clock begins with its first arrival; nothing can be stepped without an instant.
-        let first = select! {
-            recv(sources.arrivals) -> arrival => arrival.ok(),
-            recv(sources.stop) -> _ => None,
-        };
-        let Some(first) = first else {
-            return;
+        let first = loop {
+            heartbeat.beat();
+            select! {
+                recv(sources.arrivals) -> arrival => match arrival {
+                    Ok(arrival) => break arrival,
+                    Err(_) => return heartbeat.report_end_of(LINK_THREAD),
+                },
+                recv(sources.stop) -> _ => return,
+                default(BEAT_PERIOD) => {}
+            }
         };
         let mut running = Running {
             now: first.at,
@@ -116,6 +126,7 @@ impl ControlLoop {
             replies: VecDeque::new(),
             effects: Vec::new(),
             unanswered_faults: BTreeMap::new(),
+            has_link_ended: false,
             parts: self,
         };
         let docks = std::mem::take(&mut running.parts.docks).into();
@@ -127,7 +138,7 @@ impl ControlLoop {
         let boot = BootRecord { last_pose, docks, stop_latch, ..running.parts.link.boot() };
         running.feed(Input::Boot(Box::new(boot)));
         running.arrival(first);
-        running.run(sources);
+        running.run(sources, heartbeat);
     }
 }
 
@@ -144,20 +155,35 @@ struct Running {
     effects: Vec<StackEffect>,
     /// Simulated faults that the robot was asked for, by the client's number.
     unanswered_faults: BTreeMap<CommandId, (ClientId, SimulatedFault)>,
+    /// Whether the link has said that nothing more comes.
+    has_link_ended: bool,
 }
 
 impl Running {
-    fn run(&mut self, sources: &Sources) {
+    fn run(&mut self, sources: &Sources, heartbeat: &Heartbeat) {
         let silent = crossbeam_channel::never();
         let mut arrivals = &sources.arrivals;
         loop {
+            heartbeat.beat();
             self.read_wall_clock();
+            // Not at once in the step that started them: a stack that starts a refused job anew must not keep the loop from its robot.
+            for done in std::mem::take(&mut self.parts.refused_jobs) {
+                self.feed(Input::JobDone(done));
+            }
             let heard = Instant::now();
             select! {
                 recv(arrivals) -> arrival => match arrival {
                     Ok(arrival) => self.arrival(arrival),
-                    // The link has ended; commands and jobs go on, and so does time.
-                    Err(_) => arrivals = &silent,
+                    // Commands and jobs go on, and so does time.
+                    Err(_) => {
+                        // A robot that was restarted is the business of whoever started this core.
+                        let is_expected =
+                            self.has_link_ended || !self.parts.link.robot_restarted().is_empty();
+                        if !is_expected {
+                            heartbeat.report_end_of(LINK_THREAD);
+                        }
+                        arrivals = &silent;
+                    }
                 },
                 recv(sources.commands) -> request => match request {
                     Ok(LoopRequest::Command(command)) => self.feed(Input::Command(command)),
@@ -203,7 +229,10 @@ impl Running {
                 let text = texts::ROBOT_RECONNECTED.to_owned();
                 self.parts.mailbox.notice(self.now, Severity::Info, text);
             }
-            RobotEvent::Ended(why) => self.parts.mailbox.notice(self.now, Severity::Info, why),
+            RobotEvent::Ended(why) => {
+                self.has_link_ended = true;
+                self.parts.mailbox.notice(self.now, Severity::Info, why);
+            }
         }
     }
 
@@ -282,10 +311,12 @@ impl ControlLoop {
     fn execute(&mut self, effect: StackEffect) -> Option<Input> {
         match effect {
             StackEffect::Drive(drive) => self.link.drive(drive),
-            StackEffect::StartJob { job, work } => self.jobs.start_for(&mut self.stack, job, work),
+            StackEffect::StartJob { job, work } => {
+                self.refused_jobs.extend(self.jobs.start_for(&mut self.stack, job, work));
+            }
             StackEffect::Publish(publication) => {
                 if let Publication::Keyframe(keyframe) = &publication {
-                    self.jobs.start(DiskJob::WriteCloud(keyframe.clone()));
+                    self.jobs.write_cloud(keyframe.clone());
                 }
                 self.session_journal.record(&publication);
                 self.recorder.watch(self.clock.now(), &publication);

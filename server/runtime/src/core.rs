@@ -1,11 +1,11 @@
 //! Starts the core's threads with the queues between them, and ends them in order.
 
-use crate::clock::{CalendarTime, RobotClock};
+use crate::clock::CalendarTime;
 use crate::control_loop::{ControlLoop, LoopRequest, Sources};
 use crate::gateway_link::{GatewayLink, GatewayLinkConfig};
 use crate::imports::{ImportWorker, Imports};
 use crate::interrupted_sessions::InterruptedSessionWorker;
-use crate::jobs::{ComputeWorker, DiskWorker, Jobs};
+use crate::jobs::{ComputeWorker, DiskWorker, Jobs, finished_queue};
 use crate::ledger::{LedgerConfig, LedgerQueue, LedgerWorker};
 use crate::live_map::{LiveMap, LiveMapConfig};
 use crate::mailbox::Mailbox;
@@ -14,28 +14,35 @@ use crate::map_usage::MapUsage;
 use crate::platform::{BatteryForecast, PlatformProbe};
 use crate::pose_persistence::{PosePersistence, PosePersistenceConfig};
 use crate::publisher::{PublisherConfig, PublisherWorker};
-use crate::recording::{Recorder, RecorderConfig, RecorderQueue, RecordingTarget};
+use crate::recording::RecordingTarget;
 use crate::session_journal::{SessionJournalConfig, SessionJournalQueue, SessionJournalWorker};
 use crate::state_publisher::StatePublisher;
 use crate::stored_data::{CleanUpConfig, StoredDataWorker};
-use crossbeam_channel::{Receiver, Sender};
+use crate::texts;
+use crate::threads::{CONTROL_THREAD, THREAD_LIMITS, join, recorder_thread, spawn};
+use crate::tile_recovery::TileRecovery;
+use api::ProcessRestart;
+use crossbeam_channel::Sender;
 use ports::{MapImporter, RobotLink};
 use stack::Stack;
 use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::thread::{self, JoinHandle};
+use std::thread::JoinHandle;
 use std::time::Instant;
 use store::{InterruptedSessions, Store, StoreError};
+use watchdog::Watchdog;
 
 /// Limits of the core's queues.
 #[derive(Clone, Copy, Debug)]
 struct QueueLimits {
     /// Commands that may wait for the control loop. While the queue is full, the thread that reads from the gateway waits.
     max_commands: usize,
+    /// Numbers of durable commits that may wait for the control loop. While the queue is full, the ledger waits.
+    max_committed: usize,
 }
 
-const QUEUE_LIMITS: QueueLimits = QueueLimits { max_commands: 64 };
+const QUEUE_LIMITS: QueueLimits = QueueLimits { max_commands: 64, max_committed: 16 };
 
 /// Parts of a core that its caller provides.
 pub struct CoreConfig {
@@ -49,6 +56,10 @@ pub struct CoreConfig {
     pub socket: PathBuf,
     /// Makes maps of files; `None` refuses all imports.
     pub importer: Option<Box<dyn MapImporter>>,
+    /// Watches the threads. Whoever starts a core ends it when one of them fails.
+    pub watchdog: Watchdog,
+    /// Why this process was started again, if it was.
+    pub restart: Option<ProcessRestart>,
 }
 
 /// Why the core could not be started.
@@ -78,7 +89,6 @@ pub enum StartError {
 pub struct Core {
     /// Dropping it tells the control loop to stop.
     stop: Option<Sender<()>>,
-    ended: Receiver<()>,
     mailbox: Arc<Mailbox>,
     // The threads, in the order in which they end.
     control: Option<JoinHandle<()>>,
@@ -98,7 +108,7 @@ impl Core {
     /// # Errors
     /// When the socket or a thread cannot be created, or the saved maps cannot be listed.
     pub fn start(config: CoreConfig) -> Result<Self, StartError> {
-        let CoreConfig { link, store, recording, socket, importer } = config;
+        let CoreConfig { link, store, recording, socket, importer, watchdog, restart } = config;
         let (mailbox, state_publisher, clock) =
             (Arc::<Mailbox>::default(), Arc::<StatePublisher>::default(), Arc::default());
         let (last_pose, docks, stop_latch) = (store.last_pose(), store.docks(), store.stop_latch());
@@ -113,14 +123,15 @@ impl Core {
         for problem in &problems {
             tracing::error!("{problem}");
         }
+        let problems: Vec<String> =
+            restart.iter().map(|restart| texts::core_restarted(&restart.cause)).chain(problems).collect();
         state_publisher.publish(api::Event::InterruptedSessions(interrupted.clone()));
 
         let (command_sender, commands) = crossbeam_channel::bounded(QUEUE_LIMITS.max_commands);
-        let (finished_sender, finished) = crossbeam_channel::unbounded();
+        let (finished_sender, finished) = finished_queue();
         let (stop, stopped) = crossbeam_channel::bounded(0);
-        let (jobs, disk_jobs, compute_jobs) =
-            Jobs::new(finished_sender.clone(), Arc::clone(&mailbox), Arc::clone(&clock));
-        let (queue, recorder) = recorder_thread(recording, &mailbox, &clock)?;
+        let (jobs, disk_jobs, compute_jobs) = Jobs::new(Arc::clone(&mailbox), Arc::clone(&clock));
+        let (queue, recorder) = recorder_thread(recording, &mailbox, &clock, &watchdog)?;
         let compute = ComputeWorker { jobs: compute_jobs, finished: finished_sender.clone() };
         let commands_of_disk = command_sender.clone();
         let interrupted = InterruptedSessionWorker {
@@ -167,7 +178,7 @@ impl Core {
             mailbox: Arc::clone(&mailbox),
             clock: Arc::clone(&clock),
         };
-        let (committed_sender, committed) = crossbeam_channel::unbounded();
+        let (committed_sender, committed) = crossbeam_channel::bounded(QUEUE_LIMITS.max_committed);
         let ledger_worker = LedgerWorker {
             config: LedgerConfig::default(),
             store: Arc::clone(&store),
@@ -183,16 +194,37 @@ impl Core {
             clock: Arc::clone(&clock),
             jobs: jobs.clone(),
             live_map: LiveMap::new(LiveMapConfig::default(), Arc::clone(&store)),
-            platform: PlatformProbe::new(link.boot().profile.name, link.site(), store.recordings()),
+            platform: PlatformProbe::new(link.boot().profile.name, link.site(), store.recordings(), restart),
             battery: BatteryForecast::default(),
             persistence: PosePersistence::new(PosePersistenceConfig::default(), Arc::clone(&store)),
             goals: Vec::new(),
             docks: None,
             requests: command_sender.clone(),
+            needs_graph: false,
             is_graph_requested: false,
+            tile_recovery: TileRecovery::default(),
         };
-        let (imports, imports_thread) =
-            import_thread(importer, &store, &state_publisher, &mailbox, &clock, &map_usage, &stopped)?;
+        let (imports, imports_thread) = match importer {
+            None => (Imports::none(), None),
+            Some(importer) => {
+                let (imports, requests) = Imports::new();
+                let worker = ImportWorker {
+                    importer,
+                    store: Arc::clone(&store),
+                    state_publisher: Arc::clone(&state_publisher),
+                    mailbox: Arc::clone(&mailbox),
+                    clock: Arc::clone(&clock),
+                    usage: Arc::clone(&map_usage),
+                    requests,
+                    stop: stopped.clone(),
+                    cancelled: imports.cancelled(),
+                };
+                (
+                    imports,
+                    Some(spawn(&watchdog, "imports", THREAD_LIMITS.lane, move |beat| worker.run(beat))?),
+                )
+            }
+        };
         let sources = Sources { arrivals: link.arrivals(), commands, finished, committed, stop: stopped };
         let gateway = GatewayLink::listen(
             GatewayLinkConfig::default(),
@@ -201,6 +233,7 @@ impl Core {
             command_sender,
             imports,
             jobs.clone(),
+            &watchdog,
         )
         .map_err(|source| StartError::Socket { path: socket, source })?;
         let control = ControlLoop {
@@ -217,31 +250,30 @@ impl Core {
             ledger,
             session_journal,
             map_usage,
+            refused_jobs: Vec::new(),
             problems,
         };
-        let (alive, ended) = crossbeam_channel::bounded(0);
         Ok(Self {
             stop: Some(stop),
-            ended,
             mailbox,
             imports: imports_thread,
-            disk: Some(spawn("disk", move || disk.run())?),
-            compute: Some(spawn("compute", move || compute.run())?),
-            publisher: Some(spawn("publisher", move || publisher.run())?),
-            ledger: Some(spawn("ledger", move || ledger_worker.run())?),
-            session_journal: Some(spawn("sessions", move || session_journal_worker.run())?),
-            control: Some(spawn("core", move || {
-                let _alive: Sender<()> = alive;
-                control.run(&sources);
+            disk: Some(spawn(&watchdog, "disk", THREAD_LIMITS.lane, move |beat| disk.run(beat))?),
+            compute: Some(spawn(&watchdog, "compute", THREAD_LIMITS.lane, move |beat| compute.run(beat))?),
+            publisher: Some(spawn(&watchdog, "publisher", THREAD_LIMITS.publisher, move |beat| {
+                publisher.run(beat);
+            })?),
+            ledger: Some(spawn(&watchdog, "ledger", THREAD_LIMITS.disk, move |beat| {
+                ledger_worker.run(beat)
+            })?),
+            session_journal: Some(spawn(&watchdog, "sessions", THREAD_LIMITS.disk, move |beat| {
+                session_journal_worker.run(beat);
+            })?),
+            control: Some(spawn(&watchdog, CONTROL_THREAD, THREAD_LIMITS.control, move |beat| {
+                control.run(&sources, beat);
             })?),
             recorder,
             gateway: Some(gateway),
         })
-    }
-
-    /// Disconnected when the control loop has ended. That happens only after a panic; the process should then end and be started again.
-    pub fn ended(&self) -> Receiver<()> {
-        self.ended.clone()
     }
 }
 
@@ -259,57 +291,6 @@ impl Drop for Core {
         join(self.compute.take());
         join(self.imports.take());
         join(self.recorder.take());
-    }
-}
-
-/// The queue of import requests, and the thread that handles them until `stop` is disconnected.
-fn import_thread(
-    importer: Option<Box<dyn MapImporter>>,
-    store: &Arc<Store>,
-    state_publisher: &Arc<StatePublisher>,
-    mailbox: &Arc<Mailbox>,
-    clock: &Arc<RobotClock>,
-    usage: &Arc<MapUsage>,
-    stop: &Receiver<()>,
-) -> Result<(Imports, Option<JoinHandle<()>>), StartError> {
-    let Some(importer) = importer else { return Ok((Imports::none(), None)) };
-    let (imports, requests) = Imports::new();
-    let worker = ImportWorker {
-        importer,
-        store: Arc::clone(store),
-        state_publisher: Arc::clone(state_publisher),
-        mailbox: Arc::clone(mailbox),
-        clock: Arc::clone(clock),
-        usage: Arc::clone(usage),
-        requests,
-        stop: stop.clone(),
-        cancelled: imports.cancelled(),
-    };
-    Ok((imports, Some(spawn("imports", move || worker.run())?)))
-}
-
-/// The queue of inputs, and the thread that records them until the control loop has ended.
-fn recorder_thread(
-    recording: Option<RecordingTarget>,
-    mailbox: &Arc<Mailbox>,
-    clock: &Arc<RobotClock>,
-) -> Result<(RecorderQueue, Option<JoinHandle<()>>), StartError> {
-    let Some(target) = recording else {
-        return Ok((RecorderQueue::none(), None));
-    };
-    let (queue, recorder) =
-        Recorder::new(RecorderConfig::default(), target, Arc::clone(mailbox), Arc::clone(clock));
-    Ok((queue, Some(spawn("recorder", move || recorder.run())?)))
-}
-
-fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> Result<JoinHandle<()>, StartError> {
-    thread::Builder::new().name(name.to_owned()).spawn(run).map_err(StartError::Thread)
-}
-
-/// Waits for a thread's end. A panic of it was printed to standard error already.
-fn join(thread: Option<JoinHandle<()>>) {
-    if let Some(thread) = thread {
-        let _ = thread.join();
     }
 }
 

@@ -3,6 +3,7 @@
 use super::*;
 use crate::RecordingTarget;
 use api::{CommandOutcome, CoreMessage, Event, GatewayMessage, Import, ImportStage};
+use crossbeam_channel::Receiver;
 use messages::{
     BootRecord, Command, CommandKind, Drive, GraphDelta, ImuSample, Input, PoseGraph, Principal, Publication,
     RobotProfile, Sensor,
@@ -13,6 +14,7 @@ use std::ops::ControlFlow;
 use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::sync::Mutex;
+use std::thread;
 use std::time::Duration;
 use uuid::Uuid;
 use vocab::{ClientId, CommandId, MapId, SessionId, Span, Stamp, UploadId, Vec3};
@@ -86,6 +88,7 @@ struct Bench {
     robot: Sender<Arrival>,
     written: Receiver<(Stamp, Input)>,
     socket: PathBuf,
+    failures: Receiver<watchdog::ThreadFailure>,
     _dir: tempfile::TempDir,
 }
 
@@ -108,8 +111,19 @@ fn bench_of(
         run: store.recordings().begin_run(Stamp::EPOCH).expect("begins"),
     };
     let link = Box::new(FakeLink { arrivals, drives: Arc::default(), faults });
-    let config = CoreConfig { link, store, recording: Some(recording), socket: socket.clone(), importer };
-    Bench { core: Some(Core::start(config).expect("starts")), robot, written, socket, _dir: dir }
+    let restart = ProcessRestart { process: api::ProcessRole::Core, cause: "was ill".to_owned(), count: 1 };
+    let watchdog = Watchdog::default();
+    let failures = watchdog.failures();
+    let config = CoreConfig {
+        link,
+        store,
+        recording: Some(recording),
+        socket: socket.clone(),
+        importer,
+        watchdog,
+        restart: Some(restart),
+    };
+    Bench { core: Some(Core::start(config).expect("starts")), robot, written, socket, failures, _dir: dir }
 }
 
 impl Bench {
@@ -268,19 +282,17 @@ fn each_gateway_gets_a_greeting_and_a_snapshot_and_the_newest_one_is_served() {
 
     let mut second = bench.gateway();
     assert_eq!(second.next(), Some(CoreMessage::Hello { version: api::VERSION }));
+    let wanted: [fn(&Event) -> bool; 5] = [
+        |event| matches!(event, Event::Maps(maps) if maps.is_empty()),
+        |event| matches!(event, Event::DamagedMaps(maps) if maps.is_empty()),
+        |event| matches!(event, Event::Graph(graph) if graph.nodes.is_empty()),
+        |event| matches!(event, Event::Control(control) if control.owner == Some(CLIENT)),
+        |event| matches!(event, Event::Tiles(tiles) if tiles.reset),
+    ];
     let mut seen = Vec::new();
-    while !matches!(seen.last(), Some(Event::Tiles(_))) {
+    while !wanted.iter().all(|wanted| seen.iter().any(wanted)) {
         seen.push(second.event(|_, event| Some(event.clone())));
     }
-    let has = |wanted: fn(&Event) -> bool| seen.iter().any(wanted);
-    assert!(has(|event| matches!(event, Event::Maps(maps) if maps.is_empty())), "{seen:?}");
-    assert!(has(|event| matches!(event, Event::DamagedMaps(maps) if maps.is_empty())), "{seen:?}");
-    assert!(has(|event| matches!(event, Event::Graph(graph) if graph.nodes.is_empty())), "{seen:?}");
-    assert!(
-        has(|event| matches!(event, Event::Control(control) if control.owner == Some(CLIENT))),
-        "{seen:?}"
-    );
-    assert!(has(|event| matches!(event, Event::Tiles(tiles) if tiles.reset)), "{seen:?}");
     while first.next().is_some() {}
     second.command(2, api::Command::ReleaseControl);
     second.event(|_, event| matches!(event, Event::CommandDone { .. }).then_some(()));
@@ -412,7 +424,9 @@ fn a_simulated_fault_reaches_the_robot_and_all_clients_and_never_the_stack() {
         gateway.event(|_, event| {
             match event {
                 Event::CommandDone { outcome, .. } => answered = Some(outcome.clone()),
-                Event::Notice(published) => notice = Some(published.text.clone()),
+                Event::Notice(published) if published.text.starts_with("Simulated") => {
+                    notice = Some(published.text.clone());
+                }
                 _ => {}
             }
             Some(())
@@ -621,4 +635,38 @@ fn changes_of_the_graph_that_do_not_apply_are_dropped_and_the_stack_is_asked_for
         _ => None,
     });
     assert_eq!((graph.session, graph.revision), (Some(session), 8));
+}
+
+#[test]
+fn clients_are_told_why_the_core_was_started_again() {
+    let bench = bench(usize::MAX);
+    bench.clock(0);
+    let mut gateway = bench.gateway();
+    let text = gateway.event(|_, event| match event {
+        Event::Notice(notice) => Some(notice.text.clone()),
+        _ => None,
+    });
+    assert!(text.contains("was ill"), "{text}");
+    let restarts = gateway.event(|_, event| match event {
+        Event::Platform(platform) => Some(platform.restarts.clone()),
+        _ => None,
+    });
+    assert_eq!(restarts.iter().map(|restart| restart.count).collect::<Vec<_>>(), [1]);
+}
+
+#[test]
+fn a_link_that_ends_without_a_word_is_a_failure() {
+    let Bench { core, robot, failures, _dir: _kept, .. } = bench(usize::MAX);
+    drop(robot);
+    let failure = failures.recv_timeout(PATIENCE).expect("reported");
+    assert_eq!(failure.to_string(), "lost its thread robot-link");
+    drop(core);
+
+    let bench = bench(usize::MAX);
+    bench.clock(0);
+    let Bench { core, robot, failures, _dir: _kept, .. } = bench;
+    drop(robot);
+    let failure = failures.recv_timeout(PATIENCE).expect("reported");
+    assert_eq!(failure.to_string(), "lost its thread robot-link");
+    drop(core);
 }

@@ -22,19 +22,22 @@ use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::{self, JoinHandle};
+use std::thread::JoinHandle;
 use std::time::Duration;
+use watchdog::{Heartbeat, Watchdog};
 
 /// Parameters of the [`GatewayLink`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GatewayLinkConfig {
     /// Longest time for one write to the gateway.
     pub write_timeout: Duration,
+    /// A thread that handles one message for longer hangs.
+    pub thread_limit: Duration,
 }
 
 impl Default for GatewayLinkConfig {
     fn default() -> Self {
-        Self { write_timeout: Duration::from_secs(5) }
+        Self { write_timeout: Duration::from_secs(5), thread_limit: Duration::from_secs(60) }
     }
 }
 
@@ -54,6 +57,7 @@ struct Shared {
     imports: Imports,
     jobs: Jobs,
     is_ending: Arc<AtomicBool>,
+    watchdog: Watchdog,
 }
 
 impl GatewayLink {
@@ -65,6 +69,7 @@ impl GatewayLink {
         commands: Sender<LoopRequest>,
         imports: Imports,
         jobs: Jobs,
+        watchdog: &Watchdog,
     ) -> io::Result<Self> {
         if let Some(directory) = path.parent() {
             fs::create_dir_all(directory)?;
@@ -75,11 +80,18 @@ impl GatewayLink {
         }
         let listener = UnixListener::bind(path)?;
         let is_ending = Arc::new(AtomicBool::new(false));
-        let shared =
-            Shared { config, state_publisher, commands, imports, jobs, is_ending: Arc::clone(&is_ending) };
-        let accept_thread = thread::Builder::new()
-            .name("gateway-accept".to_owned())
-            .spawn(move || accept(&listener, &shared))?;
+        let shared = Shared {
+            config,
+            state_publisher,
+            commands,
+            imports,
+            jobs,
+            is_ending: Arc::clone(&is_ending),
+            watchdog: watchdog.clone(),
+        };
+        let accept_thread = watchdog.spawn("gateway-accept", config.thread_limit, move |heartbeat| {
+            accept(&listener, &shared, heartbeat)
+        })?;
         Ok(Self { path: path.to_owned(), is_ending, accept_thread: Some(accept_thread) })
     }
 }
@@ -108,20 +120,21 @@ impl Connection {
         let (reading, writing) = (stream.try_clone()?, stream.try_clone()?);
         let id = shared.state_publisher.connect();
         let (for_reader, state_publisher) = (shared.clone(), Arc::clone(&shared.state_publisher));
-        let reader = thread::Builder::new().name("gateway-read".to_owned()).spawn(move || {
-            if let Err(error) = read_all(&reading, &for_reader) {
+        let reader = shared.watchdog.spawn("gateway-read", shared.config.thread_limit, move |heartbeat| {
+            if let Err(error) = read_all(&reading, &for_reader, heartbeat) {
                 tracing::warn!("the gateway's connection ends: {error}");
             }
             for_reader.state_publisher.disconnect(id);
         })?;
-        let writer = thread::Builder::new().name("gateway-write".to_owned()).spawn(move || {
-            if let Err(error) = write_all(&writing, &state_publisher, id) {
-                tracing::warn!("the gateway's connection ends: {error}");
-            }
-            state_publisher.disconnect(id);
-            // Ends the reader as well, which waits for bytes.
-            let _ = writing.shutdown(Shutdown::Both);
-        })?;
+        let writer =
+            shared.watchdog.spawn("gateway-write", shared.config.thread_limit, move |heartbeat| {
+                if let Err(error) = write_all(&writing, &state_publisher, id, heartbeat) {
+                    tracing::warn!("the gateway's connection ends: {error}");
+                }
+                state_publisher.disconnect(id);
+                // Ends the reader as well, which waits for bytes.
+                let _ = writing.shutdown(Shutdown::Both);
+            })?;
         Ok(Self { stream, threads: [reader, writer] })
     }
 
@@ -133,9 +146,13 @@ impl Connection {
     }
 }
 
-fn accept(listener: &UnixListener, shared: &Shared) {
+fn accept(listener: &UnixListener, shared: &Shared, heartbeat: &Heartbeat) {
     let mut connection: Option<Connection> = None;
-    for stream in listener.incoming() {
+    loop {
+        let waiting = heartbeat.begin_wait();
+        let stream = listener.accept().map(|(stream, _)| stream);
+        drop(waiting);
+        heartbeat.beat();
         if let Some(old) = connection.take() {
             old.end();
         }
@@ -149,17 +166,38 @@ fn accept(listener: &UnixListener, shared: &Shared) {
     }
 }
 
-fn write_all(mut stream: &UnixStream, state_publisher: &StatePublisher, connection: u64) -> io::Result<()> {
-    while let Some(message) = state_publisher.next(connection) {
-        stream.write_all(&ports::encode_frame(&message))?;
+fn write_all(
+    mut stream: &UnixStream,
+    state_publisher: &StatePublisher,
+    connection: u64,
+    heartbeat: &Heartbeat,
+) -> io::Result<()> {
+    let next = || {
+        let _waiting = heartbeat.begin_wait();
+        state_publisher.next(connection)
+    };
+    while let Some(message) = next() {
+        heartbeat.beat();
+        let frame = ports::encode_frame(&message);
+        if frame.len() > MAX_MESSAGE_BYTES {
+            // The gateway would end the connection, get the same message again, and so on for ever.
+            tracing::error!("{}", texts::message_too_long(frame.len(), MAX_MESSAGE_BYTES));
+            continue;
+        }
+        stream.write_all(&frame)?;
     }
     Ok(())
 }
 
-fn read_all(stream: &UnixStream, shared: &Shared) -> io::Result<()> {
+fn read_all(stream: &UnixStream, shared: &Shared, heartbeat: &Heartbeat) -> io::Result<()> {
     let mut reader = BufReader::new(stream);
     let mut has_greeted = false;
-    while let Some(message) = ports::read_frame(&mut reader, MAX_MESSAGE_BYTES)? {
+    let mut next = || {
+        let _waiting = heartbeat.begin_wait();
+        ports::read_frame(&mut reader, MAX_MESSAGE_BYTES)
+    };
+    while let Some(message) = next()? {
+        heartbeat.beat();
         match message {
             GatewayMessage::Hello { version } if version == api::VERSION => has_greeted = true,
             GatewayMessage::Hello { version } => {

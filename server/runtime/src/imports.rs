@@ -17,17 +17,22 @@ use std::fs;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 use store::{Store, StoreError, UploadNote};
 use vocab::{MapId, UploadId, Vec3};
+use watchdog::{BEAT_PERIOD, Heartbeat};
 
 /// Parameters of imports.
 #[derive(Clone, Copy, Debug)]
 struct ImportsConfig {
     /// Longest name of a map, characters; longer names are cut. It fits on a line of the client's list of maps.
     max_name_chars: usize,
+    /// An import that takes longer hangs.
+    max_duration: Duration,
 }
 
-const CONFIG: ImportsConfig = ImportsConfig { max_name_chars: 80 };
+const CONFIG: ImportsConfig =
+    ImportsConfig { max_name_chars: 80, max_duration: Duration::from_secs(6 * 3_600) };
 
 /// A request to make a map.
 pub struct ImportRequest {
@@ -137,14 +142,19 @@ impl Imports {
 
 impl ImportWorker {
     /// Handles requests until the core ends.
-    pub fn run(self) {
+    pub fn run(self, heartbeat: &Heartbeat) {
         loop {
+            heartbeat.beat();
             crossbeam_channel::select! {
                 recv(self.stop) -> _ => return,
                 recv(self.requests) -> request => match request {
-                    Ok(request) => self.import(request.upload, &display_name(&request.name), &request.source),
+                    Ok(request) => {
+                        let _job = heartbeat.begin_long_job(CONFIG.max_duration);
+                        self.import(request.upload, &display_name(&request.name), &request.source);
+                    }
                     Err(_) => return,
                 },
+                default(BEAT_PERIOD) => {}
             }
         }
     }

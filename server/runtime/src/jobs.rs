@@ -17,18 +17,24 @@ use ports::error_with_causes;
 use stack::{ComputeJob, MapPreparation, PreparedMap, Stack};
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use store::{SavedMap, Store, StoreError, keyframe_descriptors};
 use vocab::{MapId, SessionId};
+use watchdog::{BEAT_PERIOD, Heartbeat};
 
 /// Parameters of [`Jobs`].
 #[derive(Clone, Copy, Debug)]
 struct JobsConfig {
     /// Greatest number of jobs that wait on each lane; further ones are refused. A cloud takes about 1 MB and a few milliseconds to write.
     max_queued: usize,
+    /// Greatest number of finished jobs that wait for the control loop.
+    max_finished: usize,
+    /// A lane that works at one job for longer hangs. Saving a map of a day's walk takes minutes.
+    max_job_duration: Duration,
 }
 
-const CONFIG: JobsConfig = JobsConfig { max_queued: 256 };
+const CONFIG: JobsConfig =
+    JobsConfig { max_queued: 256, max_finished: 64, max_job_duration: Duration::from_secs(3_600) };
 
 /// A job of the disk lane.
 pub enum DiskJob {
@@ -92,31 +98,44 @@ impl From<JobDone> for FinishedJob {
 pub struct Jobs {
     disk: Sender<DiskJob>,
     compute: Sender<ComputeTask>,
-    /// To tell the stack at once that a job was not done. Unbounded: the stack starts few.
-    finished: Sender<FinishedJob>,
     mailbox: Arc<Mailbox>,
     clock: Arc<RobotClock>,
+}
+
+/// The queue of finished jobs. A lane waits while it is full; the control loop, which empties it, never waits for a lane.
+pub fn finished_queue() -> (Sender<FinishedJob>, Receiver<FinishedJob>) {
+    crossbeam_channel::bounded(CONFIG.max_finished)
 }
 
 impl Jobs {
     /// All ends of the queues.
     pub fn new(
-        finished: Sender<FinishedJob>,
         mailbox: Arc<Mailbox>,
         clock: Arc<RobotClock>,
     ) -> (Self, Receiver<DiskJob>, Receiver<ComputeTask>) {
         let (disk, disk_jobs) = crossbeam_channel::bounded(CONFIG.max_queued);
         let (compute, compute_jobs) = crossbeam_channel::bounded(CONFIG.max_queued);
-        (Self { disk, compute, finished, mailbox, clock }, disk_jobs, compute_jobs)
+        (Self { disk, compute, mailbox, clock }, disk_jobs, compute_jobs)
     }
 
-    /// Hands in a job of the disk lane.
-    pub fn start(&self, job: DiskJob) {
-        match self.disk.try_send(job) {
-            Err(TrySendError::Full(job)) => self.refuse(job),
-            // The thread has ended, which it does only after the control loop.
-            Err(TrySendError::Disconnected(_)) | Ok(()) => {}
+    /// Writes the cloud of a keyframe.
+    pub fn write_cloud(&self, keyframe: Keyframe) {
+        let id = keyframe.id;
+        if self.is_refused(DiskJob::WriteCloud(keyframe)) {
+            let text = texts::cloud_not_written(id);
+            self.mailbox.notice(self.clock.now(), Severity::Error, text);
         }
+    }
+
+    /// Removes the files of a session that has ended. If that is refused, they stay until the store is next opened.
+    pub fn forget(&self, session: SessionId, tiles: Vec<TileHash>) {
+        self.is_refused(DiskJob::Forget { session, tiles });
+    }
+
+    /// Hands in a job of the disk lane. Returns whether there was no room for it.
+    fn is_refused(&self, job: DiskJob) -> bool {
+        // A thread that has ended has done so after the control loop.
+        matches!(self.disk.try_send(job), Err(TrySendError::Full(_)))
     }
 
     /// Hands in what a person decided on an interrupted session or on stored data.
@@ -127,17 +146,13 @@ impl Jobs {
         self.disk.try_send(job).map_err(|_| texts::DISK_TOO_SLOW)
     }
 
-    fn start_compute(&self, job: JobId, work: ComputeJob) {
-        match self.compute.try_send(ComputeTask::Run(work)) {
-            Err(TrySendError::Full(_)) => self.answer(job.not_done()),
-            Err(TrySendError::Disconnected(_)) | Ok(()) => {}
-        }
-    }
-
-    /// Hands in a job that the stack has just started, with the data that it needs.
-    pub fn start_for(&self, stack: &mut Stack, job: JobId, work: Job) {
+    /// Hands in a job that the stack has just started, with the data that it needs. Returns its result if it fails at once.
+    #[must_use]
+    pub fn start_for(&self, stack: &mut Stack, job: JobId, work: Job) -> Option<JobDone> {
         match work {
-            Job::SaveMap(map) => self.start(DiskJob::Save { job, map }),
+            Job::SaveMap(map) => self
+                .is_refused(DiskJob::Save { job, map })
+                .then(|| job.failed("the disk is too slow; wait a minute and save again")),
             Job::LoadMap { session, map } => self.start_load(stack, job, Some(session), map),
             Job::ReadMap(map) => self.start_load(stack, job, None, map),
             Job::VerifyLoop(_)
@@ -146,48 +161,30 @@ impl Jobs {
             | Job::Relinearise(_)
             | Job::AssessQuality(_)
             | Job::Relocalise(_)
-            | Job::PlanDisambiguation(_) => match stack.take_compute_job(job) {
-                Some(work) => self.start_compute(job, work),
-                None => self.answer(job.not_done()),
-            },
+            | Job::PlanDisambiguation(_) => {
+                let is_started = stack.take_compute_job(job).is_some_and(|work| {
+                    !matches!(self.compute.try_send(ComputeTask::Run(work)), Err(TrySendError::Full(_)))
+                });
+                (!is_started).then(|| job.not_done())
+            }
         }
     }
 
-    fn start_load(&self, stack: &Stack, job: JobId, session: Option<SessionId>, map: MapId) {
+    fn start_load(
+        &self,
+        stack: &Stack,
+        job: JobId,
+        session: Option<SessionId>,
+        map: MapId,
+    ) -> Option<JobDone> {
         let preparation = stack.map_preparation(job);
-        self.start(DiskJob::Load { job, session, map, preparation });
+        self.is_refused(DiskJob::Load { job, session, map, preparation })
+            .then(|| job.failed("the disk is too slow; wait a minute and try again"))
     }
 
     /// The other end of the compute lane for the disk lane, which hands on the maps that it has read.
     pub fn compute_lane(&self) -> Sender<ComputeTask> {
         self.compute.clone()
-    }
-
-    fn answer(&self, done: JobDone) {
-        // The receiver lives as long as the control loop, which is the caller.
-        let _ = self.finished.send(done.into());
-    }
-
-    fn refuse(&self, job: DiskJob) {
-        match job {
-            DiskJob::Save { job, .. } => {
-                self.answer(job.failed("the disk is too slow; wait a minute and save again"));
-            }
-            DiskJob::Load { job, .. } => {
-                self.answer(job.failed("the disk is too slow; wait a minute and try again"));
-            }
-            DiskJob::WriteCloud(keyframe) => {
-                let text = format!(
-                    "The disk is too slow: the cloud of keyframe {} will be missing from the saved map.",
-                    keyframe.id.0
-                );
-                self.mailbox.notice(self.clock.now(), Severity::Error, text);
-            }
-            // The files stay until the store is next opened.
-            DiskJob::Forget { .. } => {}
-            // [`Self::start_for_person`] hands these in.
-            DiskJob::Interrupted(_) | DiskJob::StoredData(_) => {}
-        }
     }
 }
 
@@ -210,10 +207,23 @@ pub struct ComputeWorker {
     pub finished: Sender<FinishedJob>,
 }
 
+/// Waits for the next job; none when nobody can hand in more.
+fn next_job<T>(jobs: &Receiver<T>, heartbeat: &Heartbeat) -> Option<T> {
+    loop {
+        heartbeat.beat();
+        match jobs.recv_timeout(BEAT_PERIOD) {
+            Ok(job) => return Some(job),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => return None,
+        }
+    }
+}
+
 impl ComputeWorker {
     /// Works until nobody can hand in more.
-    pub fn run(self) {
-        for task in &self.jobs {
+    pub fn run(self, heartbeat: &Heartbeat) {
+        while let Some(task) = next_job(&self.jobs, heartbeat) {
+            let _job = heartbeat.begin_long_job(CONFIG.max_job_duration);
             let finished = match task {
                 ComputeTask::Run(work) => work.run().into(),
                 ComputeTask::PrepareMap(preparation, done) => {
@@ -230,11 +240,15 @@ impl ComputeWorker {
 
 impl DiskWorker {
     /// Works until nobody can hand in more. Jobs handed in before that are done first.
-    pub fn run(mut self) {
+    pub fn run(mut self, heartbeat: &Heartbeat) {
         let mut clean_up_at = Instant::now();
         loop {
-            match self.jobs.recv_deadline(clean_up_at) {
+            heartbeat.beat();
+            let received = self.jobs.recv_deadline(clean_up_at.min(Instant::now() + BEAT_PERIOD));
+            let _job = heartbeat.begin_long_job(CONFIG.max_job_duration);
+            match received {
                 Ok(job) => self.work(job),
+                Err(RecvTimeoutError::Timeout) if Instant::now() < clean_up_at => {}
                 Err(RecvTimeoutError::Timeout) => {
                     self.stored_data.clean_up();
                     clean_up_at = Instant::now() + self.stored_data.config.period;
@@ -345,19 +359,17 @@ mod tests {
 
     #[test]
     fn a_full_disk_lane_refuses_what_it_is_asked_and_holds_up_no_computing() {
-        let (finished, results) = crossbeam_channel::unbounded();
-        let (jobs, disk, compute) = Jobs::new(finished, Arc::default(), Arc::default());
+        let (jobs, disk, compute) = Jobs::new(Arc::default(), Arc::default());
         let session = SessionId(Uuid::from_u128(1));
         for _ in 0..CONFIG.max_queued {
-            jobs.start(DiskJob::Forget { session, tiles: Vec::new() });
+            jobs.forget(session, Vec::new());
         }
         let mut stack = Stack::new();
         let map = MapId(Uuid::from_u128(2));
         let StackEffect::StartJob { job, work } = StackEffect::start_job(1, Job::ReadMap(map)) else {
             panic!("no job")
         };
-        jobs.start_for(&mut stack, job, work);
-        let refused = results.try_recv().expect("answered at once").done;
+        let refused = jobs.start_for(&mut stack, job, work).expect("answered at once");
         assert!(
             matches!(&refused.result, JobResult::Localisation(Err(failure)) if failure.reason.contains("disk"))
         );
@@ -365,22 +377,19 @@ mod tests {
         // The stack holds no data for this job, so it fails.
         let task = messages::DisambiguationTask { map, number: 0 };
         let job = JobId { owner: JobOwner::Disambiguation, number: 2 };
-        jobs.start_for(&mut stack, job, Job::PlanDisambiguation(task));
-        assert_eq!(results.try_recv().map(|finished| finished.done), Ok(job.not_done()));
+        let done = jobs.start_for(&mut stack, job, Job::PlanDisambiguation(task));
+        assert_eq!(done, Some(job.not_done()));
     }
 
     #[test]
     fn computing_goes_on_while_a_map_waits_to_be_saved() {
-        let (finished, results) = crossbeam_channel::unbounded();
-        let (jobs, disk, compute) = Jobs::new(finished.clone(), Arc::default(), Arc::default());
+        let (finished, results) = finished_queue();
+        let (jobs, disk, compute) = Jobs::new(Arc::default(), Arc::default());
         let save = JobId { owner: JobOwner::MapSaving, number: 0 };
         // Nobody works on the disk lane.
-        jobs.start(DiskJob::Load {
-            job: save,
-            session: None,
-            map: MapId(Uuid::from_u128(2)),
-            preparation: None,
-        });
+        let load =
+            DiskJob::Load { job: save, session: None, map: MapId(Uuid::from_u128(2)), preparation: None };
+        assert!(!jobs.is_refused(load));
         let map = PriorMap {
             map: MapId(Uuid::from_u128(2)),
             graph: messages::PoseGraph::default(),
@@ -390,7 +399,7 @@ mod tests {
         let task = ComputeTask::PrepareMap(MapPreparation::Localisation, job.map_read(Arc::new(map)));
         jobs.compute_lane().send(task).expect("room");
         drop(jobs);
-        ComputeWorker { jobs: compute, finished }.run();
+        ComputeWorker { jobs: compute, finished }.run(&Heartbeat::unwatched());
         let done = results.try_recv().expect("computed");
         assert_eq!((done.done.id(), done.prepared.is_some(), disk.len()), (job, true, 1));
     }

@@ -12,6 +12,7 @@ use ports::error_with_causes;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
 use store::Store;
+use watchdog::{BEAT_PERIOD, Heartbeat};
 
 /// Parameters of the [`LedgerWorker`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,10 +51,11 @@ impl Commits {
     }
 
     /// Waits for a commit; none when the control loop has ended and nothing waits.
-    fn wait(&self) -> Option<(u64, Option<StopLatch>)> {
+    fn wait(&self, heartbeat: &Heartbeat) -> Option<(u64, Option<StopLatch>)> {
         let mut slot = self.slot.lock().unwrap_or_else(PoisonError::into_inner);
         while slot.waiting.is_none() && !slot.is_closed {
-            slot = self.changed.wait(slot).unwrap_or_else(PoisonError::into_inner);
+            heartbeat.beat();
+            slot = self.changed.wait_timeout(slot, BEAT_PERIOD).unwrap_or_else(PoisonError::into_inner).0;
         }
         slot.waiting.take()
     }
@@ -106,7 +108,7 @@ pub struct LedgerWorker {
     pub config: LedgerConfig,
     pub store: Arc<Store>,
     pub commits: Arc<Commits>,
-    /// To the control loop. Unbounded: there is one number for each command that stops motion or allows it.
+    /// To the control loop. Bounded: the ledger waits while it is full. Only the newest commit waits for the ledger.
     pub committed: Sender<u64>,
     pub mailbox: Arc<Mailbox>,
     pub clock: Arc<RobotClock>,
@@ -114,9 +116,10 @@ pub struct LedgerWorker {
 
 impl LedgerWorker {
     /// Writes until the control loop ends.
-    pub fn run(self) {
+    pub fn run(self, heartbeat: &Heartbeat) {
         let mut is_failing = false;
-        while let Some((seq, latch)) = self.commits.wait() {
+        while let Some((seq, latch)) = self.commits.wait(heartbeat) {
+            heartbeat.beat();
             match self.store.save_stop_latch(latch.as_ref()) {
                 Ok(()) => {
                     is_failing = false;
@@ -156,7 +159,7 @@ mod tests {
         let obstacle = store.dir().stop_latch();
         fs::create_dir(&obstacle).expect("made");
         let (queue, commits) = LedgerQueue::new();
-        let (sender, committed) = crossbeam_channel::unbounded();
+        let (sender, committed) = crossbeam_channel::bounded(1);
         let mailbox = Arc::<Mailbox>::default();
         let worker = LedgerWorker {
             config: LedgerConfig { retry_period: Duration::from_millis(1) },
@@ -166,7 +169,7 @@ mod tests {
             mailbox: Arc::clone(&mailbox),
             clock: Arc::default(),
         };
-        let thread = thread::spawn(move || worker.run());
+        let thread = thread::spawn(move || worker.run(&Heartbeat::unwatched()));
         assert_eq!(queue.commit(3, vec![latch()]), None);
         let deadline = std::time::Instant::now() + Duration::from_secs(30);
         let mail = mailbox.wait(deadline);

@@ -3,7 +3,7 @@
 //! | thread | does | waits for |
 //! | --- | --- | --- |
 //! | the link's own | sensors in, drive commands out | the robot's clock |
-//! | `core` | the control loop: one input at a time through the stack | arrivals, commands, finished jobs |
+//! | `control` | the control loop: one input at a time through the stack | arrivals, commands, finished jobs |
 //! | `ledger` | writes what must be on disk before a command is answered: stops of motion | the loop |
 //! | `sessions` | writes the journal of the mapping session, from which it is recovered after a crash | the loop |
 //! | `recorder` | writes every input to the recording | the loop |
@@ -13,6 +13,8 @@
 //! | `imports` | maps of uploaded files, made by another process | a client |
 //! | `gateway-accept`, `-read`, `-write` | one gateway at a time on a Unix socket | the gateway |
 //!
+//! All of them are watched (crate `watchdog`): when one panics or hangs, the process ends and its supervisor starts it again.
+//!
 //! The control loop never waits for a disk, a client or a network. Each queue documents what may be lost and how that is reported.
 
 mod clock;
@@ -20,6 +22,7 @@ mod control_loop;
 mod convert;
 mod core;
 mod gateway_link;
+mod gateway_queue;
 mod imports;
 mod incidents;
 mod interrupted_sessions;
@@ -35,11 +38,15 @@ mod publisher;
 mod recording;
 mod session_journal;
 mod state_publisher;
+mod state_snapshot;
 mod stored_data;
 #[cfg(test)]
 mod testing;
 mod texts;
+mod threads;
+mod tile_recovery;
 
 pub use crate::core::{Core, CoreConfig, StartError};
 pub use jobs::known_map;
 pub use recording::RecordingTarget;
+pub use threads::CONTROL_THREAD;

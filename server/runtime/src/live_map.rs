@@ -5,10 +5,10 @@
 use crate::convert;
 use api::{Anchor, Event, Graph, LoopsChanged, TileEntry, TileHash, TilesChanged};
 use map_codec::{LevelPoints, LevelSplitter, SplitConfig};
-use messages::{Keyframe, LocalisationState, MappingState};
+use messages::{Cloud, GraphNode, Keyframe, LocalisationState, MappingState};
 use std::sync::Arc;
 use store::{Store, StoreError};
-use vocab::{Aabb, KeyframeId, MapId, SessionId};
+use vocab::{Aabb, KeyframeId, MapId, Pose, SessionId};
 
 /// Parameters of the [`LiveMap`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,14 +60,7 @@ impl LiveMap {
 
     /// Updates the state of mapping. Returns the session that has ended, if one has.
     pub fn set_mapping(&mut self, state: &MappingState) -> Option<EndedSession> {
-        let session = match state {
-            MappingState::Idle => None,
-            MappingState::Loading { session, .. }
-            | MappingState::Starting { session }
-            | MappingState::Finding { session, .. }
-            | MappingState::Mapping { session, .. }
-            | MappingState::Saving { session, .. } => Some(*session),
-        };
+        let session = state.session();
         if session == self.session {
             return None;
         }
@@ -126,15 +119,33 @@ impl LiveMap {
     /// # Errors
     /// When a tile could not be written; the tiles before it are kept.
     pub fn insert_keyframe(&mut self, keyframe: &Keyframe) -> Result<Event, StoreError> {
-        let cloud = &keyframe.cloud;
-        let levels = self.splitter.push(&keyframe.map_from_keyframe, &cloud.xyz, &cloud.intensity);
+        self.insert_cloud(keyframe.id, &keyframe.map_from_keyframe, &keyframe.cloud)
+    }
+
+    fn insert_cloud(
+        &mut self,
+        keyframe: KeyframeId,
+        map_from_keyframe: &Pose,
+        cloud: &Cloud,
+    ) -> Result<Event, StoreError> {
+        let levels = self.splitter.push(map_from_keyframe, &cloud.xyz, &cloud.intensity);
         let mut added = Vec::with_capacity(levels.len());
         for level in &levels {
-            let entry = self.write(keyframe.id, level)?;
+            let entry = self.write(keyframe, level)?;
             self.tiles.push(entry.hash);
             added.push(entry);
         }
         Ok(Event::Tiles(TilesChanged { reset: false, added }))
+    }
+
+    /// Cuts the cloud of a keyframe of the session into tiles that was written to the disk; none if the disk does not have it.
+    ///
+    /// # Errors
+    /// When it cannot be read, or a tile could not be written.
+    pub fn recover_keyframe(&mut self, node: &GraphNode) -> Result<Option<Event>, StoreError> {
+        let Some(session) = self.session else { return Ok(None) };
+        let cloud = self.store.session_cloud(session, node.id, node.stamp)?;
+        cloud.map(|cloud| self.insert_cloud(node.id, &node.map_from_keyframe, &cloud)).transpose()
     }
 
     fn write(&self, keyframe: KeyframeId, level: &LevelPoints) -> Result<TileEntry, StoreError> {

@@ -3,7 +3,7 @@
 use crate::clock::CalendarTime;
 use crate::state_publisher::StatePublisher;
 use crate::texts;
-use api::Event;
+use api::{Event, MAX_LISTED_MAPS};
 use ports::error_with_causes;
 use std::path::Path;
 use store::{MapList, Store, StoreError};
@@ -17,11 +17,19 @@ pub fn publish_map_list(
     state_publisher: &StatePublisher,
     now: CalendarTime,
 ) -> Result<(), StoreError> {
-    let MapList { maps, damaged } = store.list_maps()?;
+    let MapList { mut maps, mut damaged } = store.list_maps()?;
+    if maps.len() > MAX_LISTED_MAPS {
+        tracing::warn!(maps = maps.len(), "clients are shown the newest {MAX_LISTED_MAPS} saved maps only");
+    }
+    // Newest first.
+    maps.truncate(MAX_LISTED_MAPS);
+    damaged.truncate(MAX_LISTED_MAPS);
     state_publisher.publish(Event::Maps(maps));
     state_publisher.publish(Event::DamagedMaps(damaged.iter().map(damaged_map).collect()));
     let binned = store.binned_maps()?;
-    state_publisher.publish(Event::BinnedMaps(binned.iter().map(|map| binned_map(map, now)).collect()));
+    state_publisher.publish(Event::BinnedMaps(
+        binned.iter().take(MAX_LISTED_MAPS).map(|map| binned_map(map, now)).collect(),
+    ));
     Ok(())
 }
 

@@ -1,6 +1,6 @@
 //! State of the server itself and of the battery, as clients see it.
 
-use api::{Battery, Platform};
+use api::{Battery, Platform, ProcessRestart};
 use messages::BatteryState;
 use std::fs;
 use std::time::Instant;
@@ -12,6 +12,7 @@ pub struct PlatformProbe {
     robot: String,
     site: Option<String>,
     recordings: Recordings,
+    restart: Option<ProcessRestart>,
     previous: Option<Reading>,
 }
 
@@ -24,8 +25,13 @@ struct Reading {
 
 impl PlatformProbe {
     /// For a robot of this name, at this simulated site if it is simulated.
-    pub fn new(robot: String, site: Option<String>, recordings: Recordings) -> Self {
-        Self { robot, site, recordings, previous: None }
+    pub fn new(
+        robot: String,
+        site: Option<String>,
+        recordings: Recordings,
+        restart: Option<ProcessRestart>,
+    ) -> Self {
+        Self { robot, site, recordings, restart, previous: None }
     }
 
     /// The state now; rates are since the last call.
@@ -48,6 +54,8 @@ impl PlatformProbe {
             // The gateway fills in these two.
             core_connected: true,
             clients: 0,
+            // The gateway adds its own.
+            restarts: self.restart.iter().cloned().collect(),
         }
     }
 }

@@ -3,13 +3,14 @@
 use crate::clock::RobotClock;
 use crate::control_loop::LoopRequest;
 use crate::convert;
-use crate::jobs::{DiskJob, Jobs};
+use crate::jobs::Jobs;
 use crate::live_map::LiveMap;
 use crate::mailbox::Mailbox;
 use crate::platform::{BatteryForecast, PlatformProbe};
 use crate::pose_persistence::PosePersistence;
 use crate::state_publisher::StatePublisher;
 use crate::texts;
+use crate::tile_recovery::TileRecovery;
 use api::{CoreMessage, Event, Goal, Graph, LoopsChanged, MAX_GOALS, Quality, TilesChanged};
 use crossbeam_channel::Sender;
 use messages::{CorrectedScan, Estimate, GraphDelta, Keyframe, PoseInMap, Publication, Severity};
@@ -17,6 +18,7 @@ use ports::error_with_causes;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use store::StoreError;
+use watchdog::Heartbeat;
 
 /// Parameters of the [`PublisherWorker`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,23 +58,40 @@ pub struct PublisherWorker {
     pub docks: Option<Arc<[PoseInMap]>>,
     /// Way to the control loop.
     pub requests: Sender<LoopRequest>,
+    /// Whether the whole graph has to be asked for.
+    pub needs_graph: bool,
     /// Whether the stack was asked for the whole graph and has not answered.
     pub is_graph_requested: bool,
+    /// Tiles that have to be cut from the files of keyframes.
+    pub tile_recovery: TileRecovery,
 }
 
 impl PublisherWorker {
     /// Publishes until the mailbox is closed.
-    pub fn run(mut self) {
+    pub fn run(mut self, heartbeat: &Heartbeat) {
         self.state_publisher.publish(Event::Graph(Graph::default()));
         let mut estimate: Option<Estimate> = None;
         let mut estimate_at = Instant::now();
         let mut platform_at = Instant::now();
         loop {
-            let deadline = if estimate.is_some() { platform_at.min(estimate_at) } else { platform_at };
+            heartbeat.beat();
+            let mut deadline = if estimate.is_some() { platform_at.min(estimate_at) } else { platform_at };
+            if self.tile_recovery.is_ready() {
+                deadline = Instant::now();
+            }
             let mail = self.mailbox.wait(deadline);
+            // What was dropped is older than what waits.
+            self.needs_graph |= mail.is_graph_dropped;
+            if let Some(dropped) = mail.dropped_keyframes {
+                self.tile_recovery.add(dropped);
+                // Their poses are in it.
+                self.needs_graph = true;
+            }
             for publication in mail.ordered {
                 self.publish(publication);
             }
+            self.request_graph();
+            self.recover_tiles();
             if let Some(scan) = mail.scan.filter(|_| self.state_publisher.wants_scans()) {
                 self.state_publisher.push(encode_scan(&scan, self.config.scan_resolution_m));
             }
@@ -101,8 +120,9 @@ impl PublisherWorker {
         match publication {
             Publication::Keyframe(keyframe) => self.publish_keyframe(&keyframe),
             Publication::Graph { session, graph } => {
-                self.is_graph_requested = false;
+                (self.is_graph_requested, self.needs_graph) = (false, false);
                 self.state_publisher.publish(Event::Graph(convert::graph(&graph, Some(session))));
+                self.tile_recovery.set_graph(session, &graph);
             }
             Publication::GraphDelta(delta) => self.change_graph(&delta),
             Publication::Mapping(state) => {
@@ -142,25 +162,39 @@ impl PublisherWorker {
         }
     }
 
-    /// Publishes changes of the graph. If they do not apply to the published graph, they are dropped and the stack is asked for the whole graph,
-    /// once. A full queue is no failure: the next changes do not apply either, and ask again.
+    /// Publishes changes of the graph. If they do not apply to the published graph, they are dropped and the stack is asked for the whole graph.
     fn change_graph(&mut self, delta: &GraphDelta) {
-        let is_published = self.state_publisher.publish_graph_changes(convert::graph_changed(delta));
-        if is_published || self.is_graph_requested {
-            return;
+        if !self.state_publisher.publish_graph_changes(convert::graph_changed(delta)) {
+            tracing::warn!(base_revision = delta.base_revision, "changes of the pose graph do not apply");
+            self.needs_graph = true;
+            self.request_graph();
         }
-        self.is_graph_requested = self.requests.try_send(LoopRequest::WholeGraph).is_ok();
-        tracing::warn!(
-            base_revision = delta.base_revision,
-            "changes of the pose graph do not apply; the whole graph is asked for"
-        );
+    }
+
+    /// Asks the stack for the whole graph, once. While the queue of requests is full, the next turn asks again.
+    fn request_graph(&mut self) {
+        if std::mem::take(&mut self.needs_graph) && !self.is_graph_requested {
+            self.is_graph_requested = self.requests.try_send(LoopRequest::WholeGraph).is_ok();
+            self.needs_graph = !self.is_graph_requested;
+        }
+    }
+
+    /// Shows the next keyframes that the mailbox has dropped.
+    fn recover_tiles(&mut self) {
+        for node in self.tile_recovery.take_next(self.live_map.session()) {
+            match self.live_map.recover_keyframe(&node) {
+                Ok(Some(tiles)) => self.state_publisher.publish(tiles),
+                Ok(None) => {}
+                Err(error) => self.keyframe_not_shown(&error),
+            }
+        }
     }
 
     /// Clears the live map of the clients when the session has changed.
     fn set_session(&mut self, state: &messages::MappingState) {
         let last = self.live_map.session();
         if let Some((session, tiles)) = self.live_map.set_mapping(state) {
-            self.jobs.start(DiskJob::Forget { session, tiles });
+            self.jobs.forget(session, tiles);
         }
         if self.live_map.session() != last {
             self.is_graph_requested = false;
@@ -186,11 +220,13 @@ impl PublisherWorker {
     fn publish_keyframe(&mut self, keyframe: &Keyframe) {
         match self.live_map.insert_keyframe(keyframe) {
             Ok(tiles) => self.state_publisher.publish(tiles),
-            Err(error) => {
-                let text = texts::keyframe_not_shown(&error_with_causes(&error));
-                self.mailbox.notice(self.clock.now(), Severity::Warning, text);
-            }
+            Err(error) => self.keyframe_not_shown(&error),
         }
+    }
+
+    fn keyframe_not_shown(&self, error: &StoreError) {
+        let text = texts::keyframe_not_shown(&error_with_causes(error));
+        self.mailbox.notice(self.clock.now(), Severity::Warning, text);
     }
 }
 

@@ -24,8 +24,7 @@ fn rig() -> Rig {
     let store = Arc::new(Store::open(dir.path()).expect("store"));
     let (mailbox, clock) = (Arc::<Mailbox>::default(), Arc::<RobotClock>::default());
     let state_publisher = Arc::<StatePublisher>::default();
-    let (finished, _) = crossbeam_channel::unbounded();
-    let (jobs, _, _) = Jobs::new(finished, Arc::clone(&mailbox), Arc::clone(&clock));
+    let (jobs, _, _) = Jobs::new(Arc::clone(&mailbox), Arc::clone(&clock));
     let worker = PublisherWorker {
         config: PublisherConfig::default(),
         mailbox: Arc::clone(&mailbox),
@@ -33,13 +32,15 @@ fn rig() -> Rig {
         clock,
         jobs,
         live_map: LiveMap::new(LiveMapConfig::default(), Arc::clone(&store)),
-        platform: PlatformProbe::new("Rex".to_owned(), None, store.recordings()),
+        platform: PlatformProbe::new("Rex".to_owned(), None, store.recordings(), None),
         battery: BatteryForecast::default(),
         persistence: PosePersistence::new(PosePersistenceConfig::default(), Arc::clone(&store)),
         goals: Vec::new(),
         docks: None,
         requests: crossbeam_channel::bounded(1).0,
+        needs_graph: false,
         is_graph_requested: false,
+        tile_recovery: TileRecovery::default(),
     };
     Rig { mailbox, state_publisher, worker, store, _dir: dir }
 }
@@ -51,7 +52,7 @@ impl Rig {
         self.state_publisher.set_streams(1);
         publications.into_iter().for_each(|publication| self.mailbox.post(publication));
         self.mailbox.close();
-        self.worker.run();
+        self.worker.run(&Heartbeat::unwatched());
         let id = vocab::CommandId(Uuid::from_u128(99));
         self.state_publisher.answer(id, ClientId(Uuid::from_u128(99)), None);
         let mut messages = Vec::new();
@@ -106,12 +107,13 @@ fn a_new_session_clears_what_clients_show_and_its_keyframes_follow() {
     ];
     let events = events(rig().run(publications));
     let place = |wanted: &dyn Fn(&Event) -> bool| events.iter().position(wanted).expect("published");
-    let tiles_cleared =
-        place(&|event| matches!(event, Event::Tiles(tiles) if tiles.reset && tiles.added.is_empty()));
-    let loops_cleared = place(&|event| matches!(event, Event::Loops(loops) if loops.reset));
-    let added =
-        place(&|event| matches!(event, Event::Tiles(tiles) if !tiles.reset && !tiles.added.is_empty()));
-    assert!(tiles_cleared < added && loops_cleared < added, "{events:?}");
+    let tiles = events.iter().rev().find_map(|event| match event {
+        Event::Tiles(tiles) => Some(tiles),
+        _ => None,
+    });
+    // Both wait for the gateway, so they come as one.
+    assert!(tiles.is_some_and(|tiles| tiles.reset && !tiles.added.is_empty()), "{events:?}");
+    place(&|event| matches!(event, Event::Loops(loops) if loops.reset));
     assert!(
         events.iter().any(|event| matches!(event, Event::Graph(graph) if graph.session == Some(SESSION))),
         "{events:?}"
@@ -169,4 +171,44 @@ fn a_saved_map_that_cannot_be_read_is_a_notice_and_docks_are_saved_when_they_cha
     let docks = [PoseInMap { map_from_base: moved, ..dock }];
     worker.publish(Publication::Docks(Arc::from(docks)));
     assert_eq!(store.docks(), docks);
+}
+
+#[test]
+fn what_a_slow_publisher_has_missed_is_shown_all_the_same() {
+    let mut rig = rig();
+    let (requests, asked) = crossbeam_channel::bounded(4);
+    rig.worker.requests = requests;
+    let count = 9;
+    let nodes = (0..count).map(|id| keyframe(SESSION, id)).map(|keyframe| messages::GraphNode {
+        id: keyframe.id,
+        stamp: keyframe.stamp,
+        map_from_keyframe: keyframe.map_from_keyframe,
+    });
+    let graph = Arc::new(messages::PoseGraph { revision: 9, nodes: nodes.collect(), edges: Vec::new() });
+    for id in 0..count {
+        rig.store.write_session_cloud(&keyframe(SESSION, id)).expect("written");
+    }
+    // The publisher stands still while these come, so the clouds of the first are dropped.
+    let mailbox = Arc::clone(&rig.mailbox);
+    mailbox.post(Publication::Mapping(MappingState::Starting { session: SESSION }));
+    let cloud = Arc::new(messages::Cloud { xyz: vec![[0.0; 3]; 3 << 20], intensity: Vec::new() });
+    for id in 0..count {
+        mailbox.post(Publication::Keyframe(Keyframe { cloud: Arc::clone(&cloud), ..keyframe(SESSION, id) }));
+    }
+    let state_publisher = Arc::clone(&rig.state_publisher);
+    let worker = std::thread::spawn(move || rig.worker.run(&Heartbeat::unwatched()));
+    let asked = asked.recv_timeout(Duration::from_secs(30)).expect("the whole graph is asked for");
+    assert!(matches!(asked, LoopRequest::WholeGraph));
+    mailbox.post(Publication::Graph { session: SESSION, graph });
+    // Every keyframe has tiles in the end.
+    let connection = state_publisher.connect();
+    let mut shown = std::collections::BTreeSet::new();
+    while shown.len() < count as usize {
+        let message = state_publisher.next(connection).expect("connected");
+        if let CoreMessage::Event { event: Event::Tiles(tiles), .. } = message {
+            shown.extend(tiles.added.iter().map(|tile| tile.anchor));
+        }
+    }
+    mailbox.close();
+    worker.join().expect("ended");
 }

@@ -16,6 +16,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 use store::{RecordedRun, RecordingSpace};
 use vocab::{Span, Stamp};
+use watchdog::{BEAT_PERIOD, Heartbeat};
 
 /// Parameters of the [`Recorder`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -186,10 +187,11 @@ impl Recorder {
     }
 
     /// Writes until the control loop ends, then closes the file.
-    pub fn run(mut self) {
+    pub fn run(mut self, heartbeat: &Heartbeat) {
         let mut maintenance_at = Instant::now();
         loop {
-            match self.inputs.recv_deadline(maintenance_at) {
+            heartbeat.beat();
+            match self.inputs.recv_deadline(maintenance_at.min(Instant::now() + BEAT_PERIOD)) {
                 Ok(input) => self.take(input),
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => break,

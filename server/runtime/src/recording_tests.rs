@@ -201,7 +201,7 @@ fn a_run_ends_with_everything_written_and_marked() {
     }
     let run = recorder.run.clone();
     drop(queue);
-    recorder.run();
+    recorder.run(&Heartbeat::unwatched());
     assert_eq!(disk.with(|disk| disk.written[0].2.len()), 5);
     assert!(dir.path().join(run.name()).join("ended").exists());
 }

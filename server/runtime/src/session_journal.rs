@@ -15,6 +15,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use store::{SessionJournal, SessionRecord, Store, StoreError};
 use vocab::SessionId;
+use watchdog::{BEAT_PERIOD, Heartbeat};
 
 /// Parameters of the [`SessionJournalQueue`] and the [`SessionJournalWorker`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -131,12 +132,13 @@ struct Work {
 
 impl SessionJournalWorker {
     /// Writes until the control loop has ended and all records are on the disk.
-    pub fn run(self) {
+    pub fn run(self, heartbeat: &Heartbeat) {
         let mut work = Work::default();
         loop {
+            heartbeat.beat();
             let received = match work.unsynced {
                 Some(since) => self.records.entries.recv_deadline(since + self.config.sync_period),
-                None => self.records.entries.recv().map_err(|_| RecvTimeoutError::Disconnected),
+                None => self.records.entries.recv_timeout(BEAT_PERIOD),
             };
             let is_ending = matches!(received, Err(RecvTimeoutError::Disconnected));
             if let Ok(entry) = received {

@@ -1,5 +1,8 @@
 use super::*;
-use api::{Battery, CommandOutcome, Notice, Severity, TileEntry, TileHash};
+use api::{
+    Battery, CommandOutcome, LoopsChanged, MAX_LOOP_DECISIONS, Notice, Severity, TileEntry, TileHash,
+    TilesChanged,
+};
 use proptest::prelude::*;
 use vocab::Stamp;
 
@@ -24,16 +27,25 @@ fn tiles(reset: bool, first_byte: u8) -> Event {
     Event::Tiles(TilesChanged { reset, added: vec![tile] })
 }
 
-/// Everything that waits for a connection.
+/// Every message that waits for a connection.
+fn drain_messages(state_publisher: &StatePublisher, connection: u64) -> Vec<CoreMessage> {
+    let mut state = state_publisher.lock();
+    let State { snapshot, queue, .. } = &mut *state;
+    let mut queue = queue.as_mut().filter(|queue| queue.connection == connection);
+    std::iter::from_fn(|| queue.as_mut()?.next(snapshot)).collect()
+}
+
+/// Every event that waits for a connection.
 fn drain(state_publisher: &StatePublisher, connection: u64) -> Vec<Event> {
-    let waiting = state_publisher.lock().queue.len();
-    let messages = (0..waiting).filter_map(|_| state_publisher.next(connection));
-    messages
-        .filter_map(|message| match message {
-            CoreMessage::Event { event, .. } => Some(event),
-            _ => None,
-        })
-        .collect()
+    let event = |message| match message {
+        CoreMessage::Event { event, .. } => Some(event),
+        _ => None,
+    };
+    drain_messages(state_publisher, connection).into_iter().filter_map(event).collect()
+}
+
+fn queue_length(state_publisher: &StatePublisher) -> Option<usize> {
+    state_publisher.lock().queue.as_ref().map(GatewayQueue::len)
 }
 
 #[test]
@@ -88,10 +100,25 @@ fn a_gateway_that_connects_gets_the_last_decisions_on_loops_of_the_session() {
     assert_eq!((changed.reset, changed.added.len()), (true, MAX_LOOP_DECISIONS));
     let first = &changed.added[0];
     assert_eq!((first.to.0, first.residual_m, first.source), (20, 0.25, api::LoopSource::Person));
-    // Decisions add up while they wait.
+    // Decisions add up while they wait, as many as are kept.
+    let added = |events: Vec<Event>| match &events[..] {
+        [Event::Loops(LoopsChanged { reset, added })] => {
+            (*reset, added.iter().map(|loop_| loop_.to.0).collect())
+        }
+        other => panic!("{other:?}"),
+    };
     state_publisher.publish(decided(1));
     state_publisher.publish(decided(2));
-    assert_eq!(drain(&state_publisher, connection), [decided(1), decided(2)]);
+    assert_eq!(added(drain(&state_publisher, connection)), (false, vec![1, 2]));
+    for to in 0..2 * MAX_LOOP_DECISIONS as u32 {
+        state_publisher.publish(decided(to));
+    }
+    let last = (MAX_LOOP_DECISIONS as u32..2 * MAX_LOOP_DECISIONS as u32).collect();
+    assert_eq!(added(drain(&state_publisher, connection)), (false, last));
+    state_publisher.publish(decided(1));
+    state_publisher.publish(Event::Loops(LoopsChanged { reset: true, added: Vec::new() }));
+    state_publisher.publish(decided(2));
+    assert_eq!(added(drain(&state_publisher, connection)), (true, vec![2]));
 }
 
 #[test]
@@ -108,7 +135,7 @@ fn a_slow_gateway_gets_only_the_newest_of_what_goes_out_of_date() {
         });
     }
     state_publisher.publish(notice(7));
-    assert_eq!(state_publisher.lock().queue.len(), 3);
+    assert_eq!(queue_length(&state_publisher), Some(3));
     assert_eq!(drain(&state_publisher, connection), [battery(9999.0), notice(7)]);
 }
 
@@ -137,6 +164,70 @@ fn answers_go_to_whoever_asked_and_are_not_kept() {
     assert_eq!(state_publisher.next(connection), Some(expected));
     let again = state_publisher.connect();
     assert!(!drain(&state_publisher, again).iter().any(|event| matches!(event, Event::CommandDone { .. })));
+}
+
+#[test]
+fn a_map_of_any_size_reaches_a_gateway_in_messages_of_less_than_one_megabyte() {
+    let state_publisher = StatePublisher::default();
+    let (tile_count, node_count) = (550_000_u32, 600_000_u64);
+    let tile = |number: u32| {
+        let mut hash = [7; 32];
+        hash[..4].copy_from_slice(&number.to_le_bytes());
+        let anchor = api::Anchor::Keyframe(vocab::KeyframeId(number));
+        let bounds = vocab::Aabb { min: [-30.0; 3], max: [30.0; 3] };
+        TileEntry {
+            hash: TileHash(hash),
+            anchor,
+            level: 3,
+            spacing_m: 0.25,
+            bounds,
+            points: 9_000,
+            bytes: 50_000,
+        }
+    };
+    let added: Vec<TileEntry> = (0..tile_count).map(tile).collect();
+    let whole = graph(node_count);
+    let in_one =
+        [Event::Tiles(TilesChanged { reset: true, added: added.clone() }), Event::Graph(whole.clone())];
+    for event in in_one {
+        let bytes = api::encode(&CoreMessage::Event { to: None, event: event.clone() }).len();
+        assert!(bytes > api::MAX_MESSAGE_BYTES, "{bytes} bytes would have been accepted as one message");
+        state_publisher.publish(event);
+    }
+    let connection = state_publisher.connect();
+    // What comes while the rest is being sent is sent too, after what it belongs to.
+    for _ in 0..3 {
+        state_publisher.next(connection).expect("more");
+    }
+    let again = state_publisher.connect();
+    assert!(state_publisher.publish_graph_changes(next_keyframes(node_count, 1)));
+    let (mut assembly, mut gateway, mut tiles) = (api::GraphAssembly::default(), None, Vec::new());
+    let mut longest = 0;
+    for message in drain_messages(&state_publisher, again) {
+        longest = longest.max(api::encode(&message).len());
+        match message {
+            CoreMessage::Event { event: Event::Tiles(changed), .. } => {
+                assert_eq!(changed.reset, tiles.is_empty());
+                tiles.extend(changed.added);
+            }
+            CoreMessage::Event { event: Event::GraphPart(part), .. } => {
+                gateway = assembly.add(&part).or(gateway)
+            }
+            CoreMessage::Event { event: Event::GraphChanged(changed), .. } => {
+                assert!(gateway.as_mut().is_some_and(|graph| graph.apply(&changed)));
+            }
+            _ => {}
+        }
+    }
+    assert!(longest < 1 << 20, "{longest} bytes");
+    assert_eq!(tiles, added);
+    assert!(gateway == Some(graph(node_count + 1)), "the whole graph");
+    // A change of all keyframes at once goes out as the whole graph, in parts.
+    let moved = GraphChanged { base_revision: node_count + 1, ..next_keyframes(0, node_count + 2) };
+    assert!(state_publisher.publish_graph_changes(moved));
+    let events = drain(&state_publisher, again);
+    assert!(events.iter().all(|event| matches!(event, Event::GraphPart(_))), "{} events", events.len());
+    assert_eq!(events.len(), graph(node_count + 2).part_count() as usize);
 }
 
 const SESSION: Option<vocab::SessionId> = Some(vocab::SessionId(uuid::Uuid::from_u128(1)));

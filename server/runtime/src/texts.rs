@@ -3,7 +3,7 @@
 use crate::map_usage::MapUse;
 use ports::SimulatedFault;
 use std::path::Path;
-use vocab::Span;
+use vocab::{KeyframeId, Span};
 
 /// The core was started without an importer.
 pub const NO_IMPORTER: &str = "This platform makes no maps of files.";
@@ -85,6 +85,21 @@ pub fn damaged_map_remedy(folder: &Path) -> String {
         "Copy the file back from a backup and restart, or delete the map: the bin keeps its folder, {}. Nothing of the map was removed.",
         folder.display()
     )
+}
+
+/// The core failed and runs again; `cause` is a clause.
+pub fn core_restarted(cause: &str) -> String {
+    format!("The robot's core {cause}, and was started again. The robot stood meanwhile.")
+}
+
+/// A message to the gateway is longer than it accepts, bytes.
+pub fn message_too_long(bytes: usize, max_bytes: usize) -> String {
+    format!("a message of {bytes} bytes was not sent to the gateway, which accepts {max_bytes}")
+}
+
+/// The disk lane was full when a keyframe came.
+pub fn cloud_not_written(keyframe: KeyframeId) -> String {
+    format!("The disk is too slow: the cloud of keyframe {} will be missing from the saved map.", keyframe.0)
 }
 
 /// Recordings may not take more of the disk, see [`store::RecordingSpace`].

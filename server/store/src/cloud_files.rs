@@ -66,18 +66,10 @@ impl CloudFiles {
         keyframe: KeyframeId,
         stamp: Stamp,
     ) -> Result<Option<VisibleCloud>, StoreError> {
-        let path = self.directory.join(cloud_name(keyframe));
-        let bytes = match fs::read(&path) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return self.read_viewpoint(keyframe),
-            other => other.map_err(|source| StoreError::io("read", &path, source))?,
-        };
-        let (scan, _) = formats::pcd::read(&bytes)
-            .and_then(|table| table.to_scan(Some(stamp)))
-            .map_err(|source| StoreError::Cloud { path, source })?;
-        let mut intensity = scan.intensity;
-        intensity.resize(scan.xyz.len(), 0.0);
-        let lidar = formats::pcd::viewpoint(&bytes).unwrap_or_default();
-        Ok(Some(VisibleCloud { xyz: scan.xyz, intensity, lidar }))
+        match read_walked_cloud(&self.directory, keyframe, stamp)? {
+            Some(cloud) => Ok(Some(cloud)),
+            None => self.read_viewpoint(keyframe),
+        }
     }
 
     /// Whether there is a cloud of this keyframe. It may be damaged.
@@ -90,6 +82,29 @@ impl CloudFiles {
         let holder = self.viewpoints.iter().find(|file| file.contains(keyframe));
         holder.map_or(Ok(None), |file| file.cloud_of(keyframe))
     }
+}
+
+/// The cloud of a keyframe that a robot has walked to; none when there is no file of it.
+///
+/// # Errors
+/// When the disk fails or the file is broken.
+pub(crate) fn read_walked_cloud(
+    directory: &Path,
+    keyframe: KeyframeId,
+    stamp: Stamp,
+) -> Result<Option<VisibleCloud>, StoreError> {
+    let path = directory.join(cloud_name(keyframe));
+    let bytes = match fs::read(&path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        other => other.map_err(|source| StoreError::io("read", &path, source))?,
+    };
+    let (scan, _) = formats::pcd::read(&bytes)
+        .and_then(|table| table.to_scan(Some(stamp)))
+        .map_err(|source| StoreError::Cloud { path, source })?;
+    let mut intensity = scan.intensity;
+    intensity.resize(scan.xyz.len(), 0.0);
+    let lidar = formats::pcd::viewpoint(&bytes).unwrap_or_default();
+    Ok(Some(VisibleCloud { xyz: scan.xyz, intensity, lidar }))
 }
 
 /// Copies clouds into another folder whose keyframes count from `first` on. Files that are there already are kept. Keyframes without a cloud have none there

@@ -4,14 +4,14 @@
 //! cloud encoded for clients, a fifth of the size. Beside them is the journal of the session. All stay until the map is on the disk, or a person discards
 //! the session.
 
-use crate::cloud_files::{cloud_name, write_cloud};
+use crate::cloud_files::{cloud_name, read_walked_cloud, write_cloud};
 use crate::map_cloud::{CloudSelection, MapCloud};
 use crate::map_clouds::{copy_clouds, map_clouds};
 use crate::{Store, StoreError, files, viewpoint_clouds};
-use messages::Keyframe;
+use messages::{Cloud, Keyframe};
 use std::fs;
 use std::path::{Path, PathBuf};
-use vocab::{KeyframeId, MapId, SessionId};
+use vocab::{KeyframeId, MapId, SessionId, Stamp};
 
 /// Ending of the names of clouds that are encoded for clients.
 const ENCODED_SUFFIX: &str = "scan";
@@ -58,6 +58,20 @@ impl Store {
         files::make_directory(&directory)?;
         write_cloud(&directory, keyframe)?;
         write_encoded(&directory, keyframe.id, &keyframe.cloud.xyz, &keyframe.cloud.intensity)
+    }
+
+    /// The cloud of a keyframe as [`Self::write_session_cloud`] wrote it; none when there is no file of it.
+    ///
+    /// # Errors
+    /// When the disk fails or the file is broken.
+    pub fn session_cloud(
+        &self,
+        session: SessionId,
+        keyframe: KeyframeId,
+        stamp: Stamp,
+    ) -> Result<Option<Cloud>, StoreError> {
+        let cloud = read_walked_cloud(&self.session(session), keyframe, stamp)?;
+        Ok(cloud.map(|cloud| Cloud { xyz: cloud.xyz, intensity: cloud.intensity }))
     }
 
     /// Copies the clouds of a saved map into a session that extends it.

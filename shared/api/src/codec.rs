@@ -2,7 +2,8 @@
 
 use serde::{Serialize, de::DeserializeOwned};
 
-/// Longest message accepted by any side, bytes. A snapshot of a map with 100,000 tiles is about 8 MB.
+/// Longest message accepted by any side, bytes. The longest that is sent is a part of a graph, a live scan or the list of maps, a few MB: tiles and graphs
+/// of any size are sent in parts.
 pub const MAX_MESSAGE_BYTES: usize = 32 << 20;
 
 /// Why bytes are no message.

@@ -1,7 +1,8 @@
 //! Events for clients. Every event replaces the last of its kind unless its documentation says otherwise.
 
 use crate::{
-    BinnedMap, CommandOutcome, DamagedMap, Executive, Goal, GraphChanged, LoopsChanged, MapSummary, TileEntry,
+    BinnedMap, CommandOutcome, DamagedMap, Executive, Goal, GraphChanged, GraphPart, LoopsChanged,
+    MapSummary, TileEntry,
 };
 use serde::{Deserialize, Serialize};
 use vocab::{
@@ -64,6 +65,8 @@ pub enum Event {
     BinnedMaps(Vec<BinnedMap>),
     /// Uploaded files that wait to be imported, or to be imported again after a failure; the oldest first.
     Uploads(Vec<StoredUpload>),
+    /// A part of a graph that takes the place of [`Self::Graph`] where that would be too long for one message.
+    GraphPart(GraphPart),
 }
 
 /// An uploaded file that no map was made of yet.
@@ -474,6 +477,12 @@ pub struct Notice {
     pub text: String,
 }
 
+/// Greatest number of tiles in one event: about 50 kB, so that a pose does not wait until a large map has been sent.
+pub const MAX_TILES_PER_EVENT: usize = 512;
+
+/// Greatest number of saved maps in a list, the newest: about 1.5 MB. Older ones stay on the disk.
+pub const MAX_LISTED_MAPS: usize = 10_000;
+
 impl Notice {
     /// Greatest number of notices that are kept for a client that connects later, the newest.
     pub const MAX_KEPT: usize = 50;
@@ -500,4 +509,27 @@ pub struct Platform {
     pub core_connected: bool,
     /// Clients connected.
     pub clients: u32,
+    /// Processes that failed since the platform was started and run again, each with its last failure.
+    pub restarts: Vec<ProcessRestart>,
+}
+
+/// A process that failed and was started again.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ProcessRestart {
+    /// Its role.
+    pub process: ProcessRole,
+    /// What it did, a clause after its name: "did not answer for 5 s".
+    pub cause: String,
+    /// How often it was started again since the platform was started.
+    pub count: u32,
+}
+
+/// A supervised process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ProcessRole {
+    /// The robot's core.
+    Core,
+    /// The server for browsers.
+    Gateway,
 }

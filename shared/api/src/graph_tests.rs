@@ -42,6 +42,31 @@ fn changes_apply_to_one_revision_of_one_session_only() {
     assert_eq!(sum, changed);
 }
 
+#[test]
+fn a_long_graph_comes_in_parts_and_parts_out_of_order_are_dropped() {
+    let count = 2 * MAX_GRAPH_ENTRIES as u32 + 7;
+    let graph = Graph {
+        session: Some(SessionId(Uuid::from_u128(1))),
+        revision: 9,
+        nodes: (0..count).map(|id| node(id, f64::from(id))).collect(),
+        edges: (1..count).map(|id| pair(id - 1, id)).collect(),
+        loops: vec![pair(0, 5)],
+    };
+    assert_eq!((graph.part_count(), Graph::default().part_count()), (3, 1));
+    let parts: Vec<GraphPart> = (0..3).map(|index| graph.part(index)).collect();
+    let longest = parts.iter().map(|part| crate::encode(part).len()).max();
+    assert!(longest < Some(1 << 20), "{longest:?} bytes");
+    let mut assembly = GraphAssembly::default();
+    // A graph that was given up half way, then the whole one.
+    let received: Vec<_> = [0, 1, 0, 1, 2].map(|part: usize| assembly.add(&parts[part])).into();
+    assert_eq!(received, [None, None, None, None, Some(graph)]);
+    let other = GraphPart { graph: Graph { revision: 8, ..parts[1].graph.clone() }, ..parts[1].clone() };
+    for wrong in [vec![&parts[1]], vec![&parts[0], &parts[2]], vec![&parts[0], &other, &parts[1], &parts[2]]]
+    {
+        assert!(wrong.iter().all(|part| assembly.add(part).is_none()));
+    }
+}
+
 /// The sending side: a graph that changes, and every graph that it has been.
 #[derive(Default)]
 struct Sender {

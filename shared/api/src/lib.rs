@@ -27,7 +27,7 @@ pub use command::{Command, CommandOutcome, MAX_PAIR_RMS_M, MAX_PAIRS, SimulatedF
 pub use core_link::{CoreMessage, GatewayMessage};
 pub use event::*;
 pub use goal::*;
-pub use graph::GraphChanged;
+pub use graph::{GraphAssembly, GraphChanged, GraphPart, MAX_GRAPH_ENTRIES};
 pub use loops::{LoopDecision, LoopSource, LoopVerdict, LoopsChanged, MAX_LOOP_DECISIONS};
 pub use map::{
     Anchor, BinnedMap, DamagedMap, MapSummary, Problem, TileEntry, TileHash, TileHashError, TileList,
@@ -36,7 +36,7 @@ pub use paths::{CONTROL_PATH, STREAM_PATH};
 pub use socket::{ClientMessage, MAX_UNACKNOWLEDGED, ScanFrame, ServerMessage, StreamRequest};
 
 /// Version of everything in this crate. Server and client refuse each other when it differs, and say so.
-pub const VERSION: u16 = 13;
+pub const VERSION: u16 = 14;
 
 /// Time for which a deleted map is kept in the bin.
 pub const BIN_RETENTION: vocab::Span = vocab::Span::from_millis(7 * 24 * 3_600_000);

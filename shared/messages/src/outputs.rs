@@ -312,6 +312,20 @@ pub enum MappingState {
     },
 }
 
+impl MappingState {
+    /// The running session.
+    pub fn session(&self) -> Option<SessionId> {
+        match self {
+            Self::Idle => None,
+            Self::Loading { session, .. }
+            | Self::Starting { session }
+            | Self::Finding { session, .. }
+            | Self::Mapping { session, .. }
+            | Self::Saving { session, .. } => Some(*session),
+        }
+    }
+}
+
 /// Quality of the map under construction.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MapQuality {

@@ -63,6 +63,14 @@ impl Model {
         let mut next = None;
         self.context(effects, changes, |cx| next = cx.on_message(message, bytes));
         if let Some(event) = next {
+            let whole = match event {
+                api::Event::GraphPart(part) => match self.shared.graph_parts.add(part) {
+                    Some(graph) => Some(api::Event::Graph(graph)),
+                    None => return,
+                },
+                _ => None,
+            };
+            let event = whole.as_ref().unwrap_or(event);
             self.context(effects, changes, |cx| cx.on_event(event));
             // Features see the event in the frame and session that it belongs to.
             self.dispatch_changes(effects, changes);

@@ -27,6 +27,8 @@ pub(crate) struct Shared {
     pub(crate) notices: Notices,
     pub(crate) maps: SavedMaps,
     pub(crate) map_views: MapViews,
+    /// The parts of a long graph that have come.
+    pub(crate) graph_parts: api::GraphAssembly,
     pub(crate) selected: Selected,
     pub(crate) history: History,
 }
@@ -43,6 +45,7 @@ impl Shared {
             notices: Notices::default(),
             maps: SavedMaps::default(),
             map_views: MapViews::default(),
+            graph_parts: api::GraphAssembly::default(),
             selected: Selected::default(),
             history: History::default(),
         }

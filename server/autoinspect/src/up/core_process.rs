@@ -1,15 +1,18 @@
 //! The core's process: link to the robot, store, recorder and control loop.
 
+use super::child_report::ChildReport;
 use super::import_process::ImportProcess;
+use super::process_watch::{SupervisionArgs, thread_failed, watch_process, watchdog};
 use super::stop::Stop;
 use crate::failure::Failure;
 use crate::journal::McapSegments;
 use crate::robot::RobotArgs;
+use api::ProcessRole;
 use clap::Args;
 use crossbeam_channel::select;
 use ports::RobotLink;
 use recorder::RecordingMeta;
-use runtime::{Core, CoreConfig, RecordingTarget};
+use runtime::{CONTROL_THREAD, Core, CoreConfig, RecordingTarget};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -32,6 +35,8 @@ pub struct CoreArgs {
     recordings: RecordingsArgs,
     #[command(flatten)]
     robot: RobotArgs,
+    #[command(flatten)]
+    supervision: SupervisionArgs,
 }
 
 /// Limits of the recordings.
@@ -60,7 +65,9 @@ impl RecordingsArgs {
 
 /// Runs the core until a request to stop.
 pub fn run_core(args: &CoreArgs) -> Result<(), Failure> {
-    let stop = Stop::on_signals_or_end_of_input()?;
+    let watchdog = watchdog();
+    let failed = watch_process(&watchdog, CONTROL_THREAD, &args.supervision)?;
+    let stop = Stop::on_signals_or_end_of_input(&watchdog)?;
     let store = Arc::new(Store::open(&args.data).map_err(Failure::usage)?);
     let now = wall_clock();
     let Some(link) = args.robot.link(&stop)? else {
@@ -74,14 +81,19 @@ pub fn run_core(args: &CoreArgs) -> Result<(), Failure> {
         recording,
         socket: args.socket.clone(),
         importer: Some(Box::new(ImportProcess)),
+        watchdog,
+        restart: args.supervision.restart(ProcessRole::Core),
     };
-    let core = Core::start(config).map_err(Failure::failed)?;
-    let ended = core.ended();
+    let _core = Core::start(config).map_err(Failure::failed)?;
     select! {
         recv(stop.receiver()) -> _ => Ok(()),
         // Its clock and its place may have changed. A new core begins anew, and offers a mapping session that this one leaves unfinished.
-        recv(robot_restarted) -> _ => Err(Failure::failed(crate::texts::ROBOT_RESTARTED)),
-        recv(ended) -> _ => Err(Failure::failed(crate::texts::CONTROL_LOOP_ENDED)),
+        recv(robot_restarted) -> _ => {
+            let cause = crate::texts::ROBOT_RESTARTED;
+            args.supervision.report(&ChildReport::Failed(cause.to_owned()));
+            Err(Failure::failed(crate::texts::process_failed(cause)))
+        }
+        recv(failed) -> failure => Err(thread_failed(failure.ok())),
     }
 }
 

@@ -1,13 +1,19 @@
 //! The gateway's process.
 
+use super::child_report::ChildReport;
+use super::process_watch::{SupervisionArgs, thread_failed, watch_process, watchdog};
 use super::stop::Stop;
 use crate::failure::Failure;
 use crate::output;
+use api::ProcessRole;
 use clap::Args;
+use crossbeam_channel::select;
 use gateway::{GatewayConfig, GatewayError};
 use std::net::SocketAddr;
 use std::path::PathBuf;
+use std::time::Duration;
 use tokio::sync::oneshot;
+use watchdog::catch_panic;
 
 /// Arguments of the gateway's process.
 #[derive(Args, Debug)]
@@ -24,11 +30,20 @@ pub struct GatewayArgs {
     /// Address for browsers.
     #[arg(long)]
     listen: SocketAddr,
+    #[command(flatten)]
+    supervision: SupervisionArgs,
 }
 
-/// Runs the gateway until a request to stop. Its first line on standard output is the address on which it listens.
+/// Name of the thread that serves.
+const GATEWAY_THREAD: &str = "gateway";
+/// Longest time without a heartbeat. The supervisor judges it much earlier.
+const THREAD_LIMIT: Duration = Duration::from_secs(60);
+
+/// Runs the gateway until a request to stop. It prints the address on which it listens.
 pub fn run_gateway(args: &GatewayArgs) -> Result<(), Failure> {
-    let stop = Stop::on_signals_or_end_of_input()?;
+    let watchdog = watchdog();
+    let failed = watch_process(&watchdog, GATEWAY_THREAD, &args.supervision)?;
+    let stop = Stop::on_signals_or_end_of_input(&watchdog)?;
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(2)
         .thread_name("gateway")
@@ -42,22 +57,35 @@ pub fn run_gateway(args: &GatewayArgs) -> Result<(), Failure> {
         data_dir: args.data.clone(),
         static_dir: args.static_dir.clone(),
         on_ready: Some(on_ready),
+        heartbeat: Some(watchdog.watch(GATEWAY_THREAD, THREAD_LIMIT)),
+        restart: args.supervision.restart(ProcessRole::Gateway),
     };
     let stopped = runtime.spawn_blocking(move || {
-        // A disconnected channel is also a request to stop.
-        let _ = stop.receiver().recv();
+        select! {
+            // A disconnected channel is also a request to stop.
+            recv(stop.receiver()) -> _ => Ok(()),
+            recv(failed) -> failure => Err(thread_failed(failure.ok())),
+        }
     });
     runtime.spawn(async move {
         if let Ok(address) = ready.await {
-            output::print_line(&address.to_string());
+            output::print_line(&ChildReport::Address(address).to_string());
         }
     });
-    let served = runtime.block_on(gateway::serve(config, async {
-        let _ = stopped.await;
-    }));
+    let (result, outcome) = oneshot::channel();
+    let serve = gateway::serve(config, async {
+        // Nobody listens if the gateway has ended by itself.
+        let _ = result.send(stopped.await.unwrap_or(Ok(())));
+    });
+    let served = catch_panic(GATEWAY_THREAD, || runtime.block_on(serve));
     // The thread that waits for the signal does not end by itself.
     runtime.shutdown_background();
+    let served = served.map_err(|failure| {
+        args.supervision.report(&ChildReport::Failed(failure.to_string()));
+        thread_failed(Some(failure))
+    })?;
     served.map_err(|error| match error {
         GatewayError::Listen { .. } => Failure::usage(error),
-    })
+    })?;
+    outcome.blocking_recv().unwrap_or(Ok(()))
 }

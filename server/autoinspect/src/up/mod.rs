@@ -4,11 +4,14 @@
 //! robot's behaviour. A simulated robot is a third process, which lives on when the core ends, like a real robot. `up` starts them, restarts each when it ends, and
 //! stops them in order.
 
+mod child_report;
 mod core_process;
 mod gateway_process;
 mod health;
 mod import_process;
 mod paths;
+mod process;
+mod process_watch;
 mod robot_process;
 mod stop;
 mod supervisor;
@@ -112,6 +115,14 @@ impl Role {
             Self::SimulatedRobot => "simulated robot",
             Self::Core => "core",
             Self::Gateway => "gateway",
+        }
+    }
+
+    /// Whether the process gives heartbeats and wants to know why it was started again.
+    fn gives_heartbeats(self) -> bool {
+        match self {
+            Self::Core | Self::Gateway => true,
+            Self::SimulatedRobot => false,
         }
     }
 }

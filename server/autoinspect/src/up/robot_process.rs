@@ -12,6 +12,7 @@ use sim::SimConfig;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+use watchdog::Watchdog;
 
 /// Parameters of [`run_robot`].
 #[derive(Clone, Copy, Debug)]
@@ -40,7 +41,7 @@ pub struct SimulatedRobotArgs {
 
 /// Runs the simulated robot until a request to stop. Its clock starts at this computer's time.
 pub fn run_robot(args: &SimulatedRobotArgs) -> Result<(), Failure> {
-    let stop = Stop::on_signals_or_end_of_input()?;
+    let stop = Stop::on_signals_or_end_of_input(&Watchdog::default())?;
     let RobotName::Sim(source) = &args.robot.robot else {
         return Err(Failure::usage(texts::ONLY_SITES_ARE_SIMULATED));
     };

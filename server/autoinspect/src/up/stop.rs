@@ -3,8 +3,8 @@
 use crate::failure::Failure;
 use crossbeam_channel::{Receiver, Sender};
 use std::io::Read;
-use std::thread;
 use std::time::Duration;
+use watchdog::{BEAT_PERIOD, Heartbeat, Watchdog};
 
 /// Receives the request to stop.
 #[derive(Clone)]
@@ -21,16 +21,18 @@ impl Stop {
     }
 
     /// A request by these signals or the end of standard input, which means that the supervisor has closed it or has ended.
-    pub fn on_signals_or_end_of_input() -> Result<Self, Failure> {
+    pub fn on_signals_or_end_of_input(watchdog: &Watchdog) -> Result<Self, Failure> {
         let (sender, receiver) = crossbeam_channel::bounded(1);
         listen_to_signals(sender.clone())?;
-        let read = move || {
+        let read = move |heartbeat: &Heartbeat| {
+            // It waits for its supervisor as long as it lives.
+            let _waiting = heartbeat.begin_wait();
             let mut buffer = [0; 64];
             while matches!(std::io::stdin().read(&mut buffer), Ok(1..)) {}
             // The channel is full if the request was sent before.
             let _ = sender.try_send(());
         };
-        thread::Builder::new().name("stdin".to_owned()).spawn(read).map_err(Failure::failed)?;
+        watchdog.spawn("stdin", BEAT_PERIOD, read).map_err(Failure::failed)?;
         Ok(Self { receiver })
     }
 

@@ -5,17 +5,24 @@ use crate::program::{program, refused, text};
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 
 /// A platform with a simulated robot, which is stopped in order when dropped.
-struct Platform {
+pub struct Platform {
     child: Child,
     address: SocketAddr,
+    complaints: PathBuf,
 }
 
 impl Platform {
     fn start(dir: &Path) -> Self {
+        Self::start_with(dir, &[])
+    }
+
+    /// Starts it with environment variables.
+    pub fn start_with(dir: &Path, variables: &[(&str, &Path)]) -> Self {
+        let complaints = dir.join("stderr.txt");
         let client = dir.join("static");
         fs::create_dir_all(&client).expect("made");
         fs::write(client.join("index.html"), "<title>AutoInspect</title>").expect("writable");
@@ -30,17 +37,19 @@ impl Platform {
                 "127.0.0.1:0",
             ])
             .args(["--robot", "sim:b1", "--lidar-columns", "50", "--people", "0"])
+            .envs(variables.iter().copied())
             .stdout(Stdio::piped())
+            .stderr(fs::File::create(&complaints).expect("writable"))
             .spawn()
             .expect("starts");
         let mut line = String::new();
         BufReader::new(child.stdout.take().expect("piped")).read_line(&mut line).expect("a line");
         let address = line.trim().strip_prefix("AutoInspect is running: http://").expect("its address");
-        Self { address: address.parse().expect("an address"), child }
+        Self { address: address.parse().expect("an address"), child, complaints }
     }
 
     /// Id of its child process with this role.
-    fn process(&self, role: &str) -> Option<u32> {
+    pub fn process(&self, role: &str) -> Option<u32> {
         let id = self.child.id();
         let children = fs::read_to_string(format!("/proc/{id}/task/{id}/children")).ok()?;
         children.split_whitespace().filter_map(|child| child.parse().ok()).find(|child: &u32| {
@@ -49,12 +58,17 @@ impl Platform {
         })
     }
 
-    fn get(&self, path: &str) -> Option<String> {
+    pub fn get(&self, path: &str) -> Option<String> {
         let mut stream = TcpStream::connect(self.address).ok()?;
         write!(stream, "GET {path} HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n").ok()?;
         let mut answer = String::new();
         stream.read_to_string(&mut answer).ok()?;
         Some(answer)
+    }
+
+    /// What was printed on standard error.
+    pub fn complaints(&self) -> String {
+        fs::read_to_string(&self.complaints).expect("readable")
     }
 
     fn is_healthy(&self) -> bool {
@@ -71,7 +85,7 @@ impl Drop for Platform {
     }
 }
 
-fn signal(process: u32, signal: rustix::process::Signal) {
+pub fn signal(process: u32, signal: rustix::process::Signal) {
     let process = rustix::process::Pid::from_raw(process as i32).expect("not zero");
     rustix::process::kill_process(process, signal).expect("a running process");
 }

@@ -253,3 +253,76 @@ async fn lost_changes_of_the_graph_lead_to_the_whole_graph() {
     core.publish(next_keyframe(8)).await;
     assert_eq!(client.find(of_graph).await, next_keyframe(8));
 }
+
+#[tokio::test]
+async fn a_map_that_no_single_message_could_hold_reaches_core_gateway_and_client() {
+    let gateway = Gateway::start().await;
+    let mut core = gateway.core().await;
+    let (tile_count, node_count) = (550_000_u32, 600_000_u64);
+    let tile = |number: u32| TileEntry {
+        hash: TileHash([7; 32]),
+        anchor: api::Anchor::Keyframe(KeyframeId(number)),
+        level: 3,
+        spacing_m: 0.25,
+        bounds: Aabb { min: [-30.0; 3], max: [30.0; 3] },
+        points: number,
+        bytes: 50_000,
+    };
+    let Event::Graph(whole) = graph(node_count) else { panic!("a graph") };
+    let all: Vec<TileEntry> = (0..tile_count).map(tile).collect();
+    let in_one = CoreMessage::Event { to: None, event: Event::Graph(whole.clone()) };
+    assert!(api::encode(&in_one).len() > api::MAX_MESSAGE_BYTES);
+    let mut client = gateway.client(client_id(1)).await;
+    let send = async {
+        for index in 0..whole.part_count() {
+            core.publish(Event::GraphPart(whole.part(index))).await;
+        }
+        for added in all.chunks(api::MAX_TILES_PER_EVENT) {
+            core.publish(Event::Tiles(TilesChanged { reset: false, added: added.to_vec() })).await;
+        }
+    };
+    let (mut assembly, mut graph, mut tiles) = (api::GraphAssembly::default(), None, 0);
+    let receive = client.find(|event| {
+        match event {
+            Event::GraphPart(part) => graph = assembly.add(part).or_else(|| graph.take()),
+            Event::Tiles(changed) => {
+                assert!(changed.added.iter().zip(tiles..).all(|(tile, number)| tile.points == number));
+                tiles += changed.added.len() as u32;
+            }
+            _ => {}
+        }
+        (graph.is_some() && tiles == tile_count).then_some(())
+    });
+    tokio::join!(send, receive);
+    assert!(graph == Some(whole), "the whole graph");
+}
+
+#[tokio::test]
+async fn clients_are_told_which_process_was_started_again_and_why() {
+    let restart = |process, cause: &str| api::ProcessRestart { process, cause: cause.into(), count: 2 };
+    let (own, of_core) = (
+        restart(api::ProcessRole::Gateway, "did not answer for 5 s"),
+        restart(api::ProcessRole::Core, "was killed (signal 9)"),
+    );
+    let gateway = Gateway::start_again(gateway::Limits::default(), Some(own.clone())).await;
+    let mut core = gateway.core().await;
+    let mut client = gateway.client(client_id(1)).await;
+    let now = Stamp::from_nanos(77);
+    let report = api::Platform { now, restarts: vec![of_core.clone()], ..api::Platform::default() };
+    core.publish(Event::Platform(report)).await;
+    let notice = client
+        .find(|event| match event {
+            Event::Notice(notice) => Some(notice.clone()),
+            _ => None,
+        })
+        .await;
+    assert_eq!((notice.at, notice.severity), (now, Severity::Warning));
+    assert!(notice.text.contains("did not answer for 5 s"), "{}", notice.text);
+    client
+        .find(|event| {
+            matches!(event, Event::Platform(platform) if platform.restarts.len() == 2).then_some(())
+        })
+        .await;
+    let health = gateway.get(api::paths::HEALTH_PATH, &[]).await.json();
+    assert_eq!(health["restarts"], serde_json::json!([of_core, own]));
+}

@@ -45,6 +45,11 @@ impl Gateway {
     }
 
     pub async fn start_with(limits: Limits) -> Self {
+        Self::start_again(limits, None).await
+    }
+
+    /// Starts a gateway that is told why it was started again.
+    pub async fn start_again(limits: Limits, restart: Option<api::ProcessRestart>) -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let core = UnixListener::bind(folder.path().join("core.sock")).expect("a Unix socket");
         let (on_ready, ready) = oneshot::channel();
@@ -54,6 +59,8 @@ impl Gateway {
             data_dir: folder.path().join("data"),
             static_dir: folder.path().join("static"),
             on_ready: Some(on_ready),
+            heartbeat: None,
+            restart,
         };
         let (stop, stopped) = oneshot::channel::<()>();
         let task = tokio::spawn(gateway::serve_with(config, limits, async {

@@ -167,6 +167,18 @@ fn lost_changes_of_the_graph_make_the_client_ask_for_the_whole_graph_once() {
     assert_eq!(requests(&mut client), 1, "after a whole graph it may ask again");
 }
 
+#[test]
+fn a_graph_in_parts_is_shown_once_it_is_whole() {
+    let mut client = TestClient::connected();
+    let count = api::MAX_GRAPH_ENTRIES as u32 + 2;
+    let nodes = (0..count).map(|id| keyframe(id, 0.0)).collect();
+    let graph = Graph { revision: 4, nodes, ..Graph::default() };
+    client.event(api::Event::GraphPart(graph.part(0)));
+    assert!(client.model.live_map().graph.nodes.is_empty());
+    client.event(api::Event::GraphPart(graph.part(1)));
+    assert_eq!(client.model.live_map().graph, graph);
+}
+
 proptest! {
     /// Whatever comes, fetches under way stay few, counts agree with states, and nothing panics.
     #[test]

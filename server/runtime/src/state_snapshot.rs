@@ -1,0 +1,78 @@
+//! The latest state of every kind, for a gateway that connects.
+
+use api::{Event, GraphChanged, LoopDecision, LoopsChanged, MAX_LOOP_DECISIONS, TileEntry};
+use std::collections::VecDeque;
+use std::mem::discriminant;
+
+/// The latest of everything.
+#[derive(Default)]
+pub struct StateSnapshot {
+    /// One of each kind that replaces the last of its kind.
+    latest: Vec<Event>,
+    notices: VecDeque<Event>,
+    /// Tiles of the map that is shown. They are never queued: each connection reads them from here, see [`crate::gateway_queue`].
+    pub tiles: Tiles,
+    loops: VecDeque<LoopDecision>,
+}
+
+/// The tiles of a map, in the order in which they came.
+#[derive(Default)]
+pub struct Tiles {
+    /// Counts resets.
+    pub epoch: u64,
+    pub entries: Vec<TileEntry>,
+}
+
+impl StateSnapshot {
+    /// Takes an event in. Returns false for changes that do not apply to the graph; the snapshot is unchanged then.
+    pub fn keep(&mut self, event: &Event) -> bool {
+        match event {
+            Event::CommandDone { .. } => {}
+            Event::Notice(_) => {
+                if self.notices.len() == api::Notice::MAX_KEPT {
+                    self.notices.pop_front();
+                }
+                self.notices.push_back(event.clone());
+            }
+            Event::GraphChanged(changed) => return self.change_graph(changed),
+            Event::Tiles(changed) => {
+                if changed.reset {
+                    self.tiles.epoch += 1;
+                    self.tiles.entries.clear();
+                }
+                self.tiles.entries.extend(&changed.added);
+            }
+            Event::Loops(changed) => {
+                if changed.reset {
+                    self.loops.clear();
+                }
+                self.loops.extend(changed.added.iter().cloned());
+                self.loops.drain(..self.loops.len().saturating_sub(MAX_LOOP_DECISIONS));
+            }
+            _ => match self.latest.iter_mut().find(|kept| discriminant(*kept) == discriminant(event)) {
+                Some(kept) => *kept = event.clone(),
+                None => self.latest.push(event.clone()),
+            },
+        }
+        true
+    }
+
+    fn change_graph(&mut self, changed: &GraphChanged) -> bool {
+        self.latest.iter_mut().any(|kept| match kept {
+            Event::Graph(graph) => graph.apply(changed),
+            _ => false,
+        })
+    }
+
+    /// The whole graph.
+    pub fn graph(&self) -> Option<&Event> {
+        self.latest.iter().find(|event| matches!(event, Event::Graph(_)))
+    }
+
+    /// Everything but the tiles.
+    pub fn events(&self) -> impl Iterator<Item = Event> {
+        let added = self.loops.iter().cloned().collect();
+        let loops = Event::Loops(LoopsChanged { reset: true, added });
+        self.latest.iter().cloned().chain([loops]).chain(self.notices.iter().cloned())
+    }
+}

@@ -1,0 +1,66 @@
+//! The core's threads: how long each may be silent, and how they are started and ended.
+
+use crate::clock::RobotClock;
+use crate::core::StartError;
+use crate::mailbox::Mailbox;
+use crate::recording::{Recorder, RecorderConfig, RecorderQueue, RecordingTarget};
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::Duration;
+use watchdog::{Heartbeat, Watchdog};
+
+/// Name of the thread of the control loop.
+pub const CONTROL_THREAD: &str = "control";
+
+/// Longest times without a heartbeat. A thread that is silent for longer hangs, and the process has to be started again.
+#[derive(Clone, Copy, Debug)]
+pub struct ThreadLimits {
+    /// The control loop. Supervisors judge it much earlier by the heartbeats that they get.
+    pub control: Duration,
+    /// The publisher, which reads the list of tiles of a large map within seconds.
+    pub publisher: Duration,
+    /// Threads that write to the disk. A new start mends no disk, so they are given much time.
+    pub disk: Duration,
+    /// Threads that wait for a job. Jobs have a limit of their own.
+    pub lane: Duration,
+}
+
+/// The limits in force.
+pub const THREAD_LIMITS: ThreadLimits = ThreadLimits {
+    control: Duration::from_secs(60),
+    publisher: Duration::from_secs(120),
+    disk: Duration::from_secs(600),
+    lane: Duration::from_secs(60),
+};
+
+/// The queue of inputs, and the thread that records them until the control loop has ended.
+pub fn recorder_thread(
+    recording: Option<RecordingTarget>,
+    mailbox: &Arc<Mailbox>,
+    clock: &Arc<RobotClock>,
+    watchdog: &Watchdog,
+) -> Result<(RecorderQueue, Option<JoinHandle<()>>), StartError> {
+    let Some(target) = recording else {
+        return Ok((RecorderQueue::none(), None));
+    };
+    let (queue, recorder) =
+        Recorder::new(RecorderConfig::default(), target, Arc::clone(mailbox), Arc::clone(clock));
+    Ok((queue, Some(spawn(watchdog, "recorder", THREAD_LIMITS.disk, move |beat| recorder.run(beat))?)))
+}
+
+/// Starts a watched thread.
+pub fn spawn(
+    watchdog: &Watchdog,
+    name: &str,
+    limit: Duration,
+    run: impl FnOnce(&Heartbeat) + Send + 'static,
+) -> Result<JoinHandle<()>, StartError> {
+    watchdog.spawn(name, limit, run).map_err(StartError::Thread)
+}
+
+/// Waits for a thread's end. A panic of it was reported already.
+pub fn join(thread: Option<JoinHandle<()>>) {
+    if let Some(thread) = thread {
+        let _ = thread.join();
+    }
+}
