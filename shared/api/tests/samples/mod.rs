@@ -293,9 +293,23 @@ pub fn events() -> Vec<Event> {
             disk_free_bytes: 1 << 40,
             core_connected: true,
             clients: 2,
+            restarts: [ProcessRole::Core, ProcessRole::Gateway]
+                .map(|process| ProcessRestart { process, cause: name(), count: 3 })
+                .into(),
         }),
         Event::Docks(vec![Dock { map: MAP, map_from_base: pose() }]),
         Event::GraphChanged(graph_changed()),
+        Event::GraphPart(GraphPart {
+            index: 1,
+            is_last: true,
+            graph: Graph {
+                session: Some(SESSION),
+                revision: 7,
+                nodes: vec![graph_node()],
+                edges: vec![(FROM, TO)],
+                loops: vec![(TO, FROM)],
+            },
+        }),
         Event::DamagedMaps(vec![DamagedMap { folder: name(), problem: name(), remedy: name() }]),
         Event::BinnedMaps(vec![BinnedMap {
             id: MAP,
