@@ -10,6 +10,7 @@ use std::process::ExitCode;
 use anyhow::{Result, bail};
 
 mod bench;
+mod crash;
 mod debian;
 mod fingerprint;
 mod run;
@@ -34,6 +35,10 @@ cargo xtask COMMAND
   test --release-gate        The same as --nightly, with the browser tests on the optimised server and bundle that are
                              shipped, and the benchmarks that have a bar, each of which must meet it.
                              A test that lacks its browser or its data counts as skipped, and says why.
+  test crash [--kills N] [--seed N] [--only SITUATION [--case N]]
+                             Kill the program N times (default: 300) at random moments while it maps, saves, localises, imports
+                             and idles, and damage every file of a data directory in turn (situation `damage`). Prints a table;
+                             fails if anything was lost.
   bench NAME [ARGUMENT...]   Run a benchmark; without a name, list them.
 ";
 

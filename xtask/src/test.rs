@@ -6,6 +6,8 @@
 //!   built bundle;
 //! - `--nightly`: also the tests in modules named `nightly`. These are long scenarios of which a shorter test runs on every change;
 //! - `--release-gate`: the browser tests run on the optimised server and bundle of a release, and the benchmarks with limits must meet them.
+//!
+//! `cargo xtask test crash` is the crash test alone, with many kills; see `crash.rs`.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -18,7 +20,7 @@ use anyhow::{Context, Result, bail};
 use crate::stages::{Report, Stages, Tests};
 use crate::toolchain::{TARGET, Toolchain};
 use crate::web::{self, Flavour};
-use crate::{bench, setup, shell};
+use crate::{bench, crash, setup, shell};
 
 /// The module of the integration tests that need a browser, a release server and a bundle.
 const BROWSER_TESTS: &str = "browser::";
@@ -35,6 +37,11 @@ const TESTED: [&str; 6] = ["--workspace", "--exclude", "benches", "--lib", "--bi
 const DENY_WARNINGS: [&str; 3] = ["--", "-D", "warnings"];
 
 pub(crate) fn command(arguments: Vec<OsString>) -> Result<ExitCode> {
+    if let Some((first, rest)) = arguments.split_first()
+        && first == "crash"
+    {
+        return crash::command(rest);
+    }
     let Options { tier, quick, filters } = Options::parse(&arguments)?;
     let mut stages = Stages::new();
     if filters.is_empty() {

@@ -4,7 +4,8 @@ use crate::output;
 use api::ImportStage;
 use indicatif::ProgressBar;
 use serde::Serialize;
-use std::process;
+use std::io::Read;
+use std::{process, thread};
 
 /// Reporter of the progress of one stage.
 pub enum Progress {
@@ -58,8 +59,20 @@ impl Progress {
     }
 }
 
-/// Lowers this process's CPU priority, and makes it the first to be ended when memory runs out.
-pub fn lower_priority() {
+/// Makes this process the work of the program that started it: it has low CPU priority, is the first to be ended when memory runs out, and ends when its
+/// standard input does, which means that the other program has ended. Otherwise it would write into a data directory that a new core has opened.
+pub fn run_in_background() {
+    lower_priority();
+    let until_end_of_input = || {
+        let mut buffer = [0; 64];
+        while matches!(std::io::stdin().read(&mut buffer), Ok(1..)) {}
+        process::exit(1);
+    };
+    // Without the thread, the process ends when it next prints its progress.
+    let _ = thread::Builder::new().name("stdin".to_owned()).spawn(until_end_of_input);
+}
+
+fn lower_priority() {
     // If the system refuses, the process runs with normal priority.
     let _ = rustix::process::nice(10);
     let _ = std::fs::write("/proc/self/oom_score_adj", "1000");

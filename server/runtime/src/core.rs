@@ -18,6 +18,7 @@ use crate::recording::RecordingTarget;
 use crate::session_journal::{SessionJournalConfig, SessionJournalQueue, SessionJournalWorker};
 use crate::state_publisher::StatePublisher;
 use crate::stored_data::{CleanUpConfig, StoredDataWorker};
+use crate::stored_data_check::{StoredDataCheckConfig, StoredDataCheckWorker};
 use crate::texts;
 use crate::threads::{CONTROL_THREAD, THREAD_LIMITS, join, recorder_thread, spawn};
 use crate::tile_recovery::TileRecovery;
@@ -98,6 +99,7 @@ pub struct Core {
     disk: Option<JoinHandle<()>>,
     compute: Option<JoinHandle<()>>,
     imports: Option<JoinHandle<()>>,
+    stored_data_check: Option<JoinHandle<()>>,
     recorder: Option<JoinHandle<()>>,
     gateway: Option<GatewayLink>,
 }
@@ -126,6 +128,7 @@ impl Core {
         let problems: Vec<String> =
             restart.iter().map(|restart| texts::core_restarted(&restart.cause)).chain(problems).collect();
         state_publisher.publish(api::Event::InterruptedSessions(interrupted.clone()));
+        let interrupted_ids = interrupted.iter().map(|session| session.session).collect();
 
         let (command_sender, commands) = crossbeam_channel::bounded(QUEUE_LIMITS.max_commands);
         let (finished_sender, finished) = finished_queue();
@@ -225,6 +228,14 @@ impl Core {
                 )
             }
         };
+        let stored_data_check = StoredDataCheckWorker {
+            config: StoredDataCheckConfig::default(),
+            store: Arc::clone(&store),
+            sessions: interrupted_ids,
+            mailbox: Arc::clone(&mailbox),
+            clock: Arc::clone(&clock),
+            stop: stopped.clone(),
+        };
         let sources = Sources { arrivals: link.arrivals(), commands, finished, committed, stop: stopped };
         let gateway = GatewayLink::listen(
             GatewayLinkConfig::default(),
@@ -257,6 +268,9 @@ impl Core {
             stop: Some(stop),
             mailbox,
             imports: imports_thread,
+            stored_data_check: Some(spawn(&watchdog, "data-check", THREAD_LIMITS.disk, move |beat| {
+                stored_data_check.run(beat);
+            })?),
             disk: Some(spawn(&watchdog, "disk", THREAD_LIMITS.lane, move |beat| disk.run(beat))?),
             compute: Some(spawn(&watchdog, "compute", THREAD_LIMITS.lane, move |beat| compute.run(beat))?),
             publisher: Some(spawn(&watchdog, "publisher", THREAD_LIMITS.publisher, move |beat| {
@@ -290,6 +304,7 @@ impl Drop for Core {
         join(self.disk.take());
         join(self.compute.take());
         join(self.imports.take());
+        join(self.stored_data_check.take());
         join(self.recorder.take());
     }
 }

@@ -40,6 +40,7 @@ mod session_journal;
 mod state_publisher;
 mod state_snapshot;
 mod stored_data;
+mod stored_data_check;
 #[cfg(test)]
 mod testing;
 mod texts;

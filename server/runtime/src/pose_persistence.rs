@@ -25,6 +25,8 @@ pub struct PosePersistence {
     store: Arc<Store>,
     /// The map in which the robot is localised without degradation.
     localised_map: Option<MapId>,
+    /// Whether a map is being read.
+    is_loading: bool,
     /// The pose written last, and when.
     written: Option<(Instant, PoseInMap)>,
     /// Whether the last write failed, which is logged once.
@@ -34,16 +36,19 @@ pub struct PosePersistence {
 impl PosePersistence {
     /// Writes to this store.
     pub fn new(config: PosePersistenceConfig, store: Arc<Store>) -> Self {
-        Self { config, store, localised_map: None, written: None, is_failing: false }
+        Self { config, store, localised_map: None, is_loading: false, written: None, is_failing: false }
     }
 
-    /// Updates the state of localisation. The written pose stays while the robot relocalises, and is deleted when it leaves the map.
+    /// Updates the state of localisation. The written pose stays while the robot relocalises and when the map cannot be read, because that can be mended. It is
+    /// deleted when the robot leaves the map.
     pub fn set_localisation(&mut self, state: &LocalisationState) {
         self.localised_map = match state {
             LocalisationState::Localised { map, degradation: None } => Some(*map),
             _ => None,
         };
-        if *state == LocalisationState::Idle {
+        let was_loading =
+            std::mem::replace(&mut self.is_loading, matches!(state, LocalisationState::Loading { .. }));
+        if *state == LocalisationState::Idle && !was_loading {
             self.written = None;
             self.write(None);
         }

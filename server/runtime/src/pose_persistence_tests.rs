@@ -45,6 +45,23 @@ fn the_last_certain_pose_is_on_disk_while_its_map_exists() {
 }
 
 #[test]
+fn the_last_pose_stays_when_its_map_cannot_be_read() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let store = Arc::new(Store::open(dir.path()).expect("store"));
+    let map = MapId(Uuid::from_u128(3));
+    std::fs::create_dir_all(store.dir().map(map)).expect("made");
+    let pose = PoseInMap { map, map_from_base: Pose::IDENTITY };
+    store.save_last_pose(Some(&pose)).expect("saved");
+    let mut persistence = PosePersistence::new(PosePersistenceConfig::default(), Arc::clone(&store));
+    persistence.set_localisation(&LocalisationState::Loading { map });
+    persistence.set_localisation(&LocalisationState::Idle);
+    assert_eq!(store.last_pose(), Some(pose));
+    persistence.set_localisation(&LocalisationState::Relocalising { map, hypotheses: 0 });
+    persistence.set_localisation(&LocalisationState::Idle);
+    assert_eq!(store.last_pose(), None);
+}
+
+#[test]
 fn docks_of_deleted_maps_are_left_out() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let store = Arc::new(Store::open(dir.path()).expect("store"));

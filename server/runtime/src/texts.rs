@@ -102,6 +102,18 @@ pub fn cloud_not_written(keyframe: KeyframeId) -> String {
     format!("The disk is too slow: the cloud of keyframe {} will be missing from the saved map.", keyframe.0)
 }
 
+/// A stored file is damaged for `reason`, a clause that names it.
+pub fn stored_file_damaged(reason: &str) -> String {
+    format!(
+        "{reason}. Nothing was removed. Copy the file back from a backup; without one, make the map again."
+    )
+}
+
+/// More files are damaged than people were told of one by one.
+pub fn more_files_damaged(count: usize) -> String {
+    format!("{count} more stored files are damaged. The platform's log names them. Check the disk.")
+}
+
 /// Recordings may not take more of the disk, see [`store::RecordingSpace`].
 pub const RECORDINGS_FILL_THEIR_SHARE: &str = "it holds all of the disk that recordings may take";
 

@@ -27,7 +27,7 @@ pub(crate) fn cloud_name(keyframe: KeyframeId) -> String {
 /// When the disk fails.
 pub fn write_cloud(directory: &Path, keyframe: &Keyframe) -> Result<(), StoreError> {
     let path = directory.join(cloud_name(keyframe.id));
-    let temporary = path.with_extension("part");
+    let temporary = files::temporary_path(&path);
     let cloud = &keyframe.cloud;
     let write = || {
         let mut file = BufWriter::new(File::create(&temporary)?);

@@ -71,6 +71,14 @@ pub enum StoreError {
         /// What is wrong: the middle of the sentence.
         what: &'static str,
     },
+    /// A file and its checksum in another file contradict each other.
+    #[error("{} does not match its checksum in {}, so one of both is damaged", path.display(), checksums.display())]
+    ListedChecksum {
+        /// The file.
+        path: PathBuf,
+        /// The file with its checksum.
+        checksums: PathBuf,
+    },
     /// A file has changed since this store wrote it.
     #[error("{} does not match its checksum, so it is damaged", path.display())]
     Checksum {

@@ -86,9 +86,22 @@ pub fn check_version(path: &Path, version: u32, newest: u32) -> Result<(), Store
     Ok(())
 }
 
-/// Replaces a file that others may be reading: they find the old or the new content. The file is not synced.
+/// Ending of the names of files that are being written.
+const TEMPORARY_SUFFIX: &str = "part";
+
+/// Whether a file was being written when its process was killed.
+pub fn is_temporary(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending == TEMPORARY_SUFFIX)
+}
+
+/// Under this name a file is written before it gets its own.
+pub fn temporary_path(path: &Path) -> PathBuf {
+    path.with_extension(TEMPORARY_SUFFIX)
+}
+
+/// Replaces a file that others may be reading: they find the old or the new content. It is not synced: after a power cut it may be the old one, or damaged.
 pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
-    let temporary = path.with_extension("part");
+    let temporary = temporary_path(path);
     fs::write(&temporary, bytes)
         .and_then(|()| fs::rename(&temporary, path))
         .map_err(|source| StoreError::io("write", path, source))
@@ -96,7 +109,7 @@ pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
 
 /// As [`replace`], and synced, so that it survives a power cut.
 pub fn replace_durably(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
-    let temporary = path.with_extension("part");
+    let temporary = temporary_path(path);
     write_durably(&temporary, |file| file.write_all(bytes))?;
     fs::rename(&temporary, path).map_err(|source| StoreError::io("write", path, source))?;
     path.parent().map_or(Ok(()), sync_directory)
@@ -166,6 +179,27 @@ pub fn remove_directory(path: &Path) -> Result<(), StoreError> {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(StoreError::io("remove", path, error)),
         _ => Ok(()),
     }
+}
+
+/// Removes a directory with its content, so that a crash leaves it whole or under its hidden name, which [`remove_half_removed`] removes. No error if it
+/// does not exist.
+pub fn remove_directory_at_once(path: &Path) -> Result<(), StoreError> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let hidden = path.with_file_name(format!(".{name}"));
+    remove_directory(&hidden)?;
+    match fs::rename(path, &hidden) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        Err(source) => Err(StoreError::io("remove", path, source)),
+        Ok(()) => remove_directory(&hidden),
+    }
+}
+
+/// Removes the hidden directories in this one.
+pub fn remove_half_removed(directory: &Path) -> Result<(), StoreError> {
+    let is_hidden = |path: &&PathBuf| {
+        path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b".")) && path.is_dir()
+    };
+    entries(directory)?.iter().filter(is_hidden).try_for_each(|path| remove_directory(path))
 }
 
 /// Free space on the disk that holds a directory, bytes.

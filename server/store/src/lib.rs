@@ -4,6 +4,8 @@
 //! name is complete: it is written under a temporary name, synced, and then renamed. Half-written files that a crash leaves
 //! are removed when the store is opened again.
 
+mod checked_json;
+mod checksums;
 mod cloud_files;
 mod dynamic_points;
 mod error;
@@ -25,6 +27,7 @@ mod saved;
 mod session_journal;
 mod sessions;
 mod stop_latch;
+mod stored_data_check;
 mod texts;
 mod tiles;
 mod uploads;
@@ -45,6 +48,7 @@ pub use recovered_sessions::InterruptedSessions;
 pub use saved::SavedMap;
 pub use session_journal::{SessionJournal, SessionRecord};
 pub use stop_latch::StoredStopLatch;
+pub use stored_data_check::StoredDataReport;
 pub use tiles::TileFiles;
 pub use uploads::{StoredUpload, UploadNote};
 pub use viewpoint_clouds::{Viewpoint, visible_points, write_viewpoint_clouds};
@@ -53,7 +57,7 @@ use ports::DataDir;
 use std::fs::{File, TryLockError};
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
-use std::time::SystemTime;
+use std::time::{Duration, Instant, SystemTime};
 
 /// The one writer of a data directory.
 #[derive(Debug)]
@@ -82,17 +86,37 @@ impl Store {
         {
             files::make_directory(&directory)?;
         }
-        let lock = lock(run.join("lock"), &dir)?;
+        let config = OpenConfig::default();
+        let lock = lock(run.join("lock"), &dir, &config)?;
         let store = Self { dir, _lock: lock, tiles_in_use: RwLock::default(), problems: Mutex::default() };
-        store.remove_unfinished_uploads()?;
+        store.end_uploads(&config);
+        store.remove_temporary_files()?;
         store.remove_half_written_maps()?;
         store.remove_leaving_maps()?;
+        store.remove_half_removed_sessions()?;
         store.remove_ended_sessions()?;
         if let Err(error) = store.remove_unused_tiles(SystemTime::now()) {
             // A damaged map must not keep the robot from starting. Tiles that stay only take space.
             tracing::error!("no unused tile was removed, because not every map could be read: {error}");
         }
         Ok(store)
+    }
+
+    /// Removes what unfinished imports have left. An import whose core was killed may be writing there while it ends, so a failure is tried again and does not keep
+    /// the robot from starting.
+    fn end_uploads(&self, config: &OpenConfig) {
+        if let Err(error) = config.retry(|| self.remove_unfinished_uploads().map_err(Retry::Again)) {
+            tracing::warn!(
+                "what an import has left stays until the next start: {}",
+                ports::error_with_causes(&error)
+            );
+        }
+    }
+
+    /// Removes what was written of the documents in the directory itself when the last process was killed.
+    fn remove_temporary_files(&self) -> Result<(), StoreError> {
+        let entries = files::entries(self.dir.root())?;
+        entries.iter().filter(|path| files::is_temporary(path)).try_for_each(|path| files::remove_file(path))
     }
 
     /// The layout of the directory.
@@ -130,11 +154,51 @@ impl Store {
     }
 }
 
-fn lock(path: PathBuf, dir: &DataDir) -> Result<File, StoreError> {
-    let file = File::create(&path).map_err(|source| StoreError::io("make", &path, source))?;
-    match file.try_lock() {
-        Ok(()) => Ok(file),
-        Err(TryLockError::WouldBlock) => Err(StoreError::InUse { dir: dir.root().to_owned() }),
-        Err(TryLockError::Error(source)) => Err(StoreError::io("lock", &path, source)),
+/// Parameters of [`Store::open`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct OpenConfig {
+    /// Longest time to wait for the last process, which was killed a moment ago and still holds the lock or writes.
+    patience: Duration,
+    /// Time between two attempts.
+    pause: Duration,
+}
+
+impl Default for OpenConfig {
+    fn default() -> Self {
+        Self { patience: Duration::from_secs(1), pause: Duration::from_millis(10) }
     }
 }
+
+/// Whether another attempt may succeed.
+enum Retry<E> {
+    Again(E),
+    Never(E),
+}
+
+impl OpenConfig {
+    /// Attempts something until it succeeds or the patience is over.
+    fn retry<T, E>(&self, mut attempt: impl FnMut() -> Result<T, Retry<E>>) -> Result<T, E> {
+        let start = Instant::now();
+        loop {
+            match attempt() {
+                Ok(done) => return Ok(done),
+                Err(Retry::Again(_)) if start.elapsed() < self.patience => std::thread::sleep(self.pause),
+                Err(Retry::Again(error) | Retry::Never(error)) => return Err(error),
+            }
+        }
+    }
+}
+
+fn lock(path: PathBuf, dir: &DataDir, config: &OpenConfig) -> Result<File, StoreError> {
+    let file = File::create(&path).map_err(|source| StoreError::io("make", &path, source))?;
+    config.retry(|| match file.try_lock() {
+        Ok(()) => Ok(()),
+        Err(TryLockError::WouldBlock) => Err(Retry::Again(StoreError::InUse { dir: dir.root().to_owned() })),
+        Err(TryLockError::Error(source)) => Err(Retry::Never(StoreError::io("lock", &path, source))),
+    })?;
+    Ok(file)
+}
+
+#[cfg(test)]
+#[path = "open_tests.rs"]
+mod tests;

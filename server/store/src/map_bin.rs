@@ -4,6 +4,7 @@
 //! every moment it is whole in one place or the other. Its docks stay in `docks.json`, and its tiles count as used. A map whose files cannot be read can be moved
 //! too; it stays in the bin until a person deletes it for good.
 
+use crate::checked_json::{Versions, read_checked_json, to_checked_json};
 use crate::map_files::MapDocument;
 use crate::maps::{MapFolder, is_temporary};
 use crate::{Store, StoreError, files};
@@ -16,9 +17,10 @@ use std::path::Path;
 use std::time::SystemTime;
 use vocab::{MapId, Stamp};
 
-/// Version of [`DeletionDocument`].
-const DELETION_FORMAT_VERSION: u32 = 1;
-const DELETION_NAME: &str = "deleted.json";
+/// Versions of [`DeletionDocument`].
+const DELETION_FORMAT_VERSIONS: Versions = Versions { first_checked: 2, newest: 2 };
+/// Name of [`DeletionDocument`] in a map's folder.
+pub(crate) const DELETION_NAME: &str = "deleted.json";
 
 /// `deleted.json` of a map.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -34,14 +36,12 @@ struct DeletionDocument {
 
 impl DeletionDocument {
     fn read(folder: &Path) -> Result<Self, StoreError> {
-        files::read_versioned(&folder.join(DELETION_NAME), DELETION_FORMAT_VERSION)
+        read_checked_json(&folder.join(DELETION_NAME), DELETION_FORMAT_VERSIONS)
     }
 
     fn write(&self, folder: &Path) -> Result<(), StoreError> {
         let path = folder.join(DELETION_NAME);
-        let bytes =
-            serde_json::to_vec(self).map_err(|source| StoreError::Document { path: path.clone(), source })?;
-        files::replace_durably(&path, &bytes)
+        files::replace_durably(&path, &to_checked_json(&path, self)?)
     }
 }
 
@@ -92,7 +92,7 @@ impl Store {
         }
         let last_pose = self.stored_pose().filter(|pose| pose.map == map);
         let deletion =
-            DeletionDocument { format_version: DELETION_FORMAT_VERSION, deleted_at: now, last_pose };
+            DeletionDocument { format_version: DELETION_FORMAT_VERSIONS.newest, deleted_at: now, last_pose };
         // A process that is killed here leaves the map where it was, with a file that nobody reads.
         deletion.write(&from)?;
         self.move_map(&from, &to)

@@ -70,7 +70,12 @@ fn a_map_has_another_name_and_all_else_stays() {
     assert_eq!(renamed.name, "Cellar, \"east\"");
     store.rename_map(MAP, "Hall").expect("renamed");
     let path = store.dir().map_summary(MAP);
-    let meaning = |bytes: &[u8]| serde_json::from_slice::<serde_json::Value>(bytes).expect("JSON");
+    // The order of the fields may change, and with it their checksum.
+    let meaning = |bytes: &[u8]| {
+        let mut document: serde_json::Value = serde_json::from_slice(bytes).expect("JSON");
+        assert!(document.as_object_mut().expect("an object").remove("checksum").is_some());
+        document
+    };
     for ((path_now, now), (path_before, before)) in content(&store.dir().map(MAP)).iter().zip(&files) {
         assert_eq!(path_now, path_before);
         if *path_now == path {
@@ -213,9 +218,8 @@ fn the_bytes_of_version_1_are_read_and_missing_fields_have_defaults() {
         r#""map_from_base":{"position":{"x":0.0,"y":0.0,"z":0.0},"orientation":{"w":1.0,"x":0.0,"y":0.0,"z":0.0}}}}"#
     );
     let deletion = DeletionDocument { format_version: 1, deleted_at: Some(NOW), last_pose: Some(pose()) };
-    deletion.write(dir.path()).expect("written");
     let path = dir.path().join(DELETION_NAME);
-    assert_eq!(fs::read_to_string(&path).expect("written"), golden);
+    fs::write(&path, golden).expect("written");
     assert_eq!(DeletionDocument::read(dir.path()).expect("read"), deletion);
     fs::write(&path, r#"{"format_version":1}"#).expect("written");
     let least = DeletionDocument { format_version: 1, ..DeletionDocument::default() };

@@ -9,12 +9,16 @@
 //! clouds/            motion-corrected clouds of the keyframes, or clouds of virtual viewpoints; written before
 //! tiles.json         tiles of the whole map, an api::TileList; the tiles are in another directory
 //! map.ply            all points in the map frame, if asked for
-//! map.json           an api::MapSummary, written last
+//! checksums.b3       checksums of all files above; of every file before map.json was written
+//! map.json           an api::MapSummary with a checksum of its own, written last
 //! ```
 
+use crate::checked_json::{Versions, read_checked_json, to_checked_json};
+use crate::checksums::write_checksums;
 use crate::keyframe_descriptors::write_keyframe_descriptors;
 use crate::map_cloud::{CloudSelection, KeyframePose};
 use crate::robust_bounds::{RobustBoundsConfig, robust_bounds};
+use crate::stored_data_check::files_with_checksum;
 use crate::tiles::Durability;
 use crate::{MapClouds, MapPoints, StoreError, TileFiles, files};
 use api::{Anchor, Graph, GraphNode, MapSummary, TileEntry, TileList};
@@ -44,8 +48,8 @@ impl Default for MapFileOptions {
 }
 
 /// Version of the files in a map's folder that this program writes. Greater ones were written by a later program, and are not read.
-/// Version 2 has units in the names of `map.json` and `loops.json`; version 1 is read too.
-const MAP_FORMAT_VERSION: u32 = 2;
+/// Version 2 has units in the names of `map.json` and `loops.json`, and version 3 has checksums; earlier ones are read too.
+const MAP_FORMAT_VERSIONS: Versions = Versions { first_checked: 3, newest: 3 };
 
 /// `map.json`: the entry in the list of maps, with the version of all files of the map.
 #[derive(Debug, Serialize, Deserialize)]
@@ -59,7 +63,7 @@ pub(crate) struct MapDocument {
 
 impl MapDocument {
     fn new(summary: MapSummary) -> Self {
-        Self { format_version: MAP_FORMAT_VERSION, summary }
+        Self { format_version: MAP_FORMAT_VERSIONS.newest, summary }
     }
 
     /// Reads it.
@@ -67,7 +71,7 @@ impl MapDocument {
     /// # Errors
     /// When it is missing, damaged, or of a later version.
     pub fn read(path: &Path) -> Result<Self, StoreError> {
-        files::read_versioned(path, MAP_FORMAT_VERSION)
+        read_checked_json(path, MAP_FORMAT_VERSIONS)
     }
 
     /// Gives the map another name. All else stays as it was written, its version included.
@@ -78,12 +82,20 @@ impl MapDocument {
         Self::read(path)?;
         let mut document: serde_json::Value = files::read_json(path)?;
         document["name"] = name.into();
-        let failed = |source| StoreError::Document { path: path.to_owned(), source };
-        files::replace_durably(path, &serde_json::to_vec_pretty(&document).map_err(failed)?)
+        if let Some(fields) = document.as_object_mut() {
+            fields.remove("checksum");
+        }
+        files::replace_durably(path, &to_checked_json(path, &document)?)
+    }
+
+    /// Whether the map in this folder is of a version without `checksums.b3`.
+    pub fn is_older_than_checksums(folder: &Path) -> bool {
+        Self::read(&folder.join("map.json"))
+            .is_ok_and(|document| document.format_version < MAP_FORMAT_VERSIONS.first_checked)
     }
 
     fn write(&self, path: &Path) -> Result<(), StoreError> {
-        files::write_json(path, self)
+        files::replace_durably(path, &to_checked_json(path, self)?)
     }
 }
 
@@ -154,6 +166,7 @@ pub fn write_map_files_of(
     for cloud in files::entries(&dir.join("clouds"))? {
         files::sync_file(&cloud)?;
     }
+    write_checksums(dir, &files_with_checksum(dir)?)?;
     let tile_bytes: u64 = list.tiles.iter().map(|tile| u64::from(tile.bytes)).sum();
     // Tiles lie below `dir` for `autoinspect map --out`, and elsewhere for a data directory.
     let other_bytes = files::bytes_below(dir)?.saturating_sub(files::bytes_below(&dir.join("tiles"))?);

@@ -1,8 +1,10 @@
 //! Map versions: immutable directories. Each is complete or does not exist.
 
+use crate::checksums::{Checksums, append_checksum};
 use crate::cloud_files::copy_cloud_files;
 use crate::map_files::MapDocument;
 use crate::sessions::link_clouds;
+use crate::stored_data_check::files_with_checksum;
 use crate::texts;
 use crate::{
     MapFileOptions, MapFilesReport, MapPoints, SavedMap, Store, StoreError, files, write_map_files,
@@ -210,6 +212,13 @@ impl Store {
             self.tiles().adopt(&path)?;
         }
         files::remove_directory(&tiles)?;
+        // The other process has written its report after the checksums.
+        for name in files_with_checksum(from)? {
+            if !Checksums::read(from)?.is_some_and(|sums| sums.has(&name)) {
+                append_checksum(from, &name)?;
+            }
+        }
+        files::sync_file(&Checksums::path(from))?;
         rename(from, &place)?;
         files::sync_directory(&self.dir().maps())?;
         Ok(summary)

@@ -402,16 +402,19 @@ fn a_map_of_a_later_program_is_left_alone() {
     store.save_map(&finished).expect("saved");
     let path = store.dir().map_summary(finished.map);
     let text = fs::read_to_string(&path).expect("read");
-    fs::write(&path, text.replace("\"format_version\": 2", "\"format_version\": 3")).expect("written");
+    let (_, unchecked) = text.split_once("\",\n").expect("after the checksum");
+    let later = format!("{{{}", unchecked.replace("\"format_version\": 3", "\"format_version\": 4"));
+    fs::write(&path, later).expect("written");
     assert_eq!(store.maps().expect("listed"), []);
     let damaged = store.damaged_maps().expect("listed");
-    assert!(matches!(damaged[0].error, StoreError::LaterVersion { version: 3, newest: 2, .. }));
+    assert!(matches!(damaged[0].error, StoreError::LaterVersion { version: 4, newest: 3, .. }));
     // Also if it lacks what this program reads.
-    fs::write(&path, r#"{"format_version": 3, "title": "Hall"}"#).expect("written");
+    fs::write(&path, r#"{"format_version": 4, "title": "Hall"}"#).expect("written");
     let damaged = store.damaged_maps().expect("listed");
-    assert!(matches!(damaged[0].error, StoreError::LaterVersion { version: 3, newest: 2, .. }));
+    assert!(matches!(damaged[0].error, StoreError::LaterVersion { version: 4, newest: 3, .. }));
     assert!(matches!(store.rename_map(finished.map, "Cellar"), Err(StoreError::LaterVersion { .. })));
-    fs::write(&path, text.replace("\"format_version\": 2,", "")).expect("written");
+    let first = format!("{{{}", unchecked.replace("\"format_version\": 3,", ""));
+    fs::write(&path, first).expect("written");
     assert_eq!(store.maps().expect("listed").len(), 1, "without a version it is of the first");
 }
 

@@ -1,16 +1,17 @@
 //! Poses in saved maps that outlive the process: where the robot was last (`place.json`), and its docks (`docks.json`).
 //!
-//! Both are JSON documents with a version. A file that cannot be read is put aside under another name and counts as absent. One that a later program wrote
-//! counts as absent too; it is left as it is, and nothing is written in its place.
+//! Both are JSON documents with a version and a checksum. A file that cannot be read is put aside under another name and counts as absent. One that a later
+//! program wrote counts as absent too; it is left as it is, and nothing is written in its place.
 
+use crate::checked_json::{Versions, read_checked_json, to_checked_json};
 use crate::{Store, StoreError, files, texts};
 use messages::PoseInMap;
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use std::fs;
 use std::path::Path;
 
-/// Version of both documents.
-const POSES_FORMAT_VERSION: u32 = 1;
+/// Versions of both documents.
+const POSES_FORMAT_VERSIONS: Versions = Versions { first_checked: 2, newest: 2 };
 
 /// `place.json`. Programs up to November 2026 wrote no version, which counts as 1.
 #[derive(Serialize, Deserialize)]
@@ -28,26 +29,18 @@ struct DocksDocument {
     docks: Vec<PoseInMap>,
 }
 
-/// `docks.json` as programs up to November 2026 wrote it, or as this one does.
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum AnyDocksDocument {
-    Unversioned(Vec<PoseInMap>),
-    Versioned(DocksDocument),
-}
-
 impl Store {
     /// The robot's last known pose in a map, if that map still exists.
     pub fn last_pose(&self) -> Option<PoseInMap> {
         let document: PoseDocument =
-            self.read_or_put_aside(&self.dir().last_pose(), texts::POSE_IS_FORGOTTEN)?;
+            self.read_or_put_aside(&self.dir().last_pose(), read_pose, texts::POSE_IS_FORGOTTEN)?;
         Some(document.pose).filter(|pose| self.dir().map(pose.map).exists())
     }
 
     /// The saved pose, whether its map exists or not.
     pub(crate) fn stored_pose(&self) -> Option<PoseInMap> {
         let document: PoseDocument =
-            files::read_versioned(&self.dir().last_pose(), POSES_FORMAT_VERSION).ok()?;
+            read_checked_json(&self.dir().last_pose(), POSES_FORMAT_VERSIONS).ok()?;
         Some(document.pose)
     }
 
@@ -57,19 +50,16 @@ impl Store {
     /// When the disk fails, or a later program wrote the file.
     pub fn save_last_pose(&self, pose: Option<&PoseInMap>) -> Result<(), StoreError> {
         let path = self.dir().last_pose();
-        files::check_replaceable(&path, POSES_FORMAT_VERSION)?;
+        files::check_replaceable(&path, POSES_FORMAT_VERSIONS.newest)?;
         let Some(&pose) = pose else { return files::remove_file(&path) };
-        let document = PoseDocument { format_version: POSES_FORMAT_VERSION, pose };
-        files::replace(&path, &to_json(&path, &document)?)
+        let document = PoseDocument { format_version: POSES_FORMAT_VERSIONS.newest, pose };
+        files::replace(&path, &to_checked_json(&path, &document)?)
     }
 
     /// Docks in the saved maps and in those in the bin, without those of maps that no longer exist.
     pub fn docks(&self) -> Vec<PoseInMap> {
-        let mut docks = match self.read_or_put_aside(&self.dir().docks(), texts::DOCKS_ARE_FORGOTTEN) {
-            Some(AnyDocksDocument::Unversioned(docks)) => docks,
-            Some(AnyDocksDocument::Versioned(document)) => document.docks,
-            None => Vec::new(),
-        };
+        let docks = self.read_or_put_aside(&self.dir().docks(), read_docks, texts::DOCKS_ARE_FORGOTTEN);
+        let mut docks = docks.unwrap_or_default();
         docks.retain(|dock| self.dir().map(dock.map).exists() || self.dir().binned_map(dock.map).exists());
         docks
     }
@@ -80,18 +70,23 @@ impl Store {
     /// When the disk fails, or a later program wrote the file.
     pub fn save_docks(&self, docks: &[PoseInMap]) -> Result<(), StoreError> {
         let path = self.dir().docks();
-        files::check_replaceable(&path, POSES_FORMAT_VERSION)?;
-        let document = DocksDocument { format_version: POSES_FORMAT_VERSION, docks: docks.to_vec() };
-        files::replace_durably(&path, &to_json(&path, &document)?)
+        files::check_replaceable(&path, POSES_FORMAT_VERSIONS.newest)?;
+        let document = DocksDocument { format_version: POSES_FORMAT_VERSIONS.newest, docks: docks.to_vec() };
+        files::replace_durably(&path, &to_checked_json(&path, &document)?)
     }
 
     /// Reads a document that the program can do without. One that cannot be read is put aside, because this program will write its own. People are told
     /// of both, with `consequence`, a sentence.
-    fn read_or_put_aside<T: DeserializeOwned>(&self, path: &Path, consequence: &str) -> Option<T> {
+    fn read_or_put_aside<T>(
+        &self,
+        path: &Path,
+        read: impl FnOnce(&Path) -> Result<T, StoreError>,
+        consequence: &str,
+    ) -> Option<T> {
         if !path.exists() {
             return None;
         }
-        match files::read_versioned(path, POSES_FORMAT_VERSION) {
+        match read(path) {
             Ok(document) => return Some(document),
             Err(error @ StoreError::LaterVersion { .. }) => {
                 self.add_problem(texts::file_of_later_program(&error, consequence));
@@ -104,14 +99,22 @@ impl Store {
     }
 }
 
-fn to_json(path: &Path, document: &impl Serialize) -> Result<Vec<u8>, StoreError> {
-    serde_json::to_vec(document).map_err(|source| StoreError::Document { path: path.to_owned(), source })
+fn read_pose(path: &Path) -> Result<PoseDocument, StoreError> {
+    read_checked_json(path, POSES_FORMAT_VERSIONS)
+}
+
+/// Programs up to November 2026 wrote the list alone.
+fn read_docks(path: &Path) -> Result<Vec<PoseInMap>, StoreError> {
+    let bytes = fs::read(path).map_err(|source| StoreError::io("read", path, source))?;
+    if bytes.starts_with(b"[") {
+        return files::read_json(path);
+    }
+    Ok(read_checked_json::<DocksDocument>(path, POSES_FORMAT_VERSIONS)?.docks)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::fs;
     use uuid::Uuid;
     use vocab::{MapId, Pose, Vec3};
 
@@ -137,7 +140,7 @@ mod tests {
         store.save_docks(&[pose]).expect("saved");
         for path in [store.dir().last_pose(), store.dir().docks()] {
             let document: serde_json::Value = files::read_json(&path).expect("json");
-            assert_eq!(document["format_version"], 1);
+            assert_eq!(document["format_version"], 2);
         }
         assert_eq!((store.last_pose(), store.docks()), (Some(pose), vec![pose]));
     }
@@ -168,7 +171,7 @@ mod tests {
     fn documents_of_a_later_program_are_left_as_they_are() {
         let dir = tempfile::tempdir().expect("temporary directory");
         let (store, pose) = store_with_map(dir.path());
-        let later = r#"{"format_version":2,"beacons":[]}"#;
+        let later = r#"{"format_version":3,"beacons":[]}"#;
         for path in [store.dir().last_pose(), store.dir().docks()] {
             fs::write(path, later).expect("written");
         }
@@ -176,7 +179,7 @@ mod tests {
         let refused =
             [store.save_last_pose(Some(&pose)), store.save_last_pose(None), store.save_docks(&[pose])];
         assert!(
-            refused.iter().all(|saved| matches!(saved, Err(StoreError::LaterVersion { version: 2, .. })))
+            refused.iter().all(|saved| matches!(saved, Err(StoreError::LaterVersion { version: 3, .. })))
         );
         for path in [store.dir().last_pose(), store.dir().docks()] {
             assert_eq!(fs::read_to_string(path).expect("kept"), later);

@@ -1,5 +1,7 @@
 //! Mapping sessions that their process did not end: it was killed, or the power went. They stay until a person saves or discards them.
 
+use crate::checked_json::{Versions, read_checked_json, to_checked_json};
+use crate::checksums::Checksums;
 use crate::cloud_files::{CloudFiles, cloud_name};
 use crate::session_journal::{HEADER_BYTES, RecoveredJournal, ScanPoses, SessionJournal};
 use crate::sessions::{is_cloud, keyframe_of, link_clouds};
@@ -11,15 +13,15 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use vocab::{MapId, SessionId};
 
-/// Version of [`SavingDocument`].
-const SAVING_FORMAT_VERSION: u32 = 1;
+/// Versions of [`SavingDocument`].
+const SAVING_FORMAT_VERSIONS: Versions = Versions { first_checked: 2, newest: 2 };
 
-/// Parameters of [`Store::interrupted_sessions`].
+/// Parameters of [`Store::interrupted_sessions`] and of the check of their clouds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct SessionRecoveryConfig {
+pub(crate) struct SessionRecoveryConfig {
     /// Clouds without a keyframe in the journal from which on the journal has lost records. A cloud may be written up to a second before the pose of its
     /// keyframe, and a session makes at most this many keyframes in a second: one a metre, at the greatest speed of a legged robot, 4 m/s.
-    min_clouds_without_keyframe: usize,
+    pub(crate) min_clouds_without_keyframe: usize,
 }
 
 impl Default for SessionRecoveryConfig {
@@ -87,7 +89,7 @@ impl Store {
             found.problems.extend(problem);
             found.sessions.push(InterruptedSession {
                 session,
-                at: read.last,
+                at: read.last(),
                 keyframes: read.graph.nodes.len() as u32,
                 distance_m: read.distance_m,
                 extends: read.extends,
@@ -117,7 +119,7 @@ impl Store {
             name: name.to_owned(),
             session,
             extends: journal.extends,
-            at: journal.last,
+            at: journal.last(),
             distance_m: journal.distance_m,
             trajectory,
             graph: Arc::new(journal.graph),
@@ -129,7 +131,7 @@ impl Store {
         let mut problems = Vec::new();
         let report = self.save_session(&finished, |from, to| {
             link_clouds(from, to)?;
-            problems = put_damaged_clouds_aside(to, &finished)?;
+            problems = put_damaged_clouds_aside(from, to, &finished)?;
             Ok(())
         })?;
         Ok((report, problems))
@@ -138,17 +140,15 @@ impl Store {
     /// Notes durably as which map a session is being saved.
     pub(crate) fn mark_as_saving(&self, session: SessionId, map: MapId) -> Result<(), StoreError> {
         let path = saving_path(&self.session(session));
-        let document = SavingDocument { format_version: SAVING_FORMAT_VERSION, map };
-        let bytes = serde_json::to_vec(&document)
-            .map_err(|source| StoreError::Document { path: path.clone(), source })?;
-        files::replace_durably(&path, &bytes)
+        let document = SavingDocument { format_version: SAVING_FORMAT_VERSIONS.newest, map };
+        files::replace_durably(&path, &to_checked_json(&path, &document)?)
     }
 
     /// Removes sessions with nothing to lose: those whose map is on the disk, and those that have neither keyframes nor damage.
     pub(crate) fn remove_ended_sessions(&self) -> Result<(), StoreError> {
         for folder in files::entries(&self.dir().sessions())? {
             if self.is_saved(&folder) || is_empty(self, &folder)? {
-                files::remove_directory(&folder)?;
+                files::remove_directory_at_once(&folder)?;
             }
         }
         Ok(())
@@ -156,9 +156,17 @@ impl Store {
 
     /// Whether the map as which a session was being saved is on the disk. A damaged map does not count.
     fn is_saved(&self, folder: &Path) -> bool {
-        let saving: Result<SavingDocument, _> =
-            files::read_versioned(&saving_path(folder), SAVING_FORMAT_VERSION);
-        saving.is_ok_and(|document| self.is_on_disk(document.map))
+        let path = saving_path(folder);
+        if !path.exists() {
+            return false;
+        }
+        match read_checked_json::<SavingDocument>(&path, SAVING_FORMAT_VERSIONS) {
+            Ok(document) => self.is_on_disk(document.map),
+            Err(error) => {
+                self.add_problem(texts::saving_note_damaged(&error));
+                false
+            }
+        }
     }
 
     /// Whether a map is saved, or in the bin, and can be read.
@@ -198,12 +206,23 @@ fn is_empty(store: &Store, folder: &Path) -> Result<bool, StoreError> {
 }
 
 /// Puts clouds aside that cannot be read, so that one of them does not keep the others from being saved. Returns what is wrong with them.
-fn put_damaged_clouds_aside(clouds: &Path, finished: &FinishedMap) -> Result<Vec<String>, StoreError> {
+fn put_damaged_clouds_aside(
+    session: &Path,
+    clouds: &Path,
+    finished: &FinishedMap,
+) -> Result<Vec<String>, StoreError> {
+    // Damaged checksums were reported when the program started. They must not keep the session from being saved.
+    let sums = Checksums::read(session).ok().flatten().unwrap_or_default();
     let cloud_files = CloudFiles::open(clouds)?;
     let mut problems = Vec::new();
     for node in &finished.graph.nodes {
-        if let Err(error) = cloud_files.read(node.id, node.stamp) {
-            let aside = files::put_aside(&clouds.join(cloud_name(node.id)))?;
+        let name = cloud_name(node.id);
+        let read = cloud_files.read(node.id, node.stamp).and_then(|_| match sums.has(&name) {
+            true => sums.check(clouds, &name).map(drop),
+            false => Ok(()),
+        });
+        if let Err(error) = read {
+            let aside = files::put_aside(&clouds.join(&name))?;
             problems.push(texts::cloud_damaged(&error, &aside));
         }
     }

@@ -150,3 +150,33 @@ fn a_session_without_keyframes_is_removed() {
     let store = Store::open(dir.path()).expect("opens");
     assert!(!store.session(SESSION).exists());
 }
+
+#[test]
+fn a_session_that_was_being_removed_is_not_offered_again() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let store = interrupted(dir.path());
+    let folder = store.session(SESSION);
+    // A crash after the folder got its hidden name, and after some of its files are gone.
+    let hidden = folder.with_file_name(format!(".{SESSION}"));
+    fs::rename(&folder, &hidden).expect("renamed");
+    fs::remove_file(hidden.join("000000.pcd")).expect("removed");
+    drop(store);
+    let store = Store::open(dir.path()).expect("opens");
+    assert_eq!(store.interrupted_sessions().expect("listed"), InterruptedSessions::default());
+    assert!(!hidden.exists());
+}
+
+#[test]
+fn a_cloud_with_a_wrong_bit_is_put_aside() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let store = interrupted(dir.path());
+    let path = store.session(SESSION).join("000002.pcd");
+    let mut bytes = fs::read(&path).expect("read");
+    let last = bytes.len() - 1;
+    bytes[last] ^= 1;
+    fs::write(&path, &bytes).expect("written");
+    let (_, problems) = store.save_interrupted_session(SESSION, map(2), "Hall").expect("saved");
+    let [problem] = &problems[..] else { panic!("{problems:?}") };
+    assert!(problem.contains("000002.pcd"), "{problem}");
+    assert_eq!(fs::read(store.dir().map(map(2)).join("clouds/000002.pcd.damaged")).expect("kept"), bytes);
+}

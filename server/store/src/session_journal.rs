@@ -10,9 +10,9 @@
 //! checksum is damage: what comes after it is not used. Changes of the graph build on each other, so where the writer had to leave records out, they are not
 //! used up to the next whole graph.
 
-use crate::StoreError;
 use crate::cloud_files::CloudFiles;
 use crate::keyframe_grid::KeyframeGrid;
+use crate::{StoreError, files};
 use geometry::{isometry_from_pose, pose_from_isometry};
 use messages::{GraphDelta, LoopDecision, PoseGraph};
 use serde::{Deserialize, Serialize};
@@ -75,6 +75,10 @@ impl SessionJournal {
             return Ok(Self { path, file, length });
         }
         file.write_all(&header()).map_err(failed)?;
+        // The names of the journal and of its session's folder.
+        for directory in path.ancestors().skip(1).take(2) {
+            files::sync_directory(directory)?;
+        }
         Ok(Self { file, length: HEADER_BYTES, path })
     }
 
@@ -97,12 +101,13 @@ impl SessionJournal {
         }
     }
 
-    /// Waits until all records are on the disk.
+    /// Waits until all records and the names of the clouds beside them are on the disk.
     ///
     /// # Errors
     /// When the disk fails.
     pub fn sync(&self) -> Result<(), StoreError> {
-        self.file.sync_data().map_err(|source| StoreError::io("write", &self.path, source))
+        self.file.sync_data().map_err(|source| StoreError::io("write", &self.path, source))?;
+        self.path.parent().map_or(Ok(()), files::sync_directory)
     }
 }
 
@@ -151,7 +156,7 @@ pub(crate) struct RecoveredJournal {
     keyframe_grid: KeyframeGrid,
     pub decisions: Vec<LoopDecision>,
     /// Instant of the last scan.
-    pub last: Stamp,
+    last_scan: Stamp,
     /// Pose of the base after each scan: its keyframe, and the pose in the frame of that keyframe.
     scan_poses: Vec<(Stamp, KeyframeId, Pose)>,
     /// Offset of the first record that is damaged. Also of the first change that does not apply to the graph, unless a whole graph followed.
@@ -186,7 +191,7 @@ impl RecoveredJournal {
         let mut version = [0; 4];
         version.copy_from_slice(&header[4..]);
         let version = u32::from_le_bytes(version);
-        crate::files::check_version(path, version, JOURNAL_FORMAT_VERSION)?;
+        files::check_version(path, version, JOURNAL_FORMAT_VERSION)?;
         if header[..4] != MAGIC || version == 0 {
             recovered.damaged_at = Some(0);
             return Ok(recovered);
@@ -237,7 +242,7 @@ impl RecoveredJournal {
             }
             SessionRecord::LoopDecided(decision) => self.decisions.push(decision),
             SessionRecord::ScanPose { stamp, map_from_base } => {
-                self.last = stamp;
+                self.last_scan = stamp;
                 if scan_poses == ScanPoses::Wanted {
                     self.scan_poses.extend(self.relative_to_nearest(stamp, &map_from_base));
                 }
@@ -265,6 +270,11 @@ impl RecoveredJournal {
         let is_kept = |id: KeyframeId| (id.0 as usize) < kept;
         self.graph.edges.retain(|edge| is_kept(edge.from) && is_kept(edge.to));
         self.decisions.retain(|decision| is_kept(decision.task.from) && is_kept(decision.task.to));
+    }
+
+    /// Instant of the last scan or keyframe. A session may be interrupted between its first keyframe and the pose of that scan.
+    pub fn last(&self) -> Stamp {
+        self.graph.nodes.last().map_or(self.last_scan, |node| node.stamp.max(self.last_scan))
     }
 
     /// Pose of the base in the map after every scan, with the last poses of the keyframes.

@@ -72,9 +72,19 @@ fn a_journal_holds_the_graph_and_a_trajectory_that_moves_with_it() {
     let read = read(&path);
     assert_eq!((read.graph.revision, read.graph.edges.len(), read.damaged_at), (3, 1, None));
     assert_eq!(read.graph.nodes[1].map_from_keyframe, pose(1.5));
-    assert_eq!((read.distance_m, read.last), (1.5, Stamp::from_parts(2, 0)));
+    assert_eq!((read.distance_m, read.last()), (1.5, Stamp::from_parts(2, 0)));
     let positions: Vec<f64> = read.trajectory().iter().map(|(_, pose)| pose.position.x).collect();
     assert!((positions[0] - 0.1).abs() < 1e-9 && (positions[1] - 1.7).abs() < 1e-9, "{positions:?}");
+}
+
+#[test]
+fn a_session_without_a_scan_was_interrupted_at_its_last_keyframe() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let path = dir.path().join("journal.bin");
+    let graph = PoseGraph { revision: 1, nodes: vec![node(0, 0.0), node(7, 0.0)], edges: Vec::new() };
+    let mut journal = SessionJournal::open(path.clone()).expect("opens");
+    journal.append(&SessionRecord::Graph(Arc::new(graph))).expect("written");
+    assert_eq!(read(&path).last(), Stamp::from_parts(7, 0));
 }
 
 #[test]

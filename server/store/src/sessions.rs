@@ -4,6 +4,7 @@
 //! cloud encoded for clients, a fifth of the size. Beside them is the journal of the session. All stay until the map is on the disk, or a person discards
 //! the session.
 
+use crate::checksums::append_checksum;
 use crate::cloud_files::{cloud_name, read_walked_cloud, write_cloud};
 use crate::map_cloud::{CloudSelection, MapCloud};
 use crate::map_clouds::{copy_clouds, map_clouds};
@@ -57,6 +58,7 @@ impl Store {
         let directory = self.session(keyframe.session);
         files::make_directory(&directory)?;
         write_cloud(&directory, keyframe)?;
+        append_checksum(&directory, &cloud_name(keyframe.id))?;
         write_encoded(&directory, keyframe.id, &keyframe.cloud.xyz, &keyframe.cloud.intensity)
     }
 
@@ -82,6 +84,9 @@ impl Store {
         let (from, directory) = (self.dir().map(map), self.session(session));
         files::make_directory(&directory)?;
         copy_clouds(&from, &directory, 0)?;
+        for path in files::entries(&directory)?.iter().filter(|path| is_cloud(path)) {
+            append_checksum(&directory, &path.file_name().unwrap_or_default().to_string_lossy())?;
+        }
         for cloud in map_clouds(&from, CloudSelection::ALL)? {
             let MapCloud { keyframe, xyz, intensity, .. } = cloud?;
             write_encoded(&directory, keyframe, &xyz, &intensity)?;
@@ -94,7 +99,12 @@ impl Store {
     /// # Errors
     /// When the disk fails.
     pub fn discard_session(&self, session: SessionId) -> Result<(), StoreError> {
-        files::remove_directory(&self.session(session))
+        files::remove_directory_at_once(&self.session(session))
+    }
+
+    /// Removes what a crash has left of sessions that were being removed.
+    pub(crate) fn remove_half_removed_sessions(&self) -> Result<(), StoreError> {
+        files::remove_half_removed(&self.dir().sessions())
     }
 
     pub(crate) fn session(&self, session: SessionId) -> PathBuf {

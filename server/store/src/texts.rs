@@ -8,6 +8,13 @@ use std::path::{Path, PathBuf};
 pub(crate) const BROKEN_TILE: &str = "names a broken tile";
 /// A file among tiles whose name is no hash.
 pub(crate) const NO_TILE_NAME: &str = "is not named as a tile is";
+/// checksums.b3 with a line that is none.
+pub(crate) const BROKEN_CHECKSUMS: &str = "has a line that is no checksum";
+/// A map's folder without checksums.b3.
+pub(crate) const CHECKSUMS_MISSING: &str =
+    "is missing, so damage to the other files of the map cannot be found";
+/// checksums.b3 without a file of its folder.
+pub(crate) const CHECKSUM_LACKS_FILE: &str = "has no checksum for some of the files beside it";
 /// map.json with the id of another folder.
 pub(crate) const ID_OF_ANOTHER_MAP: &str = "holds the id of another map than its folder's name";
 /// graph.json whose keyframes are not numbered from 0.
@@ -71,6 +78,14 @@ pub(crate) fn stop_latch_lost(path: &Path) -> String {
     format!(
         "{} was damaged, and motion was not allowed since. Motion counts as stopped; allow it when the robot may move.",
         path.display()
+    )
+}
+
+/// The note as which map a session was being saved cannot be read.
+pub(crate) fn saving_note_damaged(error: &StoreError) -> String {
+    format!(
+        "{}. It says as which map an interrupted mapping session was being saved. Before you save that session, look whether its map is in the list.",
+        error_with_causes(error)
     )
 }
 

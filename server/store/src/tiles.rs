@@ -76,6 +76,7 @@ impl TileFiles {
             // A session may have written this tile before, without syncing it.
             files::sync_file(&path)?;
             files::sync_directory(directory)?;
+            files::sync_directory(&self.dir)?;
         }
         Ok(hash)
     }
@@ -89,7 +90,8 @@ impl TileFiles {
         let Some(directory) = path.parent() else { return Ok(()) };
         files::make_directory(directory)?;
         fs::rename(from, &path).map_err(|source| StoreError::io("write", &path, source))?;
-        files::sync_directory(directory)
+        files::sync_directory(directory)?;
+        files::sync_directory(&self.dir)
     }
 
     fn path(&self, hash: TileHash) -> PathBuf {

@@ -8,6 +8,7 @@
 //! uploads/<id>.map/   the map that is being made of it
 //! ```
 
+use crate::checked_json::{Versions, read_checked_json, to_checked_json};
 use crate::{Store, StoreError, files};
 use api::{DISK_RESERVE_BYTES, UPLOAD_RETENTION};
 use serde::{Deserialize, Serialize};
@@ -16,8 +17,8 @@ use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 use vocab::{MapId, Stamp, UploadId};
 
-/// Version of [`NoteDocument`].
-const NOTE_FORMAT_VERSION: u32 = 1;
+/// Versions of [`NoteDocument`].
+pub(crate) const NOTE_FORMAT_VERSIONS: Versions = Versions { first_checked: 2, newest: 2 };
 /// Size of a map relative to the file that it is made of, at most. A map takes 14 bytes a point (`docs/benchmarks/import.md`); LAZ, the smallest format, some 3.
 const MAX_MAP_PER_FILE: u64 = 5;
 
@@ -74,7 +75,7 @@ impl Store {
             let id = path.file_name().and_then(|name| name.to_str()?.parse::<UploadId>().ok());
             let (Some(upload), Ok(about)) = (id, fs::metadata(&path)) else { continue };
             let note = self.dir().upload_note(upload);
-            let read: Result<NoteDocument, _> = files::read_versioned(&note, NOTE_FORMAT_VERSION);
+            let read: Result<NoteDocument, _> = read_checked_json(&note, NOTE_FORMAT_VERSIONS);
             uploads.push(StoredUpload {
                 upload,
                 bytes: about.len(),
@@ -92,10 +93,9 @@ impl Store {
     /// When the disk fails, or a later program wrote the note.
     pub fn note_upload(&self, upload: UploadId, note: UploadNote) -> Result<(), StoreError> {
         let path = self.dir().upload_note(upload);
-        files::check_replaceable(&path, NOTE_FORMAT_VERSION)?;
-        let document = NoteDocument { format_version: NOTE_FORMAT_VERSION, note };
-        let failed = |source| StoreError::Document { path: path.clone(), source };
-        files::replace_durably(&path, &serde_json::to_vec(&document).map_err(failed)?)
+        files::check_replaceable(&path, NOTE_FORMAT_VERSIONS.newest)?;
+        let document = NoteDocument { format_version: NOTE_FORMAT_VERSIONS.newest, note };
+        files::replace_durably(&path, &to_checked_json(&path, &document)?)
     }
 
     /// Removes an uploaded file; no error if it does not exist.
@@ -220,7 +220,7 @@ mod tests {
         let dir = tempfile::tempdir().expect("temporary directory");
         let store = stored(dir.path());
         let path = store.dir().upload_note(UPLOAD);
-        let later = r#"{"format_version":2,"title":"Hall"}"#;
+        let later = r#"{"format_version":3,"title":"Hall"}"#;
         fs::write(&path, later).expect("written");
         assert_eq!(store.uploads().expect("listed")[0].note, None);
         assert!(matches!(store.note_upload(UPLOAD, note()), Err(StoreError::LaterVersion { .. })));

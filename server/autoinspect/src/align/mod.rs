@@ -4,7 +4,7 @@ pub mod frame_alignment;
 
 use crate::failure::Failure;
 use crate::keyframe_descriptors::read_keyframe_descriptors;
-use crate::progress::{Progress, lower_priority};
+use crate::progress::{Progress, run_in_background};
 use crate::{map, output, texts};
 use api::ImportStage;
 use clap::Args;
@@ -71,7 +71,7 @@ struct Report {
 /// Runs `autoinspect align`.
 pub fn run(args: &AlignArgs) -> Result<(), Failure> {
     if args.background {
-        lower_priority();
+        run_in_background();
     }
     if [&args.map, &args.onto].iter().any(|map| map::is_same_folder(&args.out, map)) {
         return Err(Failure::usage(texts::result_is_input(&args.out)));

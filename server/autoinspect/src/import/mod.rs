@@ -8,7 +8,7 @@ mod upright;
 use crate::align::frame_alignment::{self, AlignmentConfig, FrameAlignment, PointPair, parse_point_pair};
 use crate::failure::Failure;
 use crate::process::peak_memory;
-use crate::progress::{Progress, lower_priority};
+use crate::progress::{Progress, run_in_background};
 use crate::{map, output, texts};
 use api::ImportStage;
 use clap::Args;
@@ -168,7 +168,7 @@ pub fn run(args: &ImportArgs) -> Result<(), Failure> {
     let config = ImportConfig::default();
     let mut seconds = Seconds::default();
     if args.background {
-        lower_priority();
+        run_in_background();
     }
     let started = Instant::now();
     let survey = read_survey(args)?;

@@ -73,7 +73,8 @@ fn run(
 ) -> Result<(), String> {
     let started = std::env::current_exe().and_then(|program| {
         let mut import = Command::new(program);
-        import.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()
+        // Nothing is written to its standard input. That ends with this process, and the import then ends too.
+        import.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()
     });
     let mut child = started.map_err(|error| texts::import_not_started(&error))?;
     let (lines, errors) = (child.stdout.take(), child.stderr.take());

@@ -18,6 +18,8 @@ pub struct RobotProcess {
 impl RobotProcess {
     /// Starts a robot that listens in this directory.
     pub fn start(dir: &Path, more: &[&str]) -> Self {
+        // Of a core that is the first to use this directory.
+        fs::create_dir_all(dir).expect("made");
         let socket = dir.join("robot.sock");
         let child = program()
             .args(["simulated-robot", "--socket", text(&socket), "--robot", "sim:b1"])
@@ -52,27 +54,37 @@ pub struct CoreProcess {
 impl CoreProcess {
     /// Starts a core with a robot of its own: coarse scans and fast simulation, so that a walk takes seconds.
     pub fn start(data: &Path) -> Self {
-        Self::with(data, &["--lidar-columns", "200", "--people", "0", "--speed", "4"])
+        Self::start_with_log(data, Stdio::inherit())
+    }
+
+    /// As [`Self::start`], with its log written elsewhere.
+    pub fn start_with_log(data: &Path, log: Stdio) -> Self {
+        Self::with(data, &["--lidar-columns", "200", "--people", "0", "--speed", "4"], log)
     }
 
     /// Starts a core with the scans of a real sensor.
     pub fn at_full_resolution(data: &Path) -> Self {
-        Self::with(data, &[])
+        Self::with(data, &[], Stdio::inherit())
     }
 
-    fn with(data: &Path, robot: &[&str]) -> Self {
+    fn with(data: &Path, robot: &[&str], log: Stdio) -> Self {
         let robot = RobotProcess::start(data, robot);
-        let mut core = Self::start_with(data, &robot);
+        let mut core = Self::spawn(data, &robot, log);
         core.robot = Some(robot);
         core
     }
 
     /// Starts a core of this robot.
     pub fn start_with(data: &Path, robot: &RobotProcess) -> Self {
+        Self::spawn(data, robot, Stdio::inherit())
+    }
+
+    fn spawn(data: &Path, robot: &RobotProcess, log: Stdio) -> Self {
         let socket = data.join("core.sock");
         let child = program()
             .args(["core", "--data", text(data), "--socket", text(&socket), "--robot", &robot.name()])
             .stdin(Stdio::piped())
+            .stderr(log)
             .spawn()
             .expect("starts");
         Self { child, robot: None, socket }
@@ -81,6 +93,11 @@ impl CoreProcess {
     pub fn signal(&self, signal: rustix::process::Signal) {
         let process = rustix::process::Pid::from_raw(self.child.id() as i32).expect("not zero");
         rustix::process::kill_process(process, signal).expect("a running process");
+    }
+
+    /// Whether it has ended by itself.
+    pub fn has_ended(&mut self) -> bool {
+        self.child.try_wait().is_ok_and(|status| status.is_some())
     }
 
     /// Kills it, as `kill -9` does.

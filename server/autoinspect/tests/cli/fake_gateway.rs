@@ -12,6 +12,9 @@ use vocab::{ClientId, CommandId};
 /// Limit of all waits, far longer than any of them takes.
 pub const PATIENCE: Duration = Duration::from_secs(120);
 
+/// The client in whose name commands are sent.
+pub const CLIENT: ClientId = ClientId(Uuid::from_u128(1));
+
 /// A connection to a core.
 pub struct FakeGateway {
     stream: UnixStream,
@@ -25,11 +28,21 @@ static COMMANDS: AtomicU64 = AtomicU64::new(1);
 impl FakeGateway {
     /// Waits until the core listens, and connects.
     pub fn connect(socket: &Path) -> Self {
-        let stream = until("the core listens", || UnixStream::connect(socket).ok());
+        until("the core listens", || Self::try_connect(socket))
+    }
+
+    /// Connects, if the core listens.
+    pub fn try_connect(socket: &Path) -> Option<Self> {
+        let stream = UnixStream::connect(socket).ok()?;
         stream.set_read_timeout(Some(PATIENCE)).expect("settable");
         let mut gateway = Self { stream, notices: Vec::new() };
         gateway.send(&GatewayMessage::Hello { version: api::VERSION });
-        gateway
+        Some(gateway)
+    }
+
+    /// The same connection, to send while another thread reads.
+    pub fn another_sender(&self) -> Self {
+        Self { stream: self.stream.try_clone().expect("a second handle"), notices: Vec::new() }
     }
 
     /// Sends a message.
@@ -44,11 +57,16 @@ impl FakeGateway {
         assert_eq!(self.outcome(command), api::CommandOutcome::Accepted);
     }
 
+    /// Sends a command.
+    pub fn send_command(&mut self, command: Command) -> CommandId {
+        let id = CommandId(Uuid::from_u128(COMMANDS.fetch_add(1, Ordering::Relaxed).into()));
+        self.send(&GatewayMessage::Command { id, by: CLIENT, command });
+        id
+    }
+
     /// Sends a command and waits for its outcome.
     pub fn outcome(&mut self, command: Command) -> api::CommandOutcome {
-        let id = CommandId(Uuid::from_u128(COMMANDS.fetch_add(1, Ordering::Relaxed).into()));
-        let by = ClientId(Uuid::from_u128(1));
-        self.send(&GatewayMessage::Command { id, by, command });
+        let id = self.send_command(command);
         self.event(|event| match event {
             Event::CommandDone { id: done, outcome } if *done == id => Some(outcome.clone()),
             _ => None,
@@ -57,11 +75,16 @@ impl FakeGateway {
 
     /// The next message.
     pub fn message(&mut self) -> CoreMessage {
+        self.next_message().expect("the core is running")
+    }
+
+    /// The next message; none when the core has ended.
+    pub fn next_message(&mut self) -> Option<CoreMessage> {
         let mut length = [0; 4];
-        self.stream.read_exact(&mut length).expect("the core is running");
+        self.stream.read_exact(&mut length).ok()?;
         let mut body = vec![0; u32::from_le_bytes(length) as usize];
-        self.stream.read_exact(&mut body).expect("the core is running");
-        api::decode(&body).expect("a message")
+        self.stream.read_exact(&mut body).ok()?;
+        Some(api::decode(&body).expect("a message"))
     }
 
     /// Reads events until `wanted` accepts one.

@@ -1,11 +1,17 @@
 //! Tests of `autoinspect import`: a point cloud of another program becomes a map.
 
-use crate::program::{data, json, refused, text};
+use crate::program::{data, json, program, refused, text};
 use std::fmt::Write as _;
 use std::fs;
+use std::process::Stdio;
 
-/// A room of 8 x 6 m, 2.6 m high, with a table and a point every 0.1 m, far from the origin and with y up.
+/// A room of 8 x 6 m, 2.6 m high, with a table and a point every 0.1 m, far from the origin and with y up. PLY.
 fn room() -> String {
+    room_with_table_at(2.0)
+}
+
+/// The same room with its table elsewhere, so that it becomes another map.
+pub fn room_with_table_at(x: f64) -> String {
     let mut points = Vec::new();
     let mut plane = |corner: [f64; 3], u: [f64; 3], v: [f64; 3], long: usize, high: usize| {
         for i in 0..=long {
@@ -26,7 +32,7 @@ fn room() -> String {
     for x in [0.0, 8.0] {
         plane([x, 0.0, 0.0], [0.0, 6.0, 0.0], [0.0, 0.0, 2.6], 60, 26);
     }
-    plane([2.0, 4.0, 0.8], [1.4, 0.0, 0.0], [0.0, 0.8, 0.0], 14, 8);
+    plane([x, 4.0, 0.8], [1.4, 0.0, 0.0], [0.0, 0.8, 0.0], 14, 8);
     let mut text = format!(
         "ply\nformat ascii 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\nend_header\n",
         points.len()
@@ -173,4 +179,23 @@ fn a_survey_beyond_a_limit_ends_with_a_sentence() {
     let sentence = complaint_of(&wide, &["--max-minutes", "0.01"]);
     assert!(sentence.contains("more than 0.01 minutes of processor time"), "{sentence}");
     refused(&["import", text(&wide), "--out", text(&out), "--max-memory", "1"]);
+}
+
+#[test]
+fn an_import_in_the_background_ends_with_the_program_that_started_it() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    // Nobody writes into this pipe, so that the import never gets further.
+    let pipe = dir.path().join("pipe");
+    let mode = rustix::fs::Mode::RUSR | rustix::fs::Mode::WUSR;
+    rustix::fs::mknodat(rustix::fs::CWD, &pipe, rustix::fs::FileType::Fifo, mode, 0).expect("made");
+    let mut import = program()
+        .args(["import", text(&pipe), "--out", text(&dir.path().join("m")), "--background"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .spawn()
+        .expect("starts");
+    assert!(import.try_wait().expect("known").is_none());
+    // As the system does when that program is killed.
+    drop(import.stdin.take());
+    assert_eq!(import.wait().expect("ends").code(), Some(1));
 }

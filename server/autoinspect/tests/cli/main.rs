@@ -1,6 +1,7 @@
 //! Tests of the program from outside: processes, exit codes, files, signals.
 
 mod core_process;
+mod crash;
 mod failures;
 mod fake_gateway;
 mod import;

@@ -5,6 +5,7 @@ use crate::program::{program, refused, text};
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::os::unix::process::CommandExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 
@@ -22,7 +23,21 @@ impl Platform {
 
     /// Starts it with environment variables.
     pub fn start_with(dir: &Path, variables: &[(&str, &Path)]) -> Self {
-        let complaints = dir.join("stderr.txt");
+        Self::launch(dir, &["--lidar-columns", "50"], variables)
+    }
+
+    /// Starts it with further arguments of its robot. Returns when browsers can use it.
+    pub fn start_with_robot(dir: &Path, robot: &[&str]) -> Self {
+        Self::launch(dir, robot, &[])
+    }
+
+    /// Where its standard error is written.
+    pub fn log(dir: &Path) -> PathBuf {
+        dir.join("stderr.txt")
+    }
+
+    fn launch(dir: &Path, robot: &[&str], variables: &[(&str, &Path)]) -> Self {
+        let complaints = Self::log(dir);
         let client = dir.join("static");
         fs::create_dir_all(&client).expect("made");
         fs::write(client.join("index.html"), "<title>AutoInspect</title>").expect("writable");
@@ -36,10 +51,13 @@ impl Platform {
                 "--listen",
                 "127.0.0.1:0",
             ])
-            .args(["--robot", "sim:b1", "--lidar-columns", "50", "--people", "0"])
+            .args(["--robot", "sim:b1", "--people", "0"])
+            .args(robot)
             .envs(variables.iter().copied())
             .stdout(Stdio::piped())
             .stderr(fs::File::create(&complaints).expect("writable"))
+            // A group of its own, so that all its processes can be killed at once.
+            .process_group(0)
             .spawn()
             .expect("starts");
         let mut line = String::new();
@@ -56,6 +74,23 @@ impl Platform {
             let command = fs::read(format!("/proc/{child}/cmdline")).unwrap_or_default();
             command.split(|byte| *byte == 0).nth(1) == Some(role.as_bytes())
         })
+    }
+
+    /// Stops the gateway and the supervisor, which would start it again: a core has one gateway at a time, and a test may take its place.
+    pub fn freeze_gateway(&self) {
+        signal(self.child.id(), rustix::process::Signal::STOP);
+        signal(self.process("gateway").expect("runs"), rustix::process::Signal::STOP);
+    }
+
+    /// Kills all its processes at once, as a power cut does, and waits until they are gone.
+    pub fn kill_all(mut self) {
+        let group = rustix::process::Pid::from_raw(self.child.id() as i32).expect("not zero");
+        let processes = ["gateway", "core", "simulated-robot"].map(|role| self.process(role));
+        rustix::process::kill_process_group(group, rustix::process::Signal::KILL).expect("running processes");
+        self.child.wait().expect("reaped");
+        for process in processes.into_iter().flatten() {
+            until("it ends", || has_ended(process).then_some(()));
+        }
     }
 
     pub fn get(&self, path: &str) -> Option<String> {
@@ -80,11 +115,19 @@ impl Drop for Platform {
     fn drop(&mut self) {
         if self.child.try_wait().is_ok_and(|ended| ended.is_none()) {
             signal(self.child.id(), rustix::process::Signal::TERM);
+            // It may be stopped, see [`Self::freeze_gateway`].
+            signal(self.child.id(), rustix::process::Signal::CONT);
         }
         let _ = self.child.wait();
     }
 }
 
+/// Whether a process has ended. In a container it may remain as a zombie.
+pub fn has_ended(process: u32) -> bool {
+    fs::read_to_string(format!("/proc/{process}/stat")).map_or(true, |stat| stat.contains(") Z"))
+}
+
+/// Sends a signal to a process.
 pub fn signal(process: u32, signal: rustix::process::Signal) {
     let process = rustix::process::Pid::from_raw(process as i32).expect("not zero");
     rustix::process::kill_process(process, signal).expect("a running process");
@@ -124,13 +167,7 @@ fn no_process_outlives_a_supervisor_that_was_killed() {
     platform.child.kill().expect("killed");
     platform.child.wait().expect("reaped");
     for process in processes {
-        let stat = format!("/proc/{process}/stat");
-        until("it ends", || match fs::read_to_string(&stat) {
-            // In a container it may remain as a zombie.
-            Ok(stat) if stat.contains(") Z") => Some(()),
-            Ok(_) => None,
-            Err(_) => Some(()),
-        });
+        until("it ends", || has_ended(process).then_some(()));
     }
 }
 
