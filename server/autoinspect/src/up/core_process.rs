@@ -88,11 +88,14 @@ pub fn run_core(args: &CoreArgs) -> Result<(), Failure> {
     select! {
         recv(stop.receiver()) -> _ => Ok(()),
         // Its clock and its place may have changed. A new core begins anew, and offers a mapping session that this one leaves unfinished.
-        recv(robot_restarted) -> _ => {
+        // Disconnected: the link has ended with the control loop, which says why.
+        recv(robot_restarted) -> restarted => if restarted.is_err() {
+            Err(thread_failed(failed.recv().ok()))
+        } else {
             let cause = crate::texts::ROBOT_RESTARTED;
             args.supervision.report(&ChildReport::Failed(cause.to_owned()));
             Err(Failure::failed(crate::texts::process_failed(cause)))
-        }
+        },
         recv(failed) -> failure => Err(thread_failed(failure.ok())),
     }
 }

@@ -69,8 +69,7 @@ fn a_core_whose_writer_panics_is_started_again() {
 fn a_core_whose_control_loop_panics_is_started_again() {
     let faulty = FaultyPlatform::start();
     faulty.inject("panic-control");
-    // By its own report, or by its silence if its link to the robot does not end.
-    until("the core runs again", || faulty.restarts("core"));
+    faulty.restarted("core", 1, "panicked in its thread control: a test asked for it");
 }
 
 #[test]
