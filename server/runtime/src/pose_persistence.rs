@@ -1,5 +1,6 @@
 //! Writes the robot's pose in the map in use and the docks to disk. At the next start the robot is localised there.
 
+use crate::jobs::known_map;
 use messages::{Estimate, LocalisationState, PoseInMap};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -25,8 +26,8 @@ pub struct PosePersistence {
     store: Arc<Store>,
     /// The map in which the robot is localised without degradation.
     localised_map: Option<MapId>,
-    /// Whether a map is being read.
-    is_loading: bool,
+    /// The map that is being read.
+    loading: Option<MapId>,
     /// The pose written last, and when.
     written: Option<(Instant, PoseInMap)>,
     /// Whether the last write failed, which is logged once.
@@ -36,7 +37,7 @@ pub struct PosePersistence {
 impl PosePersistence {
     /// Writes to this store.
     pub fn new(config: PosePersistenceConfig, store: Arc<Store>) -> Self {
-        Self { config, store, localised_map: None, is_loading: false, written: None, is_failing: false }
+        Self { config, store, localised_map: None, loading: None, written: None, is_failing: false }
     }
 
     /// Updates the state of localisation. The written pose stays while the robot relocalises and when the map cannot be read, because that can be mended. It is
@@ -46,9 +47,13 @@ impl PosePersistence {
             LocalisationState::Localised { map, degradation: None } => Some(*map),
             _ => None,
         };
-        let was_loading =
-            std::mem::replace(&mut self.is_loading, matches!(state, LocalisationState::Loading { .. }));
-        if *state == LocalisationState::Idle && !was_loading {
+        let loading = match state {
+            LocalisationState::Loading { map } => Some(*map),
+            _ => None,
+        };
+        let was_loading = std::mem::replace(&mut self.loading, loading);
+        // Somebody may also have left the map while it was being read.
+        if *state == LocalisationState::Idle && was_loading.is_none_or(|map| self.is_readable(map)) {
             self.written = None;
             self.write(None);
         }
@@ -69,6 +74,11 @@ impl PosePersistence {
         if let Err(error) = self.store.save_docks(docks) {
             tracing::warn!("the docks cannot be saved: {error}");
         }
+    }
+
+    /// Reads the whole map: some 20 us for each of its keyframes.
+    fn is_readable(&self, map: MapId) -> bool {
+        known_map(&self.store.dir().map(map)).is_ok()
     }
 
     fn write(&mut self, pose: Option<&PoseInMap>) {
