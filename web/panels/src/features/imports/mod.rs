@@ -12,22 +12,19 @@ use api::{Command, Import, MapSummary, StoredUpload};
 use client_model::{ClientCommand, Model};
 use egui::{Align, Layout, Response, Ui, vec2};
 
-/// The section below the saved maps: a running import, files that wait for another attempt, and the buttons that start an import.
+/// The section below the saved maps: a running import, or else the buttons that start one; then files that wait for another attempt. They come last, so that the
+/// buttons do not move when a file is refused.
 pub(crate) fn show(ui: &mut Ui, cx: &mut PanelContext<'_>) {
     let model = cx.model;
-    let mut is_running = true;
     if let Some(upload) = model.imports.upload() {
         show_running(ui, cx, &texts::sending(&upload.file), upload.share);
     } else if let Import::Running { name, stage, share, .. } = model.imports.import() {
         show_running(ui, cx, &texts::stage(*stage, name), *share);
     } else {
-        is_running = false;
+        show_start(ui, cx);
     }
     for stored in model.imports.stored() {
         ui.push_id(stored.upload.0, |ui| show_stored(ui, cx, stored));
-    }
-    if !is_running {
-        show_start(ui, cx);
     }
 }
 
