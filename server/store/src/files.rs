@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
 
 /// Creates a directory and its parents; no error if it exists.
 pub fn make_directory(path: &Path) -> Result<(), StoreError> {
@@ -94,9 +95,10 @@ pub fn is_temporary(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending == TEMPORARY_SUFFIX)
 }
 
-/// Under this name a file is written before it gets its own.
+/// Under this name a file is written before it gets its own: `NAME.part`. It differs from the name that every other file has while it is written.
 pub fn temporary_path(path: &Path) -> PathBuf {
-    path.with_extension(TEMPORARY_SUFFIX)
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!("{name}.{TEMPORARY_SUFFIX}"))
 }
 
 /// Replaces a file that others may be reading: they find the old or the new content. It is not synced: after a power cut it may be the old one, or damaged.
@@ -210,6 +212,12 @@ pub fn free_bytes(directory: &Path) -> Result<u64, StoreError> {
     let disk =
         rustix::fs::statvfs(directory).map_err(|error| StoreError::io("read", directory, error.into()))?;
     Ok(disk.f_bavail.saturating_mul(disk.f_frsize))
+}
+
+/// Whether a file was written before `now - age`. One whose time is unknown or in the future counts as new.
+pub fn is_older_than(path: &Path, age: Duration, now: SystemTime) -> bool {
+    let modified = fs::symlink_metadata(path).and_then(|about| about.modified());
+    modified.is_ok_and(|modified| now.duration_since(modified).is_ok_and(|elapsed| elapsed > age))
 }
 
 /// Bytes of all files in a directory and those below it.

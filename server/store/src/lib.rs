@@ -105,7 +105,9 @@ impl Store {
     /// Removes what unfinished imports have left. An import whose core was killed may be writing there while it ends, so a failure is tried again and does not keep
     /// the robot from starting.
     fn end_uploads(&self, config: &OpenConfig) {
-        if let Err(error) = config.retry(|| self.remove_unfinished_uploads().map_err(Retry::Again)) {
+        if let Err(error) =
+            config.retry(|| self.remove_unfinished_uploads(SystemTime::now()).map_err(Retry::Again))
+        {
             tracing::warn!(
                 "what an import has left stays until the next start: {}",
                 ports::error_with_causes(&error)

@@ -105,7 +105,7 @@ fn a_kill_between_the_steps_loses_nothing() {
     assert_eq!((store.maps().expect("listed").len(), store.binned_maps().expect("listed").len()), (1, 0));
     assert!(files.iter().all(|(path, bytes)| fs::read(path).expect("kept") == *bytes));
     // While it is renamed: the new file was written, and is not in its place.
-    fs::write(map.join("map.part"), "{").expect("written");
+    fs::write(map.join("map.json.part"), "{").expect("written");
     store.rename_map(MAP, "Cellar").expect("renamed");
     // While it is deleted for good: half of it is gone.
     store.bin_map(MAP, Some(NOW)).expect("moved");

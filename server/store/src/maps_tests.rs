@@ -116,7 +116,7 @@ fn clients_find_the_whole_scan_of_a_keyframe_while_its_session_lasts() {
     for (found, told) in found.iter().zip(&xyz) {
         assert!((0..3).all(|axis| (found[axis] - told[axis]).abs() < 0.011), "{found:?} for {told:?}");
     }
-    assert!(!path.with_extension("part").exists());
+    assert!(!files::temporary_path(&path).exists());
     store.discard_session(SESSION).expect("discarded");
     assert!(!path.exists());
 }

@@ -135,7 +135,7 @@ impl Store {
                     Some(temporary) => temporary.parse::<TileHash>().is_ok(),
                     None => name.parse().is_ok_and(|hash: TileHash| !referenced.contains(&hash)),
                 };
-                if is_unused && is_older_than(&path, CONFIG.unused_grace, now) {
+                if is_unused && files::is_older_than(&path, CONFIG.unused_grace, now) {
                     files::remove_file(&path)?;
                 }
             }
@@ -156,10 +156,4 @@ impl Store {
         }
         Ok(referenced)
     }
-}
-
-/// Whether a file was written before `now - age`. One whose time is unknown or in the future counts as new.
-fn is_older_than(path: &Path, age: Duration, now: SystemTime) -> bool {
-    let modified = fs::symlink_metadata(path).and_then(|about| about.modified());
-    modified.is_ok_and(|modified| now.duration_since(modified).is_ok_and(|elapsed| elapsed > age))
 }

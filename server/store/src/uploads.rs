@@ -14,7 +14,7 @@ use api::{DISK_RESERVE_BYTES, UPLOAD_RETENTION};
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::Path;
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use vocab::{MapId, Stamp, UploadId};
 
 /// Versions of [`NoteDocument`].
@@ -129,11 +129,17 @@ impl Store {
         Ok(files::free_bytes(&self.dir().uploads())? >= needed)
     }
 
-    /// Removes what imports left that their process did not end: the halves of maps, and notes without a file.
-    pub(crate) fn remove_unfinished_uploads(&self) -> Result<(), StoreError> {
+    /// Removes what their process did not end: the halves of maps, notes without a file and half-written ones, and files that the gateway has not written to for
+    /// [`UPLOAD_RETENTION`]. It may still be receiving the others.
+    pub(crate) fn remove_unfinished_uploads(&self, now: SystemTime) -> Result<(), StoreError> {
+        let retention = Duration::from_secs_f64(UPLOAD_RETENTION.secs_f64());
         for path in files::entries(&self.dir().uploads())? {
             match upload_of(&path) {
                 Some((_, "map")) => files::remove_directory(&path)?,
+                Some((_, "json.part")) => files::remove_file(&path)?,
+                Some((_, "part")) if files::is_older_than(&path, retention, now) => {
+                    files::remove_file(&path)?
+                }
                 Some((upload, "json")) if !self.dir().upload(upload).exists() => files::remove_file(&path)?,
                 _ => {}
             }
@@ -199,6 +205,15 @@ mod tests {
         assert_eq!((kept.upload, kept.bytes, kept.note), (UPLOAD, 6, Some(note())));
         assert!(!half.exists() && !orphan.exists());
         assert!(arriving.exists(), "the gateway may still be receiving it");
+        // Of a note that was being written, and of a gateway that was killed.
+        let half_note = store.dir().uploads().join(format!("{UPLOAD}.json.part"));
+        fs::write(&half_note, "{").expect("written");
+        let file = fs::File::options().write(true).open(&arriving).expect("opens");
+        file.set_modified(SystemTime::now() - Duration::from_secs(25 * 3600)).expect("made older");
+        drop(store);
+        let store = Store::open(dir.path()).expect("opens");
+        assert!(!arriving.exists() && !half_note.exists());
+        assert_eq!(store.uploads().expect("listed").len(), 1);
     }
 
     #[test]

@@ -26,6 +26,8 @@ pub struct CoreState {
     pub localised_since: Option<Instant>,
     pub import: Import,
     pub notices: Vec<String>,
+    /// Instant of the first estimate.
+    pub began: Option<Stamp>,
     /// Instant of the newest estimate.
     pub now: Option<Stamp>,
     /// Keyframes of the running session.
@@ -51,7 +53,10 @@ impl CoreState {
             }
             Event::Import(import) => self.import = import,
             Event::Notice(notice) => self.notices.push(notice.text),
-            Event::Estimate(estimate) => self.now = Some(estimate.stamp),
+            Event::Estimate(estimate) => {
+                self.began.get_or_insert(estimate.stamp);
+                self.now = Some(estimate.stamp);
+            }
             Event::Graph(graph) => {
                 self.session = graph.session;
                 self.keyframes = graph.nodes.iter().map(Self::keyframe).collect();

@@ -59,14 +59,14 @@ pub struct RunningSession {
     pub keyframes: Vec<Stamp>,
     /// Instant of the newest estimate.
     pub now: Option<Stamp>,
-    /// Instant of the last recorded input.
+    /// Instant of the last recorded input; of the first estimate if none was recorded.
     pub recorded_until: Option<Stamp>,
 }
 
 impl RunningSession {
     fn of(id: SessionId, state: &CoreState, data: &Path) -> Self {
         let keyframes = state.keyframes.values().copied().collect();
-        Self { id, keyframes, now: state.now, recorded_until: recorded_until(data) }
+        Self { id, keyframes, now: state.now, recorded_until: recorded_until(data).or(state.began) }
     }
 
     /// Keyframes that must be there after a kill: those older than the second that may be lost.
