@@ -39,10 +39,16 @@ impl Checksums {
         };
         let broken = || StoreError::Broken { path: path.clone(), what: texts::BROKEN_CHECKSUMS };
         let text = String::from_utf8(bytes).map_err(|_| broken())?;
-        let whole = text.rfind('\n').map_or("", |end| &text[..end]);
+        let (whole, torn) = text.rsplit_once('\n').unwrap_or(("", &text));
+        // The end of a line may be what is damaged.
+        if whole.lines().map(str::len).max().is_some_and(|longest| torn.len() > longest) {
+            return Err(broken());
+        }
         let sums = whole.lines().map(|line| {
-            let (hash, name) = line.split_once("  ")?;
-            Some((name.to_owned(), hash.parse().ok()?))
+            let (text, name) = line.split_once("  ")?;
+            let hash: blake3::Hash = text.parse().ok()?;
+            // Capital digits mean the same, and are damage.
+            (hash.to_hex().as_str() == text).then(|| (name.to_owned(), hash))
         });
         Ok(Some(Self { sums: sums.collect::<Option<_>>().ok_or_else(broken)? }))
     }
@@ -68,11 +74,13 @@ impl Checksums {
     /// When it cannot be read or does not match.
     pub fn check(&self, folder: &Path, name: &str) -> Result<u64, StoreError> {
         let path = folder.join(name);
+        let checksums = Self::path(folder);
+        if self.has(name) && !path.exists() {
+            return Err(StoreError::ListedFileMissing { path, checksums });
+        }
         let (hash, bytes) = hash_file(&path)?;
         match self.of(name) {
-            Some(expected) if *expected != hash => {
-                Err(StoreError::ListedChecksum { path, checksums: Self::path(folder) })
-            }
+            Some(expected) if *expected != hash => Err(StoreError::ListedChecksum { path, checksums }),
             _ => Ok(bytes),
         }
     }

@@ -79,6 +79,14 @@ pub enum StoreError {
         /// The file with its checksum.
         checksums: PathBuf,
     },
+    /// A file with a checksum in another file is not there.
+    #[error("{} is missing, or {}, which lists it, is damaged", path.display(), checksums.display())]
+    ListedFileMissing {
+        /// The file.
+        path: PathBuf,
+        /// The file with its checksum.
+        checksums: PathBuf,
+    },
     /// A file has changed since this store wrote it.
     #[error("{} does not match its checksum, so it is damaged", path.display())]
     Checksum {

@@ -177,8 +177,11 @@ fn check_session(folder: &Path, report: &mut dyn StoredDataReport) -> ControlFlo
     let clouds = clouds.iter().filter(|path| is_cloud(path)).filter_map(|path| path.file_name()?.to_str());
     let mut names: BTreeSet<&str> = sums.names().collect();
     names.extend(clouds);
-    let without = names.iter().filter(|name| !sums.has(name)).count();
-    if without >= SessionRecoveryConfig::default().min_clouds_without_keyframe {
+    let without: Vec<&str> = names.iter().copied().filter(|name| !sums.has(name)).collect();
+    // The checksums of the last clouds may not have been written any more.
+    let last = sums.names().max().unwrap_or_default();
+    let lacks_earlier = !last.is_empty() && without.iter().any(|name| *name < last);
+    if lacks_earlier || without.len() >= SessionRecoveryConfig::default().min_clouds_without_keyframe {
         let (path, what) = (Checksums::path(folder), texts::CHECKSUM_LACKS_FILE);
         report.on_damage(StoreError::Broken { path, what });
     }

@@ -122,3 +122,22 @@ fn maps_without_checksums_are_read_and_a_removed_map_is_not_damaged() {
     fs::remove_dir_all(&map).expect("removed");
     assert_eq!(damage(&store), Vec::<String>::new());
 }
+
+#[test]
+fn one_wrong_bit_in_the_checksums_of_a_session_is_found() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let store = store_with_data(dir.path());
+    let folder = store.session(SESSION);
+    let path = folder.join("checksums.b3");
+    let whole = fs::read(&path).expect("read");
+    // Every seventh bit, so that each of a byte's eight comes.
+    for bit in (0..whole.len() * 8).step_by(7) {
+        let mut bytes = whole.clone();
+        bytes[bit / 8] ^= 1 << (bit % 8);
+        fs::write(&path, &bytes).expect("written");
+        let mut found = Found(Vec::new());
+        assert!(check_session(&folder, &mut found).is_continue());
+        let is_named = found.0.iter().any(|text| text.contains("checksums.b3"));
+        assert!(is_named, "bit {bit}: {:?} in {}", found.0, String::from_utf8_lossy(&bytes));
+    }
+}

@@ -242,8 +242,9 @@ impl Template {
         drop(store);
         // As if it had been killed while it was saved.
         let saving = data.join("sessions").join(session.to_string()).join("saving.json");
-        fs::write(saving, format!(r#"{{"format_version":1,"map":"{}"}}"#, Uuid::from_u128(9)))
-            .expect("written");
+        let rest = format!(r#""format_version":2,"map":"{}"}}"#, Uuid::from_u128(9));
+        let checksum = blake3::hash(rest.as_bytes());
+        fs::write(saving, format!(r#"{{"checksum":"{checksum}",{rest}"#)).expect("written");
         fs::write(data.join("uploads").join(upload.to_string()), room_with_table_at(2.0)).expect("written");
         let _ = fs::remove_file(data.join("core.sock"));
         let template = dir.join("template");
