@@ -30,8 +30,8 @@ pub trait StoredDataReport {
 }
 
 impl Store {
-    /// Reads all maps that can be listed, their tiles, and these sessions, none of which runs. Maps of programs that wrote no checksums are read as far as damage
-    /// can be seen in their files. Time: that of reading everything. Memory: the hashes of all tiles.
+    /// Reads all maps that can be listed, their tiles, and these sessions, none of which runs. Maps of programs that wrote no checksums are
+    /// read too, but only damage that makes a file unreadable is found in them. Time: that of reading everything. Memory: the hashes of all tiles.
     ///
     /// # Errors
     /// When the directory of maps cannot be read.

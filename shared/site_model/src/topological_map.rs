@@ -192,11 +192,11 @@ pub enum TravelDirection {
     Any,
 }
 
-/// One step of what is tried when an edge cannot be walked.
+/// A step of the policy for an edge that cannot be walked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EdgeFailStep {
-    /// Try again so many times.
+    /// Try again this number of times.
     Retry(u8),
     /// Wait for this time and try again.
     Wait(Span),

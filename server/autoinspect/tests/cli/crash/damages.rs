@@ -19,8 +19,8 @@ use std::time::Duration;
 use uuid::Uuid;
 use vocab::{MapId, Pose, SessionId, UploadId};
 
-/// Keyframes of the interrupted session: so many that half a journal is noticed by the clouds that it does not know. With fewer, it is as if the program had
-/// been killed before the last clouds were in the journal.
+/// Keyframes of the interrupted session. Half a journal is noticed by four or more clouds that it does not know, and this number leaves eight. With fewer than
+/// four, a cut journal looks like that of a program that was killed before the last clouds were in it.
 const SESSION_KEYFRAMES: usize = 16;
 
 /// Longest time from the start until all files have been looked into.
