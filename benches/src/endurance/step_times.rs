@@ -17,18 +17,28 @@ pub struct StepTimes {
     sum: Ascending,
 }
 
+/// Number of the slowest steps that are printed with the scan at which they came.
+const SLOWEST: usize = 4;
+
 /// Times in ascending order, milliseconds.
-struct Ascending(Vec<f64>);
+struct Ascending {
+    times_ms: Vec<f64>,
+    /// The slowest ones, the slowest first: number of the scan in the walk, from 0, and time.
+    slowest: Vec<(usize, f64)>,
+}
 
 impl Ascending {
     fn new(mut times_ms: Vec<f64>) -> Self {
+        let mut slowest: Vec<(usize, f64)> = times_ms.iter().copied().enumerate().collect();
+        slowest.sort_by(|a, b| b.1.total_cmp(&a.1));
+        slowest.truncate(SLOWEST);
         times_ms.sort_by(f64::total_cmp);
-        Self(times_ms)
+        Self { times_ms, slowest }
     }
 
     /// Whether the limits are met. A walk without scans does not meet them.
     fn meets_bar(&self) -> bool {
-        quantile(&self.0, 0.999) <= P999_MAX_MS && quantile(&self.0, 1.0) <= STEP_MAX_MS
+        quantile(&self.times_ms, 0.999) <= P999_MAX_MS && quantile(&self.times_ms, 1.0) <= STEP_MAX_MS
     }
 }
 
@@ -52,12 +62,13 @@ impl StepTimes {
     pub fn print_header() {
         println!("CPU time of the control thread for each scan, ms:");
         println!(
-            "{:<12}{:<26}{:>8}{:>8}{:>8}{:>8}{:>8}",
+            "{:<12}{:<26}{:>8}{:>8}{:>8}{:>8}{:>8}  slowest, ms @ scan",
             "phase", "what", "scans", "p50", "p99", "p99.9", "max"
         );
     }
 
-    /// Prints three lines.
+    /// Prints three lines. The slowest steps come with the number of their scan: a walk has the same inputs each time, so a step that is slow in
+    /// every run computes much, and one that is slow in one run was disturbed by other work on the machine.
     #[allow(clippy::print_stdout, reason = "the table is this program's output")]
     pub fn print(&self, phase: &str) {
         let rows = [
@@ -65,10 +76,14 @@ impl StepTimes {
             ("longest step after it", &self.longest_between),
             ("all steps, sum", &self.sum),
         ];
-        for (what, Ascending(ascending_ms)) in rows {
-            let [median, p99, p999, max] = [0.5, 0.99, 0.999, 1.0].map(|share| quantile(ascending_ms, share));
-            let scans = ascending_ms.len();
-            println!("{phase:<12}{what:<26}{scans:>8}{median:>8.2}{p99:>8.2}{p999:>8.2}{max:>8.2}");
+        for (what, Ascending { times_ms, slowest }) in rows {
+            let [median, p99, p999, max] = [0.5, 0.99, 0.999, 1.0].map(|share| quantile(times_ms, share));
+            let scans = times_ms.len();
+            let slowest: Vec<String> = slowest.iter().map(|(scan, ms)| format!("{ms:.1} @ {scan}")).collect();
+            let slowest = slowest.join(", ");
+            println!(
+                "{phase:<12}{what:<26}{scans:>8}{median:>8.2}{p99:>8.2}{p999:>8.2}{max:>8.2}  {slowest}"
+            );
         }
     }
 }
