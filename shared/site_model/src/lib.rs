@@ -5,6 +5,8 @@
 //! returns its inverse. Edits of different objects never conflict. The robot and the browser use this code, so that the browser can
 //! check and undo an edit without asking the robot.
 //!
+//! What was done is recorded as [`MissionEvent`]s, which a run and its results can be rebuilt from.
+//!
 //! An edit may leave a site that cannot be used yet, such as a task without its node. [`Site::problems`] lists all such problems at once.
 
 mod action;
@@ -16,6 +18,8 @@ mod monitor;
 mod object;
 mod parameters;
 mod problem;
+mod run;
+mod run_event;
 mod schedule;
 mod settings;
 mod site;
@@ -35,6 +39,14 @@ pub use monitor::{Monitor, MonitorCondition, MonitorResponse, Resumption};
 pub use object::{Object, Revision, Versioned};
 pub use parameters::{Parameter, Parameters};
 pub use problem::{Problem, ProblemKind, Severity};
+pub use run::{
+    EndPlace, MissionCommand, MissionCommandKind, PlannedTask, QuestionAnswer, RunCause, RunId, RunPlan,
+    RunState, StartMode, TaskState, Utc,
+};
+pub use run_event::{
+    MissionEvent, MissionEventKind, ReachFailure, RunChangeReason, SkipReason, SlotDecision, TaskFailure,
+    TaskStep,
+};
 pub use schedule::{
     LocalDate, LocalDateTime, LocalTime, MissedSlots, OverlapPolicy, Recurrence, Schedule, Weekday, Weekdays,
 };

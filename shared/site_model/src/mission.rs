@@ -16,6 +16,9 @@ pub struct Mission {
     /// Whether that order is kept.
     #[serde(default)]
     pub order: TaskOrder,
+    /// Pairs of tasks of which the first is done before the second, whatever the order.
+    #[serde(default)]
+    pub order_constraints: Vec<[TaskId; 2]>,
     /// Where the robot goes afterwards.
     #[serde(default)]
     pub end: MissionEnd,

@@ -63,6 +63,11 @@ pub enum MonitorResponse {
     Pause,
     /// People are told.
     Notify,
+    /// The run is interrupted, and the robot goes to the nearest dock that it can reach.
+    GoToDock {
+        /// What becomes of the interrupted run.
+        afterwards: Resumption,
+    },
 }
 
 /// What becomes of an interrupted run.

@@ -43,6 +43,10 @@ pub enum ProblemKind {
     },
     /// Two tasks of a mission have the same id.
     SameTask(TaskId),
+    /// An order constraint names a task that the mission does not have.
+    OrderConstraintMissing(TaskId),
+    /// No order of the tasks meets all order constraints.
+    OrderConstraintsCircular,
     /// A number is out of its range.
     OutOfRange {
         /// The field.
@@ -100,6 +104,10 @@ impl fmt::Display for ProblemKind {
                 write!(f, "task {task} needs {object}, which does not exist")
             }
             Self::SameTask(task) => write!(f, "two tasks have the id {task}"),
+            Self::OrderConstraintMissing(task) => {
+                write!(f, "an order constraint names task {task}, which it does not have")
+            }
+            Self::OrderConstraintsCircular => f.write_str("its order constraints contradict each other"),
             Self::OutOfRange { field, permitted } => write!(f, "{field} must be {permitted}"),
             Self::EdgeToItself => f.write_str("it begins and ends at the same node"),
             Self::SameEdge(other) => write!(f, "{other} goes the same way"),

@@ -1,8 +1,9 @@
 //! The objects of a site, and how edits change them.
 
 use crate::{
-    Applied, Change, Edge, EdgeId, Edit, EditError, EditId, InspectionPoint, InspectionPointId, Mission,
-    MissionId, Node, NodeId, Object, ObjectId, Revision, RevisionChange, Versioned, validation,
+    Applied, Change, Dock, Edge, EdgeBlock, EdgeId, Edit, EditError, EditId, InspectionPoint,
+    InspectionPointId, Mission, MissionId, Monitor, Node, NodeId, Object, ObjectId, Revision, RevisionChange,
+    Schedule, SiteSettings, Versioned, Zone, validation,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -98,6 +99,54 @@ impl Site {
             Object::Mission(mission) => Some(mission),
             _ => None,
         })
+    }
+
+    /// All blocks of edges, in the order of the edges.
+    pub fn edge_blocks(&self) -> impl Iterator<Item = &EdgeBlock> {
+        self.objects().filter_map(|versioned| match &versioned.object {
+            Object::EdgeBlock(block) => Some(block),
+            _ => None,
+        })
+    }
+
+    /// All zones, in the order of their ids.
+    pub fn zones(&self) -> impl Iterator<Item = &Zone> {
+        self.objects().filter_map(|versioned| match &versioned.object {
+            Object::Zone(zone) => Some(zone),
+            _ => None,
+        })
+    }
+
+    /// All docks, in the order of their ids.
+    pub fn docks(&self) -> impl Iterator<Item = &Dock> {
+        self.objects().filter_map(|versioned| match &versioned.object {
+            Object::Dock(dock) => Some(dock),
+            _ => None,
+        })
+    }
+
+    /// All schedules, in the order of their ids.
+    pub fn schedules(&self) -> impl Iterator<Item = &Schedule> {
+        self.objects().filter_map(|versioned| match &versioned.object {
+            Object::Schedule(schedule) => Some(schedule),
+            _ => None,
+        })
+    }
+
+    /// All monitors, in the order of their ids.
+    pub fn monitors(&self) -> impl Iterator<Item = &Monitor> {
+        self.objects().filter_map(|versioned| match &versioned.object {
+            Object::Monitor(monitor) => Some(monitor),
+            _ => None,
+        })
+    }
+
+    /// What holds for the whole site.
+    pub fn settings(&self) -> Option<&SiteSettings> {
+        match &self.get(ObjectId::Settings)?.object {
+            Object::Settings(settings) => Some(settings),
+            _ => None,
+        }
     }
 
     /// Applies an edit as a whole. Returns its inverse, named `inverse`, which changes the site back. Logarithmic in the site for each change.

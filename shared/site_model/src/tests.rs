@@ -75,6 +75,7 @@ fn mission(tasks: Vec<TaskPlace>) -> Mission {
         name: "Round A".to_owned(),
         tasks: tasks.into_iter().enumerate().map(task).collect(),
         order: TaskOrder::Shortest { keep_first: true, keep_last: false },
+        order_constraints: Vec::new(),
         end: MissionEnd::NearestDock,
     }
 }
@@ -336,6 +337,19 @@ fn every_problem_is_found_with_its_object() {
     let (task, object) = (TaskId(uuid(100)), node_id(77));
     let found = problems_with(Object::Mission(missing));
     assert_eq!(found, [(mission_id, ProblemKind::TaskMissing { task, object })]);
+
+    let place = || TaskPlace::Node { node: NodeId(uuid(1)), request: None };
+    let constrained = |order_constraints: &[[u128; 2]]| {
+        let order_constraints = order_constraints.iter().map(|pair| pair.map(|task| TaskId(uuid(task))));
+        let order_constraints = order_constraints.collect();
+        let three = mission(vec![place(), place(), place()]);
+        problems_with(Object::Mission(Mission { order_constraints, ..three }))
+    };
+    assert_eq!(constrained(&[[100, 101], [101, 102], [100, 102]]), []);
+    let circular = constrained(&[[100, 101], [101, 102], [102, 100]]);
+    assert_eq!(circular, [(mission_id, ProblemKind::OrderConstraintsCircular)]);
+    let unknown = constrained(&[[100, 107]]);
+    assert_eq!(unknown, [(mission_id, ProblemKind::OrderConstraintMissing(TaskId(uuid(107))))]);
 
     let crossed = vec![[0.0, 0.0], [4.0, 4.0], [4.0, 0.0], [0.0, 4.0]];
     for corners_m in [crossed, vec![[0.0, 0.0], [1.0, 1.0]], vec![[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]]] {

@@ -3,7 +3,7 @@
 use crate::{
     ActionRequest, Dock, Edge, EdgeCost, InspectionPoint, Mission, MissionEnd, Monitor, MonitorCondition,
     MonitorResponse, Node, NodeId, NodeKind, Object, ObjectId, Parameter, Problem, ProblemKind, Recurrence,
-    Schedule, Site, Task, TaskPlace, Traversal, Zone, ZoneEffect,
+    Schedule, Site, Task, TaskId, TaskPlace, Traversal, Zone, ZoneEffect,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use std::mem::{Discriminant, discriminant};
@@ -213,6 +213,14 @@ impl ProblemFinder<'_> {
                 self.add(id, ProblemKind::TaskMissing { task: task.id, object });
             }
         }
+        let is_missing = |task: &&TaskId| !tasks.contains(*task);
+        let missing: BTreeSet<_> = mission.order_constraints.iter().flatten().filter(is_missing).collect();
+        for task in missing {
+            self.add(id, ProblemKind::OrderConstraintMissing(*task));
+        }
+        if is_circular(&mission.order_constraints) {
+            self.add(id, ProblemKind::OrderConstraintsCircular);
+        }
         if let MissionEnd::Node(node) = mission.end {
             self.check_exists(id, ObjectId::Node(node));
         }
@@ -311,6 +319,19 @@ impl ProblemFinder<'_> {
 
     fn add(&mut self, object: ObjectId, kind: ProblemKind) {
         self.found.push(Problem { object, kind });
+    }
+}
+
+/// Whether no order meets all constraints. Removes constraints whose first task waits for no other, until none is left. Quadratic in the constraints.
+fn is_circular(constraints: &[[TaskId; 2]]) -> bool {
+    let mut left = constraints.to_vec();
+    loop {
+        let waiting: BTreeSet<_> = left.iter().map(|[_, second]| *second).collect();
+        let before = left.len();
+        left.retain(|[first, _]| waiting.contains(first));
+        if left.is_empty() || left.len() == before {
+            return !left.is_empty();
+        }
     }
 }
 
