@@ -4,8 +4,8 @@
 
 use divan::counter::ItemsCount;
 use sim::{
-    FULL_COLUMNS, RINGS, RouteFollower, SWEEP_HZ, ScheduledFault, SimConfig, SimEvent, Simulator, Site,
-    SiteName,
+    CameraAim, FULL_COLUMNS, RINGS, RouteFollower, SWEEP_HZ, ScheduledFault, SimConfig, SimEvent, Simulator,
+    Site, SiteName,
 };
 use std::sync::Arc;
 use vocab::Span;
@@ -55,4 +55,16 @@ fn tenth_of_a_second_without_rays(bencher: divan::Bencher, site: SiteName) {
 #[divan::bench(args = SiteName::ALL, sample_count = 5, sample_size = 1)]
 fn build_the_site(site: SiteName) -> Site {
     Site::new(site)
+}
+
+#[divan::bench(args = SiteName::ALL, sample_count = 10, sample_size = 1)]
+fn picture_of_640_by_480(bencher: divan::Bencher, site: SiteName) {
+    let (mut simulator, _) = under_way(site, SWEEP_HZ);
+    bencher.bench_local(|| simulator.picture(&CameraAim { pan_rad: 0.3, tilt_rad: 0.1, zoom: 1.0 }));
+}
+
+#[divan::bench(args = SiteName::ALL, sample_count = 10, sample_size = 1)]
+fn thermal_picture_of_320_by_240(bencher: divan::Bencher, site: SiteName) {
+    let (mut simulator, _) = under_way(site, SWEEP_HZ);
+    bencher.bench_local(|| simulator.thermal_picture(&CameraAim { pan_rad: 0.3, tilt_rad: 0.1, zoom: 1.0 }));
 }

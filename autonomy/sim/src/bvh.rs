@@ -99,6 +99,16 @@ impl Bvh {
 
     /// Shortens every ray of the packet to the nearest surface.
     pub fn cast(&self, packet: &mut RayPacket) {
+        self.traverse(packet, |_| true);
+    }
+
+    /// Finds out which rays of the packet hit any surface: those have a solid afterwards, not always the nearest one. Rays of range 0 hit nothing.
+    pub(crate) fn occlude(&self, packet: &mut RayPacket) {
+        self.traverse(packet, RayPacket::end_hits);
+    }
+
+    /// Visits all leaves that a ray of the packet reaches, the nearer ones first. After each, `goes_on` says whether to go on.
+    fn traverse(&self, packet: &mut RayPacket, goes_on: impl Fn(&mut RayPacket) -> bool) {
         if self.nodes.is_empty() {
             return;
         }
@@ -116,6 +126,9 @@ impl Bvh {
             if node.count > 0 {
                 for id in node.link..node.link + u32::from(node.count) {
                     self.packed[id as usize].intersect(packet, id);
+                }
+                if !goes_on(packet) {
+                    return;
                 }
                 continue;
             }

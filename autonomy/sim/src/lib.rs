@@ -8,12 +8,14 @@
 //! - `site`: places built of solids, with docks, routes and the paths of people;
 //! - `low_pass`, `gait`, `locomotion`, `body`: the robot's trajectory;
 //! - `lidar`, `imu`, `legs`, `battery`: the sensors that observe the body; `people`: walking people;
+//! - `camera`: pictures in visible light and of temperatures, taken on request;
 //! - `faults`: sensor faults and their times;
 //! - `simulator`: the whole simulation in blocks of 10 ms; `route_follower` drives it along a route for recordings.
 
 mod battery;
 mod body;
 mod bvh;
+mod camera;
 mod faults;
 mod gait;
 mod ground_truth;
@@ -35,6 +37,9 @@ mod timing;
 
 pub use body::STANDING_HEIGHT;
 pub use bvh::Bvh;
+pub use camera::{
+    CameraAim, CameraConfig, CameraImage, CameraScene, Face, Fixture, Intrinsics, Reading, ThermalImage,
+};
 pub use faults::ScheduledFault;
 pub use ground_truth::GroundTruth;
 pub use lidar::{FULL_COLUMNS, RINGS};

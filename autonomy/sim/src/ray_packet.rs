@@ -46,6 +46,16 @@ impl RayPacket {
         Self::new(spread(origin), spread(direction), range_max)
     }
 
+    /// Ends the rays that have hit something, so that they hit nothing more. Returns whether any ray is left.
+    pub(crate) fn end_hits(&mut self) -> bool {
+        let mut any = false;
+        for lane in 0..LANES {
+            self.range[lane] = if self.solid[lane] == NO_HIT { self.range[lane] } else { 0.0 };
+            any |= self.range[lane] > 0.0;
+        }
+        any
+    }
+
     /// End point of ray `lane` at its range, in the frame of the packet.
     pub fn end(&self, lane: usize) -> [f32; 3] {
         [0, 1, 2].map(|axis| self.origin[axis][lane] + self.direction[axis][lane] * self.range[lane])

@@ -2,6 +2,7 @@
 
 use crate::battery::Battery;
 use crate::body::{Body, STANDING_HEIGHT};
+use crate::camera::{CameraAim, CameraConfig, CameraImage, CameraScene, ThermalImage};
 use crate::faults::{FaultSchedule, ScheduledFault};
 use crate::gait::PoseOffset;
 use crate::ground_truth::GroundTruth;
@@ -14,7 +15,7 @@ use crate::site::Site;
 use crate::timing::{
     BLOCK_NANOS, BLOCK_SECONDS, BLOCKS_PER_SWEEP, TICK_NANOS, TICK_SECONDS, TICKS_PER_BLOCK, TICKS_PER_IMU,
 };
-use geometry::{Isometry, RngTree, Rotation, Vector3, vec_from_plain};
+use geometry::{Isometry, Rng, RngTree, Rotation, Vector3, vec_from_plain};
 use messages::{BootRecord, DRIVE_LIFETIME, Drive, Mounting, RobotProfile, Sensor, Sources};
 use nalgebra::Translation3;
 use std::collections::VecDeque;
@@ -156,6 +157,10 @@ pub struct Simulator {
     imu: Imu,
     legs: Legs,
     battery: Battery,
+    cameras: CameraConfig,
+    /// What the cameras see, prepared with the first picture.
+    camera_scene: Option<Arc<CameraScene>>,
+    camera_rng: Rng,
     faults: FaultSchedule,
     /// Number of finished blocks.
     blocks: i64,
@@ -193,6 +198,9 @@ impl Simulator {
             imu: Imu::new(base_from_imu(), errors("imu")),
             legs: Legs::new(errors("legs")),
             battery: Battery::new(tree.child("battery").rng().range(0.8, 1.0)),
+            cameras: CameraConfig::default(),
+            camera_scene: None,
+            camera_rng: tree.child("camera").rng(),
             faults: FaultSchedule::new(config.faults),
             blocks: 0,
             command: None,
@@ -271,6 +279,40 @@ impl Simulator {
     /// Removes all faults, present and future.
     pub fn clear_faults(&mut self) {
         self.faults.clear();
+    }
+
+    /// The cameras on the robot's head.
+    pub fn cameras(&self) -> &CameraConfig {
+        &self.cameras
+    }
+
+    /// What the cameras can see of the site.
+    pub fn camera_scene(&mut self) -> Arc<CameraScene> {
+        let site = &self.site;
+        Arc::clone(self.camera_scene.get_or_insert_with(|| Arc::new(CameraScene::new(Arc::clone(site)))))
+    }
+
+    /// Takes a picture now. The head goes to the nearest aim that it can take.
+    pub fn picture(&mut self, aim: &CameraAim) -> CameraImage {
+        let (scene, site_from_camera, aim) = self.prepare_picture(aim);
+        let intrinsics = self.cameras.intrinsics(aim.zoom);
+        let seconds = self.elapsed().secs_f64();
+        scene.picture(&self.people, &site_from_camera, &intrinsics, seconds, &mut self.camera_rng)
+    }
+
+    /// Takes a picture of temperatures now, as [`Self::picture`]. It has no zoom.
+    pub fn thermal_picture(&mut self, aim: &CameraAim) -> ThermalImage {
+        let (scene, site_from_camera, _) = self.prepare_picture(aim);
+        let intrinsics = self.cameras.thermal_intrinsics();
+        let seconds = self.elapsed().secs_f64();
+        scene.thermal_picture(&self.people, &site_from_camera, &intrinsics, seconds, &mut self.camera_rng)
+    }
+
+    /// The scene, the true pose of the camera, and the aim that the head takes.
+    fn prepare_picture(&mut self, aim: &CameraAim) -> (Arc<CameraScene>, Isometry, CameraAim) {
+        let aim = self.cameras.clamped(aim);
+        let site_from_base = *self.body.motion().at(TICKS_PER_BLOCK as isize);
+        (self.camera_scene(), site_from_base * self.cameras.base_from_camera(&aim), aim)
     }
 
     /// The time at the end of the last finished block of 10 ms.

@@ -1,5 +1,6 @@
 //! Tests of the simulator.
 
+mod cameras;
 mod generated;
 mod models;
 mod motion;

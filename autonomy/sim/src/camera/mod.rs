@@ -1,0 +1,89 @@
+//! The cameras of the simulated robot: pictures of its site in visible light and of its temperatures.
+//!
+//! Both cameras sit on one head that pans and tilts. Pictures are ray-cast from the solids of the site and its people, with lamps, shadows, textures,
+//! noise and exposure. A picture is taken from the true pose, and aimed by whoever asks. Plates on the walls give the cameras something to read: labels, gauges whose
+//! needle is a value, and warm machines ([`Fixture`]). The LiDAR does not see them, because they are flat.
+//!
+//! - `optics`: the head, the pinhole model and zoom;
+//! - `fixtures`, `faces`: what hangs on walls, and how it looks;
+//! - `lamps`: where light comes from;
+//! - `surfaces`: colour and temperature of what a ray hits;
+//! - `render`: rays of a whole picture;
+//! - `exposure`: from light to bytes.
+
+mod exposure;
+pub(crate) mod faces;
+mod fixtures;
+mod lamps;
+mod optics;
+mod render;
+mod surfaces;
+mod thermal;
+
+pub use fixtures::{Face, Fixture, Reading};
+pub use optics::{CameraAim, CameraConfig, Intrinsics};
+pub use thermal::ThermalImage;
+
+use crate::people::People;
+use crate::site::Site;
+use geometry::{Isometry, Rng};
+use lamps::Lamps;
+use std::sync::Arc;
+
+/// A picture in visible light.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CameraImage {
+    /// Columns.
+    pub width_px: u32,
+    /// Rows.
+    pub height_px: u32,
+    /// sRGB, three bytes a pixel, row by row from the top left.
+    pub rgb: Vec<u8>,
+}
+
+/// What both cameras see of a site, apart from its people: prepared once, shared by all pictures.
+#[derive(Clone, Debug)]
+pub struct CameraScene {
+    site: Arc<Site>,
+    lamps: Lamps,
+    fixtures: Vec<Fixture>,
+}
+
+impl CameraScene {
+    /// Finds the lamps of a site, and hangs fixtures on the walls along its first route. The same site gets the same.
+    pub fn new(site: Arc<Site>) -> Self {
+        Self { lamps: Lamps::of(&site), fixtures: fixtures::placed(&site), site }
+    }
+
+    /// The fixtures, in the order of the route.
+    pub fn fixtures(&self) -> &[Fixture] {
+        &self.fixtures
+    }
+
+    /// Takes a picture. `site_from_camera`: pose of the camera, x right, y down, z ahead. `seconds`: time since the start of the simulation, for gauges.
+    pub(crate) fn picture(
+        &self,
+        people: &People,
+        site_from_camera: &Isometry,
+        intrinsics: &Intrinsics,
+        seconds: f64,
+        rng: &mut Rng,
+    ) -> CameraImage {
+        let view = render::View { scene: self, people, site_from_camera, intrinsics, seconds };
+        let light = view.light();
+        exposure::expose(&light, intrinsics, rng)
+    }
+
+    /// Takes a picture of temperatures, as [`Self::picture`].
+    pub(crate) fn thermal_picture(
+        &self,
+        people: &People,
+        site_from_camera: &Isometry,
+        intrinsics: &Intrinsics,
+        seconds: f64,
+        rng: &mut Rng,
+    ) -> ThermalImage {
+        let view = render::View { scene: self, people, site_from_camera, intrinsics, seconds };
+        thermal::measure(&view, rng)
+    }
+}

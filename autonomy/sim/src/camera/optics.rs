@@ -1,0 +1,137 @@
+//! The head that pans and tilts, the pinhole model of its cameras, and zoom.
+
+use geometry::{Isometry, Rotation, Vector3};
+use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion};
+
+/// The cameras on the head. Values are those of common pan-tilt-zoom payloads of walking robots (field of view 60 degrees, zoom 20).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraConfig {
+    /// Columns of a picture.
+    pub width_px: u32,
+    /// Rows of a picture.
+    pub height_px: u32,
+    /// Columns of a thermal picture.
+    pub thermal_width_px: u32,
+    /// Rows of a thermal picture.
+    pub thermal_height_px: u32,
+    /// Horizontal field of view at zoom 1, radians. Also that of the thermal camera, which does not zoom.
+    pub field_of_view_rad: f64,
+    /// Greatest zoom.
+    pub zoom_max: f64,
+    /// The head pans by at most this to either side, radians.
+    pub pan_max_rad: f64,
+    /// Lowest tilt, radians; negative is down.
+    pub tilt_min_rad: f64,
+    /// Highest tilt, radians.
+    pub tilt_max_rad: f64,
+    /// Where the axes of pan and tilt meet, which is also where both cameras are, metres, frame of the base.
+    pub base_from_head_m: [f64; 3],
+}
+
+impl Default for CameraConfig {
+    fn default() -> Self {
+        Self {
+            width_px: 640,
+            height_px: 480,
+            thermal_width_px: 320,
+            thermal_height_px: 240,
+            field_of_view_rad: 60_f64.to_radians(),
+            zoom_max: 20.0,
+            pan_max_rad: 170_f64.to_radians(),
+            tilt_min_rad: -40_f64.to_radians(),
+            tilt_max_rad: 80_f64.to_radians(),
+            base_from_head_m: [0.32, 0.0, 0.2],
+        }
+    }
+}
+
+/// Where the head points, in the frame of the base.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraAim {
+    /// To the left, radians.
+    pub pan_rad: f64,
+    /// Upwards, radians.
+    pub tilt_rad: f64,
+    /// Focal length relative to the shortest one.
+    pub zoom: f64,
+}
+
+impl CameraConfig {
+    /// The nearest aim that the head can take.
+    pub fn clamped(&self, aim: &CameraAim) -> CameraAim {
+        let or_zero = |value: f64| if value.is_finite() { value } else { 0.0 };
+        CameraAim {
+            pan_rad: or_zero(aim.pan_rad).clamp(-self.pan_max_rad, self.pan_max_rad),
+            tilt_rad: or_zero(aim.tilt_rad).clamp(self.tilt_min_rad, self.tilt_max_rad),
+            zoom: if aim.zoom.is_finite() { aim.zoom.clamp(1.0, self.zoom_max) } else { 1.0 },
+        }
+    }
+
+    /// Pose of both cameras in the base: x right, y down, z ahead.
+    pub fn base_from_camera(&self, aim: &CameraAim) -> Isometry {
+        let [x, y, z] = self.base_from_head_m;
+        // Columns: the axes of the camera in the frame of a head that looks along x.
+        let head_from_camera = Matrix3::new(0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0);
+        let head_from_camera = Rotation3::from_matrix_unchecked(head_from_camera);
+        let base_from_head = Rotation::from_euler_angles(0.0, -aim.tilt_rad, aim.pan_rad);
+        let rotation = base_from_head * UnitQuaternion::from_rotation_matrix(&head_from_camera);
+        Isometry::from_parts(Translation3::new(x, y, z), rotation)
+    }
+
+    /// The aim at which a point is in the middle of the picture: `target_m` in the frame of the base, metres. The head's limits are not applied.
+    pub fn aim_at(&self, target_m: &Vector3, zoom: f64) -> CameraAim {
+        let offset = target_m - Vector3::from(self.base_from_head_m);
+        CameraAim {
+            pan_rad: offset.y.atan2(offset.x),
+            tilt_rad: offset.z.atan2(offset.x.hypot(offset.y)),
+            zoom,
+        }
+    }
+
+    /// The camera at this zoom.
+    pub fn intrinsics(&self, zoom: f64) -> Intrinsics {
+        Intrinsics::new(self.width_px, self.height_px, self.field_of_view_rad, zoom)
+    }
+
+    /// The thermal camera.
+    pub fn thermal_intrinsics(&self) -> Intrinsics {
+        Intrinsics::new(self.thermal_width_px, self.thermal_height_px, self.field_of_view_rad, 1.0)
+    }
+}
+
+/// The pinhole model of a camera without distortion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Intrinsics {
+    /// Columns.
+    pub width_px: u32,
+    /// Rows.
+    pub height_px: u32,
+    /// Focal length, pixels, along both axes.
+    pub focal_px: f64,
+    /// Principal point, pixels from the outer corner of the top left pixel.
+    pub centre_px: [f64; 2],
+}
+
+impl Intrinsics {
+    fn new(width_px: u32, height_px: u32, field_of_view_rad: f64, zoom: f64) -> Self {
+        let focal_px = 0.5 * f64::from(width_px) / (0.5 * field_of_view_rad).tan() * zoom;
+        Self {
+            width_px,
+            height_px,
+            focal_px,
+            centre_px: [0.5 * f64::from(width_px), 0.5 * f64::from(height_px)],
+        }
+    }
+
+    /// Direction of a point of the picture, not of unit length, frame of the camera.
+    pub fn direction(&self, px: [f64; 2]) -> Vector3 {
+        let [x, y] = [0, 1].map(|axis| (px[axis] - self.centre_px[axis]) / self.focal_px);
+        Vector3::new(x, y, 1.0)
+    }
+
+    /// Where a point in the frame of the camera is in the picture, pixels; `None` behind the camera. It may be outside of the picture.
+    pub fn project(&self, point: &Vector3) -> Option<[f64; 2]> {
+        let scale = self.focal_px / point.z;
+        (point.z > 1e-6).then(|| [point.x * scale + self.centre_px[0], point.y * scale + self.centre_px[1]])
+    }
+}
