@@ -15,8 +15,8 @@ use crate::support::workspace_root;
 /// program and the runtime depend on `stack`. `web` depends on plain data only.
 const OURS: &[(&str, &[&str])] = &[
     ("vocab", &[]),
-    ("messages", &["vocab"]),
-    ("api", &["vocab"]),
+    ("messages", &["site_model", "vocab"]),
+    ("api", &["site_model", "vocab"]),
     ("map_codec", &["vocab"]),
     ("site_model", &["vocab"]),
     ("scan_codec", &["messages", "vocab"]),
@@ -54,12 +54,26 @@ const OURS: &[(&str, &[&str])] = &[
     ("links", &["geometry", "messages", "ports", "scan_codec", "sim", "vocab"]),
     ("site_files", &["geometry", "sim", "vocab"]),
     ("recorder", &["formats", "geometry", "messages", "ports", "scan_codec", "vocab"]),
-    ("store", &["api", "formats", "geometry", "map_codec", "mapping", "messages", "ports", "vocab"]),
+    (
+        "store",
+        &["api", "formats", "geometry", "map_codec", "mapping", "messages", "ports", "site_model", "vocab"],
+    ),
     (
         "runtime",
-        &["api", "geometry", "map_codec", "messages", "ports", "stack", "store", "vocab", "watchdog"],
+        &[
+            "api",
+            "geometry",
+            "map_codec",
+            "messages",
+            "ports",
+            "site_model",
+            "stack",
+            "store",
+            "vocab",
+            "watchdog",
+        ],
     ),
-    ("gateway", &["api", "ports", "vocab", "watchdog"]),
+    ("gateway", &["api", "ports", "site_model", "vocab", "watchdog"]),
     (
         "autoinspect",
         &[
@@ -88,7 +102,7 @@ const OURS: &[(&str, &[&str])] = &[
         ],
     ),
     //
-    ("client_model", &["api", "vocab"]),
+    ("client_model", &["api", "site_model", "vocab"]),
     ("scene", &["vocab"]),
     ("panels", &["api", "client_model", "vocab"]),
     ("app", &["api", "client_model", "map_codec", "panels", "scene", "vocab"]),
@@ -99,6 +113,7 @@ const OURS: &[(&str, &[&str])] = &[
 
 /// Further crates that the tests of a crate may depend on.
 const OURS_IN_TESTS: &[(&str, &[&str])] = &[
+    ("autoinspect", &["client_model", "site_model"]),
     ("factors", &["formats"]),
     ("lockstep", &["mapping", "points"]),
     ("mapping", &["messages", "odometry", "sim"]),

@@ -15,6 +15,10 @@ pub(crate) struct App {
     pub(crate) static_dir: PathBuf,
     /// One permit for each file that may be on its way.
     pub(crate) uploading: Semaphore,
+    /// One permit for each control socket of which the first message may be read.
+    pub(crate) greeting: Semaphore,
+    /// One permit for each edit over HTTP that may be read.
+    pub(crate) editing: Semaphore,
     stopping: watch::Receiver<bool>,
     _alive: mpsc::Sender<()>,
 }
@@ -34,6 +38,8 @@ impl App {
             data_dir: config.data_dir.clone(),
             static_dir: config.static_dir.clone(),
             uploading: Semaphore::new(FIXED.max_uploads_at_a_time),
+            greeting: Semaphore::new(FIXED.max_greetings_at_a_time),
+            editing: Semaphore::new(FIXED.max_http_edits_at_a_time),
             stopping,
             _alive: alive,
         }

@@ -8,9 +8,10 @@ use crate::snapshot::Cursor;
 use crate::socket::{Closing, Incoming, Outgoing, close};
 use crate::texts;
 use crate::wire::ServerMessageRef;
-use api::{ClientMessage, Command, CommandOutcome, Event};
+use api::{ClientMessage, Command, CommandOutcome, EditDone, EditOutcome, EditRefusal, Event};
 use axum::extract::ws::WebSocket;
 use futures_util::StreamExt;
+use site_model::Edit;
 use std::sync::Arc;
 use std::time::Instant;
 use vocab::{ClientId, CommandId};
@@ -34,7 +35,11 @@ pub(crate) async fn serve(socket: WebSocket, app: Arc<App>) {
 }
 
 async fn converse(sink: &mut Outgoing, incoming: &mut Incoming, app: &Arc<App>) -> Closing {
-    let client = match greeting(incoming).await {
+    let greeted = match tokio::time::timeout(app.limits.silence, app.greeting.acquire()).await {
+        Ok(_turn) => greeting(incoming).await,
+        Err(_) => Err(Closing::Silent),
+    };
+    let client = match greeted {
         Ok(client) => client,
         Err(closing) => return closing,
     };
@@ -75,6 +80,9 @@ async fn write_events(sink: &mut Outgoing, seat: &ControlSeat, app: &App) -> Clo
             if seat.outbox.take_graph_request(Instant::now()) {
                 cursor.forget_graph();
             }
+            if seat.outbox.take_site_request(Instant::now()) {
+                cursor.forget_site();
+            }
             // Answers to this client come before state; they are few.
             let next = seat.outbox.next().or_else(|| seat.next_event(&mut cursor).map(Answer::Event));
             let sent = match next {
@@ -92,11 +100,11 @@ async fn write_events(sink: &mut Outgoing, seat: &ControlSeat, app: &App) -> Clo
                 return closing;
             }
         }
-        let graph_due = seat.outbox.graph_request_due(Instant::now());
+        let request_due = seat.outbox.request_due(Instant::now());
         tokio::select! {
             changed = changes.changed() => if changed.is_err() { return Closing::Shutdown },
             () = seat.outbox.filled() => {}
-            () = sleep_until(graph_due) => {}
+            () = sleep_until(request_due) => {}
         }
     }
 }
@@ -120,6 +128,8 @@ async fn listen(incoming: &mut Incoming, seat: &ControlSeat, app: &App) -> Closi
         match incoming.message().await {
             Ok(ClientMessage::Ping { token }) => seat.outbox.pong(token),
             Ok(ClientMessage::RequestGraph) => seat.outbox.request_graph(),
+            Ok(ClientMessage::RequestSite) => seat.outbox.request_site(),
+            Ok(ClientMessage::Edit(edit)) => handle_edit(seat, &mut rates, edit),
             Ok(ClientMessage::Command { id, command }) => handle_command(seat, &mut rates, id, command),
             Ok(ClientMessage::Hello { .. }) => {
                 return Closing::Refused(texts::SECOND_HELLO.to_owned());
@@ -137,16 +147,28 @@ fn handle_command(seat: &ControlSeat, rates: &mut CommandRates, id: CommandId, c
     }
 }
 
+fn handle_edit(seat: &ControlSeat, rates: &mut CommandRates, edit: Edit) {
+    let id = edit.id;
+    let is_allowed = rates.edits.allow(Instant::now());
+    let forwarded = if is_allowed { seat.forward_edit(edit) } else { Err(texts::COMMANDS_TOO_FAST) };
+    if let Err(reason) = forwarded {
+        let outcome = EditOutcome::Refused(EditRefusal::Unavailable(reason.to_owned()));
+        seat.outbox.answer(Arc::new(Event::EditDone(EditDone { id, outcome })));
+    }
+}
+
 /// Rate limits of one client. Stop motion has a limit of its own, so that other commands cannot delay it.
 struct CommandRates {
     stops: RateLimit,
+    edits: RateLimit,
     others: RateLimit,
 }
 
 impl CommandRates {
     fn new(per_second: f64) -> Self {
         let now = Instant::now();
-        Self { stops: RateLimit::new(per_second, now), others: RateLimit::new(per_second, now) }
+        let limit = || RateLimit::new(per_second, now);
+        Self { stops: limit(), edits: limit(), others: limit() }
     }
 
     fn check(&mut self, command: &Command) -> Result<(), &'static str> {

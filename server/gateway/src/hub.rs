@@ -6,13 +6,15 @@
 use crate::limits::{FIXED, Limits};
 use crate::outbox::Outbox;
 use crate::robot_clock::RobotClock;
+use crate::site::SiteRequests;
 use crate::snapshot::{Cursor, Snapshot};
 use crate::stored_data::StoredData;
 use crate::texts;
 use api::{
-    Command, CommandOutcome, CoreMessage, Event, GatewayMessage, Notice, Platform, ProcessRestart, ScanFrame,
-    Severity,
+    Command, CommandOutcome, CoreMessage, EditDone, EditOutcome, EditRefusal, Event, GatewayMessage, Notice,
+    Platform, ProcessRestart, Query, QueryReply, ScanFrame, Severity, SiteState,
 };
+use site_model::{Edit, EditId};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
@@ -75,6 +77,10 @@ struct State {
     requests: BTreeMap<CommandId, oneshot::Sender<CommandOutcome>>,
     /// Number of commands that came over HTTP.
     requests_made: u64,
+    /// Whether the core was asked for the whole site and has not answered.
+    is_site_requested: bool,
+    /// Edits and questions that the core has not answered.
+    site_requests: SiteRequests,
 }
 
 /// One control socket.
@@ -83,6 +89,8 @@ struct Member {
     outbox: Arc<Outbox>,
     /// Forwarded commands that the core has not answered.
     pending: VecDeque<CommandId>,
+    /// Forwarded edits that the core has not answered.
+    pending_edits: VecDeque<EditId>,
 }
 
 impl State {
@@ -97,6 +105,39 @@ impl State {
             self.is_graph_requested = core.try_send(GatewayMessage::RequestGraph).is_ok();
         }
         self.is_graph_requested &= is_stale;
+    }
+
+    /// The same for the site.
+    fn request_site_if_stale(&mut self) {
+        let is_stale = self.snapshot.is_site_stale();
+        if is_stale
+            && !self.is_site_requested
+            && let Some(core) = self.core.as_ref().filter(|core| core.capacity() > FIXED.places_for_stops)
+        {
+            tracing::warn!("a change of the site does not apply; the whole site is asked for");
+            self.is_site_requested = core.try_send(GatewayMessage::RequestSite).is_ok();
+        }
+        self.is_site_requested &= is_stale;
+    }
+}
+
+impl State {
+    /// Puts an edit into the queue to the core, and lets `wait` note who waits for its answer.
+    fn forward_edit<T>(
+        &mut self,
+        by: ClientId,
+        edit: Edit,
+        wait: impl FnOnce(&mut SiteRequests, EditId) -> Result<T, &'static str>,
+    ) -> Result<T, &'static str> {
+        let core = self.core.as_ref().ok_or(texts::CORE_LOST)?;
+        if core.capacity() <= FIXED.places_for_stops {
+            return Err(texts::CORE_BUSY);
+        }
+        let id = edit.id;
+        self.site_requests.admit(&edit)?;
+        let waiting = wait(&mut self.site_requests, id)?;
+        core.try_send(GatewayMessage::Edit { by, edit }).map_err(|_| texts::CORE_BUSY)?;
+        Ok(waiting)
     }
 }
 
@@ -116,6 +157,8 @@ impl Hub {
                 stream_sockets: 0,
                 requests: BTreeMap::new(),
                 requests_made: 0,
+                is_site_requested: false,
+                site_requests: SiteRequests::default(),
             }),
             started_ns: started_ns(),
             clients_max: limits.clients,
@@ -137,6 +180,7 @@ impl Hub {
             let mut state = self.lock();
             state.core = Some(sender);
             state.is_graph_requested = false;
+            state.is_site_requested = false;
             state.clock = RobotClock::new();
             state.snapshot.forget_tiles();
             state.snapshot.change_platform(|platform| platform.core_connected = true);
@@ -156,10 +200,16 @@ impl Hub {
             state.snapshot.change_platform(|platform| platform.core_connected = false);
             // Those who wait learn it from their end of the channel.
             state.requests.clear();
+            state.site_requests.clear();
             for member in state.members.values_mut() {
                 for id in member.pending.drain(..) {
                     let outcome = CommandOutcome::Refused(texts::CORE_LOST_BEFORE_ANSWER.to_owned());
                     member.outbox.answer(Arc::new(Event::CommandDone { id, outcome }));
+                }
+                for id in member.pending_edits.drain(..) {
+                    let reason = texts::CORE_LOST_BEFORE_ANSWER.to_owned();
+                    let outcome = EditOutcome::Refused(EditRefusal::Unavailable(reason));
+                    member.outbox.answer(Arc::new(Event::EditDone(EditDone { id, outcome })));
                 }
             }
         }
@@ -184,9 +234,11 @@ impl Hub {
                     }
                     state.snapshot.apply(event);
                     state.request_graph_if_stale();
+                    state.request_site_if_stale();
                 }
                 self.changed.send_replace(());
             }
+            CoreMessage::Reply { number, result } => self.lock().site_requests.reply(number, result),
             CoreMessage::Scan { stamp, map_from_base, points } => {
                 let frame = ScanFrame { sequence: 0, stamp, map_from_base, points };
                 self.scan.send_replace(Some(Arc::new(LiveScan { received: Instant::now(), frame })));
@@ -204,10 +256,18 @@ impl Hub {
             request.send(outcome.clone()).ok();
             return;
         }
+        if let Event::EditDone(done) = &event
+            && state.site_requests.edit_done(done)
+        {
+            return;
+        }
         let event = Arc::new(event);
         for member in state.members.values_mut().filter(|member| member.client == client) {
             if let Event::CommandDone { id, .. } = &*event {
                 member.pending.retain(|pending| pending != id);
+            }
+            if let Event::EditDone(EditDone { id, .. }) = &*event {
+                member.pending_edits.retain(|pending| pending != id);
             }
             member.outbox.answer(event.clone());
         }
@@ -248,6 +308,38 @@ impl Hub {
         let (sender, receiver) = oneshot::channel();
         state.requests.insert(id, sender);
         Ok(receiver)
+    }
+
+    /// Forwards an edit that came over HTTP to the core. The answer comes over the channel, which closes without one if the core is lost.
+    ///
+    /// # Errors
+    /// Why it was not forwarded, one sentence.
+    pub(crate) fn edit(&self, edit: Edit) -> Result<oneshot::Receiver<EditOutcome>, &'static str> {
+        self.lock().forward_edit(HTTP_CLIENT, edit, |requests, id| requests.wait_for_edit(id))
+    }
+
+    /// Asks the core about what is stored. The answer comes as for [`Self::edit`].
+    ///
+    /// # Errors
+    /// Why it was not asked, one sentence.
+    pub(crate) fn query(
+        &self,
+        query: Query,
+    ) -> Result<oneshot::Receiver<Result<QueryReply, String>>, &'static str> {
+        let mut state = self.lock();
+        let State { core, site_requests, .. } = &mut *state;
+        let core = core.as_ref().ok_or(texts::CORE_LOST)?;
+        if core.capacity() <= FIXED.places_for_stops {
+            return Err(texts::CORE_BUSY);
+        }
+        let (number, receiver) = site_requests.wait_for_reply()?;
+        core.try_send(GatewayMessage::Query { number, query }).map_err(|_| texts::CORE_BUSY)?;
+        Ok(receiver)
+    }
+
+    /// The site, if the core has sent it.
+    pub(crate) fn site(&self) -> Option<Arc<SiteState>> {
+        self.lock().snapshot.site().cloned()
     }
 
     /// What `read` finds in the lists of stored data.
@@ -303,7 +395,12 @@ impl ControlSeat {
             }
             let key = state.next_member;
             state.next_member += 1;
-            let member = Member { client, outbox: outbox.clone(), pending: VecDeque::new() };
+            let member = Member {
+                client,
+                outbox: outbox.clone(),
+                pending: VecDeque::new(),
+                pending_edits: VecDeque::new(),
+            };
             state.members.insert(key, member);
             hub.publish_client_count(&mut state);
             key
@@ -343,6 +440,26 @@ impl ControlSeat {
         core.try_send(command).map_err(|_| texts::CORE_BUSY)?;
         if member.pending.len() < FIXED.max_pending_commands && !member.pending.contains(&id) {
             member.pending.push_back(id);
+        }
+        Ok(())
+    }
+
+    /// Forwards an edit of the site to the core.
+    ///
+    /// # Errors
+    /// Why it was not forwarded, one sentence.
+    pub(crate) fn forward_edit(&self, edit: Edit) -> Result<(), &'static str> {
+        let mut state = self.hub.lock();
+        let Some(member) = state.members.get(&self.key) else { return Err(texts::CONNECTION_CLOSING) };
+        if member.pending_edits.len() >= FIXED.max_pending_edits {
+            return Err(texts::CORE_BUSY);
+        }
+        let id = edit.id;
+        state.forward_edit(self.client, edit, |_, _| Ok(()))?;
+        if let Some(member) = state.members.get_mut(&self.key)
+            && !member.pending_edits.contains(&id)
+        {
+            member.pending_edits.push_back(id);
         }
         Ok(())
     }

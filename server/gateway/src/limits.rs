@@ -40,8 +40,12 @@ impl Default for Limits {
 pub(crate) struct FixedLimits {
     /// Age up to which a scan is live. LiDARs scan 2 to 20 times a second.
     pub(crate) max_live_scan_age: Duration,
-    /// Longest message from a client, bytes. The longest regular one is a command with a name in it.
+    /// Longest message on a control socket, bytes: the longest edit of the site.
     pub(crate) max_client_message_bytes: usize,
+    /// Longest message from a client on a stream socket, bytes.
+    pub(crate) max_stream_request_bytes: usize,
+    /// Control sockets of which the first message is read at a time. It may be as long as any, and who sends it is not counted as a client yet.
+    pub(crate) max_greetings_at_a_time: usize,
     /// Longest head of a request, bytes.
     pub(crate) max_request_head_bytes: usize,
     /// Header fields in a request.
@@ -58,7 +62,23 @@ pub(crate) struct FixedLimits {
     pub(crate) places_for_stops: usize,
     /// Changes of the graph kept for clients that read slowly. A client further behind gets the whole graph.
     pub(crate) max_graph_changes: usize,
-    /// Least time between two whole graphs that one client asks for. A client needs one after lost changes, which is rare; 5,000 keyframes are 0.5 MB.
+    /// Changes of the site kept for clients that read slowly. A client further behind gets the whole site.
+    pub(crate) max_site_changes: usize,
+    /// Bytes that they may take.
+    pub(crate) max_site_change_bytes: usize,
+    /// Edits of one client that the core has not answered.
+    pub(crate) max_pending_edits: usize,
+    /// Edits longer than this count as large, bytes.
+    pub(crate) large_edit_bytes: usize,
+    /// Large edits of all clients that the core has not answered.
+    pub(crate) max_large_edits: usize,
+    /// Longest JSON document of an object of the site, bytes.
+    pub(crate) max_object_json_bytes: usize,
+    /// Longest JSON document of an edit of the site, bytes.
+    pub(crate) max_edit_json_bytes: usize,
+    /// Edits over HTTP that are read at a time.
+    pub(crate) max_http_edits_at_a_time: usize,
+    /// Least time between two whole graphs or sites that one client asks for. A client needs one after lost changes, which is rare; 5,000 keyframes are 0.5 MB.
     pub(crate) graph_answer_period: Duration,
     /// Decisions on loops in one event: about 40 kB.
     pub(crate) max_loops_per_event: usize,
@@ -93,7 +113,9 @@ pub(crate) struct FixedLimits {
 /// The bounds in force.
 pub(crate) const FIXED: FixedLimits = FixedLimits {
     max_live_scan_age: Duration::from_secs(1),
-    max_client_message_bytes: 16 << 10,
+    max_client_message_bytes: api::MAX_EDIT_BYTES + (16 << 10),
+    max_stream_request_bytes: 16 << 10,
+    max_greetings_at_a_time: 16,
     max_request_head_bytes: 32 << 10,
     max_request_headers: 64,
     max_unsent_bytes: 16 << 10,
@@ -102,6 +124,14 @@ pub(crate) const FIXED: FixedLimits = FixedLimits {
     max_queued_commands: 256,
     places_for_stops: 64,
     max_graph_changes: 256,
+    max_site_changes: 1_024,
+    max_site_change_bytes: 8 << 20,
+    max_pending_edits: 128,
+    large_edit_bytes: 64 << 10,
+    max_large_edits: 4,
+    max_object_json_bytes: 1 << 20,
+    max_edit_json_bytes: 16 << 20,
+    max_http_edits_at_a_time: 4,
     graph_answer_period: Duration::from_secs(5),
     max_loops_per_event: 100,
     max_upload_bytes: 16 << 30,

@@ -1,5 +1,6 @@
 //! The description of the HTTP interface (OpenAPI 3.1), made from the handlers' own attributes.
 
+use crate::site::handlers as site;
 use crate::{documents, maps, uploads};
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
@@ -31,7 +32,16 @@ pub(crate) const PATH: &str = "/api/v1/openapi.json";
         documents::health,
         uploads::list,
         uploads::put,
-        uploads::delete
+        uploads::delete,
+        site::get_site,
+        site::list_objects,
+        site::create_object,
+        site::get_object,
+        site::put_object,
+        site::patch_object,
+        site::delete_object,
+        site::list_revisions,
+        site::post_edit
     )
 )]
 struct Description;

@@ -1,5 +1,5 @@
 //! Messages for one client only: answers to its commands and pings. The queue is bounded; a client that lets it fill is disconnected.
-//! Requests for the whole graph take one bit, however many come.
+//! Requests for the whole graph or the whole site take one bit, however many come.
 
 use crate::limits::FIXED;
 use api::Event;
@@ -20,18 +20,19 @@ pub(crate) struct Outbox {
 struct Content {
     pongs: VecDeque<u64>,
     answers: VecDeque<Arc<Event>>,
-    graph_requests: GraphRequests,
+    graph_requests: WholeRequests,
+    site_requests: WholeRequests,
 }
 
-/// Requests for the whole graph. Those that wait are answered together, `graph_answer_period` after the last answer.
+/// Requests for the whole graph, or for the whole site. Those that wait are answered together, `graph_answer_period` after the last answer.
 #[derive(Default)]
-struct GraphRequests {
+struct WholeRequests {
     is_waiting: bool,
     /// When the last answer was given.
     answered: Option<Instant>,
 }
 
-impl GraphRequests {
+impl WholeRequests {
     /// When an answer is due, if a request waits. `now` or earlier means at once.
     fn due(&self, now: Instant) -> Option<Instant> {
         self.is_waiting.then(|| self.answered.map_or(now, |answered| answered + FIXED.graph_answer_period))
@@ -94,9 +95,21 @@ impl Outbox {
         self.lock().graph_requests.take(now)
     }
 
-    /// When [`Self::take_graph_request`] has an answer to give, if a request waits.
-    pub(crate) fn graph_request_due(&self, now: Instant) -> Option<Instant> {
-        self.lock().graph_requests.due(now)
+    /// Adds a request for the whole site.
+    pub(crate) fn request_site(&self) {
+        self.lock().site_requests.is_waiting = true;
+        self.filled.notify_one();
+    }
+
+    /// Returns whether the whole site is to be sent now, and counts it as sent.
+    pub(crate) fn take_site_request(&self, now: Instant) -> bool {
+        self.lock().site_requests.take(now)
+    }
+
+    /// When a request that waits has an answer to give.
+    pub(crate) fn request_due(&self, now: Instant) -> Option<Instant> {
+        let content = self.lock();
+        [&content.graph_requests, &content.site_requests].into_iter().filter_map(|it| it.due(now)).min()
     }
 
     /// Takes the next answer.
@@ -138,13 +151,13 @@ mod tests {
     #[test]
     fn many_requests_for_the_graph_get_one_answer_in_a_period() {
         let (outbox, start) = (Outbox::default(), Instant::now());
-        assert!(!outbox.take_graph_request(start) && outbox.graph_request_due(start).is_none());
+        assert!(!outbox.take_graph_request(start) && outbox.request_due(start).is_none());
         (0..1000).for_each(|_| outbox.request_graph());
         assert!(outbox.take_graph_request(start));
         assert!(!outbox.take_graph_request(start), "all were answered");
         (0..1000).for_each(|_| outbox.request_graph());
         assert!(!outbox.take_graph_request(start + FIXED.graph_answer_period / 2));
-        let due = outbox.graph_request_due(start);
+        let due = outbox.request_due(start);
         assert_eq!(due, Some(start + FIXED.graph_answer_period));
         assert!(outbox.take_graph_request(start + FIXED.graph_answer_period), "late, but not never");
     }

@@ -1,21 +1,69 @@
 //! Errors over HTTP: RFC 9457.
 
+use crate::site::FieldProblem;
 use api::Problem;
 use axum::Json;
-use axum::http::{HeaderValue, StatusCode, header};
+use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use serde::Serialize;
+use serde_json::{Map, Value};
+
+/// What some problems have besides.
+#[derive(Debug, Default)]
+struct Extension {
+    errors: Vec<FieldProblem>,
+    /// Further members of the document.
+    members: Map<String, Value>,
+    header: Option<(HeaderName, HeaderValue)>,
+}
+
+/// The document of a problem.
+#[derive(Serialize)]
+struct ProblemBody {
+    #[serde(flatten)]
+    problem: Problem,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    errors: Vec<FieldProblem>,
+    #[serde(flatten)]
+    members: Map<String, Value>,
+}
 
 /// A [`Problem`] as a response.
 #[derive(Debug)]
 pub(crate) struct ProblemResponse {
     status: StatusCode,
     detail: String,
+    extension: Option<Box<Extension>>,
 }
 
 impl ProblemResponse {
     /// `detail` says what is wrong here and what to do.
     pub(crate) fn new(status: StatusCode, detail: impl Into<String>) -> Self {
-        Self { status, detail: detail.into() }
+        Self { status, detail: detail.into(), extension: None }
+    }
+
+    fn extension(&mut self) -> &mut Extension {
+        self.extension.get_or_insert_default()
+    }
+
+    /// Names the fields that are wrong.
+    pub(crate) fn with_fields(mut self, errors: Vec<FieldProblem>) -> Self {
+        self.extension().errors = errors;
+        self
+    }
+
+    /// Adds the members of this object.
+    pub(crate) fn with_members(mut self, members: Value) -> Self {
+        if let Value::Object(members) = members {
+            self.extension().members = members;
+        }
+        self
+    }
+
+    /// Adds a header.
+    pub(crate) fn with_header(mut self, name: HeaderName, value: HeaderValue) -> Self {
+        self.extension().header = Some((name, value));
+        self
     }
 
     /// 400.
@@ -41,8 +89,10 @@ impl IntoResponse for ProblemResponse {
             title: self.status.canonical_reason().unwrap_or("Error").to_owned(),
             detail: self.detail,
         };
-        let mut response = (self.status, Json(problem)).into_response();
+        let Extension { errors, members, header } = self.extension.map(|boxed| *boxed).unwrap_or_default();
+        let mut response = (self.status, Json(ProblemBody { problem, errors, members })).into_response();
         let headers = response.headers_mut();
+        headers.extend(header);
         headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/problem+json"));
         headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
         if self.status == StatusCode::SERVICE_UNAVAILABLE {

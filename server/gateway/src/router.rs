@@ -3,6 +3,7 @@
 use crate::app::App;
 use crate::limits::FIXED;
 use crate::problem::ProblemResponse;
+use crate::site::handlers as site;
 use crate::texts;
 use crate::{control, documents, maps, openapi, security, static_files, stream, uploads};
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
@@ -24,6 +25,7 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .route(api::paths::RESTORE_MAP_PATH, post(maps::restore))
         .route(api::paths::BINNED_MAP_PATH, delete(maps::delete_permanently))
         .layer(DefaultBodyLimit::max(FIXED.max_json_bytes))
+        .merge(site_changes())
         .route(api::CONTROL_PATH, get(control_socket))
         .route(api::STREAM_PATH, get(stream_socket))
         .route_layer(middleware::from_fn(security::same_origin));
@@ -39,11 +41,30 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .route(api::paths::TILE_PATH, get(documents::tile))
         .route(api::paths::CLOUD_PATH, get(documents::cloud))
         .route(api::paths::HEALTH_PATH, get(documents::health))
+        .route(api::paths::SITE_PATH, get(site::get_site))
+        .route(api::paths::SITE_KIND_PATH, get(site::list_objects))
+        .route(api::paths::SITE_OBJECT_PATH, get(site::get_object))
+        .route(api::paths::SITE_REVISIONS_PATH, get(site::list_revisions))
         .route(openapi::PATH, get(openapi::serve))
         .fallback(static_files::serve)
         .method_not_allowed_fallback(wrong_method)
         .layer(middleware::map_response(security::add_headers))
         .with_state(app)
+}
+
+/// What changes the site. The limit of a document's length depends on what it is.
+fn site_changes() -> Router<Arc<App>> {
+    let objects = Router::new()
+        .route(api::paths::SITE_KIND_PATH, post(site::create_object))
+        .route(
+            api::paths::SITE_OBJECT_PATH,
+            put(site::put_object).patch(site::patch_object).delete(site::delete_object),
+        )
+        .layer(DefaultBodyLimit::max(FIXED.max_object_json_bytes));
+    let edits = Router::new()
+        .route(api::paths::SITE_EDITS_PATH, post(site::post_edit))
+        .layer(DefaultBodyLimit::max(FIXED.max_edit_json_bytes));
+    objects.merge(edits)
 }
 
 async fn wrong_method(method: Method, uri: Uri) -> ProblemResponse {
@@ -54,16 +75,17 @@ async fn wrong_method(method: Method, uri: Uri) -> ProblemResponse {
 type Upgrade = Result<WebSocketUpgrade, WebSocketUpgradeRejection>;
 
 async fn control_socket(State(app): State<Arc<App>>, upgrade: Upgrade) -> Result<Response, ProblemResponse> {
-    open(upgrade, app, control::serve)
+    open(upgrade, app, FIXED.max_client_message_bytes, control::serve)
 }
 
 async fn stream_socket(State(app): State<Arc<App>>, upgrade: Upgrade) -> Result<Response, ProblemResponse> {
-    open(upgrade, app, stream::serve)
+    open(upgrade, app, FIXED.max_stream_request_bytes, stream::serve)
 }
 
 fn open<F>(
     upgrade: Upgrade,
     app: Arc<App>,
+    max_message_bytes: usize,
     serve: impl FnOnce(WebSocket, Arc<App>) -> F + Send + 'static,
 ) -> Result<Response, ProblemResponse>
 where
@@ -73,8 +95,6 @@ where
         let status = rejection.into_response().status();
         ProblemResponse::new(status, texts::PATH_IS_WEBSOCKET)
     })?;
-    let bounded = upgrade
-        .max_message_size(FIXED.max_client_message_bytes)
-        .max_frame_size(FIXED.max_client_message_bytes);
+    let bounded = upgrade.max_message_size(max_message_bytes).max_frame_size(max_message_bytes);
     Ok(bounded.on_upgrade(move |socket| serve(socket, app)).into_response())
 }

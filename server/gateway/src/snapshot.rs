@@ -4,9 +4,11 @@
 //! reads slowly gets fewer and newer values, and needs the memory of one cursor only.
 
 use crate::limits::FIXED;
+use crate::snapshot_site::{SiteCursor, SiteFeed};
 use api::{
     Event, Graph, GraphAssembly, GraphChanged, LoopDecision, LoopsChanged, MAX_GRAPH_ENTRIES,
-    MAX_LOOP_DECISIONS, MAX_TILES_PER_EVENT, Notice, Platform, ProcessRestart, TileEntry, TilesChanged,
+    MAX_LOOP_DECISIONS, MAX_TILES_PER_EVENT, Notice, Platform, ProcessRestart, SiteState, TileEntry,
+    TilesChanged,
 };
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -15,7 +17,8 @@ const LATEST_KINDS: usize = UPLOADS + 1;
 const TILES: usize = LATEST_KINDS;
 const NOTICES: usize = LATEST_KINDS + 1;
 const LOOPS: usize = LATEST_KINDS + 2;
-const SOURCES: usize = LATEST_KINDS + 3;
+const SITE: usize = LATEST_KINDS + 3;
+const SOURCES: usize = LATEST_KINDS + 4;
 
 /// The state that a client gets when it connects.
 pub(crate) struct Snapshot {
@@ -33,6 +36,7 @@ pub(crate) struct Snapshot {
     is_graph_stale: bool,
     tiles: Tiles,
     loops: Loops,
+    site: SiteFeed,
     notices: VecDeque<(u64, Notice)>,
     platform: Platform,
     /// Why this process was started again, if it was.
@@ -73,6 +77,8 @@ pub(crate) struct Cursor {
     loops_sent: usize,
     /// A long graph that is being sent in parts: its revision here, the graph, and the next part.
     graph_parts: Option<(u64, Arc<Event>, u32)>,
+    /// What was sent of the site; `seen` of its source is not used.
+    site: SiteCursor,
 }
 
 impl Cursor {
@@ -80,6 +86,11 @@ impl Cursor {
     pub(crate) fn forget_graph(&mut self) {
         self.seen[GRAPH] = 0;
         self.graph_parts = None;
+    }
+
+    /// The client has lost the site: the whole site is owed to it again.
+    pub(crate) fn forget_site(&mut self) {
+        self.site.forget();
     }
 
     /// The next part of the graph that is being sent. The client knows its revision after the last.
@@ -109,6 +120,7 @@ impl Snapshot {
             is_graph_stale: false,
             tiles: Tiles::default(),
             loops: Loops::default(),
+            site: SiteFeed::default(),
             notices: VecDeque::new(),
             platform: Platform { restarts: restart.iter().cloned().collect(), ..Platform::default() },
             restart,
@@ -127,6 +139,14 @@ impl Snapshot {
                 }
             }
             Event::GraphChanged(changed) => self.change_graph(changed),
+            Event::SitePart(part) => {
+                let is_used = self.site.add_part(&part, self.revision + 1);
+                self.revision += u64::from(is_used);
+            }
+            Event::SiteChanged(changed) => {
+                let is_used = self.site.change(changed, self.revision + 1);
+                self.revision += u64::from(is_used);
+            }
             Event::Tiles(change) => self.change_tiles(change),
             Event::Loops(change) => self.change_loops(change),
             Event::Notice(notice) => self.add_notice(notice),
@@ -174,6 +194,16 @@ impl Snapshot {
         self.is_graph_stale
     }
 
+    /// The site.
+    pub(crate) fn site(&self) -> Option<&Arc<SiteState>> {
+        self.site.state()
+    }
+
+    /// Whether the core has to be asked for the whole site.
+    pub(crate) fn is_site_stale(&self) -> bool {
+        self.site.is_stale
+    }
+
     /// Last lists of saved maps, of those that cannot be read, of the bin and of uploads.
     pub(crate) fn stored_data(&self) -> [Option<Arc<Event>>; 4] {
         [MAPS, DAMAGED_MAPS, BINNED_MAPS, UPLOADS]
@@ -192,6 +222,7 @@ impl Snapshot {
             TILES => Some(self.next_tiles(cursor)),
             LOOPS => Some(self.next_loops(cursor)),
             NOTICES => self.next_notice(cursor),
+            SITE => cursor.site.next(&self.site),
             GRAPH => {
                 if cursor.graph_parts.is_none() {
                     let (revision, event) = self.next_graph(cursor.seen[GRAPH])?;
@@ -224,6 +255,7 @@ impl Snapshot {
                     && cursor.loops_sent == self.loops.gone + self.loops.kept.len();
                 (!complete).then_some(self.loops.revision)
             }
+            SITE => self.site.owed(cursor.site.seen),
             NOTICES => self.notices.iter().map(|(revision, _)| *revision).find(|r| *r > cursor.seen[NOTICES]),
             kind => {
                 self.latest[kind].as_ref().map(|(revision, _)| *revision).filter(|r| *r > cursor.seen[kind])
@@ -378,6 +410,9 @@ fn latest_kind(event: &Event) -> Option<usize> {
         | Event::Tiles(_)
         | Event::Loops(_)
         | Event::Notice(_)
+        | Event::SitePart(_)
+        | Event::SiteChanged(_)
+        | Event::EditDone(_)
         | Event::CommandDone { .. } => None,
     }
 }

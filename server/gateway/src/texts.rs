@@ -113,6 +113,50 @@ pub(crate) fn method_not_allowed(path: &str, method: impl std::fmt::Display) -> 
     format!("{path} cannot be asked with {method}. See /api/v1/openapi.json.")
 }
 
+// The site.
+
+pub(crate) const SITE_NOT_READ: &str = "The robot's core has not sent the documents of the site yet. Try again in a moment; the notices say what keeps it.";
+pub(crate) const OBJECT_ID_MALFORMED: &str = "An object is named by a UUID.";
+pub(crate) const SETTINGS_ID_MALFORMED: &str = "The settings of the site are at /api/v1/site/settings/main.";
+pub(crate) const IF_MATCH_MALFORMED: &str =
+    "If-Match holds the entity tag of one revision, such as \"3\", or *.";
+pub(crate) const IF_MATCH_MISSING: &str = "Say which revision you change: send its entity tag (the ETag of a GET) as If-Match, so that nobody's change is lost.";
+pub(crate) const IDEMPOTENCY_KEY_MALFORMED: &str = "An Idempotency-Key is a UUID that the client makes.";
+pub(crate) const SITE_DOCUMENT_MALFORMED: &str =
+    "The document cannot be understood; each wrong field is named.";
+pub(crate) const SITE_DOCUMENT_TOO_LONG: &str =
+    "The document is too long. An object has up to 1 MB of JSON, an edit up to 16 MB.";
+pub(crate) const DOCUMENT_NOT_OBJECT: &str = "Send a JSON object.";
+pub(crate) const OTHER_ID: &str =
+    "This is the id of another object than the path names. Leave it out, or send the same.";
+pub(crate) const UNKNOWN_FIELD: &str = "There is no such field. Look for a mistake in its name.";
+pub(crate) const OBJECT_UNUSABLE: &str =
+    "The object could not be used, so nothing was changed; each wrong field is named.";
+pub(crate) const EDIT_DOES_NOT_FIT: &str =
+    "The edit does not fit the site, so nothing was changed; each wrong change is named.";
+
+pub(crate) fn no_kind(name: &str) -> String {
+    format!(
+        "There is no kind of object \"{name}\". There are settings, nodes, edges, edge-blocks, zones, docks, assets, inspection-points, missions, schedules and monitors."
+    )
+}
+pub(crate) fn no_object(object: impl std::fmt::Display, kind: &str) -> String {
+    format!("There is no {object}. GET /api/v1/site/{kind} lists them.")
+}
+/// Somebody else has changed or removed an object.
+pub(crate) fn object_changed(object: impl std::fmt::Display, is_there: bool) -> String {
+    if is_there {
+        format!(
+            "The {object} was changed by somebody else, or is there already. Look at it, and send your change with its entity tag."
+        )
+    } else {
+        format!("The {object} was removed by somebody else. Send it without If-Match to make it again.")
+    }
+}
+pub(crate) fn query_malformed(reason: &str) -> String {
+    format!("The parameters after the ? cannot be understood: {reason}.")
+}
+
 // Uploads.
 
 pub(crate) const UPLOAD_ID_MALFORMED: &str = "An upload is named by a UUID that the client makes.";

@@ -14,6 +14,7 @@
 //! place.json               last pose of the robot in the map in use
 //! docks.json               docks of the saved maps
 //! stop.json                whether motion is stopped, and by whom
+//! ledger.db                what people have made of the site and what the robot did, an SQLite database; see the store
 //! recordings/<time>/       inputs of the stack in one run, in segments; see the store. Names sort by time
 //! run/lock                 held by the process that owns the directory
 //! run/core.sock            the core's Unix socket for the gateway
@@ -127,6 +128,11 @@ impl DataDir {
     /// Whether motion is stopped and by whom, a [`messages::StopLatch`] as JSON.
     pub fn stop_latch(&self) -> PathBuf {
         self.root.join("stop.json")
+    }
+
+    /// The ledger, an SQLite database. SQLite keeps `ledger.db-wal` and `ledger.db-shm` beside it.
+    pub fn ledger(&self) -> PathBuf {
+        self.root.join("ledger.db")
     }
 
     /// Directory of all recordings.

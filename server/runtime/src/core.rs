@@ -6,7 +6,7 @@ use crate::gateway_link::{GatewayLink, GatewayLinkConfig};
 use crate::imports::{ImportWorker, Imports};
 use crate::interrupted_sessions::InterruptedSessionWorker;
 use crate::jobs::{ComputeWorker, DiskWorker, Jobs, finished_queue};
-use crate::ledger::{LedgerConfig, LedgerQueue, LedgerWorker};
+use crate::ledger::{LedgerConfig, LedgerQueue, LedgerWorker, SiteKeeper};
 use crate::live_map::{LiveMap, LiveMapConfig};
 use crate::mailbox::Mailbox;
 use crate::map_list::{publish_map_list, publish_uploads};
@@ -119,6 +119,13 @@ impl Core {
         publish_uploads(&store, &state_publisher, calendar).map_err(StartError::Maps)?;
         let map_usage = Arc::new(MapUsage::new(last_pose.map(|pose| pose.map)));
 
+        let site = SiteKeeper::open(
+            Arc::clone(&store),
+            Arc::clone(&state_publisher),
+            Arc::clone(&mailbox),
+            Arc::clone(&clock),
+            LedgerConfig::default().retry_period,
+        );
         let InterruptedSessions { sessions: interrupted, mut problems } =
             store.interrupted_sessions().map_err(StartError::Sessions)?;
         problems.extend(store.take_problems());
@@ -169,7 +176,7 @@ impl Core {
             mailbox: Arc::clone(&mailbox),
             clock: Arc::clone(&clock),
         };
-        let (ledger, commits) = LedgerQueue::new();
+        let (ledger, inbox) = LedgerQueue::new(LedgerConfig::default());
         let graph_requests = command_sender.clone();
         let journal_config = SessionJournalConfig::default();
         let (session_journal, session_records) = SessionJournalQueue::new(journal_config);
@@ -183,9 +190,9 @@ impl Core {
         };
         let (committed_sender, committed) = crossbeam_channel::bounded(QUEUE_LIMITS.max_committed);
         let ledger_worker = LedgerWorker {
-            config: LedgerConfig::default(),
             store: Arc::clone(&store),
-            commits,
+            inbox: Arc::clone(&inbox),
+            site,
             committed: committed_sender,
             mailbox: Arc::clone(&mailbox),
             clock: Arc::clone(&clock),
@@ -244,6 +251,7 @@ impl Core {
             command_sender,
             imports,
             jobs.clone(),
+            inbox,
             &watchdog,
         )
         .map_err(|source| StartError::Socket { path: socket, source })?;

@@ -9,10 +9,11 @@ use crate::convert::{self, RoutedCommand};
 use crate::imports::Imports;
 use crate::interrupted_sessions::SessionRequest;
 use crate::jobs::{DiskJob, Jobs};
+use crate::ledger::{EditRequest, LedgerInbox};
 use crate::state_publisher::StatePublisher;
 use crate::stored_data::StoredDataRequest;
 use crate::texts;
-use api::{GatewayMessage, MAX_MESSAGE_BYTES};
+use api::{CoreMessage, EditDone, Event, GatewayMessage, MAX_MESSAGE_BYTES};
 use crossbeam_channel::Sender;
 use messages::{Command, Principal};
 use std::fs;
@@ -56,6 +57,7 @@ struct Shared {
     commands: Sender<LoopRequest>,
     imports: Imports,
     jobs: Jobs,
+    ledger: Arc<LedgerInbox>,
     is_ending: Arc<AtomicBool>,
     watchdog: Watchdog,
 }
@@ -69,6 +71,7 @@ impl GatewayLink {
         commands: Sender<LoopRequest>,
         imports: Imports,
         jobs: Jobs,
+        ledger: Arc<LedgerInbox>,
         watchdog: &Watchdog,
     ) -> io::Result<Self> {
         if let Some(directory) = path.parent() {
@@ -86,6 +89,7 @@ impl GatewayLink {
             commands,
             imports,
             jobs,
+            ledger,
             is_ending: Arc::clone(&is_ending),
             watchdog: watchdog.clone(),
         };
@@ -240,6 +244,21 @@ fn read_all(stream: &UnixStream, shared: &Shared, heartbeat: &Heartbeat) -> io::
             }
             GatewayMessage::Listeners { clients: _, streams } => shared.state_publisher.set_streams(streams),
             GatewayMessage::RequestGraph => shared.state_publisher.resend_graph(),
+            GatewayMessage::RequestSite => shared.state_publisher.resend_site(),
+            GatewayMessage::Edit { by, edit } => {
+                let id = edit.id;
+                let request = EditRequest { by: Principal::operator(by), edit };
+                if let Err(outcome) = shared.ledger.edit(request) {
+                    let event = Event::EditDone(EditDone { id, outcome });
+                    shared.state_publisher.push(CoreMessage::Event { to: Some(by), event });
+                }
+            }
+            GatewayMessage::Query { number, query } => {
+                if let Err(reason) = shared.ledger.query(number, query) {
+                    let result = Err(reason.to_owned());
+                    shared.state_publisher.push(CoreMessage::Reply { number, result });
+                }
+            }
         }
     }
     Ok(())

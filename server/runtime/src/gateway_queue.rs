@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | state of which only the newest counts, live scans | the newer replaces the older |
 //! | the graph | one whole graph or one change of it; further changes are merged into it; what is too long goes out in parts |
+//! | the site | its parts, then its changes; beyond [`QueueConfig::max_site_changes`] or [`QueueConfig::max_site_bytes`] the whole site takes their place |
 //! | decisions on loops | merged; the oldest are dropped beyond [`MAX_LOOP_DECISIONS`] |
 //! | tiles | not queued: read from the snapshot, [`MAX_TILES_PER_EVENT`] at a time, in turn with the rest |
 //! | answers, notices | they add up; beyond a limit the gateway is stuck and its connection is dropped |
@@ -11,10 +12,21 @@
 use crate::state_snapshot::{StateSnapshot, Tiles};
 use api::{
     CoreMessage, Event, Graph, GraphChanged, LoopsChanged, MAX_LOOP_DECISIONS, MAX_TILES_PER_EVENT,
-    TilesChanged,
+    SiteChanged, SiteParts, TilesChanged,
 };
 use std::collections::VecDeque;
 use std::mem::{Discriminant, discriminant};
+
+/// Bounds on what waits of the site.
+#[derive(Clone, Copy, Debug)]
+struct QueueConfig {
+    /// Changes that may wait: some seconds of many clients.
+    max_site_changes: usize,
+    /// Bytes that they may take.
+    max_site_bytes: usize,
+}
+
+const CONFIG: QueueConfig = QueueConfig { max_site_changes: 1_000, max_site_bytes: 8 << 20 };
 
 /// The queue of one connection.
 pub struct GatewayQueue {
@@ -23,6 +35,12 @@ pub struct GatewayQueue {
     waiting: VecDeque<CoreMessage>,
     /// A whole graph of which the next part goes out before anything else.
     graph_parts: Option<(Box<Graph>, u32)>,
+    /// The whole site, of which the next part goes out before anything else but the hello.
+    site_parts: Option<SiteParts>,
+    /// Number and bytes of the changes of the site that wait.
+    site_changes: usize,
+    site_bytes: usize,
+    is_greeted: bool,
     /// Epoch of the tiles that were sent; `None` before the first.
     tiles_epoch: Option<u64>,
     tiles_sent: usize,
@@ -43,6 +61,10 @@ impl GatewayQueue {
             before_tiles: waiting.len(),
             waiting,
             graph_parts: None,
+            site_parts: snapshot.site.clone().map(SiteParts::new),
+            site_changes: 0,
+            site_bytes: 0,
+            is_greeted: false,
             tiles_epoch: None,
             tiles_sent: 0,
             is_turn_of_tiles: false,
@@ -72,6 +94,7 @@ impl GatewayQueue {
                 self.waiting.push_back(CoreMessage::Event { to: None, event });
             }
             Event::Loops(changed) => self.push_loops(changed),
+            Event::SiteChanged(changed) => self.push_site_change(changed, snapshot),
             event => self.replace_or_append(CoreMessage::Event { to: None, event }),
         }
     }
@@ -133,6 +156,33 @@ impl GatewayQueue {
         }
     }
 
+    fn push_site_change(&mut self, changed: SiteChanged, snapshot: &StateSnapshot) {
+        self.site_changes += 1;
+        self.site_bytes += api::encoded_bytes(&changed);
+        if self.site_changes > CONFIG.max_site_changes || self.site_bytes > CONFIG.max_site_bytes {
+            return self.push_whole_site(snapshot);
+        }
+        self.waiting.push_back(CoreMessage::Event { to: None, event: Event::SiteChanged(changed) });
+    }
+
+    /// The whole site takes the place of what waits of it.
+    pub fn push_whole_site(&mut self, snapshot: &StateSnapshot) {
+        let Some(site) = snapshot.site.clone() else { return };
+        self.waiting.retain(|waiting| {
+            !matches!(waiting, CoreMessage::Event { to: None, event: Event::SiteChanged(_) })
+        });
+        (self.site_changes, self.site_bytes) = (0, 0);
+        self.site_parts = Some(SiteParts::new(site));
+    }
+
+    fn next_site_part(&mut self) -> Option<CoreMessage> {
+        let part = self.site_parts.as_mut().filter(|_| self.is_greeted)?.next_part();
+        if part.is_last {
+            self.site_parts = None;
+        }
+        Some(CoreMessage::Event { to: None, event: Event::SitePart(part) })
+    }
+
     fn drop_graph(&mut self) {
         self.graph_parts = None;
         self.waiting.retain(|waiting| {
@@ -142,7 +192,7 @@ impl GatewayQueue {
 
     /// The next message to send.
     pub fn next(&mut self, snapshot: &StateSnapshot) -> Option<CoreMessage> {
-        if let Some(part) = self.next_graph_part() {
+        if let Some(part) = self.next_graph_part().or_else(|| self.next_site_part()) {
             return Some(part);
         }
         if (self.is_turn_of_tiles || self.waiting.is_empty())
@@ -153,7 +203,13 @@ impl GatewayQueue {
         }
         self.before_tiles = self.before_tiles.saturating_sub(1);
         self.is_turn_of_tiles = self.before_tiles == 0;
+        self.is_greeted = true;
         match self.waiting.pop_front()? {
+            CoreMessage::Event { to: None, event: Event::SiteChanged(changed) } => {
+                self.site_changes -= 1;
+                self.site_bytes -= api::encoded_bytes(&changed);
+                Some(CoreMessage::Event { to: None, event: Event::SiteChanged(changed) })
+            }
             CoreMessage::Event { to: None, event: Event::Graph(graph) } if graph.part_count() > 1 => {
                 self.graph_parts = Some((Box::new(graph), 0));
                 self.next_graph_part()
@@ -204,6 +260,6 @@ fn replaced_kind(message: &CoreMessage) -> Option<Kind> {
         CoreMessage::Event { to: None, event } if !matches!(event, Event::Notice(_)) => {
             Some(Kind::Event(discriminant(event)))
         }
-        CoreMessage::Event { .. } | CoreMessage::Hello { .. } => None,
+        CoreMessage::Event { .. } | CoreMessage::Hello { .. } | CoreMessage::Reply { .. } => None,
     }
 }

@@ -8,7 +8,8 @@
 
 use crate::gateway_queue::GatewayQueue;
 use crate::state_snapshot::StateSnapshot;
-use api::{CommandOutcome, CoreMessage, Event, GraphChanged};
+use api::{CommandOutcome, CoreMessage, Event, GraphChanged, SiteChanged, SiteState};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use vocab::{ClientId, CommandId};
@@ -58,6 +59,25 @@ impl StatePublisher {
             queue.push(CoreMessage::Event { to: None, event }, snapshot);
         });
         true
+    }
+
+    /// Publishes the whole site, unless it is the published one.
+    pub fn publish_site(&self, site: &SiteState) {
+        let mut state = self.lock();
+        if state.snapshot.site.as_deref() != Some(site) {
+            state.snapshot.site = Some(Arc::new(site.clone()));
+            self.enqueue(&mut state, GatewayQueue::push_whole_site);
+        }
+    }
+
+    /// Publishes an edit of the site. Returns whether it applies to the published site; it is dropped if not.
+    pub fn publish_site_change(&self, changed: SiteChanged) -> bool {
+        self.try_publish(Event::SiteChanged(changed))
+    }
+
+    /// Sends the whole site to the gateway, which has lost changes.
+    pub fn resend_site(&self) {
+        self.enqueue(&mut self.lock(), GatewayQueue::push_whole_site);
     }
 
     /// Sends the whole graph to the gateway, which has lost changes. The queue holds one whole graph at most, however often this is asked.

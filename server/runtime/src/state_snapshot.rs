@@ -1,8 +1,9 @@
 //! The latest state of every kind, for a gateway that connects.
 
-use api::{Event, GraphChanged, LoopDecision, LoopsChanged, MAX_LOOP_DECISIONS, TileEntry};
+use api::{Event, GraphChanged, LoopDecision, LoopsChanged, MAX_LOOP_DECISIONS, SiteState, TileEntry};
 use std::collections::VecDeque;
 use std::mem::discriminant;
+use std::sync::Arc;
 
 /// The latest of everything.
 #[derive(Default)]
@@ -13,6 +14,8 @@ pub struct StateSnapshot {
     /// Tiles of the map that is shown. They are never queued: each connection reads them from here, see [`crate::gateway_queue`].
     pub tiles: Tiles,
     loops: VecDeque<LoopDecision>,
+    /// The site; none while it could not be read. It is sent in parts, see [`crate::gateway_queue`].
+    pub site: Option<Arc<SiteState>>,
 }
 
 /// The tiles of a map, in the order in which they came.
@@ -24,10 +27,13 @@ pub struct Tiles {
 }
 
 impl StateSnapshot {
-    /// Takes an event in. Returns false for changes that do not apply to the graph; the snapshot is unchanged then.
+    /// Takes an event in. Returns false for changes that do not apply to the graph or the site; the snapshot is unchanged then.
     pub fn keep(&mut self, event: &Event) -> bool {
         match event {
-            Event::CommandDone { .. } => {}
+            Event::CommandDone { .. } | Event::EditDone(_) | Event::SitePart(_) => {}
+            Event::SiteChanged(changed) => {
+                return self.site.as_mut().is_some_and(|site| Arc::make_mut(site).apply(changed));
+            }
             Event::Notice(_) => {
                 if self.notices.len() == api::Notice::MAX_KEPT {
                     self.notices.pop_front();
@@ -69,7 +75,7 @@ impl StateSnapshot {
         self.latest.iter().find(|event| matches!(event, Event::Graph(_)))
     }
 
-    /// Everything but the tiles.
+    /// Everything but the tiles and the site.
     pub fn events(&self) -> impl Iterator<Item = Event> {
         let added = self.loops.iter().cloned().collect();
         let loops = Event::Loops(LoopsChanged { reset: true, added });

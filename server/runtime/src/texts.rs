@@ -180,6 +180,47 @@ pub fn stop_not_durable(reason: &str) -> String {
     )
 }
 
+/// What the stack says of a run cannot be written for `reason`, a clause.
+pub fn run_not_durable(reason: &str) -> String {
+    format!(
+        "What the robot does on its mission cannot be written to disk: {reason}. It waits with its next step; free some disk. Writing is tried again."
+    )
+}
+
+/// The ledger cannot be opened or read for `reason`, a clause.
+pub fn ledger_not_open(reason: &str) -> String {
+    format!(
+        "What people have made of the site (its graph, missions and schedules) cannot be read or changed now: {reason}. It is tried again."
+    )
+}
+
+/// An edit of the site cannot be written for `reason`, a clause.
+pub fn edit_not_durable(reason: &str) -> String {
+    format!("Nothing was changed: {reason}. It is tried again.")
+}
+
+/// Too many edits wait.
+pub const LEDGER_BUSY: &str = "The robot's disk is busy with earlier changes. Try again in a moment.";
+/// The core ends.
+pub const CORE_ENDS: &str = "The robot's core is ending. Try again once it is back.";
+/// An edit without changes.
+pub const EDIT_IS_EMPTY: &str = "The edit changes nothing.";
+
+/// An edit has too many changes.
+pub fn edit_too_long(changes: usize, max: usize) -> String {
+    format!("The edit changes {changes} objects, and {max} are allowed at once. Make several edits of it.")
+}
+
+/// The site has as many objects as it may.
+pub fn site_full(max: usize) -> String {
+    format!("The site would have more than {max} objects. Remove what is not needed first.")
+}
+
+/// `object` takes more bytes than it may.
+pub fn object_too_large(object: &str, max_bytes: usize) -> String {
+    format!("The {object} takes more than {} kB. Make several of it.", max_bytes >> 10)
+}
+
 /// Tiles or graph of the saved map in use cannot be read for `reason`, a clause.
 pub fn map_not_shown(reason: &str) -> String {
     format!("The map in use cannot be shown: {reason}.")

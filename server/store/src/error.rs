@@ -103,6 +103,29 @@ pub enum StoreError {
         /// The newest version that this program reads.
         newest: u32,
     },
+    /// SQLite reports an error.
+    #[error("could not use {}", path.display())]
+    Database {
+        /// The file.
+        path: PathBuf,
+        /// What SQLite says.
+        #[source]
+        source: rusqlite::Error,
+    },
+    /// The ledger is damaged.
+    #[error("{} {what}", path.display())]
+    Ledger {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong: the rest of the sentence.
+        what: &'static str,
+    },
+    /// A row of the ledger is whole, and this program does not understand it.
+    #[error("{} holds a row that this program does not understand; update AutoInspect", path.display())]
+    LedgerRow {
+        /// The file.
+        path: PathBuf,
+    },
     /// A document that this store wrote cannot be read.
     #[error("could not understand {}", path.display())]
     Document {

@@ -141,6 +141,15 @@ pub fn was_put_aside(path: &Path) -> bool {
     fs::symlink_metadata(path.with_file_name(format!("{name}.damaged"))).is_ok()
 }
 
+/// The file that [`put_aside`] has put aside last of this path, if it has.
+pub fn last_put_aside(path: &Path) -> Option<PathBuf> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let exists = |path: &PathBuf| fs::symlink_metadata(path).is_ok();
+    let later = |number: u32| path.with_file_name(format!("{name}.damaged-{number}"));
+    let first = Some(path.with_file_name(format!("{name}.damaged"))).filter(exists)?;
+    (2..=u32::MAX).map(later).take_while(exists).last().or(Some(first))
+}
+
 /// Removes a file; no error if it does not exist.
 pub fn remove_file(path: &Path) -> Result<(), StoreError> {
     match fs::remove_file(path) {

@@ -13,6 +13,7 @@ mod files;
 pub mod fuzzing;
 mod keyframe_descriptors;
 mod keyframe_grid;
+mod ledger;
 mod map_bin;
 mod map_cloud;
 mod map_clouds;
@@ -37,6 +38,7 @@ pub use cloud_files::{VirtualKeyframes, copy_viewpoint_files, write_cloud};
 pub use error::StoreError;
 pub use files::write_json;
 pub use keyframe_descriptors::keyframe_descriptors;
+pub use ledger::{EditRecord, Ledger, LedgerWriter, StoredFiring, UnfinishedRun};
 pub use map_bin::BinnedMap;
 pub use map_cloud::{CloudSelection, MapCloud};
 pub use map_clouds::{MapClouds, copy_clouds, map_clouds, map_clouds_and_sensors};
@@ -144,6 +146,11 @@ impl Store {
     /// What was wrong with files that were read since the last call, and what to do; sentences for people.
     pub fn take_problems(&self) -> Vec<String> {
         std::mem::take(&mut self.problems.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Adds a sentence to [`Self::take_problems`].
+    pub fn note_problem(&self, text: String) {
+        self.add_problem(text);
     }
 
     pub(crate) fn add_problem(&self, text: String) {

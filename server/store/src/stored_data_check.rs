@@ -1,4 +1,4 @@
-//! Looks for damage in what is stored: reads every file of the maps, their tiles and the clouds of interrupted sessions, and compares it with its
+//! Looks for damage in what is stored: reads the ledger, every file of the maps, their tiles and the clouds of interrupted sessions, and compares it with its
 //! checksum. Nothing is changed.
 
 use crate::checked_json::read_checked_json;
@@ -40,6 +40,9 @@ impl Store {
         sessions: &[SessionId],
         report: &mut dyn StoredDataReport,
     ) -> Result<(), StoreError> {
+        if self.check_ledger(report).is_break() {
+            return Ok(());
+        }
         let mut tiles = BTreeSet::new();
         for directory in [self.dir().maps(), self.dir().bin()] {
             for map in MapFolders::read(&directory)?.readable {

@@ -32,6 +32,44 @@ pub(crate) const NO_VIEWPOINT_FILE: &str = "is no file of viewpoints that this p
 /// A viewpoint in such a file whose indices are damaged.
 pub(crate) const BROKEN_VIEWPOINT: &str = "has a viewpoint whose points cannot be understood";
 
+/// A ledger in whose place there is a directory.
+pub(crate) const LEDGER_IS_DIRECTORY: &str = "is a directory and not a database";
+/// A ledger without content.
+pub(crate) const LEDGER_IS_EMPTY: &str = "is empty";
+/// A database of another program.
+pub(crate) const NO_LEDGER: &str = "is not a ledger of AutoInspect";
+/// A ledger whose structure is damaged.
+pub(crate) const LEDGER_STRUCTURE: &str = "has a damaged structure";
+/// A row of the ledger that does not match its checksum.
+pub(crate) const DAMAGED_ROW: &str = "has a row that does not match its checksum";
+/// An audit log with a gap.
+pub(crate) const AUDIT_LOG_CHANGED: &str =
+    "has an audit log of which an entry was changed, removed or put in between";
+
+/// The ledger at `path` was put aside and a new one begun with this number of `documents`. `damage` is what is wrong, if it was found just now.
+pub(crate) fn ledger_begun_anew(
+    path: &Path,
+    damage: Option<&StoreError>,
+    aside: &Path,
+    documents: usize,
+) -> String {
+    let reason =
+        damage.map_or_else(|| format!("{} was missing", path.display()), |damage| error_with_causes(damage));
+    format!(
+        "{reason}. The file was kept as {}, and a new one was begun with the {documents} documents of the site that could still be read. Look whether anything is missing; runs and results of before are in the old file only.",
+        aside.display()
+    )
+}
+
+/// The write-ahead log of the ledger is damaged; a copy of it is kept at `aside`.
+pub(crate) fn wal_damaged(wal: &Path, aside: &Path) -> String {
+    format!(
+        "{} does not match its checksums. What was changed of the site last may be missing; look at it. A copy was kept as {}.",
+        wal.display(),
+        aside.display()
+    )
+}
+
 /// What follows from a `place.json` that cannot be read.
 pub(crate) const POSE_IS_FORGOTTEN: &str =
     "The robot has to find its pose in the map again, which takes some seconds.";

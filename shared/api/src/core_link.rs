@@ -1,7 +1,8 @@
 //! Messages between core and gateway. The gateway may crash or be flooded; it has no call that stops the core.
 
-use crate::{Command, Event};
+use crate::{Command, Event, Query, QueryReply};
 use serde::{Deserialize, Serialize};
+use site_model::Edit;
 use vocab::{ClientId, CommandId, Pose, Stamp};
 
 /// Core to gateway.
@@ -27,6 +28,13 @@ pub enum CoreMessage {
         map_from_base: Pose,
         /// `map_codec`'s live scan, base frame.
         points: Vec<u8>,
+    },
+    /// Answer to a question.
+    Reply {
+        /// Number of the question.
+        number: u64,
+        /// The answer, or a sentence that says why there is none.
+        result: Result<QueryReply, String>,
     },
 }
 
@@ -56,4 +64,20 @@ pub enum GatewayMessage {
     },
     /// The gateway's graph is not the one that the last [`crate::GraphChanged`] applies to. Answered by the whole graph.
     RequestGraph,
+    /// A client's edit of the site. Answered by [`Event::EditDone`] to that client, after [`Event::SiteChanged`] to all.
+    Edit {
+        /// Who edits.
+        by: ClientId,
+        /// The edit.
+        edit: Edit,
+    },
+    /// The gateway's site is not the one that the last [`crate::SiteChanged`] applies to. Answered by the whole site.
+    RequestSite,
+    /// A question about what was stored, answered by [`CoreMessage::Reply`].
+    Query {
+        /// Number of the question, made by the gateway.
+        number: u64,
+        /// The question.
+        query: Query,
+    },
 }

@@ -1,8 +1,8 @@
 //! Events for clients. Every event replaces the last of its kind unless its documentation says otherwise.
 
 use crate::{
-    BinnedMap, CommandOutcome, DamagedMap, Executive, Goal, GraphChanged, GraphPart, LoopsChanged,
-    MapSummary, TileEntry,
+    BinnedMap, CommandOutcome, DamagedMap, EditDone, Executive, Goal, GraphChanged, GraphPart, LoopsChanged,
+    MapSummary, SiteChanged, SitePart, TileEntry,
 };
 use serde::{Deserialize, Serialize};
 use vocab::{
@@ -67,6 +67,12 @@ pub enum Event {
     Uploads(Vec<StoredUpload>),
     /// A part of a graph that takes the place of [`Self::Graph`] where that would be too long for one message.
     GraphPart(GraphPart),
+    /// A part of the whole site, the documents that people edit. It changes by [`Self::SiteChanged`].
+    SitePart(SitePart),
+    /// An edit of the site; adds to what was sent. See [`SiteChanged`] for what to do if it does not apply.
+    SiteChanged(SiteChanged),
+    /// Answer to an edit, to the client that sent it only.
+    EditDone(EditDone),
 }
 
 /// An uploaded file that no map was made of yet.

@@ -20,6 +20,8 @@ mod graph;
 mod loops;
 mod map;
 pub mod paths;
+mod query;
+mod site;
 mod socket;
 
 pub use codec::{DecodeError, MAX_MESSAGE_BYTES, decode, encode, encode_after};
@@ -33,10 +35,17 @@ pub use map::{
     Anchor, BinnedMap, DamagedMap, MapSummary, Problem, TileEntry, TileHash, TileHashError, TileList,
 };
 pub use paths::{CONTROL_PATH, STREAM_PATH};
+pub use query::{
+    MAX_PAGE, MAX_PAGE_BYTES, Query, QueryReply, StoredResult, StoredRevision, StoredRun, StoredStep,
+};
+pub use site::{
+    EditDone, EditOutcome, EditRefusal, MAX_EDIT_BYTES, MAX_EDIT_CHANGES, MAX_OBJECT_BYTES, MAX_SITE_OBJECTS,
+    SiteAssembly, SiteChanged, SitePart, SiteParts, SiteState, encoded_bytes,
+};
 pub use socket::{ClientMessage, MAX_UNACKNOWLEDGED, ScanFrame, ServerMessage, StreamRequest};
 
 /// Version of everything in this crate. Server and client refuse each other when it differs, and say so.
-pub const VERSION: u16 = 14;
+pub const VERSION: u16 = 15;
 
 /// Time for which a deleted map is kept in the bin.
 pub const BIN_RETENTION: vocab::Span = vocab::Span::from_millis(7 * 24 * 3_600_000);

@@ -29,5 +29,15 @@ pub const CLOUD_PATH: &str = "/api/v1/sessions/{session}/clouds/{keyframe}";
 pub const UPLOADS_PATH: &str = "/api/v1/uploads";
 /// With an upload's id in place of `{id}`. PUT: a file, to be made a map of with [`crate::Command::ImportMap`]. DELETE: deletes the file.
 pub const UPLOAD_PATH: &str = "/api/v1/uploads/{id}";
+/// GET: the documents of the site, how many there are and what is wrong with them.
+pub const SITE_PATH: &str = "/api/v1/site";
+/// With a kind of object in place of `{kind}`. GET: a page of the objects of this kind. POST: makes one.
+pub const SITE_KIND_PATH: &str = "/api/v1/site/{kind}";
+/// With a kind of object and an object's id. GET, PUT, PATCH, DELETE: the object.
+pub const SITE_OBJECT_PATH: &str = "/api/v1/site/{kind}/{id}";
+/// With a kind of object and an object's id. GET: a page of the states that the object has had.
+pub const SITE_REVISIONS_PATH: &str = "/api/v1/site/{kind}/{id}/revisions";
+/// POST: a [`site_model::Edit`], which changes several objects together.
+pub const SITE_EDITS_PATH: &str = "/api/v1/site/edits";
 /// GET: 200 while core and gateway are connected, 503 otherwise.
 pub const HEALTH_PATH: &str = "/api/v1/health";

@@ -2,6 +2,7 @@
 
 use crate::{Command, Event};
 use serde::{Deserialize, Serialize};
+use site_model::Edit;
 use vocab::{ClientId, CommandId, Pose, Stamp};
 
 /// Scan frames that may be under way to a client without its acknowledgement.
@@ -32,6 +33,11 @@ pub enum ClientMessage {
     /// The client's graph is not the one that the last [`crate::GraphChanged`] applies to. Answered by the whole graph as an event: at once,
     /// or 5 s after the last answer to such a request. Requests that wait are answered together.
     RequestGraph,
+    /// An edit of the site, at most [`crate::MAX_EDIT_BYTES`] long. Answered by [`Event::EditDone`]. Repeating an id that was applied does nothing and is answered
+    /// again.
+    Edit(Edit),
+    /// The client's site is not the one that the last [`crate::SiteChanged`] applies to. Answered by the whole site, as for the graph.
+    RequestSite,
 }
 
 /// Server to client, control socket.

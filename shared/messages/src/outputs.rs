@@ -1,8 +1,8 @@
 //! Outputs of the stack: effects for the shell, and publications for clients.
 
 use crate::{
-    BatteryState, ExecutiveStatus, GoalUpdate, GraphDelta, Job, JobId, LoopDecision, PoseInMap, Reanchored,
-    StopLatch,
+    BatteryState, ExecutiveStatus, GoalUpdate, GraphDelta, Job, JobId, LedgerEvent, LoopDecision, PoseInMap,
+    Reanchored,
 };
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -52,15 +52,6 @@ pub enum StackEffect {
         /// `None` when it was accepted; else one sentence: why not and what to do.
         refused: Option<String>,
     },
-}
-
-/// An event that must be durable before the stack acts on it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum LedgerEvent {
-    /// A goal was accepted or has ended.
-    Goal(GoalUpdate),
-    /// Motion was stopped, or `None`: it was allowed again. This takes effect at once; what waits for the commit is the answer to the command.
-    StopLatch(Option<StopLatch>),
 }
 
 /// A velocity command to the robot.

@@ -71,12 +71,13 @@ pub struct RevisionChange {
 }
 
 /// Why an edit was not applied.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
+#[serde(rename_all = "snake_case")]
 pub enum EditError {
     /// Somebody else has changed an object in the meantime.
     #[error("{object} was changed by somebody else in the meantime; look at the change and repeat yours")]
     Conflict {
-        /// The first such object of the edit.
+        /// Which object.
         object: ObjectId,
         /// Its revision; none if it was removed.
         revision: Option<Revision>,

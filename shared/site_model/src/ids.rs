@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use uuid::Uuid;
 use vocab::uuid_id;
 
 uuid_id! {
@@ -75,6 +76,115 @@ pub enum ObjectId {
     Schedule(ScheduleId),
     /// A [`crate::Monitor`].
     Monitor(MonitorId),
+}
+
+/// Kind of an object.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[allow(missing_docs, reason = "each variant is the kind of the type of its name")]
+pub enum ObjectKind {
+    Settings,
+    Node,
+    Edge,
+    EdgeBlock,
+    Zone,
+    Dock,
+    Asset,
+    InspectionPoint,
+    Mission,
+    Schedule,
+    Monitor,
+}
+
+impl ObjectKind {
+    /// All kinds, in the order of [`ObjectId`].
+    pub const ALL: [Self; 11] = [
+        Self::Settings,
+        Self::Node,
+        Self::Edge,
+        Self::EdgeBlock,
+        Self::Zone,
+        Self::Dock,
+        Self::Asset,
+        Self::InspectionPoint,
+        Self::Mission,
+        Self::Schedule,
+        Self::Monitor,
+    ];
+
+    /// Its name in JSON, such as `inspection_point`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Settings => "settings",
+            Self::Node => "node",
+            Self::Edge => "edge",
+            Self::EdgeBlock => "edge_block",
+            Self::Zone => "zone",
+            Self::Dock => "dock",
+            Self::Asset => "asset",
+            Self::InspectionPoint => "inspection_point",
+            Self::Mission => "mission",
+            Self::Schedule => "schedule",
+            Self::Monitor => "monitor",
+        }
+    }
+
+    /// The kind of this name.
+    pub fn of_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.name() == name)
+    }
+}
+
+impl ObjectId {
+    /// The object of this kind and id. Settings have no id; theirs is ignored.
+    pub fn new(kind: ObjectKind, id: Uuid) -> Self {
+        match kind {
+            ObjectKind::Settings => Self::Settings,
+            ObjectKind::Node => Self::Node(NodeId(id)),
+            ObjectKind::Edge => Self::Edge(EdgeId(id)),
+            ObjectKind::EdgeBlock => Self::EdgeBlock(EdgeId(id)),
+            ObjectKind::Zone => Self::Zone(ZoneId(id)),
+            ObjectKind::Dock => Self::Dock(DockId(id)),
+            ObjectKind::Asset => Self::Asset(AssetId(id)),
+            ObjectKind::InspectionPoint => Self::InspectionPoint(InspectionPointId(id)),
+            ObjectKind::Mission => Self::Mission(MissionId(id)),
+            ObjectKind::Schedule => Self::Schedule(ScheduleId(id)),
+            ObjectKind::Monitor => Self::Monitor(MonitorId(id)),
+        }
+    }
+
+    /// Its kind.
+    pub fn kind(self) -> ObjectKind {
+        match self {
+            Self::Settings => ObjectKind::Settings,
+            Self::Node(_) => ObjectKind::Node,
+            Self::Edge(_) => ObjectKind::Edge,
+            Self::EdgeBlock(_) => ObjectKind::EdgeBlock,
+            Self::Zone(_) => ObjectKind::Zone,
+            Self::Dock(_) => ObjectKind::Dock,
+            Self::Asset(_) => ObjectKind::Asset,
+            Self::InspectionPoint(_) => ObjectKind::InspectionPoint,
+            Self::Mission(_) => ObjectKind::Mission,
+            Self::Schedule(_) => ObjectKind::Schedule,
+            Self::Monitor(_) => ObjectKind::Monitor,
+        }
+    }
+
+    /// Its id within its kind; nil for the settings.
+    pub fn uuid(self) -> Uuid {
+        match self {
+            Self::Settings => Uuid::nil(),
+            Self::Node(id) => id.0,
+            Self::Edge(id) | Self::EdgeBlock(id) => id.0,
+            Self::Zone(id) => id.0,
+            Self::Dock(id) => id.0,
+            Self::Asset(id) => id.0,
+            Self::InspectionPoint(id) => id.0,
+            Self::Mission(id) => id.0,
+            Self::Schedule(id) => id.0,
+            Self::Monitor(id) => id.0,
+        }
+    }
 }
 
 impl fmt::Display for ObjectId {

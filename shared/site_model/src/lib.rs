@@ -31,8 +31,8 @@ pub use action::ActionRequest;
 pub use compare::{MergeConflict, Merged, diff, merge};
 pub use edit::{Applied, Change, Edit, EditError, RevisionChange};
 pub use ids::{
-    AssetId, DockId, EdgeId, EditId, InspectionPointId, MissionId, MonitorId, NodeId, ObjectId, ScheduleId,
-    TaskId, ZoneId,
+    AssetId, DockId, EdgeId, EditId, InspectionPointId, MissionId, MonitorId, NodeId, ObjectId, ObjectKind,
+    ScheduleId, TaskId, ZoneId,
 };
 pub use mission::{AskDefault, FailurePolicy, FailureStep, Mission, MissionEnd, Task, TaskOrder, TaskPlace};
 pub use monitor::{Monitor, MonitorCondition, MonitorResponse, Resumption};

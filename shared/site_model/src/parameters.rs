@@ -1,7 +1,12 @@
 //! Parameters of actions: what JSON can say, without null. They are described by the action's JSON Schema.
 
+use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::cell::Cell;
 use std::collections::BTreeMap;
+
+/// Lists and maps within each other at most. More are refused when they are read, because each level takes stack.
+const MAX_DEPTH: u32 = 32;
 
 /// Parameters by name.
 pub type Parameters = BTreeMap<String, Parameter>;
@@ -60,9 +65,34 @@ impl Serialize for Parameter {
 
 impl<'de> Deserialize<'de> for Parameter {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let _level = Level::enter().ok_or_else(|| D::Error::custom("parameters are nested too deep"))?;
         match deserializer.is_human_readable() {
             true => Plain::deserialize(deserializer),
             false => Tagged::deserialize(deserializer),
         }
+    }
+}
+
+thread_local! {
+    /// Parameters within each other that this thread reads.
+    static DEPTH: Cell<u32> = const { Cell::new(0) };
+}
+
+/// A level of nesting, left when dropped.
+struct Level;
+
+impl Level {
+    fn enter() -> Option<Self> {
+        let depth = DEPTH.get();
+        (depth < MAX_DEPTH).then(|| {
+            DEPTH.set(depth + 1);
+            Self
+        })
+    }
+}
+
+impl Drop for Level {
+    fn drop(&mut self) {
+        DEPTH.set(DEPTH.get() - 1);
     }
 }

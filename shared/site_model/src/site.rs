@@ -177,30 +177,40 @@ impl Site {
     /// # Errors
     /// Why not.
     pub fn check(&self, edit: &Edit) -> Result<(), EditError> {
+        self.edit_errors(edit).next().map_or(Ok(()), Err)
+    }
+
+    /// All reasons why an edit cannot be applied, in the order of its changes. None: it can.
+    pub fn edit_errors(&self, edit: &Edit) -> impl Iterator<Item = EditError> {
         let mut changed = BTreeSet::new();
-        for change in &edit.changes {
+        edit.changes.iter().filter_map(move |change| {
             let object = change.object_id();
             if !changed.insert(object) {
-                return Err(EditError::ChangedTwice(object));
+                return Some(EditError::ChangedTwice(object));
             }
             let revision = self.revision(object);
             if change.base() != revision {
-                return Err(EditError::Conflict { object, revision });
+                return Some(EditError::Conflict { object, revision });
             }
-            if let Change::Put { object, .. } = change
-                && !validation::is_finite(object)
-            {
-                return Err(EditError::NotFinite(object.id()));
+            match change {
+                Change::Put { object, .. } if !validation::is_finite(object) => {
+                    Some(EditError::NotFinite(object.id()))
+                }
+                _ => None,
             }
-        }
-        Ok(())
+        })
+    }
+
+    /// The revision that a change of this object would be given.
+    pub fn next_revision(&self, object: ObjectId) -> Revision {
+        let last = self.revision(object).or_else(|| self.removed.get(&object).copied()).unwrap_or_default();
+        Revision(last.0 + 1)
     }
 
     /// Makes a change that was checked. Returns what was there before.
     fn make(&mut self, change: &Change) -> Option<Versioned> {
         let id = change.object_id();
-        let last = self.revision(id).or_else(|| self.removed.get(&id).copied()).unwrap_or_default();
-        let revision = Revision(last.0 + 1);
+        let revision = self.next_revision(id);
         match change {
             Change::Put { object, .. } => {
                 self.removed.remove(&id);

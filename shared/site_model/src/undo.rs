@@ -1,6 +1,6 @@
 //! What one person can undo and redo, while others edit the same site.
 
-use crate::{Applied, Change, Edit, EditError, EditId, ObjectId, Revision, Site};
+use crate::{Applied, Change, Edit, EditError, EditId, ObjectId, Revision, RevisionChange, Site};
 use std::collections::BTreeMap;
 
 /// The edits of one person that can be undone, and those that were undone and can be redone.
@@ -48,6 +48,23 @@ impl UndoHistory {
     pub fn record(&mut self, applied: Applied) {
         self.redo.clear();
         self.undo.push(Step::new(applied));
+    }
+
+    /// Forgets an edit that was not applied after all, with all steps that refer to the revisions which it would have made: these revisions belong to others. The
+    /// edit must have been applied here under its own id as the name of its inverse.
+    pub fn forget(&mut self, id: EditId, revisions: &[RevisionChange]) {
+        let refers = |change: &Change| {
+            let made = revisions.iter().find(|made| made.object == change.object_id());
+            made.is_some_and(|made| change.base() == made.after)
+        };
+        for steps in [&mut self.undo, &mut self.redo] {
+            steps.retain(|step| step.edit.id != id && !step.edit.changes.iter().any(refers));
+        }
+    }
+
+    /// Number of steps that can be undone.
+    pub fn undo_len(&self) -> usize {
+        self.undo.len()
     }
 
     /// Whether there is something to undo.

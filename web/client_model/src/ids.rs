@@ -1,5 +1,6 @@
 //! Ids that the client makes.
 
+use site_model::EditId;
 use uuid::Uuid;
 use vocab::{CommandId, GoalId, MapId, SessionId};
 
@@ -33,6 +34,11 @@ impl Ids {
     /// For a mapping session.
     pub fn session(&mut self) -> SessionId {
         SessionId(self.draw())
+    }
+
+    /// For an edit of the site.
+    pub fn edit(&mut self) -> EditId {
+        EditId(self.draw())
     }
 
     /// For a map version.

@@ -65,6 +65,8 @@ impl Shared {
 /// Something that changed in one slice and that others react to.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Change {
+    /// The server has welcomed this client, for the first time or again. Its snapshot follows.
+    Connected,
     /// The graph belongs to another mapping session than before; keyframe ids start anew.
     SessionChanged,
     /// This map is viewed from now on, or still: a saved one, or the live map.

@@ -14,6 +14,28 @@ pub(crate) const VIEWED_MAP_DELETED: &str = "The map on the screen was moved to 
 /// Name of a map that is not listed.
 pub(crate) const UNNAMED_MAP: &str = "Map";
 
+/// Shown when the site is edited before it has come.
+pub(crate) const SITE_NOT_LOADED: &str =
+    "The robot has not sent its graph, missions and schedules yet. Wait a moment and try again.";
+
+/// Shown when an edit is longer than the server accepts.
+pub(crate) const EDIT_TOO_LONG: &str = "This changes too much at once. Change a part of it first.";
+
+/// Shown when the robot refused an edit. `reason` is a sentence without its full stop.
+pub(crate) fn edit_refused(reason: &str) -> String {
+    format!("Your change was taken back: {reason}.")
+}
+
+/// Shown when the robot does not accept an edit. `reason` is a sentence.
+pub(crate) fn edit_rejected(reason: &str) -> String {
+    format!("Your change was taken back. {reason}")
+}
+
+/// Shown when a step could not be undone or redone. `reason` is a sentence without its full stop.
+pub(crate) fn undo_refused(reason: &str) -> String {
+    format!("This cannot be undone: {reason}.")
+}
+
 /// Name of this client for other operators. `number` is part of its id.
 pub(crate) fn operator_name(number: u16) -> String {
     format!("Operator {number:04x}")

@@ -17,4 +17,5 @@ mod program;
 mod recordings;
 mod refusals;
 mod robot_process;
+mod site_edits;
 mod stored_data;

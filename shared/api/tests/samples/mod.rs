@@ -1,5 +1,7 @@
 //! At least one message of every kind, with a value in every field that may be empty.
 
+mod site;
+
 use api::*;
 use uuid::Uuid;
 use vocab::{
@@ -344,6 +346,7 @@ pub fn events() -> Vec<Event> {
     events.extend(states());
     events.extend(imports());
     events.extend(executives());
+    events.extend(site::events());
     events
 }
 
@@ -353,6 +356,8 @@ pub fn client_messages() -> Vec<ClientMessage> {
         ClientMessage::Command { id: COMMAND, command: Command::StopMotion },
         ClientMessage::Ping { token: 300 },
         ClientMessage::RequestGraph,
+        ClientMessage::Edit(site::edit()),
+        ClientMessage::RequestSite,
     ]
 }
 
@@ -374,18 +379,25 @@ pub fn scan_frame() -> ScanFrame {
 }
 
 pub fn core_messages() -> Vec<CoreMessage> {
-    vec![
+    let mut messages = vec![
         CoreMessage::Hello { version: VERSION },
         CoreMessage::Event { to: Some(CLIENT), event: Event::Motion(Motion::Idle) },
         CoreMessage::Scan { stamp: NOW, map_from_base: pose(), points: vec![1, 2, 3] },
-    ]
+        CoreMessage::Reply { number: 300, result: Err(name()) },
+    ];
+    messages.extend(site::replies().map(|reply| CoreMessage::Reply { number: 300, result: Ok(reply) }));
+    messages
 }
 
 pub fn gateway_messages() -> Vec<GatewayMessage> {
-    vec![
+    let mut messages = vec![
         GatewayMessage::Hello { version: VERSION },
         GatewayMessage::Command { id: COMMAND, by: CLIENT, command: Command::StopMotion },
         GatewayMessage::Listeners { clients: 2, streams: 1 },
         GatewayMessage::RequestGraph,
-    ]
+        GatewayMessage::Edit { by: CLIENT, edit: site::edit() },
+        GatewayMessage::RequestSite,
+    ];
+    messages.extend(site::queries().map(|query| GatewayMessage::Query { number: 300, query }));
+    messages
 }

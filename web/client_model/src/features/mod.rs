@@ -35,6 +35,7 @@ pub(crate) mod platform;
 pub(crate) mod quality;
 pub(crate) mod robot;
 pub(crate) mod selection;
+pub(crate) mod site;
 pub(crate) mod trajectory;
 pub(crate) mod view_settings;
 
@@ -121,6 +122,8 @@ model_of! {
     goals: goals::Goals,
     /// Loops of the map under construction.
     loops: loops::Loops,
+    /// The documents of the site.
+    site: site::SiteFeature,
     /// Quality of the map under construction.
     quality: quality::QualityFeature,
     /// Aligning one saved map to another.

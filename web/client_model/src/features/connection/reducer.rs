@@ -2,7 +2,7 @@
 
 use super::{Ping, SocketState};
 use crate::features::commands::expired_sentence;
-use crate::shared::Context;
+use crate::shared::{Change, Context};
 use crate::{ClientEffect, ClientEvent, Socket, texts};
 use api::{ClientMessage, ServerMessage, Severity, StreamRequest};
 
@@ -60,6 +60,7 @@ fn on_welcome(version: u16, program: &str, cx: &mut Context<'_>) {
     for sentence in expired {
         cx.notify(Severity::Warning, sentence);
     }
+    cx.changes.push(Change::Connected);
 }
 
 pub(crate) fn on_client_event(event: &ClientEvent, cx: &mut Context<'_>) {

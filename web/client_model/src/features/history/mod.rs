@@ -1,4 +1,4 @@
-//! What the operator can undo, in the order in which it was done: edits of the view, decisions on loops, deletions of maps.
+//! What the operator can undo, in the order in which it was done: edits of the view and of the site, decisions on loops, deletions of maps.
 //!
 //! The view keeps its own copies ([`UndoHistory`]). A decision on a loop is kept as the command that undoes it, because the
 //! robot holds the graph.
@@ -31,6 +31,8 @@ pub(crate) enum HistoryStep {
     View,
     /// A loop was decided on.
     Loop(LoopEdit),
+    /// The site was edited. Its feature holds what was done.
+    Site,
     /// A saved map was deleted. Undone, it is not done again.
     MapDeleted(MapId),
 }
@@ -62,7 +64,7 @@ impl History {
         let at = self.past.iter().rposition(|step| matches!(step, HistoryStep::Loop(_)))?;
         match self.past.remove(at) {
             HistoryStep::Loop(edit) => Some(edit),
-            HistoryStep::View | HistoryStep::MapDeleted(_) => None,
+            HistoryStep::View | HistoryStep::Site | HistoryStep::MapDeleted(_) => None,
         }
     }
 
@@ -85,7 +87,7 @@ impl History {
     pub(crate) fn last_loop(&self) -> Option<&LoopEdit> {
         self.past.iter().rev().find_map(|step| match step {
             HistoryStep::Loop(edit) => Some(edit),
-            HistoryStep::View | HistoryStep::MapDeleted(_) => None,
+            HistoryStep::View | HistoryStep::Site | HistoryStep::MapDeleted(_) => None,
         })
     }
 
@@ -108,7 +110,7 @@ impl History {
         for steps in [&mut self.past, &mut self.future] {
             steps.retain(|step| match step {
                 HistoryStep::Loop(edit) => keep(edit),
-                HistoryStep::View | HistoryStep::MapDeleted(_) => true,
+                HistoryStep::View | HistoryStep::Site | HistoryStep::MapDeleted(_) => true,
             });
         }
     }

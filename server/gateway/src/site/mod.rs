@@ -1,0 +1,20 @@
+//! The documents of the site over HTTP. They are read from the snapshot; changes are edits that the core applies and makes durable before they are answered.
+
+mod edits;
+mod fields;
+mod objects;
+mod parse;
+mod paths;
+mod requests;
+mod revisions;
+pub(crate) mod schemas;
+
+pub(crate) use fields::FieldProblem;
+pub(crate) use requests::SiteRequests;
+
+pub(crate) mod handlers {
+    //! What the router and the description refer to.
+    pub(crate) use super::edits::*;
+    pub(crate) use super::objects::*;
+    pub(crate) use super::revisions::*;
+}

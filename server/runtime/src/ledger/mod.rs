@@ -1,0 +1,294 @@
+//! Writes what must be durable before it is acknowledged, on a thread of its own: the disk lane may be busy with a map for a minute.
+//!
+//! These are the commits of the stack (stops of motion in `stop.json`, all else in the ledger) and clients' edits of the site. The thread also holds the site, and
+//! answers questions about what is stored.
+//!
+//! | what waits | policy |
+//! | --- | --- |
+//! | commits | kept, in their order; of stops of motion that follow each other only the newest counts, and its commit answers all. When the disk fails, a notice says so, and writing is tried again until it succeeds. The stack waits for the answer before it acts, so they are few |
+//! | edits and questions | refused beyond [`LedgerConfig::max_waiting_requests`] or [`LedgerConfig::max_waiting_bytes`], and when the disk fails |
+
+mod site;
+#[cfg(test)]
+mod tests;
+
+pub use site::SiteKeeper;
+
+use crate::clock::RobotClock;
+use crate::mailbox::Mailbox;
+use crate::texts;
+use api::{EditOutcome, EditRefusal, Query};
+use crossbeam_channel::Sender;
+use messages::{Input, LedgerEvent, Principal, Severity, StopLatch};
+use ports::error_with_causes;
+use site_model::Edit;
+use std::collections::VecDeque;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+use store::{Store, StoreError};
+use watchdog::{BEAT_PERIOD, Heartbeat};
+
+/// Parameters of the [`LedgerWorker`] and its queue.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LedgerConfig {
+    /// Time between two attempts to write to a disk that fails.
+    pub retry_period: Duration,
+    /// Edits and questions that may wait.
+    pub max_waiting_requests: usize,
+    /// Bytes that edits may take while they wait: four of the longest.
+    pub max_waiting_bytes: usize,
+    /// Edits that are written in one transaction. They share its wait for the disk.
+    pub max_edits_at_once: usize,
+}
+
+impl Default for LedgerConfig {
+    fn default() -> Self {
+        Self {
+            retry_period: Duration::from_secs(1),
+            max_waiting_requests: 512,
+            max_waiting_bytes: 4 * api::MAX_EDIT_BYTES,
+            max_edits_at_once: 64,
+        }
+    }
+}
+
+/// What the stack wants to be durable.
+#[derive(Debug)]
+struct Commit {
+    seq: u64,
+    events: Vec<LedgerEvent>,
+}
+
+impl Commit {
+    /// Whether it is nothing but a stop of motion or its end.
+    fn is_latch_only(&self) -> bool {
+        self.events.iter().all(|event| matches!(event, LedgerEvent::StopLatch(_)))
+    }
+}
+
+/// A client's edit.
+#[derive(Debug)]
+pub struct EditRequest {
+    pub by: Principal,
+    pub edit: Edit,
+}
+
+/// What clients ask for.
+#[derive(Debug)]
+enum Request {
+    Edit { request: EditRequest, bytes: usize },
+    Query { number: u64, query: Query },
+}
+
+/// What waits.
+#[derive(Debug, Default)]
+struct Waiting {
+    commits: VecDeque<Commit>,
+    requests: VecDeque<Request>,
+    /// Bytes of the edits.
+    bytes: usize,
+    /// Whether commits were taken that are not written yet.
+    is_writing: bool,
+    /// Whether the control loop has ended.
+    is_closed: bool,
+}
+
+impl Waiting {
+    fn is_empty(&self) -> bool {
+        self.commits.is_empty() && self.requests.is_empty()
+    }
+}
+
+/// The queue, shared by all threads that use it.
+#[derive(Debug, Default)]
+pub struct LedgerInbox {
+    config: LedgerConfig,
+    waiting: Mutex<Waiting>,
+    changed: Condvar,
+}
+
+impl LedgerInbox {
+    /// A panic of another thread leaves what waits usable, because no code under the lock leaves it half changed.
+    fn lock(&self) -> MutexGuard<'_, Waiting> {
+        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Hands in an edit. Never blocks.
+    ///
+    /// # Errors
+    /// What to answer at once if it cannot wait.
+    pub fn edit(&self, request: EditRequest) -> Result<(), EditOutcome> {
+        let bytes = api::encoded_bytes(&request.edit);
+        self.ask(Request::Edit { request, bytes }, bytes)
+            .map_err(|reason| EditOutcome::Refused(EditRefusal::Unavailable(reason.to_owned())))
+    }
+
+    /// Hands in a question. Never blocks.
+    ///
+    /// # Errors
+    /// Why it cannot wait, one sentence.
+    pub fn query(&self, number: u64, query: Query) -> Result<(), &'static str> {
+        self.ask(Request::Query { number, query }, 0)
+    }
+
+    fn ask(&self, request: Request, bytes: usize) -> Result<(), &'static str> {
+        let mut waiting = self.lock();
+        if waiting.is_closed {
+            return Err(texts::CORE_ENDS);
+        }
+        let is_full = waiting.requests.len() >= self.config.max_waiting_requests
+            || waiting.bytes + bytes > self.config.max_waiting_bytes;
+        if is_full {
+            return Err(texts::LEDGER_BUSY);
+        }
+        waiting.bytes += bytes;
+        waiting.requests.push_back(request);
+        drop(waiting);
+        self.changed.notify_one();
+        Ok(())
+    }
+
+    /// Waits for something to do; none when the control loop has ended and nothing waits. Takes all commits and some requests.
+    fn wait(&self, heartbeat: &Heartbeat) -> Option<(VecDeque<Commit>, Vec<Request>)> {
+        let mut waiting = self.lock();
+        waiting.is_writing = false;
+        while waiting.is_empty() && !waiting.is_closed {
+            heartbeat.beat();
+            waiting =
+                self.changed.wait_timeout(waiting, BEAT_PERIOD).unwrap_or_else(PoisonError::into_inner).0;
+        }
+        if waiting.is_empty() {
+            return None;
+        }
+        let count = waiting.requests.len().min(self.config.max_edits_at_once);
+        let requests: Vec<Request> = waiting.requests.drain(..count).collect();
+        for request in &requests {
+            if let Request::Edit { bytes, .. } = request {
+                waiting.bytes -= bytes;
+            }
+        }
+        waiting.is_writing = !waiting.commits.is_empty();
+        Some((std::mem::take(&mut waiting.commits), requests))
+    }
+
+    /// Puts commits back that could not be written, and waits some time. Returns whether the control loop has ended.
+    fn put_back(&self, mut commits: VecDeque<Commit>, pause: Duration) -> bool {
+        let mut waiting = self.lock();
+        commits.append(&mut waiting.commits);
+        waiting.commits = commits;
+        if !waiting.is_closed {
+            waiting = self.changed.wait_timeout(waiting, pause).unwrap_or_else(PoisonError::into_inner).0;
+        }
+        waiting.is_closed
+    }
+}
+
+/// The control loop's end. Dropping it ends the thread, after what waits was written.
+pub struct LedgerQueue {
+    inbox: Arc<LedgerInbox>,
+}
+
+impl LedgerQueue {
+    /// Both ends.
+    pub fn new(config: LedgerConfig) -> (Self, Arc<LedgerInbox>) {
+        let inbox = Arc::new(LedgerInbox { config, ..LedgerInbox::default() });
+        (Self { inbox: Arc::clone(&inbox) }, inbox)
+    }
+
+    /// Hands in a commit. Never blocks. Returns the input that answers it, if nothing of it needs the disk.
+    pub fn commit(&self, seq: u64, mut events: Vec<LedgerEvent>) -> Option<Input> {
+        // Goals are not stored.
+        events.retain(|event| !matches!(event, LedgerEvent::Goal(_)));
+        let mut waiting = self.inbox.lock();
+        if events.is_empty() && waiting.commits.is_empty() && !waiting.is_writing {
+            return Some(Input::Committed { seq });
+        }
+        let commit = Commit { seq, events };
+        match waiting.commits.back_mut() {
+            Some(last) if last.is_latch_only() && commit.is_latch_only() && !commit.events.is_empty() => {
+                *last = commit;
+            }
+            _ => waiting.commits.push_back(commit),
+        }
+        drop(waiting);
+        self.inbox.changed.notify_one();
+        None
+    }
+}
+
+impl Drop for LedgerQueue {
+    fn drop(&mut self) {
+        self.inbox.lock().is_closed = true;
+        self.inbox.changed.notify_one();
+    }
+}
+
+/// The ledger's thread.
+pub struct LedgerWorker {
+    pub store: Arc<Store>,
+    pub inbox: Arc<LedgerInbox>,
+    pub site: SiteKeeper,
+    /// To the control loop. Bounded: the ledger waits while it is full.
+    pub committed: Sender<u64>,
+    pub mailbox: Arc<Mailbox>,
+    pub clock: Arc<RobotClock>,
+}
+
+impl LedgerWorker {
+    /// Writes until the control loop ends.
+    pub fn run(mut self, heartbeat: &Heartbeat) {
+        let mut is_failing = false;
+        while let Some((commits, requests)) = self.inbox.wait(heartbeat) {
+            heartbeat.beat();
+            self.answer(requests);
+            let Some(newest) = commits.back().map(|commit| commit.seq) else { continue };
+            match self.write(&commits) {
+                Ok(()) => {
+                    is_failing = false;
+                    // The control loop may have ended already.
+                    let _ = self.committed.send(newest);
+                }
+                Err(reason) => {
+                    if !std::mem::replace(&mut is_failing, true) {
+                        tracing::error!("{reason}");
+                        self.mailbox.notice(self.clock.now(), Severity::Error, reason);
+                    }
+                    if self.inbox.put_back(commits, self.inbox.config.retry_period) {
+                        return;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Writes commits. All may be written again after a failure, because each replaces what it wrote before.
+    fn write(&mut self, commits: &VecDeque<Commit>) -> Result<(), String> {
+        let events = || commits.iter().flat_map(|commit| &commit.events);
+        let latch = events().filter_map(|event| match event {
+            LedgerEvent::StopLatch(latch) => Some(latch),
+            _ => None,
+        });
+        if let Some(latch) = latch.last() {
+            self.save_latch(latch.as_ref())
+                .map_err(|error| texts::stop_not_durable(&error_with_causes(&error)))?;
+        }
+        let others: Vec<&LedgerEvent> =
+            events().filter(|event| !matches!(event, LedgerEvent::StopLatch(_))).collect();
+        self.site.write_events(&others).map_err(|reason| texts::run_not_durable(&reason))
+    }
+
+    fn save_latch(&self, latch: Option<&StopLatch>) -> Result<(), StoreError> {
+        self.store.save_stop_latch(latch)
+    }
+
+    fn answer(&mut self, requests: Vec<Request>) {
+        let mut edits = Vec::new();
+        for request in requests {
+            match request {
+                Request::Edit { request, .. } => edits.push(request),
+                Request::Query { number, query } => self.site.answer(number, query),
+            }
+        }
+        self.site.apply(edits);
+    }
+}

@@ -1,0 +1,295 @@
+//! The site and the ledger that holds it. An edit is applied to the site in memory, written, and then published and answered.
+
+use super::EditRequest;
+use crate::clock::{CalendarTime, RobotClock};
+use crate::mailbox::Mailbox;
+use crate::state_publisher::StatePublisher;
+use crate::texts;
+use api::{
+    CoreMessage, EditDone, EditOutcome, EditRefusal, Event, MAX_EDIT_CHANGES, MAX_OBJECT_BYTES,
+    MAX_SITE_OBJECTS, Query, QueryReply, SiteChanged, SiteState,
+};
+use messages::{LedgerEvent, Principal, Severity, SiteWrite};
+use ports::error_with_causes;
+use site_model::{Change, Edit, EditId};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use store::{EditRecord, Ledger, LedgerWriter, Store, StoreError};
+use uuid::Uuid;
+use vocab::{ClientId, Stamp};
+
+/// The ledger with the site that it holds. Both are of the same state whenever no transaction is under way.
+pub struct SiteKeeper {
+    store: Arc<Store>,
+    /// None while the ledger cannot be opened.
+    open: Option<Open>,
+    /// Why it could not be opened last, a clause.
+    problem: String,
+    /// When it is tried again.
+    retry_at: Instant,
+    retry_period: Duration,
+    state_publisher: Arc<StatePublisher>,
+    mailbox: Arc<Mailbox>,
+    clock: Arc<RobotClock>,
+}
+
+struct Open {
+    ledger: Ledger,
+    state: SiteState,
+}
+
+/// What an edit did, or why nothing.
+struct Applied {
+    id: EditId,
+    outcome: EditOutcome,
+    /// What all clients are told.
+    changed: Option<SiteChanged>,
+}
+
+impl SiteKeeper {
+    /// Opens the ledger and publishes the site. If it cannot be opened, that is tried again when somebody needs it.
+    pub fn open(
+        store: Arc<Store>,
+        state_publisher: Arc<StatePublisher>,
+        mailbox: Arc<Mailbox>,
+        clock: Arc<RobotClock>,
+        retry_period: Duration,
+    ) -> Self {
+        let mut keeper = Self {
+            store,
+            open: None,
+            problem: String::new(),
+            retry_at: Instant::now(),
+            retry_period,
+            state_publisher,
+            mailbox,
+            clock,
+        };
+        if let Err(reason) = keeper.opened() {
+            keeper.store.note_problem(texts::ledger_not_open(&reason));
+        }
+        keeper
+    }
+
+    /// The open ledger.
+    ///
+    /// # Errors
+    /// Why it cannot be opened, a clause.
+    fn opened(&mut self) -> Result<&mut Open, String> {
+        if self.open.is_none() {
+            if Instant::now() < self.retry_at {
+                return Err(self.problem.clone());
+            }
+            match self.store.open_ledger() {
+                Ok((ledger, state)) => {
+                    self.state_publisher.publish_site(&state);
+                    self.open = Some(Open { ledger, state });
+                }
+                Err(error) => {
+                    self.problem = error_with_causes(&error);
+                    self.retry_at = Instant::now() + self.retry_period;
+                    tracing::error!("{}", texts::ledger_not_open(&self.problem));
+                }
+            }
+        }
+        self.open.as_mut().ok_or_else(|| self.problem.clone())
+    }
+
+    /// The ledger has failed. It is opened again when it is needed, which also repairs what a damaged file needs.
+    fn close(&mut self, error: &StoreError) -> String {
+        self.open = None;
+        self.problem = error_with_causes(error);
+        self.problem.clone()
+    }
+
+    /// Tells people what opening the ledger has found.
+    fn report_problems(&self) {
+        for problem in self.store.take_problems() {
+            tracing::error!("{problem}");
+            self.mailbox.notice(self.clock.now(), Severity::Error, problem);
+        }
+    }
+
+    /// Applies edits in their order, in one transaction.
+    pub fn apply(&mut self, edits: Vec<EditRequest>) {
+        if edits.is_empty() {
+            return;
+        }
+        let at = CalendarTime::read().utc;
+        let applied = self.transaction(|writer, state| {
+            edits
+                .iter()
+                .map(|EditRequest { by, edit }| apply_edit(writer, state, Some(by), edit, at))
+                .collect()
+        });
+        let applied = applied.unwrap_or_else(|reason| {
+            let refusal = EditRefusal::Unavailable(texts::edit_not_durable(&reason));
+            let refused = |EditRequest { edit, .. }: &EditRequest| Applied {
+                id: edit.id,
+                outcome: EditOutcome::Refused(refusal.clone()),
+                changed: None,
+            };
+            edits.iter().map(refused).collect::<Vec<_>>()
+        });
+        for (Applied { id, outcome, changed }, EditRequest { by, .. }) in applied.into_iter().zip(edits) {
+            self.publish(changed);
+            self.answer_edit(by.client, id, outcome);
+        }
+    }
+
+    /// Writes what the stack wants to be durable.
+    ///
+    /// # Errors
+    /// Why it is not, a clause.
+    pub fn write_events(&mut self, events: &[&LedgerEvent]) -> Result<(), String> {
+        if events.is_empty() {
+            return Ok(());
+        }
+        let at = CalendarTime::read().utc;
+        let changes = self.transaction(|writer, state| {
+            let mut changes = Vec::new();
+            for event in events {
+                match event {
+                    LedgerEvent::Site(write) => changes.extend(apply_write(writer, state, write, at)?),
+                    event => writer.put_event(event, at)?,
+                }
+            }
+            Ok(changes)
+        })?;
+        changes.into_iter().for_each(|changed| self.publish(Some(changed)));
+        Ok(())
+    }
+
+    /// Does something with the site in a transaction. If it fails, ledger and site are as before.
+    fn transaction<T>(
+        &mut self,
+        work: impl FnOnce(&LedgerWriter<'_>, &mut SiteState) -> Result<T, StoreError>,
+    ) -> Result<T, String> {
+        let opened = self.opened();
+        let written = match opened {
+            Ok(Open { ledger, state }) => ledger.write(|writer| work(writer, state)),
+            Err(reason) => return Err(reason),
+        };
+        self.report_problems();
+        // The site in memory may be ahead of the one on the disk.
+        written.map_err(|error| self.close(&error))
+    }
+
+    fn publish(&self, changed: Option<SiteChanged>) {
+        let Some(changed) = changed else { return };
+        if !self.state_publisher.publish_site_change(changed)
+            && let Some(open) = &self.open
+        {
+            self.state_publisher.publish_site(&open.state);
+        }
+    }
+
+    fn answer_edit(&self, to: ClientId, id: EditId, outcome: EditOutcome) {
+        let event = Event::EditDone(EditDone { id, outcome });
+        self.state_publisher.push(CoreMessage::Event { to: Some(to), event });
+    }
+
+    /// Answers a question of the gateway.
+    pub fn answer(&mut self, number: u64, query: Query) {
+        let result = match self.opened() {
+            Ok(open) => reply(&open.ledger, query).map_err(|error| error_with_causes(&error)),
+            Err(reason) => Err(reason),
+        };
+        let result = result.map_err(|reason| texts::ledger_not_open(&reason));
+        self.state_publisher.push(CoreMessage::Reply { number, result });
+    }
+}
+
+fn reply(ledger: &Ledger, query: Query) -> Result<QueryReply, StoreError> {
+    match query {
+        Query::Revisions { object, before, limit } => {
+            ledger.revisions(object, before, limit).map(QueryReply::Revisions)
+        }
+        Query::Runs { before, limit } => ledger.runs(before, limit).map(QueryReply::Runs),
+        Query::Steps { run, after, limit } => ledger.steps(run, after, limit).map(QueryReply::Steps),
+        Query::Results { run, after, limit } => ledger.results(run, after, limit).map(QueryReply::Results),
+    }
+}
+
+/// Applies an edit of a client, unless it was applied before.
+fn apply_edit(
+    writer: &LedgerWriter<'_>,
+    state: &mut SiteState,
+    by: Option<&Principal>,
+    edit: &Edit,
+    at: Stamp,
+) -> Result<Applied, StoreError> {
+    let refused =
+        |refusal| Ok(Applied { id: edit.id, outcome: EditOutcome::Refused(refusal), changed: None });
+    if let Some((revision, changes)) = writer.applied_edit(edit.id)? {
+        let outcome = EditOutcome::Applied { revision, changes };
+        return Ok(Applied { id: edit.id, outcome, changed: None });
+    }
+    if let Some(reason) = too_large(state, edit) {
+        return refused(EditRefusal::Rejected(reason));
+    }
+    let errors: Vec<_> = state.site.edit_errors(edit).collect();
+    if !errors.is_empty() {
+        return refused(EditRefusal::Invalid(errors));
+    }
+    let changes = match state.site.apply(edit, edit.id) {
+        Ok(applied) => applied.revisions,
+        Err(error) => return refused(EditRefusal::Invalid(vec![error])),
+    };
+    state.revision += 1;
+    let revision = state.revision;
+    writer.put_edit(&EditRecord { revision, edit, changes: &changes, by, at })?;
+    let changed = SiteChanged { revision, by: by.map(|by| by.client), edit: edit.clone() };
+    let outcome = EditOutcome::Applied { revision, changes };
+    Ok(Applied { id: edit.id, outcome, changed: Some(changed) })
+}
+
+/// Why an edit is beyond the limits, one sentence.
+fn too_large(state: &SiteState, edit: &Edit) -> Option<String> {
+    if edit.changes.is_empty() {
+        return Some(texts::EDIT_IS_EMPTY.to_owned());
+    }
+    if edit.changes.len() > MAX_EDIT_CHANGES {
+        return Some(texts::edit_too_long(edit.changes.len(), MAX_EDIT_CHANGES));
+    }
+    let is_new = |change: &&Change| change.base().is_none();
+    let objects = state.site.objects().len() + edit.changes.iter().filter(is_new).count();
+    if objects > MAX_SITE_OBJECTS {
+        return Some(texts::site_full(MAX_SITE_OBJECTS));
+    }
+    edit.changes.iter().find_map(|change| match change {
+        Change::Put { object, .. } if api::encoded_bytes(object) > MAX_OBJECT_BYTES => {
+            Some(texts::object_too_large(&object.id().to_string(), MAX_OBJECT_BYTES))
+        }
+        _ => None,
+    })
+}
+
+/// Applies what the robot itself changes. Objects that the site cannot hold are left out.
+fn apply_write(
+    writer: &LedgerWriter<'_>,
+    state: &mut SiteState,
+    write: &SiteWrite,
+    at: Stamp,
+) -> Result<Option<SiteChanged>, StoreError> {
+    let site = &state.site;
+    let put = write
+        .put
+        .iter()
+        .map(|object| Some(Change::Put { base: site.revision(object.id()), object: object.clone() }));
+    let removed = write
+        .removed
+        .iter()
+        .map(|object| Some(Change::Remove { base: site.revision(*object)?, object: *object }));
+    let changes: Vec<_> = put.chain(removed).flatten().collect();
+    if changes.is_empty() {
+        return Ok(None);
+    }
+    // Differs from all others: no two edits of the robot have the same revision and time.
+    let id = EditId(Uuid::from_u64_pair(at.nanos() as u64, state.revision + 1));
+    let applied = apply_edit(writer, state, None, &Edit { id, changes }, at)?;
+    if let EditOutcome::Refused(refusal) = &applied.outcome {
+        tracing::error!("the robot's change of the site was not applied: {refusal:?}");
+    }
+    Ok(applied.changed)
+}

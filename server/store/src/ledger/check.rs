@@ -1,0 +1,60 @@
+//! Looks for damage in the ledger.
+
+use super::rows::{DAMAGED_ROW, Fault};
+use super::{audit, error, open_for_reading, schema};
+use crate::stored_data_check::StoredDataReport;
+use crate::{Store, StoreError};
+use rusqlite::Connection;
+use std::fs;
+use std::ops::ControlFlow;
+
+/// How thoroughly SQLite looks at its structure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Depth {
+    /// Without the content of indices.
+    Quick,
+    /// Everything.
+    Full,
+}
+
+/// Checks that a database is a ledger, and its structure whole.
+pub(super) fn check_structure(connection: &Connection, depth: Depth) -> Result<(), Fault> {
+    schema::check_version(connection)?;
+    let pragma = match depth {
+        Depth::Quick => "PRAGMA quick_check(1)",
+        Depth::Full => "PRAGMA integrity_check(1)",
+    };
+    let found: String = connection.query_row(pragma, [], |row| row.get(0))?;
+    if found != "ok" {
+        tracing::error!("the ledger is damaged: {found}");
+        return Err(Fault::Broken(crate::texts::LEDGER_STRUCTURE));
+    }
+    Ok(())
+}
+
+fn check_all(connection: &Connection) -> Result<(), Fault> {
+    check_structure(connection, Depth::Full)?;
+    for table in schema::TABLES {
+        table.for_each(connection, "", [], |row| {
+            table.whole(&row).map(drop).ok_or(Fault::Broken(DAMAGED_ROW))
+        })?;
+    }
+    audit::check_chain(connection)
+}
+
+impl Store {
+    /// Reads the whole ledger, if there is one, and compares every row with its checksum.
+    pub(crate) fn check_ledger(&self, report: &mut dyn StoredDataReport) -> ControlFlow<()> {
+        let path = self.dir().ledger();
+        let Ok(about) = fs::symlink_metadata(&path) else { return ControlFlow::Continue(()) };
+        match open_for_reading(&path).and_then(|connection| check_all(&connection)) {
+            Ok(()) => {}
+            Err(fault) => match error(&path, fault) {
+                // People were told when it was opened.
+                StoreError::LaterVersion { .. } => {}
+                error => report.on_damage(error),
+            },
+        }
+        report.on_read(about.len())
+    }
+}

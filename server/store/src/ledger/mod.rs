@@ -1,0 +1,153 @@
+//! The ledger: what people have made of the site, what the robot did and who asked for it, in one SQLite database with one writer.
+//!
+//! A transaction is on the disk when [`Ledger::write`] returns (WAL, `synchronous=FULL`). Rows are added or replaced by newer ones; none is deleted. A damaged
+//! database is put aside under another name and a new one is begun with what can still be read of its documents, see `recovery.rs`.
+
+mod audit;
+mod check;
+mod documents;
+mod recovery;
+mod rows;
+mod runs;
+mod schema;
+#[cfg(test)]
+mod tests;
+mod wal;
+
+pub use documents::EditRecord;
+pub use runs::{StoredFiring, UnfinishedRun};
+
+use crate::{StoreError, files, texts};
+use api::SiteState;
+use rows::Fault;
+use rusqlite::{Connection, OpenFlags, Transaction, TransactionBehavior};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Parameters of the database.
+#[derive(Clone, Copy, Debug)]
+struct LedgerConfig {
+    /// Longest wait for the check of stored data, which only reads.
+    busy_timeout: Duration,
+    /// Statements that stay prepared.
+    cached_statements: usize,
+}
+
+const CONFIG: LedgerConfig = LedgerConfig { busy_timeout: Duration::from_secs(5), cached_statements: 64 };
+
+/// The open database. It has one writer, whoever owns this.
+#[derive(Debug)]
+pub struct Ledger {
+    connection: Connection,
+    path: PathBuf,
+}
+
+/// A transaction of the ledger.
+#[derive(Debug)]
+pub struct LedgerWriter<'a> {
+    transaction: &'a Transaction<'a>,
+    path: &'a Path,
+}
+
+impl Ledger {
+    /// Opens a database that exists, or makes one. Returns it with the site. A damaged one is left as it is.
+    fn open(path: &Path) -> Result<(Self, SiteState), StoreError> {
+        let opened = match fs::symlink_metadata(path) {
+            Err(_) => {
+                create(path)?;
+                Self::open_existing(path)
+            }
+            Ok(about) if about.is_dir() => Err(Fault::Broken(texts::LEDGER_IS_DIRECTORY)),
+            Ok(about) if about.len() == 0 => Err(Fault::Broken(texts::LEDGER_IS_EMPTY)),
+            Ok(_) => Self::open_existing(path),
+        };
+        opened.map_err(|fault| error(path, fault))
+    }
+
+    fn open_existing(path: &Path) -> Result<(Self, SiteState), Fault> {
+        // Read first, so that nothing is written to a damaged file.
+        check::check_structure(&open_for_reading(path)?, check::Depth::Quick)?;
+        let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+        let mut connection = Connection::open_with_flags(path, flags)?;
+        connection.busy_timeout(CONFIG.busy_timeout)?;
+        connection.set_prepared_statement_cache_capacity(CONFIG.cached_statements);
+        connection.pragma_update(None, "journal_mode", "WAL")?;
+        connection.pragma_update(None, "synchronous", "FULL")?;
+        schema::migrate(&mut connection)?;
+        let state = documents::read_site(&connection)?;
+        Ok((Self { connection, path: path.to_owned() }, state))
+    }
+
+    /// Writes what `write` does in one transaction, which is on the disk when this returns. Nothing of it is written if it fails.
+    ///
+    /// # Errors
+    /// When the disk fails, or with the error of `write`.
+    pub fn write<T>(
+        &mut self,
+        write: impl FnOnce(&LedgerWriter<'_>) -> Result<T, StoreError>,
+    ) -> Result<T, StoreError> {
+        let path = &self.path;
+        let failed = |source: rusqlite::Error| error(path, source.into());
+        let transaction =
+            self.connection.transaction_with_behavior(TransactionBehavior::Immediate).map_err(failed)?;
+        let done = write(&LedgerWriter { transaction: &transaction, path })?;
+        transaction.commit().map_err(failed)?;
+        Ok(done)
+    }
+
+    /// The site as it is stored.
+    ///
+    /// # Errors
+    /// When the database cannot be read.
+    pub fn site(&self) -> Result<SiteState, StoreError> {
+        documents::read_site(&self.connection).map_err(|fault| self.error(fault))
+    }
+
+    fn error(&self, fault: Fault) -> StoreError {
+        error(&self.path, fault)
+    }
+}
+
+impl LedgerWriter<'_> {
+    fn error(&self, fault: Fault) -> StoreError {
+        error(self.path, fault)
+    }
+}
+
+fn error(path: &Path, fault: Fault) -> StoreError {
+    let path = path.to_owned();
+    match fault {
+        Fault::Database(source) => StoreError::Database { path, source },
+        Fault::LaterVersion(version) => {
+            StoreError::LaterVersion { path, version, newest: schema::newest_version() }
+        }
+        Fault::Broken(what) => StoreError::Ledger { path, what },
+        Fault::NotUnderstood => StoreError::LedgerRow { path },
+    }
+}
+
+fn open_for_reading(path: &Path) -> Result<Connection, Fault> {
+    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let connection = Connection::open_with_flags(path, flags)?;
+    connection.busy_timeout(CONFIG.busy_timeout)?;
+    Ok(connection)
+}
+
+/// Makes an empty ledger under another name first, so that a file with the final name is never incomplete.
+fn create(path: &Path) -> Result<(), StoreError> {
+    let temporary = files::temporary_path(path);
+    files::remove_file(&temporary)?;
+    let make = || {
+        let mut connection = Connection::open(&temporary)?;
+        // Nobody else sees this file, so a crash needs no rollback.
+        connection.pragma_update(None, "journal_mode", "MEMORY")?;
+        schema::migrate(&mut connection)?;
+        connection.close().map_err(|(_, source)| source)?;
+        Ok(())
+    };
+    make().map_err(|fault| error(&temporary, fault))?;
+    files::sync_file(&temporary)?;
+    fs::rename(&temporary, path).map_err(|source| StoreError::io("write", path, source))?;
+    path.parent().map_or(Ok(()), files::sync_directory)
+}

@@ -1,0 +1,290 @@
+//! Runs of missions in the ledger: their steps, results, and the slots of schedules that were used.
+
+use super::documents::json;
+use super::rows::{Fault, integer, or_null, text};
+use super::schema::{FIRINGS, MISSION_EVENTS, RESULTS, RUNS, STEPS};
+use super::{Ledger, LedgerWriter};
+use crate::StoreError;
+use api::{MAX_PAGE, StoredResult, StoredRun, StoredStep};
+use messages::{FiringRecord, LEDGER_BODY_VERSION, LedgerEvent, ResultRecord, RunRecord, StepRecord};
+use rusqlite::types::Value;
+use rusqlite::{Params, params};
+use site_model::{MissionEvent, MissionEventKind, RunId, ScheduleId};
+use vocab::Stamp;
+
+/// A run that has not ended, with its steps. It goes on after a restart.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UnfinishedRun {
+    /// The run.
+    pub run: StoredRun,
+    /// All attempts of its steps.
+    pub steps: Vec<StoredStep>,
+}
+
+/// A slot of a schedule that was used, skipped or missed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StoredFiring {
+    /// When it was due, by calendar time.
+    pub due: Stamp,
+    /// The run that it began, if it began one.
+    pub run: Option<RunId>,
+    /// What became of it.
+    pub outcome: String,
+}
+
+impl LedgerWriter<'_> {
+    /// Writes an event of a run. Others are not stored here.
+    ///
+    /// # Errors
+    /// When the disk fails.
+    pub fn put_event(&self, event: &LedgerEvent, at: Stamp) -> Result<(), StoreError> {
+        let put = match event {
+            LedgerEvent::Run(record) => self.put_run(record, at),
+            LedgerEvent::Step(record) => self.put_step(record, at),
+            LedgerEvent::Result(record) => self.put_result(record, at),
+            LedgerEvent::Firing(record) => self.put_firing(record, at),
+            LedgerEvent::Mission(event) => self.put_mission_event(event, at),
+            LedgerEvent::Goal(_) | LedgerEvent::StopLatch(_) | LedgerEvent::Site(_) => Ok(()),
+        };
+        put.map_err(|fault| self.error(fault))
+    }
+
+    fn put_run(&self, record: &RunRecord, at: Stamp) -> Result<(), Fault> {
+        let run = record.run.to_string();
+        let kept = RUNS
+            .read(self.transaction, "WHERE run = ?", [&run], |row| Some((row[0].clone(), row[7].clone())))?;
+        let (seq, began) = match kept.into_iter().next() {
+            Some(kept) => kept,
+            None => (self.next_seq(RUNS.name)?, Value::from(at.nanos())),
+        };
+        let values = [
+            seq,
+            Value::from(run),
+            Value::from(record.mission.to_string()),
+            Value::from(record.state.clone()),
+            Value::from(i64::from(record.is_ended)),
+            Value::from(i64::from(LEDGER_BODY_VERSION)),
+            Value::from(record.body.clone()),
+            began,
+            Value::from(at.nanos()),
+        ];
+        RUNS.put(self.transaction, &values)?;
+        self.put_audit(None, &format!("run {}", record.run), &record.state, at)
+    }
+
+    fn put_step(&self, record: &StepRecord, at: Stamp) -> Result<(), Fault> {
+        let key = params![record.run.to_string(), record.step, record.attempt];
+        let rest = "WHERE run = ? AND step = ? AND attempt = ?";
+        let intended = STEPS.read(self.transaction, rest, key, |row| integer(&row[6]))?;
+        let values = [
+            Value::from(record.run.to_string()),
+            Value::from(i64::from(record.step)),
+            Value::from(i64::from(record.attempt)),
+            Value::from(record.state.clone()),
+            Value::from(i64::from(LEDGER_BODY_VERSION)),
+            Value::from(record.body.clone()),
+            Value::from(intended.first().copied().unwrap_or(at.nanos())),
+            or_null(record.is_done.then_some(at.nanos())),
+        ];
+        STEPS.put(self.transaction, &values)
+    }
+
+    fn put_result(&self, record: &ResultRecord, at: Stamp) -> Result<(), Fault> {
+        let values = [
+            self.next_seq(RESULTS.name)?,
+            Value::from(record.run.to_string()),
+            Value::from(i64::from(record.step)),
+            Value::from(i64::from(record.attempt)),
+            Value::from(record.kind.clone()),
+            or_null(record.blob.map(|hash| hash.to_vec())),
+            Value::from(i64::from(LEDGER_BODY_VERSION)),
+            Value::from(record.body.clone()),
+            Value::from(at.nanos()),
+        ];
+        RESULTS.put(self.transaction, &values)
+    }
+
+    fn put_firing(&self, record: &FiringRecord, at: Stamp) -> Result<(), Fault> {
+        let values = [
+            Value::from(record.schedule.to_string()),
+            Value::from(record.due_utc_ns),
+            or_null(record.run.map(|run| run.to_string())),
+            Value::from(record.outcome.clone()),
+            Value::from(i64::from(LEDGER_BODY_VERSION)),
+            Value::from(record.body.clone()),
+            Value::from(at.nanos()),
+        ];
+        FIRINGS.put_new(self.transaction, &values).map(drop)
+    }
+
+    fn put_mission_event(&self, event: &MissionEvent, at: Stamp) -> Result<(), Fault> {
+        let values = [
+            self.next_seq(MISSION_EVENTS.name)?,
+            or_null(run_of(&event.kind).map(|run| run.to_string())),
+            Value::from(i64::from(LEDGER_BODY_VERSION)),
+            Value::from(json(event)),
+            Value::from(at.nanos()),
+        ];
+        MISSION_EVENTS.put(self.transaction, &values)
+    }
+
+    fn next_seq(&self, table: &str) -> Result<Value, Fault> {
+        let sql = format!("SELECT coalesce(max(seq), 0) + 1 FROM {table}");
+        let next: i64 = self.transaction.prepare_cached(&sql)?.query_row([], |row| row.get(0))?;
+        Ok(Value::from(next))
+    }
+}
+
+impl Ledger {
+    /// Runs that began before `before`, the newest first.
+    ///
+    /// # Errors
+    /// When the database cannot be read.
+    pub fn runs(&self, before: Option<RunId>, limit: u32) -> Result<Vec<StoredRun>, StoreError> {
+        let rest =
+            "WHERE ?1 IS NULL OR seq < (SELECT seq FROM runs WHERE run = ?1) ORDER BY seq DESC LIMIT ?2";
+        self.read_runs(rest, params![before.map(|run| run.to_string()), limit.clamp(1, MAX_PAGE)])
+    }
+
+    /// Runs that have not ended, in the order in which they began.
+    ///
+    /// # Errors
+    /// When the database cannot be read.
+    pub fn unfinished_runs(&self) -> Result<Vec<UnfinishedRun>, StoreError> {
+        let runs = self.read_runs("WHERE is_ended = 0 ORDER BY seq", [])?;
+        let with_steps = |run: StoredRun| {
+            let steps = self.read_steps("WHERE run = ? ORDER BY step, attempt", [run.run.to_string()])?;
+            Ok(UnfinishedRun { run, steps })
+        };
+        runs.into_iter().map(with_steps).collect()
+    }
+
+    /// Attempts of a run's steps after `after`, in their order.
+    ///
+    /// # Errors
+    /// When the database cannot be read.
+    pub fn steps(
+        &self,
+        run: RunId,
+        after: Option<(u32, u32)>,
+        limit: u32,
+    ) -> Result<Vec<StoredStep>, StoreError> {
+        let (step, attempt) = after.map_or((-1, -1), |(step, attempt)| (i64::from(step), i64::from(attempt)));
+        let rest = "WHERE run = ? AND (step, attempt) > (?, ?) ORDER BY step, attempt LIMIT ?";
+        self.read_steps(rest, params![run.to_string(), step, attempt, limit.clamp(1, MAX_PAGE)])
+    }
+
+    /// Results of a run after the number `after`, in the order in which they were stored.
+    ///
+    /// # Errors
+    /// When the database cannot be read.
+    pub fn results(
+        &self,
+        run: RunId,
+        after: Option<u64>,
+        limit: u32,
+    ) -> Result<Vec<StoredResult>, StoreError> {
+        let after = after.map_or(0, |after| i64::try_from(after).unwrap_or(i64::MAX));
+        let parameters = params![run.to_string(), after, limit.clamp(1, MAX_PAGE)];
+        let take = |row: &[Value]| {
+            let blob = match &row[5] {
+                Value::Blob(bytes) => Some(bytes.as_slice().try_into().ok()?),
+                _ => None,
+            };
+            Some(StoredResult {
+                number: integer(&row[0])?.try_into().ok()?,
+                step: integer(&row[2])?.try_into().ok()?,
+                attempt: integer(&row[3])?.try_into().ok()?,
+                kind: text(&row[4])?.to_owned(),
+                blob,
+                body: text(&row[7])?.to_owned(),
+                at: Stamp::from_nanos(integer(&row[8])?),
+            })
+        };
+        let rest = "WHERE run = ? AND seq > ? ORDER BY seq LIMIT ?";
+        RESULTS.read(&self.connection, rest, parameters, take).map_err(|fault| self.error(fault))
+    }
+
+    /// Events of missions after the number `after`, in the order in which they were stored, each with its number.
+    ///
+    /// # Errors
+    /// When the database cannot be read.
+    pub fn mission_events(&self, after: u64, limit: u32) -> Result<Vec<(u64, MissionEvent)>, StoreError> {
+        let parameters = params![i64::try_from(after).unwrap_or(i64::MAX), limit];
+        let take = |row: &[Value]| {
+            Some((integer(&row[0])?.try_into().ok()?, serde_json::from_str(text(&row[3])?).ok()?))
+        };
+        let rest = "WHERE seq > ? ORDER BY seq LIMIT ?";
+        MISSION_EVENTS.read(&self.connection, rest, parameters, take).map_err(|fault| self.error(fault))
+    }
+
+    /// Slots of a schedule from `from` on, in their order.
+    ///
+    /// # Errors
+    /// When the database cannot be read.
+    pub fn firings(
+        &self,
+        schedule: ScheduleId,
+        from: Stamp,
+        limit: u32,
+    ) -> Result<Vec<StoredFiring>, StoreError> {
+        let rest = "WHERE schedule = ? AND due_ns >= ? ORDER BY due_ns LIMIT ?";
+        let parameters = params![schedule.to_string(), from.nanos(), limit.clamp(1, MAX_PAGE)];
+        let take = |row: &[Value]| {
+            Some(StoredFiring {
+                due: Stamp::from_nanos(integer(&row[1])?),
+                run: text(&row[2]).and_then(|run| run.parse().ok()),
+                outcome: text(&row[3])?.to_owned(),
+            })
+        };
+        FIRINGS.read(&self.connection, rest, parameters, take).map_err(|fault| self.error(fault))
+    }
+
+    fn read_runs(&self, rest: &str, parameters: impl Params) -> Result<Vec<StoredRun>, StoreError> {
+        let take = |row: &[Value]| {
+            Some(StoredRun {
+                run: text(&row[1])?.parse().ok()?,
+                mission: text(&row[2])?.parse().ok()?,
+                state: text(&row[3])?.to_owned(),
+                is_ended: integer(&row[4])? != 0,
+                body: text(&row[6])?.to_owned(),
+                began: Stamp::from_nanos(integer(&row[7])?),
+                changed: Stamp::from_nanos(integer(&row[8])?),
+            })
+        };
+        RUNS.read(&self.connection, rest, parameters, take).map_err(|fault| self.error(fault))
+    }
+
+    fn read_steps(&self, rest: &str, parameters: impl Params) -> Result<Vec<StoredStep>, StoreError> {
+        let take = |row: &[Value]| {
+            Some(StoredStep {
+                step: integer(&row[1])?.try_into().ok()?,
+                attempt: integer(&row[2])?.try_into().ok()?,
+                state: text(&row[3])?.to_owned(),
+                body: text(&row[5])?.to_owned(),
+                intended: Stamp::from_nanos(integer(&row[6])?),
+                done: integer(&row[7]).map(Stamp::from_nanos),
+            })
+        };
+        STEPS.read(&self.connection, rest, parameters, take).map_err(|fault| self.error(fault))
+    }
+}
+
+/// The run that an event is of, if it is of one.
+fn run_of(event: &MissionEventKind) -> Option<RunId> {
+    match event {
+        MissionEventKind::RunQueued { run, .. }
+        | MissionEventKind::RunBegan { run, .. }
+        | MissionEventKind::RunChanged { run, .. }
+        | MissionEventKind::RunEnding { run, .. }
+        | MissionEventKind::RunSetOutToEnd { run, .. }
+        | MissionEventKind::RunEnded { run, .. }
+        | MissionEventKind::Task { run, .. }
+        | MissionEventKind::QuestionAnswered { run, .. } => Some(*run),
+        MissionEventKind::ScheduleAdopted { .. }
+        | MissionEventKind::SlotDecided { .. }
+        | MissionEventKind::SlotsMissed { .. }
+        | MissionEventKind::MonitorChanged { .. }
+        | MissionEventKind::DockingBegan { .. } => None,
+    }
+}

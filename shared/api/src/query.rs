@@ -1,0 +1,127 @@
+//! Questions about what is stored. Answers are pages of bounded length.
+
+use serde::{Deserialize, Serialize};
+use site_model::{MissionId, Object, ObjectId, Revision, RunId};
+use vocab::Stamp;
+
+/// Entries of one page at most.
+pub const MAX_PAGE: u32 = 100;
+/// Bytes of one page of objects, about.
+pub const MAX_PAGE_BYTES: usize = 1 << 20;
+
+/// A question. `limit` is the number of entries wanted, [`MAX_PAGE`] at most.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Query {
+    /// The earlier and present revisions of an object, the newest first.
+    Revisions {
+        /// Which object.
+        object: ObjectId,
+        /// Only those before this one.
+        before: Option<Revision>,
+        /// How many.
+        limit: u32,
+    },
+    /// Runs of missions, the newest first.
+    Runs {
+        /// Only those that began before this one.
+        before: Option<RunId>,
+        /// How many.
+        limit: u32,
+    },
+    /// Attempts of the steps of a run, in their order.
+    Steps {
+        /// Which run.
+        run: RunId,
+        /// Only those after this step and attempt.
+        after: Option<(u32, u32)>,
+        /// How many.
+        limit: u32,
+    },
+    /// Results of a run, in the order in which they were stored.
+    Results {
+        /// Which run.
+        run: RunId,
+        /// Only those after this number.
+        after: Option<u64>,
+        /// How many.
+        limit: u32,
+    },
+}
+
+/// The answer to a [`Query`], of the same kind. Empty: there is nothing, or nothing more.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "as for the questions")]
+pub enum QueryReply {
+    Revisions(Vec<StoredRevision>),
+    Runs(Vec<StoredRun>),
+    Steps(Vec<StoredStep>),
+    Results(Vec<StoredResult>),
+}
+
+/// A state of an object.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StoredRevision {
+    /// Its revision.
+    pub revision: Revision,
+    /// The object; none: it was removed.
+    pub object: Option<Object>,
+    /// Who made it, a `messages::Principal` as JSON; none: the robot itself.
+    pub author: Option<String>,
+    /// When, by calendar time.
+    pub at: Stamp,
+}
+
+/// A run of a mission.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StoredRun {
+    /// Which.
+    pub run: RunId,
+    /// Of which mission.
+    pub mission: MissionId,
+    /// Its state.
+    pub state: String,
+    /// Whether it has ended.
+    pub is_ended: bool,
+    /// More of it as JSON.
+    pub body: String,
+    /// When it was stored first, by calendar time.
+    pub began: Stamp,
+    /// When it was stored last.
+    pub changed: Stamp,
+}
+
+/// An attempt of a step.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StoredStep {
+    /// Number of the step in its run, from 0.
+    pub step: u32,
+    /// Number of the attempt, from 0.
+    pub attempt: u32,
+    /// Its state.
+    pub state: String,
+    /// More of it as JSON.
+    pub body: String,
+    /// When it was intended, by calendar time.
+    pub intended: Stamp,
+    /// When it was done; none: it is not.
+    pub done: Option<Stamp>,
+}
+
+/// A result of a step.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StoredResult {
+    /// Its number, by which pages are asked for.
+    pub number: u64,
+    /// Number of the step in its run.
+    pub step: u32,
+    /// Number of the attempt.
+    pub attempt: u32,
+    /// What it is, such as `photo`.
+    pub kind: String,
+    /// BLAKE3 of the file with its content, if it has one.
+    pub blob: Option<[u8; 32]>,
+    /// More of it as JSON.
+    pub body: String,
+    /// When, by calendar time.
+    pub at: Stamp,
+}

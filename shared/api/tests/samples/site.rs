@@ -1,0 +1,289 @@
+//! Messages about the site: an object of every kind, with a value in every field that may be empty.
+
+use super::{AT, CLIENT, NOW, SECOND, name, pose};
+use api::*;
+use site_model::*;
+use std::collections::BTreeMap;
+use uuid::Uuid;
+use vocab::{KeyframeId, MapId, Stamp};
+
+const ID: Uuid = Uuid::from_u128(20);
+const OTHER: Uuid = Uuid::from_u128(21);
+const EDIT: EditId = EditId(Uuid::from_u128(22));
+const RUN: RunId = RunId(Uuid::from_u128(23));
+
+fn request() -> ActionRequest {
+    let nested = Parameters::from([("width".to_owned(), Parameter::Integer(640))]);
+    let parameters = [
+        ("zoom".to_owned(), Parameter::Number(1.5)),
+        ("flash".to_owned(), Parameter::Bool(true)),
+        ("views".to_owned(), Parameter::List(vec![Parameter::Text("front".to_owned())])),
+        ("size".to_owned(), Parameter::Map(nested)),
+    ];
+    ActionRequest { action: "photo".to_owned(), parameters: parameters.into() }
+}
+
+fn node(kind: NodeKind) -> Object {
+    Object::Node(Node {
+        id: NodeId(ID),
+        name: name(),
+        kind,
+        map_from_node: pose(),
+        anchor: Some(site_model::Anchor { keyframe: KeyframeId(3), keyframe_from_node: pose() }),
+        tolerance: PoseTolerance::default(),
+        influence_area_m: vec![[1.0, 2.0]],
+        floor: -1,
+        tags: [name()].into(),
+        properties: BTreeMap::from([(name(), name())]),
+    })
+}
+
+fn edge(traversal: Traversal, cost: EdgeCost, direction: TravelDirection) -> Object {
+    Object::Edge(Edge {
+        id: EdgeId(ID),
+        from: NodeId(ID),
+        to: NodeId(OTHER),
+        traversal,
+        cost,
+        max_speed_m_s: Some(0.5),
+        corridor: Corridor::default(),
+        direction,
+        on_enter: vec![request()],
+        during: vec![request()],
+        on_leave: vec![request()],
+        fail_policy: vec![
+            EdgeFailStep::Retry(2),
+            EdgeFailStep::Wait(SECOND),
+            EdgeFailStep::Replan,
+            EdgeFailStep::Fail,
+        ],
+        mutex_group: Some(name()),
+        is_enabled: true,
+    })
+}
+
+fn zone(effect: ZoneEffect) -> Object {
+    let time = |hour| LocalTime { hour, minute: 30 };
+    Object::Zone(Zone {
+        id: ZoneId(ID),
+        name: name(),
+        corners_m: vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
+        height_m: Some([0.0, 2.0]),
+        effect,
+        daily: Some([time(22), time(6)]),
+    })
+}
+
+fn mission(order: TaskOrder, end: MissionEnd) -> Object {
+    let policy = |then| FailurePolicy { retries: 2, then };
+    let ask = |default| FailureStep::Ask { time_limit: SECOND, default };
+    let task = |place, on_unreachable, on_action_failure| Task {
+        id: TaskId(ID),
+        place,
+        on_unreachable: policy(on_unreachable),
+        on_action_failure: policy(on_action_failure),
+    };
+    let point = TaskPlace::InspectionPoint(InspectionPointId(ID));
+    let node = TaskPlace::Node { node: NodeId(ID), request: Some(request()) };
+    let tasks = vec![
+        task(point.clone(), FailureStep::Skip, FailureStep::TryLater),
+        task(node, FailureStep::EndAtDock, FailureStep::EndHere),
+        task(point.clone(), ask(AskDefault::Skip), ask(AskDefault::EndAtDock)),
+        task(point, ask(AskDefault::EndHere), FailureStep::Skip),
+    ];
+    let order_constraints = vec![[TaskId(ID), TaskId(OTHER)]];
+    Object::Mission(Mission { id: MissionId(ID), name: name(), tasks, order, order_constraints, end })
+}
+
+fn schedule(recurrence: Recurrence, missed: MissedSlots, overlap: OverlapPolicy) -> Object {
+    Object::Schedule(Schedule {
+        id: ScheduleId(ID),
+        name: name(),
+        mission: MissionId(ID),
+        recurrence,
+        is_paused: true,
+        skipped: vec![local()],
+        grace: SECOND,
+        missed,
+        overlap,
+        priority: -2,
+    })
+}
+
+fn local() -> LocalDateTime {
+    let date = LocalDate { year: 2026, month: 11, day: 24 };
+    LocalDateTime { date, time: LocalTime { hour: 11, minute: 0 } }
+}
+
+fn monitor(condition: MonitorCondition, response: MonitorResponse) -> Object {
+    Object::Monitor(Monitor {
+        id: MonitorId(ID),
+        name: name(),
+        signal: "battery.charge".to_owned(),
+        condition,
+        hold: SECOND,
+        response,
+        is_enabled: true,
+    })
+}
+
+fn objects() -> Vec<Object> {
+    let (date, time) = (local().date, local().time);
+    let interrupt = |afterwards| MonitorResponse::Interrupt { mission: MissionId(ID), afterwards };
+    let weekly = Recurrence::Weekly {
+        days: [Weekday::Monday, Weekday::Sunday].into(),
+        times: vec![time],
+        first_day: date,
+        last_day: Some(date),
+    };
+    let below = MonitorCondition::Below { threshold: 0.2, release: 0.3 };
+    let above = MonitorCondition::Above { threshold: 60.0, release: 50.0 };
+    vec![
+        Object::Settings(SiteSettings {
+            name: name(),
+            time_zone: "Europe/London".to_owned(),
+            map: Some(MapId(ID)),
+        }),
+        node(NodeKind::Waypoint),
+        node(NodeKind::Safe),
+        edge(Traversal::Walk, EdgeCost::Length, TravelDirection::Forward),
+        edge(Traversal::Stairs, EdgeCost::Fixed(7.5), TravelDirection::Backward),
+        edge(
+            Traversal::Action { name: name(), parameters: request().parameters },
+            EdgeCost::Learned,
+            TravelDirection::Any,
+        ),
+        Object::EdgeBlock(EdgeBlock { edge: EdgeId(ID), until: NOW, failures: 2, reason: name() }),
+        zone(ZoneEffect::KeepOut),
+        zone(ZoneEffect::SpeedLimit(0.5)),
+        zone(ZoneEffect::Penalty(2.0)),
+        zone(ZoneEffect::Action(request())),
+        Object::Dock(site_model::Dock {
+            id: DockId(ID),
+            name: name(),
+            node: NodeId(ID),
+            approach: NodeId(OTHER),
+        }),
+        Object::Asset(Asset { id: AssetId(ID), name: name(), tags: [name()].into() }),
+        Object::InspectionPoint(InspectionPoint {
+            id: InspectionPointId(ID),
+            name: name(),
+            asset: Some(AssetId(ID)),
+            node: NodeId(ID),
+            target_m: AT,
+            request: request(),
+            limits: Some(Limits { min: Some(3.8), max: Some(5.0), unit: "bar".to_owned() }),
+        }),
+        mission(TaskOrder::AsListed, MissionEnd::NearestDock),
+        mission(TaskOrder::Shortest { keep_first: true, keep_last: false }, MissionEnd::Node(NodeId(ID))),
+        mission(TaskOrder::AsListed, MissionEnd::Stay),
+        schedule(Recurrence::Once(local()), MissedSlots::Skip, OverlapPolicy::Skip),
+        schedule(weekly, MissedSlots::RunOnce, OverlapPolicy::Queue),
+        schedule(
+            Recurrence::Every { first: local(), interval: SECOND },
+            MissedSlots::RunAll,
+            OverlapPolicy::Replace,
+        ),
+        schedule(
+            Recurrence::Rule { first: local(), rule: "FREQ=DAILY".to_owned() },
+            MissedSlots::Skip,
+            OverlapPolicy::Skip,
+        ),
+        monitor(below, MonitorResponse::BlockMissions),
+        monitor(above, interrupt(Resumption::Resume)),
+        monitor(MonitorCondition::Silent(SECOND), interrupt(Resumption::Drop)),
+        monitor(below, MonitorResponse::Pause),
+        monitor(below, MonitorResponse::Notify),
+        monitor(below, MonitorResponse::GoToDock { afterwards: Resumption::Resume }),
+    ]
+}
+
+/// Every kind of object, put and removed.
+pub fn edit() -> Edit {
+    let ids = objects().into_iter().map(|object| object.id());
+    let removals = ids.map(|object| Change::Remove { base: Revision(300), object });
+    let puts = objects().into_iter().map(|object| Change::Put { base: Some(Revision(2)), object });
+    let new = Change::Put { base: None, object: node(NodeKind::Dock) };
+    Edit { id: EDIT, changes: puts.chain(removals).chain([new]).collect() }
+}
+
+pub fn events() -> Vec<Event> {
+    let object = ObjectId::Node(NodeId(ID));
+    let versioned = |object| Versioned { revision: Revision(2), object };
+    let done = |outcome| Event::EditDone(EditDone { id: EDIT, outcome });
+    let refused = |refusal| done(EditOutcome::Refused(refusal));
+    let change = RevisionChange { object, before: Some(Revision(1)), after: Some(Revision(2)) };
+    let errors = vec![
+        EditError::Conflict { object, revision: Some(Revision(3)) },
+        EditError::ChangedTwice(object),
+        EditError::NotFinite(object),
+    ];
+    vec![
+        Event::SitePart(SitePart {
+            revision: 300,
+            index: 1,
+            is_last: true,
+            objects: objects().into_iter().map(versioned).collect(),
+            removed: vec![(object, Revision(4))],
+        }),
+        Event::SiteChanged(SiteChanged { revision: 300, by: Some(CLIENT), edit: edit() }),
+        done(EditOutcome::Applied { revision: 300, changes: vec![change] }),
+        refused(EditRefusal::Invalid(errors)),
+        refused(EditRefusal::Rejected(name())),
+        refused(EditRefusal::Unavailable(name())),
+    ]
+}
+
+pub fn queries() -> impl Iterator<Item = Query> {
+    let object = ObjectId::Node(NodeId(ID));
+    [
+        Query::Revisions { object, before: Some(Revision(3)), limit: 100 },
+        Query::Runs { before: Some(RUN), limit: 100 },
+        Query::Steps { run: RUN, after: Some((3, 1)), limit: 100 },
+        Query::Results { run: RUN, after: Some(7), limit: 100 },
+    ]
+    .into_iter()
+}
+
+pub fn replies() -> impl Iterator<Item = QueryReply> {
+    let at = Stamp::from_nanos(5);
+    let revision = StoredRevision {
+        revision: Revision(2),
+        object: Some(node(NodeKind::Hold)),
+        author: Some(name()),
+        at,
+    };
+    let run = StoredRun {
+        run: RUN,
+        mission: MissionId(ID),
+        state: name(),
+        is_ended: true,
+        body: "{}".to_owned(),
+        began: at,
+        changed: NOW,
+    };
+    let step = StoredStep {
+        step: 3,
+        attempt: 1,
+        state: name(),
+        body: "{}".to_owned(),
+        intended: at,
+        done: Some(NOW),
+    };
+    let result = StoredResult {
+        number: 7,
+        step: 3,
+        attempt: 1,
+        kind: "photo".to_owned(),
+        blob: Some([0xab; 32]),
+        body: "{}".to_owned(),
+        at,
+    };
+    [
+        QueryReply::Revisions(vec![revision]),
+        QueryReply::Runs(vec![run]),
+        QueryReply::Steps(vec![step]),
+        QueryReply::Results(vec![result]),
+    ]
+    .into_iter()
+}

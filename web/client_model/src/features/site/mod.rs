@@ -1,0 +1,320 @@
+//! The documents of the site: its graph, inspection points, missions, schedules and monitors.
+//!
+//! The operator's edits take effect here at once and are sent to the robot, which applies them in its own order. Edits of others are merged: those of other objects
+//! never conflict. Where somebody else has changed an object first, the robot refuses the later edit; it is then taken back here, with all that was built on it.
+//!
+//! An edit waits until earlier ones of the same objects are answered. So none is applied to a state that the operator has not seen.
+
+mod pending;
+
+use super::Feature;
+use super::history::HistoryStep;
+use crate::shared::{Change, Context};
+use crate::{ClientCommand, ClientEffect, ClientEvent, ClientTime, texts};
+use api::{ClientMessage, EditOutcome, EditRefusal, Severity, SiteAssembly, SiteChanged, SiteState};
+use pending::{PendingEdit, PendingEdits};
+use site_model::{Edit, EditError, EditId, Object, ObjectId, RevisionChange, Site, UndoHistory};
+use uuid::Uuid;
+
+/// When edits are sent.
+#[derive(Clone, Copy, Debug)]
+struct SiteConfig {
+    /// Time before an edit is sent again that could not be applied, seconds.
+    retry_s: f64,
+    /// Edits that may wait for the robot's answer.
+    max_unanswered: usize,
+}
+
+const CONFIG: SiteConfig = SiteConfig { retry_s: 1.0, max_unanswered: 32 };
+
+/// Objects that the operator changes together. It is one step of undo.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SiteEdit {
+    /// Objects as they are from now on, new or not.
+    pub put: Vec<Object>,
+    /// Objects that are removed, with all that cannot be without them.
+    pub removed: Vec<ObjectId>,
+}
+
+/// The site with the operator's own edits.
+#[derive(Clone, Debug, Default)]
+pub struct SiteFeature {
+    /// As the robot has it; none before it has come.
+    confirmed: Option<SiteState>,
+    /// With own edits that the robot has not confirmed.
+    shown: Site,
+    /// Grows with every change of `shown`.
+    revision: u64,
+    pending: PendingEdits,
+    history: UndoHistory,
+    assembly: SiteAssembly,
+    /// Whether the whole site was asked for, because changes were lost.
+    is_requested: bool,
+    /// When refused edits are sent again.
+    retry_at: Option<ClientTime>,
+    /// What ids of new objects are made of.
+    id_seed: Option<Uuid>,
+}
+
+impl SiteFeature {
+    /// The site as the operator sees it; none before it has come.
+    pub fn site(&self) -> Option<&Site> {
+        self.confirmed.as_ref().map(|_| &self.shown)
+    }
+
+    /// The site as the robot has it, with the number of edits that led to it.
+    pub fn confirmed(&self) -> Option<&SiteState> {
+        self.confirmed.as_ref()
+    }
+
+    /// Grows with every change of [`Self::site`].
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// Edits that the robot has not confirmed.
+    pub fn unconfirmed(&self) -> usize {
+        self.pending.len()
+    }
+
+    /// Ids for new objects, by a number of the caller's below a million. They are new until the next edit.
+    pub fn new_id(&self, number: u32) -> Uuid {
+        // The numbers are high bits, which no other id that the client draws differs in.
+        let bits = self.id_seed.unwrap_or_default().as_u128() ^ (u128::from(number) + 1) << 82;
+        uuid::Builder::from_random_bytes(bits.to_be_bytes()).into_uuid()
+    }
+
+    /// Whether there is an edit that can be undone.
+    pub fn can_undo(&self) -> bool {
+        self.history.can_undo()
+    }
+
+    /// Whether there is an undone edit.
+    pub fn can_redo(&self) -> bool {
+        self.history.can_redo()
+    }
+
+    fn edit(&mut self, wanted: &SiteEdit, cx: &mut Context<'_>) {
+        if self.confirmed.is_none() {
+            return cx.notify(Severity::Warning, texts::SITE_NOT_LOADED.to_owned());
+        }
+        let id = cx.shared.ids.edit();
+        self.id_seed = None;
+        let edit = self.edit_of(id, wanted);
+        if edit.changes.is_empty() {
+            return;
+        }
+        if api::encoded_bytes(&edit) > api::MAX_EDIT_BYTES {
+            return cx.notify(Severity::Warning, texts::EDIT_TOO_LONG.to_owned());
+        }
+        match self.shown.apply(&edit, id) {
+            Ok(applied) => {
+                let revisions = applied.revisions.clone();
+                self.history.record(applied);
+                cx.shared.history.add(HistoryStep::Site);
+                self.add(edit, revisions, cx);
+            }
+            Err(error) => cx.notify(Severity::Warning, texts::edit_refused(&error.to_string())),
+        }
+    }
+
+    fn edit_of(&self, id: EditId, wanted: &SiteEdit) -> Edit {
+        let mut changes = Vec::new();
+        for object in &wanted.removed {
+            for change in self.shown.removal(id, *object).changes {
+                let is_known = |known: &site_model::Change| known.object_id() == change.object_id();
+                if !changes.iter().any(is_known) {
+                    changes.push(change);
+                }
+            }
+        }
+        changes.extend(wanted.put.iter().flat_map(|object| self.shown.put(id, object.clone()).changes));
+        Edit { id, changes }
+    }
+
+    /// An own edit was applied to what is shown.
+    fn add(&mut self, edit: Edit, revisions: Vec<RevisionChange>, cx: &mut Context<'_>) {
+        self.revision += 1;
+        self.pending.add(edit, revisions);
+        self.send(cx);
+    }
+
+    /// Sends what may be sent now.
+    fn send(&mut self, cx: &mut Context<'_>) {
+        if cx.shared.connection.is_connected() && self.retry_at.is_none() {
+            let edits = self.pending.take_sendable(CONFIG.max_unanswered);
+            cx.effects.extend(edits.map(|edit| ClientEffect::Send(ClientMessage::Edit(edit))));
+        }
+    }
+
+    /// Makes what is shown anew.
+    fn rebuild(&mut self) {
+        let Some(confirmed) = &self.confirmed else { return };
+        self.shown = confirmed.site.clone();
+        self.pending.apply_to(&mut self.shown);
+        self.revision += 1;
+    }
+
+    fn on_whole(&mut self, state: SiteState, cx: &mut Context<'_>) {
+        self.is_requested = false;
+        let revision = state.revision;
+        self.confirmed = Some(state);
+        self.pending.confirm_up_to(revision);
+        self.rebuild();
+        self.send(cx);
+    }
+
+    fn on_changed(&mut self, changed: &SiteChanged, cx: &mut Context<'_>) {
+        let Some(confirmed) = &mut self.confirmed else { return };
+        if changed.revision <= confirmed.revision {
+            return;
+        }
+        if !confirmed.apply(changed) {
+            if !std::mem::replace(&mut self.is_requested, true) {
+                cx.effects.push(ClientEffect::Send(ClientMessage::RequestSite));
+            }
+            return;
+        }
+        let revision = confirmed.revision;
+        let is_shown_already = self.pending.confirm(changed.edit.id);
+        self.pending.confirm_up_to(revision);
+        let is_apart = !self.pending.touches(&changed.edit);
+        if is_shown_already {
+            // It was applied when it was made.
+        } else if is_apart && self.shown.apply(&changed.edit, changed.edit.id).is_ok() {
+            self.revision += 1;
+        } else {
+            self.rebuild();
+        }
+        self.send(cx);
+    }
+
+    fn on_done(&mut self, id: EditId, outcome: &EditOutcome, cx: &mut Context<'_>) {
+        match outcome {
+            EditOutcome::Applied { revision, .. } => {
+                self.pending.set_applied(id, *revision);
+                if let Some(confirmed) = self.confirmed.as_ref().map(|confirmed| confirmed.revision)
+                    && self.pending.confirm_up_to(confirmed)
+                {
+                    self.rebuild();
+                }
+            }
+            EditOutcome::Refused(EditRefusal::Unavailable(_)) => {
+                self.pending.set_unsent(id);
+                self.retry_at = Some(cx.now().after(CONFIG.retry_s));
+            }
+            EditOutcome::Refused(EditRefusal::Rejected(reason)) => {
+                self.take_back(id, texts::edit_rejected(reason), cx);
+            }
+            EditOutcome::Refused(EditRefusal::Invalid(errors)) => {
+                let reason = errors.first().map_or_else(String::new, EditError::to_string);
+                self.take_back(id, texts::edit_refused(&reason), cx);
+            }
+        }
+        self.send(cx);
+    }
+
+    /// Takes an edit back that the robot refused, and what was built on it.
+    fn take_back(&mut self, id: EditId, text: String, cx: &mut Context<'_>) {
+        let dropped = self.pending.drop_with_dependents(id);
+        if dropped.is_empty() {
+            return;
+        }
+        for PendingEdit { edit, revisions, .. } in &dropped {
+            self.history.forget(edit.id, revisions);
+        }
+        self.rebuild();
+        cx.notify(Severity::Warning, text);
+    }
+
+    /// Takes a step of the history. Returns whether there was one.
+    fn step(
+        &mut self,
+        take: impl FnOnce(&mut UndoHistory, &mut Site, EditId) -> Result<Option<Edit>, EditError>,
+        cx: &mut Context<'_>,
+    ) -> bool {
+        let id = cx.shared.ids.edit();
+        match take(&mut self.history, &mut self.shown, id) {
+            Ok(None) => false,
+            Ok(Some(edit)) => {
+                let change = |change: &site_model::Change| RevisionChange {
+                    object: change.object_id(),
+                    before: change.base(),
+                    after: self.shown.revision(change.object_id()),
+                };
+                let revisions = edit.changes.iter().map(change).collect();
+                self.add(edit, revisions, cx);
+                true
+            }
+            // The step is given up.
+            Err(error) => {
+                cx.notify(Severity::Warning, texts::undo_refused(&error.to_string()));
+                true
+            }
+        }
+    }
+}
+
+impl Feature for SiteFeature {
+    fn on_event(&mut self, event: &api::Event, cx: &mut Context<'_>) {
+        match event {
+            api::Event::SitePart(part) => {
+                if let Some(state) = self.assembly.add(part) {
+                    self.on_whole(state, cx);
+                }
+            }
+            api::Event::SiteChanged(changed) => self.on_changed(changed, cx),
+            api::Event::EditDone(done) => self.on_done(done.id, &done.outcome, cx),
+            _ => {}
+        }
+    }
+
+    fn on_client_event(&mut self, event: &ClientEvent, cx: &mut Context<'_>) {
+        if matches!(event, ClientEvent::Tick) {
+            let now = cx.now();
+            if self.retry_at.take_if(|at| now.since(*at) >= 0.0).is_some() {
+                self.send(cx);
+            }
+        }
+    }
+
+    fn on_command(&mut self, command: &ClientCommand, cx: &mut Context<'_>) {
+        if let ClientCommand::EditSite(edit) = command {
+            self.edit(edit, cx);
+        }
+    }
+
+    fn on_change(&mut self, change: &Change, cx: &mut Context<'_>) {
+        if *change == Change::Connected {
+            self.is_requested = false;
+            self.retry_at = None;
+            self.pending.set_all_unsent();
+            self.send(cx);
+        }
+    }
+
+    fn after_event(&mut self, cx: &mut Context<'_>) {
+        if self.id_seed.is_none() {
+            self.id_seed = Some(cx.shared.ids.edit().0);
+        }
+    }
+
+    fn undo(&mut self, step: HistoryStep, cx: &mut Context<'_>) -> bool {
+        let done = step == HistoryStep::Site && self.step(UndoHistory::undo, cx);
+        if done {
+            cx.shared.history.add_undone(step);
+        }
+        done
+    }
+
+    fn redo(&mut self, step: HistoryStep, cx: &mut Context<'_>) -> bool {
+        let done = step == HistoryStep::Site && self.step(UndoHistory::redo, cx);
+        if done {
+            cx.shared.history.add_redone(step);
+        }
+        done
+    }
+}
+
+#[cfg(test)]
+mod tests;

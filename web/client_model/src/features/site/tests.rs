@@ -1,0 +1,302 @@
+use crate::testing::{OTHER, TestClient};
+use crate::{ClientCommand, ClientEffect, SiteEdit};
+use api::{ClientMessage, EditDone, EditOutcome, EditRefusal, Event, SiteChanged, SitePart, SiteState};
+use site_model::{Asset, AssetId, Edit, EditError, Object, ObjectId};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use uuid::Uuid;
+
+fn id(number: u128) -> ObjectId {
+    ObjectId::Asset(AssetId(Uuid::from_u128(number)))
+}
+
+fn asset(number: u128, name: &str) -> Object {
+    Object::Asset(Asset {
+        id: AssetId(Uuid::from_u128(number)),
+        name: name.to_owned(),
+        tags: Default::default(),
+    })
+}
+
+/// What the robot does with edits.
+#[derive(Default)]
+struct Robot {
+    state: SiteState,
+    applied: BTreeMap<site_model::EditId, u64>,
+}
+
+impl Robot {
+    /// Applies an edit; returns the events for all and for its client.
+    fn apply(&mut self, edit: &Edit, by: vocab::ClientId) -> (Option<Event>, Event) {
+        let done = |outcome| Event::EditDone(EditDone { id: edit.id, outcome });
+        if let Some(revision) = self.applied.get(&edit.id) {
+            return (None, done(EditOutcome::Applied { revision: *revision, changes: Vec::new() }));
+        }
+        match self.state.site.apply(edit, edit.id) {
+            Err(error) => (None, done(EditOutcome::Refused(EditRefusal::Invalid(vec![error])))),
+            Ok(applied) => {
+                self.state.revision += 1;
+                let revision = self.state.revision;
+                self.applied.insert(edit.id, revision);
+                let changed = SiteChanged { revision, by: Some(by), edit: edit.clone() };
+                let outcome = EditOutcome::Applied { revision, changes: applied.revisions };
+                (Some(Event::SiteChanged(changed)), done(outcome))
+            }
+        }
+    }
+
+    /// Somebody else's edit.
+    fn put(&mut self, number: u128, object: Object) -> Event {
+        let edit = self.state.site.put(site_model::EditId(Uuid::from_u128(number)), object);
+        self.apply(&edit, OTHER).0.expect("of this state")
+    }
+
+    fn parts(&self) -> Vec<SitePart> {
+        let mut parts = api::SiteParts::new(Arc::new(self.state.clone()));
+        let mut all = vec![parts.next_part()];
+        while !all[all.len() - 1].is_last {
+            all.push(parts.next_part());
+        }
+        all
+    }
+}
+
+impl TestClient {
+    fn with_site(robot: &Robot) -> Self {
+        let mut client = Self::connected();
+        client.load(robot);
+        client
+    }
+
+    fn load(&mut self, robot: &Robot) {
+        robot.parts().into_iter().for_each(|part| self.event(Event::SitePart(part)));
+    }
+
+    fn put(&mut self, number: u128, name: &str) {
+        self.command(ClientCommand::EditSite(SiteEdit {
+            put: vec![asset(number, name)],
+            removed: Vec::new(),
+        }));
+    }
+
+    fn take_edits(&mut self) -> Vec<Edit> {
+        let edit = |effect| match effect {
+            ClientEffect::Send(ClientMessage::Edit(edit)) => Some(edit),
+            _ => None,
+        };
+        self.take_effects().into_iter().filter_map(edit).collect()
+    }
+
+    fn name(&self, number: u128) -> Option<&str> {
+        self.model.site.site()?.get(id(number))?.object.name()
+    }
+
+    /// The robot gets what was sent and answers, until nothing is sent any more.
+    fn settle(&mut self, robot: &mut Robot) {
+        loop {
+            let edits = self.take_edits();
+            if edits.is_empty() {
+                return;
+            }
+            for edit in edits {
+                let (changed, done) = robot.apply(&edit, crate::testing::ME);
+                changed.into_iter().chain([done]).for_each(|event| self.event(event));
+            }
+        }
+    }
+
+    fn notices(&self) -> String {
+        let texts: Vec<_> = self.model.notices().visible().iter().map(|shown| shown.text.clone()).collect();
+        texts.join(" ")
+    }
+}
+
+#[test]
+fn own_edits_show_at_once_and_are_confirmed_undone_and_redone() {
+    let mut robot = Robot::default();
+    let mut client = TestClient::with_site(&robot);
+    client.put(1, "a");
+    assert_eq!(client.name(1), Some("a"));
+    assert_eq!(client.model.site.unconfirmed(), 1);
+    // The second of the same object waits for the first; one of another object does not.
+    client.put(1, "b");
+    client.put(2, "x");
+    let edits = client.take_edits();
+    assert_eq!(edits.len(), 2, "{edits:?}");
+    for edit in edits {
+        let (changed, done) = robot.apply(&edit, crate::testing::ME);
+        // The answer may overtake the change.
+        client.event(done);
+        client.event(changed.expect("applied"));
+    }
+    client.settle(&mut robot);
+    assert_eq!((client.name(1), client.model.site.unconfirmed()), (Some("b"), 0));
+    assert_eq!(client.model.site.confirmed(), Some(&robot.state));
+
+    client.command(ClientCommand::Undo);
+    assert_eq!((client.name(1), client.name(2)), (Some("b"), None));
+    client.command(ClientCommand::Undo);
+    assert_eq!(client.name(1), Some("a"));
+    client.settle(&mut robot);
+    client.command(ClientCommand::Undo);
+    assert_eq!(client.name(1), None);
+    client.command(ClientCommand::Redo);
+    client.command(ClientCommand::Redo);
+    client.command(ClientCommand::Redo);
+    client.settle(&mut robot);
+    assert_eq!((client.name(1), client.name(2)), (Some("b"), Some("x")));
+    assert_eq!(client.model.site.site(), Some(&robot.state.site));
+    assert!(!client.model.site.can_redo());
+}
+
+#[test]
+fn edits_of_others_are_merged_and_the_later_one_of_the_same_object_is_taken_back() {
+    let mut robot = Robot::default();
+    robot.put(100, asset(1, "first"));
+    let mut client = TestClient::with_site(&robot);
+    client.put(1, "mine");
+    client.put(1, "mine again");
+    client.put(2, "mine too");
+    // Somebody else was faster.
+    let theirs = robot.put(101, asset(1, "theirs"));
+    let other = robot.put(102, asset(3, "another"));
+    client.event(theirs);
+    assert_eq!(client.name(1), Some("theirs"), "no one's change is hidden");
+    client.event(other);
+    client.settle(&mut robot);
+    assert_eq!(
+        (client.name(1), client.name(2), client.name(3)),
+        (Some("theirs"), Some("mine too"), Some("another"))
+    );
+    assert_eq!(client.model.site.site(), Some(&robot.state.site));
+    assert_eq!(client.model.site.unconfirmed(), 0);
+    assert!(client.notices().contains("taken back"), "{}", client.notices());
+    // What was taken back cannot be undone, and undoing leaves theirs alone.
+    client.command(ClientCommand::Undo);
+    client.command(ClientCommand::Undo);
+    client.settle(&mut robot);
+    assert_eq!((client.name(1), client.name(2)), (Some("theirs"), None));
+    assert_eq!(client.model.site.site(), Some(&robot.state.site));
+}
+
+/// The revisions that a refused edit would have made belong to others: what refers to them must not be applied to theirs.
+#[test]
+fn nothing_that_was_built_on_a_refused_edit_overwrites_others() {
+    let mut robot = Robot::default();
+    robot.put(100, asset(1, "first"));
+    let mut client = TestClient::with_site(&robot);
+    client.put(1, "mine");
+    client.settle(&mut robot);
+    // The undo is on its way when somebody else changes the object.
+    client.command(ClientCommand::Undo);
+    client.put(1, "after the undo");
+    let theirs = robot.put(101, asset(1, "theirs"));
+    client.event(theirs);
+    client.settle(&mut robot);
+    assert_eq!(client.name(1), Some("theirs"));
+    // An edit that was made on top of theirs stands on its own.
+    client.put(1, "mine on theirs");
+    client.settle(&mut robot);
+    assert_eq!(client.name(1), Some("mine on theirs"));
+    for _ in 0..3 {
+        client.command(ClientCommand::Undo);
+        client.settle(&mut robot);
+    }
+    assert_eq!((client.name(1), robot.state.site.objects().len()), (Some("theirs"), 1));
+    assert_eq!(client.model.site.site(), Some(&robot.state.site));
+}
+
+#[test]
+fn an_edit_on_top_of_theirs_survives_the_refusal_of_an_earlier_one() {
+    let mut robot = Robot::default();
+    robot.put(100, asset(1, "first"));
+    let mut client = TestClient::with_site(&robot);
+    client.put(1, "mine");
+    let theirs = robot.put(101, asset(1, "theirs"));
+    client.event(theirs);
+    client.put(1, "mine on theirs");
+    assert_eq!(client.name(1), Some("mine on theirs"));
+    client.settle(&mut robot);
+    assert_eq!(client.name(1), Some("mine on theirs"));
+    assert_eq!(client.model.site.site(), Some(&robot.state.site));
+}
+
+#[test]
+fn edits_survive_a_lost_connection_whether_or_not_they_had_arrived() {
+    let mut robot = Robot::default();
+    robot.put(100, asset(1, "first"));
+    let mut client = TestClient::with_site(&robot);
+    client.put(1, "arrived");
+    client.put(2, "lost");
+    let edits = client.take_edits();
+    robot.apply(&edits[0], crate::testing::ME);
+    client.lose_connection();
+    client.put(3, "made meanwhile");
+    client.put(1, "built on it");
+    assert!(client.take_edits().is_empty(), "not connected");
+    assert_eq!(client.name(1), Some("built on it"));
+    client.connect();
+    client.load(&robot);
+    client.settle(&mut robot);
+    let names = [1, 2, 3].map(|number| client.name(number).map(str::to_owned));
+    assert_eq!(names, ["built on it", "lost", "made meanwhile"].map(|name| Some(name.to_owned())));
+    assert_eq!(client.model.site.site(), Some(&robot.state.site));
+    assert_eq!(client.model.site.unconfirmed(), 0);
+}
+
+#[test]
+fn an_edit_that_could_not_be_written_is_sent_again() {
+    let mut robot = Robot::default();
+    let mut client = TestClient::with_site(&robot);
+    client.put(1, "a");
+    let edit = client.take_edits().remove(0);
+    let outcome = EditOutcome::Refused(EditRefusal::Unavailable("The disk is full.".to_owned()));
+    client.event(Event::EditDone(EditDone { id: edit.id, outcome }));
+    assert_eq!(client.take_edits(), []);
+    client.wait(2.0);
+    client.settle(&mut robot);
+    assert_eq!(client.model.site.site(), Some(&robot.state.site));
+    let outcome = EditOutcome::Refused(EditRefusal::Rejected("It is too large.".to_owned()));
+    client.put(2, "large");
+    let edit = client.take_edits().remove(0);
+    client.event(Event::EditDone(EditDone { id: edit.id, outcome }));
+    assert_eq!((client.name(2), client.model.site.unconfirmed()), (None, 0));
+    assert!(client.notices().contains("It is too large."));
+}
+
+#[test]
+fn a_missing_change_is_noticed_and_the_whole_site_asked_for_once() {
+    let mut robot = Robot::default();
+    let mut client = TestClient::with_site(&robot);
+    let requests = |client: &mut TestClient| {
+        let effects = client.take_effects();
+        effects.iter().filter(|effect| **effect == ClientEffect::Send(ClientMessage::RequestSite)).count()
+    };
+    robot.put(100, asset(1, "missed"));
+    for number in 2..5 {
+        let event = robot.put(100 + number, asset(number, "later"));
+        client.event(event);
+    }
+    assert_eq!(requests(&mut client), 1);
+    client.load(&robot);
+    assert_eq!(client.model.site.site(), Some(&robot.state.site));
+    let event = robot.put(200, asset(9, "next"));
+    client.event(event);
+    assert_eq!((requests(&mut client), client.name(9)), (0, Some("next")));
+}
+
+#[test]
+fn nothing_is_edited_before_the_site_has_come_and_new_ids_are_new() {
+    let mut client = TestClient::connected();
+    client.put(1, "a");
+    assert!(client.model.site.site().is_none() && client.take_edits().is_empty());
+    assert!(client.notices().contains("has not sent"));
+    let robot = Robot::default();
+    client.load(&robot);
+    let ids: Vec<_> = (0..1_000).map(|number| client.model.site.new_id(number)).collect();
+    client.put(1, "a");
+    let all = ids.iter().copied().chain((0..1_000).map(|number| client.model.site.new_id(number)));
+    assert_eq!(all.collect::<std::collections::BTreeSet<_>>().len(), 2_000);
+    let missing = EditError::Conflict { object: id(1), revision: None };
+    assert!(missing.to_string().contains("somebody else"));
+}
