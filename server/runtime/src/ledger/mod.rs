@@ -261,14 +261,14 @@ impl LedgerWorker {
         }
     }
 
-    /// Writes commits. All may be written again after a failure, because each replaces what it wrote before.
+    /// Writes commits. All may be written again after a failure: a stop replaces the one before, and of the rest nothing was written.
     fn write(&mut self, commits: &VecDeque<Commit>) -> Result<(), String> {
         let events = || commits.iter().flat_map(|commit| &commit.events);
-        let latch = events().filter_map(|event| match event {
+        let newest = events().rev().find_map(|event| match event {
             LedgerEvent::StopLatch(latch) => Some(latch),
             _ => None,
         });
-        if let Some(latch) = latch.last() {
+        if let Some(latch) = newest {
             self.save_latch(latch.as_ref())
                 .map_err(|error| texts::stop_not_durable(&error_with_causes(&error)))?;
         }
