@@ -96,7 +96,7 @@ impl Table {
 
     /// The values of a row without damage.
     pub(super) fn whole<'r>(&self, row: &'r Row) -> Option<&'r [Value]> {
-        Some(&row.values)
+        (self.checksum(&row.values) == row.checksum).then_some(&row.values)
     }
 
     /// The last column of a row with these values.
