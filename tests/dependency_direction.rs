@@ -104,8 +104,8 @@ const OURS: &[(&str, &[&str])] = &[
     //
     ("client_model", &["api", "site_model", "vocab"]),
     ("scene", &["vocab"]),
-    ("panels", &["api", "client_model", "vocab"]),
-    ("app", &["api", "client_model", "map_codec", "panels", "scene", "vocab"]),
+    ("panels", &["api", "client_model", "site_model", "vocab"]),
+    ("app", &["api", "client_model", "map_codec", "panels", "scene", "site_model", "vocab"]),
     //
     ("bundler", &[]),
     ("xtask", &[]),

@@ -211,7 +211,7 @@ impl eframe::App for ClientApp {
         self.apply_theme(&ctx, theme);
         let tokens = Tokens::of(theme);
         let mut commands = std::mem::take(&mut self.commands);
-        self.scene.update(&runtime.model, self.viewport.dragged_pose());
+        self.scene.update(&runtime.model, self.viewport.dragged_pose(), self.viewport.dragged_node());
         self.viewport.show(ui, &runtime.model, &self.scene, &mut commands);
         if let Some(viewpoint) = self.viewport.viewpoint() {
             runtime.apply(ClientEvent::ViewpointChanged(viewpoint));

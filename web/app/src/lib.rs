@@ -16,12 +16,13 @@ mod downloads;
 #[cfg(target_arch = "wasm32")]
 mod effects;
 #[cfg(target_arch = "wasm32")]
+mod graph_overlay;
+#[cfg(target_arch = "wasm32")]
 mod graphics;
 #[cfg(target_arch = "wasm32")]
 mod inbox;
 #[cfg(target_arch = "wasm32")]
 mod runtime;
-#[cfg(target_arch = "wasm32")]
 mod scene_labels;
 #[cfg(target_arch = "wasm32")]
 mod scene_sync;

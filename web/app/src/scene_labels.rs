@@ -7,6 +7,8 @@ use panels::SceneLabel;
 
 /// Largest number of keyframes in the accessible tree. More would bury the other controls for users of a screen reader.
 const MAX_KEYFRAME_LABELS: usize = 24;
+/// Largest number of nodes of the topological map with a name in the scene.
+const MAX_NODE_LABELS: usize = 60;
 
 /// Position on the screen (points) and depth (m).
 type ScreenPosition = (egui::Pos2, f64);
@@ -25,6 +27,7 @@ pub(crate) fn scene_labels(
     }
     dock_labels(model, &project, &mut labels);
     alignment_labels(model, &project, &mut labels);
+    node_labels(model, &project, &mut labels);
     // Keyframes would hide the robot's pose or the points that are picked.
     let picking = model.is_picking_pose() || model.alignment().is_some();
     if (model.view_settings().graph || model.loop_pick().is_some()) && model.has_pose_graph() && !picking {
@@ -91,6 +94,25 @@ fn alignment_labels(
             labels.push(SceneLabel::alignment_point(at, number));
         }
     }
+}
+
+/// Names of the nodes of the topological map nearest to the camera, and of the selected one.
+fn node_labels(
+    model: &Model,
+    project: &impl Fn(DVec3) -> Option<ScreenPosition>,
+    labels: &mut Vec<SceneLabel>,
+) {
+    let Some(site) = model.site.site().filter(|_| model.is_site_on_screen()) else { return };
+    let mut candidates: Vec<(f64, SceneLabel)> = Vec::new();
+    for node in site.nodes() {
+        let floor = vector(node.map_from_node.position) - DVec3::Z * BASE_HEIGHT_M;
+        let Some((at, depth_m)) = project(floor) else { continue };
+        let is_selected = model.selection() == Some(Selection::Node(node.id));
+        let order = if is_selected { f64::NEG_INFINITY } else { depth_m };
+        candidates.push((order, SceneLabel::node(at, node.id, &node.name, is_selected)));
+    }
+    candidates.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    labels.extend(candidates.into_iter().take(MAX_NODE_LABELS).map(|(_, label)| label));
 }
 
 /// Labels of the keyframes nearest to the camera and of the selected one. While mapping, its tag shows its standard deviation.

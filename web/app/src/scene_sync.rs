@@ -1,5 +1,6 @@
 //! Passes changes of the model to the renderer of the 3D scene.
 
+use crate::graph_overlay::GraphOverlay;
 use api::Quality;
 use client_model::{ColourBy, LoopPair, LoopPick, MapView, Model, ScanComparison, Selection, ViewSettings};
 use glam::{DQuat, DVec3};
@@ -9,6 +10,7 @@ use scene::{
     AnchorId, CameraPose, LoopEdge, LoopState, Marker, Node, Options, Palette, PointBlock, Polyline,
     Renderer, RobotState, Shape, TileId, View, WHOLE_MAP,
 };
+use site_model::NodeId;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -66,6 +68,8 @@ pub(crate) struct SceneSync {
     ground: f64,
     /// Scans of the keyframes that are compared.
     keyframe_scans: BTreeMap<KeyframeId, PointChunk>,
+    /// The topological map as it was drawn last.
+    graph_overlay: GraphOverlay,
 }
 
 /// Revisions of the renderer's content.
@@ -91,6 +95,7 @@ impl SceneSync {
             synced: SyncedRevisions::default(),
             ground: -BASE_HEIGHT_M,
             keyframe_scans: BTreeMap::new(),
+            graph_overlay: GraphOverlay::default(),
         }
     }
 
@@ -145,9 +150,19 @@ impl SceneSync {
         }
     }
 
+    /// What the marker of a [`scene::Hit`] selects.
+    pub(crate) fn marker_target(&self, marker: u64) -> Option<Selection> {
+        self.graph_overlay.target(marker)
+    }
+
     /// Passes changes of the model to the renderer. `dragged_pose`: the robot's position and a point in its heading that an operator
-    /// drags.
-    pub(crate) fn update(&mut self, model: &Model, dragged_pose: Option<[DVec3; 2]>) {
+    /// drags. `dragged_node`: a node of the topological map that an operator drags, and the position of the base there.
+    pub(crate) fn update(
+        &mut self,
+        model: &Model,
+        dragged_pose: Option<[DVec3; 2]>,
+        dragged_node: Option<(NodeId, DVec3)>,
+    ) {
         self.switch_map(model);
         let shown = model.displayed_map();
         let mut renderer = self.renderer.borrow_mut();
@@ -185,7 +200,9 @@ impl SceneSync {
         let marker_height = self.config.marker_height_m;
         let targets = model.quality().targets.iter().filter(|_| live);
         let arrow = dragged_pose.map(|ends| pose_arrow(ends, model, self.config.marker_height_m));
-        let (lines, arrow_heads): (Vec<_>, Vec<_>) = arrow.into_iter().unzip();
+        let (mut lines, arrow_heads): (Vec<_>, Vec<_>) = arrow.into_iter().unzip();
+        self.graph_overlay = GraphOverlay::of(model, dragged_node);
+        lines.extend(self.graph_overlay.lines.iter().cloned());
         let docks = model.docks().map(|map_from_base| dock_marker(map_from_base, &colours, marker_height));
         let picked = model.alignment().zip(model.viewed_map());
         let picked = picked.map(|(align, viewed)| align.points_in(viewed)).unwrap_or_default();
@@ -194,6 +211,7 @@ impl SceneSync {
             .map(|target| survey_marker(target, &colours, marker_height))
             .chain(docks)
             .chain(picked)
+            .chain(self.graph_overlay.markers.iter().copied())
             .chain(arrow_heads);
         renderer.set_annotations(lines, markers.collect());
         renderer.set_robot(if live && model.has_pose_in_map() {

@@ -2,7 +2,9 @@
 
 use crate::scene_sync::{BASE_HEIGHT_M, SceneSync, SharedRenderer, vector};
 use crate::{browser, scene_labels, texts};
-use client_model::{Bookmark, CameraMove, ClientCommand, LoopPair, Model, Selection, ViewSettings};
+use client_model::{
+    Bookmark, CameraMove, ClientCommand, GraphTool, LoopPair, Model, Selection, ViewSettings,
+};
 use eframe::egui_wgpu;
 use egui::{PointerButton, Response, Sense, Ui};
 use glam::{DVec2, DVec3, Vec3};
@@ -10,6 +12,7 @@ use panels::SceneLabel;
 use scene::{
     Camera, CameraConfig, CameraPose, CameraProjection, FramePacer, FreeArea, Hit, PickOptions, View,
 };
+use site_model::NodeId;
 use std::collections::BTreeMap;
 use std::time::Duration;
 use vocab::MapId;
@@ -80,6 +83,8 @@ pub(crate) struct Viewport {
     frame_pacer: FramePacer,
     /// The robot's pose that an operator drags: the pressed point of the ground and the point under the pointer, m, map frame.
     dragged_pose: Option<[DVec3; 2]>,
+    /// The node of the topological map that an operator drags, and the position of the base there, m, map frame.
+    dragged_node: Option<(NodeId, DVec3)>,
     /// The part of the viewport that no card covers.
     free_area: Option<FreeArea>,
     /// The displayed saved map.
@@ -98,6 +103,7 @@ impl Viewport {
             view: None,
             frame_pacer,
             dragged_pose: None,
+            dragged_node: None,
             free_area: None,
             viewed: None,
             last_poses: BTreeMap::new(),
@@ -112,6 +118,11 @@ impl Viewport {
     /// The robot's position and a point in its heading that an operator drags, m, map frame.
     pub(crate) fn dragged_pose(&self) -> Option<[DVec3; 2]> {
         self.dragged_pose
+    }
+
+    /// The node of the topological map that an operator drags, and the position of the base there, m, map frame.
+    pub(crate) fn dragged_node(&self) -> Option<(NodeId, DVec3)> {
+        self.dragged_node
     }
 
     /// Draws the scene and handles its gestures.
@@ -135,7 +146,9 @@ impl Viewport {
             self.drag_robot_pose(ui, &response, model, scene, out);
         } else {
             self.dragged_pose = None;
-            self.gestures(ui, &response, model, scene, out);
+            if !self.drag_graph_node(ui, &response, model, scene, out) {
+                self.gestures(ui, &response, model, scene, out);
+            }
         }
         let seconds = f64::from(ui.input(|input| input.stable_dt)).min(0.1);
         if self.camera.is_flying() {
@@ -366,6 +379,102 @@ impl Viewport {
         }
     }
 
+    /// On the screen that edits the site, a drag that begins on a node moves it over the floor, and Escape puts it back. Returns whether a node is dragged.
+    fn drag_graph_node(
+        &mut self,
+        ui: &Ui,
+        response: &Response,
+        model: &Model,
+        scene: &SceneSync,
+        out: &mut Vec<ClientCommand>,
+    ) -> bool {
+        let Some(view) = self.view.filter(|_| panels::is_editing_graph(model)) else {
+            self.dragged_node = None;
+            return false;
+        };
+        let projection = CameraProjection::new(view.camera, view.viewport_px);
+        if response.drag_started_by(PointerButton::Primary)
+            && let Some(pressed) = ui.input(|input| input.pointer.press_origin())
+        {
+            let hit = scene.renderer.borrow().pick(
+                &view,
+                pixel(pressed, response, &view),
+                &self.pick_options(&view),
+            );
+            let node = hit.and_then(|hit| match hit {
+                Hit::Marker(marker) => scene.marker_target(marker),
+                _ => None,
+            });
+            if let Some(Selection::Node(node)) = node
+                && let Some(at) = node_position(model, node)
+            {
+                self.dragged_node = Some((node, at));
+                out.push(ClientCommand::Select(Some(Selection::Node(node))));
+            }
+        }
+        let Some((node, at)) = self.dragged_node else { return false };
+        if ui.input(|input| input.key_pressed(egui::Key::Escape)) {
+            self.dragged_node = None;
+            return true;
+        }
+        if let Some(pointer) = response.interact_pointer_pos() {
+            // The height of a node is that of the base; the pointer shows a place on the floor.
+            let floor = projection.ray(pixel(pointer, response, &view)).at_height(at.z - BASE_HEIGHT_M);
+            let near = floor.filter(|to| {
+                to.distance(projection.camera_position())
+                    < self.config.max_goal_distance_m + view.camera.distance
+            });
+            self.dragged_node = Some((node, near.map_or(at, |to| to.with_z(at.z))));
+        }
+        if response.drag_stopped_by(PointerButton::Primary)
+            && let Some((node, to)) = self.dragged_node.take()
+        {
+            let edit = model.site.moving_node(node, vocab::Vec3::from(to.to_array()));
+            out.push(ClientCommand::EditSite(edit));
+        }
+        true
+    }
+
+    fn pick_options(&self, view: &View) -> PickOptions {
+        let scale = f64::from(view.pixels_per_point);
+        PickOptions {
+            target_px: self.config.target_reach_px * scale,
+            marker_px: self.config.marker_radius_px * scale,
+            line_px: self.config.line_reach_px * scale,
+            point_px: self.config.point_reach_px * scale,
+        }
+    }
+
+    /// A click while the topological map is edited: see [`GraphTool`].
+    fn edit_graph(
+        &self,
+        tool: GraphTool,
+        hit: Option<Selection>,
+        floor: Option<DVec3>,
+        model: &Model,
+        out: &mut Vec<ClientCommand>,
+    ) {
+        let from = match model.selection() {
+            Some(Selection::Node(node)) => Some(node),
+            _ => None,
+        };
+        match (hit, tool, model.saved_map_on_screen()) {
+            (Some(Selection::Node(to)), ..) => {
+                let edit = from.map(|from| model.site.connecting(from, to));
+                out.extend(edit.filter(|edit| !edit.put.is_empty()).map(ClientCommand::EditSite));
+                out.push(ClientCommand::Select(Some(Selection::Node(to))));
+            }
+            (_, GraphTool::AddNodes, Some(map)) => {
+                let Some(floor) = floor else { return };
+                let position = vocab::Vec3::new(floor.x, floor.y, floor.z + BASE_HEIGHT_M);
+                let (node, edit) = model.site.adding_node(position, map, from);
+                out.push(ClientCommand::EditSite(edit));
+                out.push(ClientCommand::Select(Some(Selection::Node(node))));
+            }
+            _ => {}
+        }
+    }
+
     /// Zooms to the point of the map under the pointer, or to the ground there if there is none. While the camera follows the robot, zooms to
     /// the robot.
     fn zoom(&mut self, factor: f64, at: egui::Pos2, response: &Response, model: &Model, scene: &SceneSync) {
@@ -425,13 +534,15 @@ impl Viewport {
             );
             return;
         }
-        let options = PickOptions {
-            target_px: self.config.target_reach_px * scale,
-            marker_px: self.config.marker_radius_px * scale,
-            line_px: self.config.line_reach_px * scale,
-            point_px: self.config.point_reach_px * scale,
-        };
-        let hit = scene.renderer.borrow().pick(&view, at, &options);
+        let hit = scene.renderer.borrow().pick(&view, at, &self.pick_options(&view));
+        let marked = hit.and_then(|hit| match hit {
+            Hit::Marker(marker) => scene.marker_target(marker),
+            _ => None,
+        });
+        if let Some(tool) = model.graph_tool() {
+            let floor = self.ground_at(&view, at, scene);
+            return self.edit_graph(tool, marked, floor, model, out);
+        }
         if response.double_clicked() {
             if let Some(Hit::Point(target)) = hit {
                 stop_following(model, out);
@@ -448,7 +559,8 @@ impl Viewport {
             Some(Hit::Loop([from, to])) => {
                 Some(Selection::Loop(LoopPair::of(vocab::KeyframeId(from), vocab::KeyframeId(to))))
             }
-            Some(Hit::Marker(_) | Hit::Point(_)) | None => None,
+            Some(Hit::Marker(_)) => marked,
+            Some(Hit::Point(_)) | None => None,
         }));
     }
 
@@ -463,6 +575,11 @@ impl Viewport {
                 < self.config.max_goal_distance_m + view.camera.distance
         })
     }
+}
+
+/// Position of the base at a node, m, map frame.
+fn node_position(model: &Model, node: NodeId) -> Option<DVec3> {
+    Some(vector(model.site.site()?.node(node)?.map_from_node.position))
 }
 
 /// Positions of the two keyframes of a loop, m, map frame; `None` while they are unknown.

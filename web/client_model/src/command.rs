@@ -1,7 +1,8 @@
 //! What operators ask for, as views emit it.
 
 use crate::{
-    CameraMove, LoopInitialGuess, LoopPair, NoticeId, ScanOverlay, Screen, Selection, SiteEdit, ViewSettings,
+    CameraMove, GraphTool, LoopInitialGuess, LoopPair, NoticeId, ScanOverlay, Screen, Selection, SiteEdit,
+    ViewSettings,
 };
 use api::SimulatedFault;
 use vocab::{GoalId, MapId, Pose, SessionId, Twist, UploadId, Vec3};
@@ -122,6 +123,8 @@ pub enum ClientCommand {
     ViewMap(Option<MapId>),
     /// Change how things look. Edits in quick succession become one step of undo.
     EditView(ViewSettings),
+    /// Let clicks in the scene edit the topological map, or no longer.
+    UseGraphTool(Option<GraphTool>),
     /// Change objects of the site together.
     EditSite(SiteEdit),
     /// Undo the last edit of the view or the site, decision on a loop or deletion of a map, whichever came last.

@@ -43,7 +43,7 @@ pub use features::notices::{NoticeId, Notices, ShownNotice};
 pub use features::platform::PlatformFeature;
 pub use features::quality::QualityFeature;
 pub use features::robot::{RobotTelemetry, position_sigma_m};
-pub use features::selection::{PointerMode, Selection};
+pub use features::selection::{GraphTool, PointerMode, Selection};
 pub use features::site::{SiteEdit, SiteFeature};
 pub use features::trajectory::Trajectory;
 pub use features::view_settings::{Bookmark, CameraPose, ColourBy, Screen, Theme, ViewFeature, ViewSettings};

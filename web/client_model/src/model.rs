@@ -9,7 +9,7 @@ use crate::features::loops::{LoopPick, ScanComparison};
 use crate::features::map_view::MapView;
 use crate::features::maps::SavedMaps;
 use crate::features::notices::Notices;
-use crate::features::selection::{PointerMode, Selection};
+use crate::features::selection::{GraphTool, PointerMode, Selection};
 use crate::features::view_settings::ViewFeature;
 use crate::shared::{Change, Context, Shared};
 use crate::{ClientCommand, ClientEffect, ClientEvent, ClientTime, Ids, Model, Socket, ViewSettings};
@@ -229,6 +229,27 @@ impl Model {
     /// Whether the next drag on the ground sets the pose of the robot.
     pub fn is_picking_pose(&self) -> bool {
         self.shared.selected.mode() == PointerMode::PickPose
+    }
+
+    /// What a click in the scene does to the topological map; `None` while it does nothing.
+    pub fn graph_tool(&self) -> Option<GraphTool> {
+        match self.shared.selected.mode() {
+            PointerMode::EditGraph(tool) => Some(tool),
+            PointerMode::Select | PointerMode::PickGoal | PointerMode::PickPose => None,
+        }
+    }
+
+    /// The saved map that is on the screen, or in which the robot is localised; `None` while there is none.
+    pub fn saved_map_on_screen(&self) -> Option<MapId> {
+        self.viewed_map().or_else(|| self.localisation().map())
+    }
+
+    /// Whether poses of the site are in the frame of the map on the screen.
+    pub fn is_site_on_screen(&self) -> bool {
+        let site_map = self.site.site().and_then(|site| site.settings()?.map);
+        site_map.is_some()
+            && site_map == self.saved_map_on_screen()
+            && (self.viewed_map().is_some() || self.has_pose_in_map())
     }
 
     /// The path that the robot travelled, map frame, metres: of the mapping session, or since it was localised in the saved map.

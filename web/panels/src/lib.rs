@@ -15,7 +15,16 @@
 //! | button | `Stop motion` | top bar, always |
 //! | button | `Allow motion` | top bar, while motion is stopped |
 //! | button | `Take control`, `Release control` | top bar |
-//! | button (toggled) | `Live`, `Map` | rail |
+//! | button (toggled) | `Live`, `Map`, `Site` | rail |
+//! | button (toggled) | `Add nodes`, `Connect nodes` | Site: what a click in the scene does |
+//! | status | `Nodes`, `Edges`, `Not confirmed` | Site |
+//! | textbox | `Node name`, with the button `Rename node` | Site, while a node is selected |
+//! | button (toggled) | `Waypoint`, `Inspection`, `Hold`, `Safe` | Site, while a node is selected: its kind |
+//! | button | `Delete node NAME` | Site, while a node is selected |
+//! | button | `Edge FROM to TO` | Site, while a node is selected: selects the edge |
+//! | button (toggled) | `Routes may use it`, `Both ways` | Site, while an edge is selected |
+//! | button | `Split edge`, `Delete edge` | Site, while an edge is selected |
+//! | button | the sentence itself | Site: a problem; selects its object |
 //! | button | `Open panel`, `Close panel` | top bar below 1100 px: the right card as a drawer; below 700 px the bar at the bottom opens it |
 //! | button | `Start mapping` | Map, while not mapping |
 //! | textbox | `Map name` | Map, while mapping |
@@ -105,6 +114,11 @@ impl PanelState {
     pub fn for_page(utc_offset_s: i64) -> Self {
         Self { utc_offset_s, text_inputs: TextInputs::new(true), ..Self::default() }
     }
+}
+
+/// Whether drags in the scene move nodes of the topological map.
+pub fn is_editing_graph(model: &Model) -> bool {
+    model.view.screen() == Some(screens::SITE) && model.is_site_on_screen()
 }
 
 /// Shows everything that floats over the scene. `commands` receives the commands of the operator.

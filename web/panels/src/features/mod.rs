@@ -33,6 +33,7 @@ pub(crate) mod scene_labels;
 pub(crate) mod selection;
 pub(crate) mod sensors;
 pub(crate) mod simulated_faults;
+pub(crate) mod site_graph;
 pub(crate) mod tabs;
 pub(crate) mod view_settings;
 
@@ -90,6 +91,8 @@ panels_of! {
     maps: maps::MapsPanel,
     /// The bin, and the undo of a deletion.
     map_management: map_management::MapManagementPanel,
+    /// The topological map.
+    site_graph: site_graph::SiteGraphPanel,
     /// Notices.
     notices: notices::NoticesPanel,
     /// What is selected.

@@ -9,6 +9,7 @@
 
 mod live;
 mod map;
+mod site;
 
 use client_model::Screen;
 
@@ -45,6 +46,8 @@ screens_of! {
     LIVE: live,
     /// Making and viewing maps.
     MAP: map,
+    /// The topological map.
+    SITE: site,
 }
 
 /// The description of a screen; that of the first one where there is no such screen.

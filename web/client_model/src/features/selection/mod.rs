@@ -1,6 +1,7 @@
 //! What is selected in the scene, and what the next click there does.
 
 use crate::LoopPair;
+use site_model::{EdgeId, NodeId};
 use vocab::KeyframeId;
 
 /// Something selected in the scene.
@@ -12,6 +13,19 @@ pub enum Selection {
     Keyframe(KeyframeId),
     /// A loop of the map under construction.
     Loop(LoopPair),
+    /// A node of the topological map.
+    Node(NodeId),
+    /// An edge of the topological map.
+    Edge(EdgeId),
+}
+
+/// What a click in the scene does while the topological map is edited.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GraphTool {
+    /// Adds a node on the floor, joined to the one that is selected. A node that is clicked is joined too.
+    AddNodes,
+    /// Joins the node that is clicked to the one that is selected.
+    Connect,
 }
 
 /// What the next click or drag on the ground does.
@@ -24,6 +38,8 @@ pub enum PointerMode {
     PickGoal,
     /// A drag sets the pose of the robot: position, then heading.
     PickPose,
+    /// A click edits the topological map.
+    EditGraph(GraphTool),
 }
 
 /// Selection and pointer mode.

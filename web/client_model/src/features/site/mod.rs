@@ -5,10 +5,12 @@
 //!
 //! An edit waits until earlier ones of the same objects are answered. So none is applied to a state that the operator has not seen.
 
+mod graph_edits;
 mod pending;
 
 use super::Feature;
 use super::history::HistoryStep;
+use super::selection::PointerMode;
 use crate::shared::{Change, Context};
 use crate::{ClientCommand, ClientEffect, ClientEvent, ClientTime, texts};
 use api::{ClientMessage, EditOutcome, EditRefusal, Severity, SiteAssembly, SiteChanged, SiteState};
@@ -279,8 +281,13 @@ impl Feature for SiteFeature {
     }
 
     fn on_command(&mut self, command: &ClientCommand, cx: &mut Context<'_>) {
-        if let ClientCommand::EditSite(edit) = command {
-            self.edit(edit, cx);
+        match command {
+            ClientCommand::EditSite(edit) => self.edit(edit, cx),
+            ClientCommand::UseGraphTool(Some(tool)) => {
+                cx.shared.selected.enter(PointerMode::EditGraph(*tool));
+            }
+            ClientCommand::UseGraphTool(None) => cx.shared.selected.enter(PointerMode::Select),
+            _ => {}
         }
     }
 

@@ -10,6 +10,7 @@ use api::SurveyReason;
 use client_model::{ClientCommand, Selection};
 use egui::{CornerRadius, Id, Pos2, Rect, Role, Sense, Stroke, StrokeKind, Ui, Vec2, WidgetInfo, vec2};
 use placement::{LabelPlacementConfig, LabelPlacer, covering_rects};
+use site_model::NodeId;
 use vocab::KeyframeId;
 
 /// Side of the click target of a label that has others close to it, points.
@@ -67,6 +68,12 @@ impl SceneLabel {
     /// A point that was picked to align two maps. Numbers begin with 1.
     pub fn alignment_point(at: Pos2, number: usize) -> Self {
         Self::new(texts::alignment_point(number), number.to_string(), at)
+    }
+
+    /// A node of the topological map, with its name as its tag.
+    pub fn node(at: Pos2, id: NodeId, name: &str, is_selected: bool) -> Self {
+        let label = Self::new(texts::node(name), name.to_owned(), at);
+        Self { selects: Some(Selection::Node(id)), is_selected, is_crowded: true, ..label }
     }
 
     /// A keyframe. Only a selected one has a tag, with the standard deviation of its position, metres, if it is known.

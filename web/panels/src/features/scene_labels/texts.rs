@@ -36,6 +36,10 @@ pub(super) fn alignment_point(number: usize) -> String {
     format!("Picked point {number}")
 }
 
+pub(super) fn node(name: &str) -> String {
+    format!("Node {name} in the scene")
+}
+
 pub(super) fn keyframe(id: KeyframeId) -> String {
     format!("Keyframe {}", id.0)
 }

@@ -1,0 +1,155 @@
+//! Editing the topological map by its panel.
+
+use crate::screens;
+use crate::test_support::{TestClient, click, map, value};
+use api::{Event, SiteParts, SiteState};
+use client_model::{ClientCommand, GraphTool, Selection};
+use egui_kittest::kittest::Queryable;
+use std::sync::Arc;
+use vocab::{MapId, Vec3};
+
+/// A client on the Site screen that views a saved map; the robot has an empty site.
+fn client() -> (TestClient, MapId) {
+    let hall = map(9, "Hall");
+    let id = hall.id;
+    let part = SiteParts::new(Arc::new(SiteState::default())).next_part();
+    let client = TestClient::connected()
+        .event(Event::Maps(vec![hall]))
+        .event(Event::SitePart(part))
+        .command(ClientCommand::ViewMap(Some(id)))
+        .on(screens::SITE);
+    (client, id)
+}
+
+/// With two nodes, 3 m apart, joined both ways; the second one is selected.
+fn with_two_nodes() -> TestClient {
+    let (mut client, map) = client();
+    let mut last = None;
+    for x in [0.0, 3.0] {
+        let (node, edit) = client.model.site.adding_node(Vec3::new(x, 0.0, 0.5), map, last);
+        client = client.command(ClientCommand::EditSite(edit));
+        last = Some(node);
+    }
+    client.command(ClientCommand::Select(last.map(Selection::Node)))
+}
+
+/// Carries out what the panels emitted.
+fn carry_out(harness: &mut egui_kittest::Harness<'_, TestClient>) {
+    let client = harness.state_mut();
+    for command in std::mem::take(&mut client.commands) {
+        client.model.handle_event(
+            client_model::ClientTime(1.0),
+            client_model::ClientEvent::Command(command),
+            &mut Vec::new(),
+        );
+    }
+    harness.run_steps(2);
+}
+
+#[test]
+fn the_first_node_says_which_map_the_site_belongs_to() {
+    let (client, map) = client();
+    assert!(!client.model.is_site_on_screen());
+    let (_, edit) = client.model.site.adding_node(Vec3::new(1.0, 2.0, 0.5), map, None);
+    let client = client.command(ClientCommand::EditSite(edit));
+    assert!(client.model.is_site_on_screen());
+    assert_eq!(client.model.site.unconfirmed(), 1);
+}
+
+#[test]
+fn a_tool_is_on_until_it_is_pressed_again_or_escape_is() {
+    let (client, _) = client();
+    let mut harness = client.shown(1440.0, 900.0);
+    click(&mut harness, "Add nodes");
+    assert!(harness.state().emitted(&ClientCommand::UseGraphTool(Some(GraphTool::AddNodes))));
+    carry_out(&mut harness);
+    assert_eq!(harness.state().model.graph_tool(), Some(GraphTool::AddNodes));
+    harness.key_press(egui::Key::Escape);
+    harness.run_steps(2);
+    carry_out(&mut harness);
+    assert_eq!(harness.state().model.graph_tool(), None);
+}
+
+#[test]
+fn a_node_is_renamed_given_a_kind_and_deleted_and_each_is_undone() {
+    let mut harness = with_two_nodes().shown(1440.0, 900.0);
+    assert_eq!((value(&harness, "Nodes"), value(&harness, "Edges")), ("2".to_owned(), "2".to_owned()));
+    click(&mut harness, "Inspection");
+    carry_out(&mut harness);
+    harness.get_by_label("Node name").focus();
+    harness.run_steps(2);
+    harness.get_by_label("Node name").type_text(" pump");
+    harness.run_steps(2);
+    click(&mut harness, "Rename node");
+    carry_out(&mut harness);
+    let names = |harness: &egui_kittest::Harness<'_, TestClient>| -> Vec<String> {
+        let mut names: Vec<_> = harness
+            .state()
+            .model
+            .site
+            .site()
+            .into_iter()
+            .flat_map(|site| site.nodes())
+            .map(|node| node.name.clone())
+            .collect();
+        names.sort();
+        names
+    };
+    let renamed = names(&harness);
+    assert!(renamed.iter().any(|name| name.contains("pump")), "{renamed:?}");
+    let name = renamed.iter().find(|name| name.contains("pump")).unwrap().clone();
+    click(&mut harness, &format!("Delete node {name}"));
+    carry_out(&mut harness);
+    assert_eq!((value(&harness, "Nodes"), value(&harness, "Edges")), ("1".to_owned(), "0".to_owned()));
+    for _ in 0..2 {
+        harness.state_mut().commands.push(ClientCommand::Undo);
+        carry_out(&mut harness);
+    }
+    assert_eq!((value(&harness, "Nodes"), value(&harness, "Edges")), ("2".to_owned(), "2".to_owned()));
+    assert_eq!(names(&harness), ["N1", "N2"]);
+}
+
+#[test]
+fn an_edge_is_made_one_way_disabled_and_split() {
+    let mut harness = with_two_nodes().shown(1440.0, 900.0);
+    click(&mut harness, "Edge N2 to N1");
+    carry_out(&mut harness);
+    click(&mut harness, "Routes may use it");
+    carry_out(&mut harness);
+    let enabled = |harness: &egui_kittest::Harness<'_, TestClient>| {
+        harness.state().model.site.site().unwrap().edges().filter(|edge| edge.is_enabled).count()
+    };
+    assert_eq!(enabled(&harness), 0, "both directions");
+    click(&mut harness, "Split edge");
+    carry_out(&mut harness);
+    assert_eq!((value(&harness, "Nodes"), value(&harness, "Edges")), ("3".to_owned(), "4".to_owned()));
+    click(&mut harness, "Edge N3 to N1");
+    carry_out(&mut harness);
+    click(&mut harness, "Both ways");
+    carry_out(&mut harness);
+    assert_eq!(value(&harness, "Edges"), "3");
+}
+
+#[test]
+fn problems_are_listed_and_select_their_object() {
+    let (client, map) = client();
+    let (node, edit) = client.model.site.adding_node(Vec3::new(0.0, 0.0, 0.5), map, None);
+    let client = client.command(ClientCommand::EditSite(edit));
+    let edit = client.model.site.changing_node(node, |node| node.name.clear());
+    let mut harness = client.command(ClientCommand::EditSite(edit)).shown(1440.0, 900.0);
+    harness.get_by_label_contains("it has no name").click();
+    harness.run_steps(2);
+    assert!(harness.state().emitted(&ClientCommand::Select(Some(Selection::Node(node)))));
+}
+
+#[test]
+fn nothing_can_be_edited_while_another_map_is_on_the_screen() {
+    let other = map(10, "Yard");
+    let other_id = other.id;
+    let client = with_two_nodes().event(Event::Maps(vec![map(9, "Hall"), other]));
+    let mut harness = client.command(ClientCommand::ViewMap(Some(other_id))).shown(1440.0, 900.0);
+    assert!(harness.query_by_label("Add nodes").is_none());
+    assert!(!crate::is_editing_graph(&harness.state().model));
+    click(&mut harness, "View its map");
+    assert!(harness.state().emitted(&ClientCommand::ViewMap(Some(map(9, "Hall").id))));
+}

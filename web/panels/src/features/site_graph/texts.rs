@@ -1,0 +1,78 @@
+//! Texts of the topological map, by key.
+
+use crate::format;
+use site_model::{Node, NodeKind, Problem, Severity};
+use vocab::Vec3;
+
+pub(super) const TAB: &str = "Topological map";
+pub(super) const HEAD: &str = "Topological map";
+pub(super) const NODES: &str = "Nodes";
+pub(super) const EDGES: &str = "Edges";
+pub(super) const UNCONFIRMED: &str = "Not confirmed";
+pub(super) const ADD_NODES: &str = "Add nodes";
+pub(super) const CONNECT: &str = "Connect nodes";
+pub(super) const ADD_HINT: &str =
+    "Click the floor to add a node. It is joined to the selected one. Escape ends it.";
+pub(super) const CONNECT_HINT: &str = "Click two nodes to join them both ways. Escape ends it.";
+pub(super) const EMPTY: &str = "There are no nodes yet. Press \"Add nodes\", then click the floor along the way that the robot shall walk.";
+pub(super) const LOADING: &str = "The site has not arrived from the robot yet.";
+pub(super) const NO_MAP: &str =
+    "Nodes are placed in a saved map. View one on the Map screen, or let the robot use one.";
+pub(super) const OTHER_MAP: &str = "The topological map belongs to another map than the one on the screen.";
+pub(super) const VIEW_ITS_MAP: &str = "View its map";
+pub(super) const NODE_HEAD: &str = "Node";
+pub(super) const NAME: &str = "Node name";
+pub(super) const RENAME: &str = "Rename node";
+pub(super) const RENAME_SHORT: &str = "Rename";
+pub(super) const POSITION: &str = "Position";
+pub(super) const EDGE_HEAD: &str = "Edge";
+pub(super) const ENABLED: &str = "Routes may use it";
+pub(super) const BOTH_WAYS: &str = "Both ways";
+pub(super) const SPLIT: &str = "Split edge";
+pub(super) const DELETE_EDGE: &str = "Delete edge";
+pub(super) const DELETE_SHORT: &str = "Delete";
+pub(super) const PROBLEMS_HEAD: &str = "Problems";
+pub(super) const UNNAMED: &str = "A node without a name";
+
+/// The kinds that people choose; docks and portals come with what makes them.
+pub(super) const KINDS: [(&str, NodeKind); 4] = [
+    ("Waypoint", NodeKind::Waypoint),
+    ("Inspection", NodeKind::Inspection),
+    ("Hold", NodeKind::Hold),
+    ("Safe", NodeKind::Safe),
+];
+
+pub(super) fn delete_node(name: &str) -> String {
+    format!("Delete node {name}")
+}
+
+pub(super) fn edge(from: &str, to: &str) -> String {
+    format!("Edge {from} to {to}")
+}
+
+pub(super) fn ends(from: &str, to: &str) -> String {
+    format!("{from} → {to}")
+}
+
+pub(super) fn edge_row(from: &str, to: &str, length_m: f64) -> String {
+    format!("{from} → {to} · {}", format::distance(length_m))
+}
+
+/// What deleting a node breaks.
+pub(super) fn needed_by(missions: &[&str]) -> String {
+    format!("Needed by: {}. Their tasks here will have to be changed.", missions.join(", "))
+}
+
+pub(super) fn position(node: &Node) -> String {
+    let Vec3 { x, y, z } = node.map_from_node.position;
+    format::position(&Vec3::new(x, y, z))
+}
+
+/// A sentence on a problem. `name`: of its object.
+pub(super) fn problem(problem: &Problem, name: &str) -> String {
+    let weight = match problem.kind.severity() {
+        Severity::Error => "Error",
+        Severity::Warning => "Warning",
+    };
+    format!("{weight} · {name}: {}", problem.kind)
+}
