@@ -3,11 +3,15 @@
 //! One lock protects the state; it is never held across an await. Nobody waits for a client: the link to the core writes into the [`Snapshot`],
 //! and every client reads from it at its own pace.
 
+mod seats;
+
+pub(crate) use seats::{ControlSeat, StreamSeat};
+
 use crate::limits::{FIXED, Limits};
 use crate::outbox::Outbox;
 use crate::robot_clock::RobotClock;
 use crate::site::SiteRequests;
-use crate::snapshot::{Cursor, Snapshot};
+use crate::snapshot::Snapshot;
 use crate::stored_data::StoredData;
 use crate::texts;
 use api::{
@@ -374,143 +378,6 @@ impl Hub {
 fn started_ns() -> u64 {
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     u64::try_from(since_1970.as_nanos()).unwrap_or(0)
-}
-
-/// A control socket's place in the hub; leaves it when dropped.
-pub(crate) struct ControlSeat {
-    hub: Arc<Hub>,
-    key: u64,
-    client: ClientId,
-    pub(crate) outbox: Arc<Outbox>,
-}
-
-impl ControlSeat {
-    /// Claims a place, if one is free. A client may have several: after a network change its old socket lingers.
-    pub(crate) fn claim(hub: &Arc<Hub>, client: ClientId) -> Option<Self> {
-        let outbox = Arc::new(Outbox::default());
-        let key = {
-            let mut state = hub.lock();
-            if state.members.len() >= hub.clients_max {
-                return None;
-            }
-            let key = state.next_member;
-            state.next_member += 1;
-            let member = Member {
-                client,
-                outbox: outbox.clone(),
-                pending: VecDeque::new(),
-                pending_edits: VecDeque::new(),
-            };
-            state.members.insert(key, member);
-            hub.publish_client_count(&mut state);
-            key
-        };
-        hub.changed.send_replace(());
-        Some(Self { hub: hub.clone(), key, client, outbox })
-    }
-
-    /// Changes whenever there may be something to send.
-    pub(crate) fn changes(&self) -> watch::Receiver<()> {
-        self.hub.changed.subscribe()
-    }
-
-    /// The next event that the client has not received.
-    pub(crate) fn next_event(&self, cursor: &mut Cursor) -> Option<Arc<Event>> {
-        self.hub.lock().snapshot.next(cursor)
-    }
-
-    /// Forwards a command to the core.
-    ///
-    /// # Errors
-    /// Why it was not forwarded, one sentence.
-    pub(crate) fn forward(&self, id: CommandId, command: Command) -> Result<(), &'static str> {
-        let mut state = self.hub.lock();
-        let is_stop = command == Command::StopMotion;
-        let State { core, members, .. } = &mut *state;
-        let core = core.as_ref().ok_or(texts::CORE_LOST)?;
-        let Some(member) = members.get_mut(&self.key) else { return Err(texts::CONNECTION_CLOSING) };
-        // Some places of the queue are kept for Stop motion.
-        if !is_stop
-            && (member.pending.len() >= FIXED.max_pending_commands
-                || core.capacity() <= FIXED.places_for_stops)
-        {
-            return Err(texts::CORE_BUSY);
-        }
-        let command = GatewayMessage::Command { id, by: self.client, command };
-        core.try_send(command).map_err(|_| texts::CORE_BUSY)?;
-        if member.pending.len() < FIXED.max_pending_commands && !member.pending.contains(&id) {
-            member.pending.push_back(id);
-        }
-        Ok(())
-    }
-
-    /// Forwards an edit of the site to the core.
-    ///
-    /// # Errors
-    /// Why it was not forwarded, one sentence.
-    pub(crate) fn forward_edit(&self, edit: Edit) -> Result<(), &'static str> {
-        let mut state = self.hub.lock();
-        let Some(member) = state.members.get(&self.key) else { return Err(texts::CONNECTION_CLOSING) };
-        if member.pending_edits.len() >= FIXED.max_pending_edits {
-            return Err(texts::CORE_BUSY);
-        }
-        let id = edit.id;
-        state.forward_edit(self.client, edit, |_, _| Ok(()))?;
-        if let Some(member) = state.members.get_mut(&self.key)
-            && !member.pending_edits.contains(&id)
-        {
-            member.pending_edits.push_back(id);
-        }
-        Ok(())
-    }
-}
-
-impl Drop for ControlSeat {
-    fn drop(&mut self) {
-        {
-            let mut state = self.hub.lock();
-            state.members.remove(&self.key);
-            self.hub.publish_client_count(&mut state);
-        }
-        self.hub.changed.send_replace(());
-    }
-}
-
-/// A stream socket's place in the hub; leaves it when dropped.
-pub(crate) struct StreamSeat {
-    hub: Arc<Hub>,
-    wants_scans: bool,
-}
-
-impl StreamSeat {
-    /// Claims a place, if one is free.
-    pub(crate) fn claim(hub: &Arc<Hub>) -> Option<Self> {
-        let mut state = hub.lock();
-        if state.stream_sockets >= hub.clients_max {
-            return None;
-        }
-        state.stream_sockets += 1;
-        Some(Self { hub: hub.clone(), wants_scans: false })
-    }
-
-    /// Sets whether this client wants scans now.
-    pub(crate) fn set_wants_scans(&mut self, wants_scans: bool) {
-        if wants_scans == self.wants_scans {
-            return;
-        }
-        self.wants_scans = wants_scans;
-        self.hub.listeners.send_modify(|listeners| {
-            listeners.streams =
-                if wants_scans { listeners.streams + 1 } else { listeners.streams.saturating_sub(1) };
-        });
-    }
-}
-
-impl Drop for StreamSeat {
-    fn drop(&mut self) {
-        self.set_wants_scans(false);
-        self.hub.lock().stream_sockets -= 1;
-    }
 }
 
 #[cfg(test)]
