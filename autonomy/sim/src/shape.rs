@@ -5,6 +5,7 @@ use geometry::{Isometry, Rotation, Vector3};
 use nalgebra::Point3;
 use std::fmt;
 use std::str::FromStr;
+use vocab::legible;
 
 /// Material of a surface, as a LiDAR of 905 nm distinguishes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -102,6 +103,9 @@ impl Material {
     }
 }
 
+/// Characters of an unknown name that a sentence shows, at most.
+const SHOWN_NAME_CHARS_MAX: usize = 60;
+
 /// Error: there is no material of this name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnknownMaterial(String);
@@ -109,7 +113,8 @@ pub struct UnknownMaterial(String);
 impl fmt::Display for UnknownMaterial {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let names = Material::ALL.map(Material::name).join(", ");
-        write!(f, "there is no material \"{}\"; the materials are {names}", self.0)
+        let name = legible(&self.0, SHOWN_NAME_CHARS_MAX);
+        write!(f, "there is no material \"{name}\"; the materials are {names}")
     }
 }
 

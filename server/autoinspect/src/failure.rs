@@ -5,6 +5,10 @@ use std::error::Error;
 use std::fmt::{self, Display};
 use std::path::Path;
 use std::process::ExitCode;
+use vocab::legible;
+
+/// Characters of the error of an input file that the sentence shows, at most. It can quote any text of the file.
+const SHOWN_REASON_CHARS_MAX: usize = 600;
 
 /// One sentence for people, with the kind of failure.
 #[derive(Debug)]
@@ -33,7 +37,8 @@ impl Failure {
 
     /// Failure by an input file that is missing or of another kind.
     pub fn unreadable(path: &Path, error: impl Error) -> Self {
-        Self::Usage(format!("{} could not be read: {}", path.display(), error_with_causes(&error)))
+        let reason = legible(&error_with_causes(&error), SHOWN_REASON_CHARS_MAX);
+        Self::Usage(format!("{} could not be read: {reason}", path.display()))
     }
 
     /// The exit code of the process.

@@ -1,15 +1,7 @@
 //! Errors of reading a file or message: one sentence with what is wrong, where, and what to do. The details are in `texts.rs`.
 
 use std::io;
-
-/// Text from a file for a sentence: at most `max_chars` characters on one line, with control characters escaped.
-pub fn legible(text: &str, max_chars: usize) -> String {
-    let mut shown: String = text.chars().take(max_chars).flat_map(char::escape_debug).collect();
-    if text.chars().nth(max_chars).is_some() {
-        shown.push('…');
-    }
-    shown
-}
+use vocab::legible;
 
 /// Why bytes could not be understood.
 #[derive(Debug, thiserror::Error)]
@@ -78,17 +70,5 @@ impl FormatError {
     /// A contradiction in a line of text, counted from 1.
     pub(crate) fn at_line(what: &'static str, line: usize, problem: impl Into<String>) -> Self {
         Self::Malformed { what, place: format!("line {line}"), problem: problem.into() }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::legible;
-
-    #[test]
-    fn text_from_files_fits_into_a_sentence() {
-        assert_eq!(legible("/points", 10), "/points");
-        assert_eq!(legible("a\nb\u{0}", 10), "a\\nb\\0");
-        assert_eq!(legible(&"x".repeat(1000), 3), "xxx…");
     }
 }

@@ -24,6 +24,6 @@ pub mod survey;
 mod texts;
 pub mod tum;
 
-pub use error::{FormatError, legible};
+pub use error::FormatError;
 pub use limits::{CHUNK_BYTES_MAX, SurveyLimits};
 pub use point_table::{Dropped, PointField, PointTable, ScalarType, ScanReport};

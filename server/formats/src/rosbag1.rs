@@ -239,7 +239,7 @@ fn unpack(file: &mut (impl Read + Seek), size: u64, record: &Record) -> Result<U
         }
         other => {
             return Err(FormatError::Unsupported {
-                what: texts::unknown_compression(&crate::legible(
+                what: texts::unknown_compression(&vocab::legible(
                     other.unwrap_or(texts::UNNAMED_COMPRESSION),
                     SHOWN_NAME_CHARS_MAX,
                 )),

@@ -3,8 +3,8 @@
 //! The sentence already names the file's format and the byte, line or field. A text here says what is wrong there and, where that helps,
 //! what to do.
 
-use crate::legible;
 use std::fmt::Display;
+use vocab::legible;
 
 /// Characters of a word or name of the file that a sentence shows, at most.
 const SHOWN_CHARS_MAX: usize = 40;

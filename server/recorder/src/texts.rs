@@ -36,7 +36,7 @@ const LIST_CHARS_MAX: usize = 400;
 /// A list of topics, cut where it is too long for a sentence.
 pub(crate) fn list_of(topics: &[impl AsRef<str>]) -> String {
     let all: Vec<&str> = topics.iter().map(AsRef::as_ref).collect();
-    formats::legible(&all.join(", "), LIST_CHARS_MAX)
+    vocab::legible(&all.join(", "), LIST_CHARS_MAX)
 }
 
 /// A recording with other topics only.

@@ -60,7 +60,13 @@ pub(crate) fn read(bytes: &[u8], max_triangles: usize) -> Result<Document, Strin
         return Err(texts::extension(name));
     }
     let materials = root.materials.iter().map(|one| one.name.clone().unwrap_or_default()).collect();
-    let mut reader = Reader { root: &root, bin: glb.bin.as_deref(), max_triangles, meshes: Vec::new() };
+    let mut reader = Reader {
+        root: &root,
+        bin: glb.bin.as_deref(),
+        max_triangles,
+        is_read: vec![false; root.nodes.len()],
+        meshes: Vec::new(),
+    };
     for node in reader.roots() {
         reader.read_node(node, &Matrix4::identity(), &[])?;
     }
@@ -72,10 +78,12 @@ struct Reader<'a> {
     bin: Option<&'a [u8]>,
     /// Number of triangles that may still come.
     max_triangles: usize,
+    /// By node: whether it was read. Each is in one place, so that few nodes cannot stand for a great many.
+    is_read: Vec<bool>,
     meshes: Vec<PlacedMesh>,
 }
 
-impl Reader<'_> {
+impl<'a> Reader<'a> {
     /// The nodes of the scene that is shown first; without scenes, the nodes that no other contains.
     fn roots(&self) -> Vec<Index<Node>> {
         let shown = self.root.scene.map_or(0, |scene| scene.value());
@@ -99,6 +107,9 @@ impl Reader<'_> {
         };
         if above.len() > DEPTH_MAX {
             return Err(texts::DEEP.to_owned());
+        }
+        if std::mem::replace(&mut self.is_read[index.value()], true) {
+            return Err(texts::CONTAINED_TWICE.to_owned());
         }
         let mut names = above.to_vec();
         names.push(node.name.clone().unwrap_or_else(|| format!("node {}", index.value())));
@@ -132,21 +143,18 @@ impl Reader<'_> {
             if self.is_external(positions) {
                 return Some(Err(texts::EXTERNAL.to_owned()));
             }
-            let points: Vec<[f64; 3]> = self
-                .numbers(positions, Type::Vec3)?
-                .chunks_exact(3)
-                .map(|p| placed.transform_point(&Point3::new(p[0], p[1], p[2])).into())
-                .collect();
-            let corners: Vec<usize> = match primitive.indices {
-                None => (0..points.len()).collect(),
+            let positions = self.values(positions, Type::Vec3)?;
+            let indices = match primitive.indices {
+                None => None,
                 Some(indices) => {
                     let accessor = self.root.accessors.get(indices.value())?;
-                    self.numbers(accessor, Type::Scalar)?.into_iter().map(|index| index as usize).collect()
+                    Some(self.values(accessor, Type::Scalar)?)
                 }
             };
+            let corners = indices.as_ref().map_or(positions.count, |indices| indices.count);
             let count = match mode {
-                Mode::Triangles => corners.len() / 3,
-                _ => corners.len().saturating_sub(2),
+                Mode::Triangles => corners / 3,
+                _ => corners.saturating_sub(2),
             };
             let Some(left) = self.max_triangles.checked_sub(count) else {
                 return Some(Err(texts::too_many_triangles(triangles.len() + self.max_triangles)));
@@ -160,7 +168,12 @@ impl Reader<'_> {
                 };
                 let mut corner = [[0.0; 3]; 3];
                 for (slot, at) in corner.iter_mut().zip(at) {
-                    *slot = *points.get(*corners.get(at)?)?;
+                    let point = match &indices {
+                        None => at,
+                        Some(indices) => indices.at(at, 0)? as usize,
+                    };
+                    let [x, y, z] = [0, 1, 2].map(|lane| positions.at(point, lane));
+                    *slot = placed.transform_point(&Point3::new(x?, y?, z?)).into();
                 }
                 triangles.push((corner, primitive.material.map(|material| material.value())));
             }
@@ -175,8 +188,8 @@ impl Reader<'_> {
         buffer.is_some_and(|buffer| buffer.uri.is_some())
     }
 
-    /// The values of an accessor of that type, as numbers. Normalised integers become fractions.
-    fn numbers(&self, accessor: &Accessor, of: Type) -> Option<Vec<f64>> {
+    /// The values of an accessor of that type.
+    fn values(&self, accessor: &Accessor, of: Type) -> Option<Values<'a>> {
         let (Checked::Valid(kind), Checked::Valid(component)) = (accessor.type_, accessor.component_type)
         else {
             return None;
@@ -204,20 +217,35 @@ impl Reader<'_> {
         let lanes = if of == Type::Vec3 { 3 } else { 1 };
         let count = usize::try_from(accessor.count.0).ok()?;
         let stride = view.byte_stride.map_or(size * lanes, |stride| stride.0);
-        // A damaged count must not make this allocate more than the file holds.
-        if count > 0
-            && (stride == 0 || (count - 1).checked_mul(stride)?.checked_add(size * lanes)? > bytes.len())
-        {
+        let ends_in_file =
+            || Some((count - 1).checked_mul(stride)?.checked_add(size * lanes)? <= bytes.len());
+        if count > 0 && (stride == 0 || !ends_in_file()?) {
             return None;
         }
-        let mut numbers = Vec::with_capacity(count * lanes);
-        for item in 0..count {
-            for lane in 0..lanes {
-                let at = item * stride + lane * size;
-                numbers.push(component_value(bytes.get(at..at + size)?, component.0)? * factor);
-            }
+        Some(Values { bytes, count, stride, component: component.0, size, factor })
+    }
+}
+
+/// The values of an accessor, all of which lie in the file.
+struct Values<'a> {
+    bytes: &'a [u8],
+    count: usize,
+    /// Bytes from one to the next.
+    stride: usize,
+    component: ComponentType,
+    /// Bytes of a component.
+    size: usize,
+    factor: f64,
+}
+
+impl Values<'_> {
+    /// A component of a value. Normalised integers become fractions.
+    fn at(&self, item: usize, lane: usize) -> Option<f64> {
+        if item >= self.count {
+            return None;
         }
-        Some(numbers)
+        let at = item * self.stride + lane * self.size;
+        Some(component_value(self.bytes.get(at..at + self.size)?, self.component)? * self.factor)
     }
 }
 

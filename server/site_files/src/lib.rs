@@ -7,6 +7,7 @@
 //! - `texts`: the sentences of the errors.
 
 mod error;
+pub mod fuzzing;
 mod glb;
 mod sidecar;
 mod source;

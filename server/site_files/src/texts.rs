@@ -1,13 +1,27 @@
 //! Sentences for people, by key. English. The name of the file precedes them.
 
+use vocab::legible;
+
+/// Characters of a name of the file that a sentence shows, at most.
+const SHOWN_NAME_CHARS_MAX: usize = 60;
+/// Characters of a list of names, or of a library's error, that a sentence shows, at most.
+const SHOWN_CHARS_MAX: usize = 200;
+
+fn shown(name: &str) -> String {
+    legible(name, SHOWN_NAME_CHARS_MAX)
+}
+
 /// Whatever is no GLB file.
 pub(crate) const NOT_GLB: &str =
     "it is no binary glTF file: export the building as glTF 2.0 with the format glTF Binary (.glb)";
 /// A file that ends early.
 pub(crate) const CUT: &str = "it is incomplete: export or copy it again";
-/// Nodes that contain themselves, or that are nested very deeply.
+/// Nodes that are nested very deeply.
 pub(crate) const DEEP: &str =
     "its objects are nested too deeply: apply their parents' transformations and clear the parents";
+/// Nodes that two nodes contain, or that contain themselves.
+pub(crate) const CONTAINED_TWICE: &str =
+    "one of its objects lies in itself or in two others: export the building again";
 /// Points in another file.
 pub(crate) const EXTERNAL: &str =
     "its points lie in another file: export it with the format glTF Binary (.glb), which holds everything";
@@ -17,7 +31,7 @@ pub(crate) fn newer_version(version: u32, known: u32) -> String {
 }
 /// JSON that is not a glTF document or not a sidecar.
 pub(crate) fn bad_json(cause: &dyn std::fmt::Display) -> String {
-    format!("it cannot be understood: {cause}")
+    format!("it cannot be understood: {}", legible(&cause.to_string(), SHOWN_CHARS_MAX))
 }
 /// The file is missing or cannot be read.
 pub(crate) fn not_read(cause: &dyn std::fmt::Display) -> String {
@@ -29,10 +43,12 @@ pub(crate) fn not_written(cause: &dyn std::fmt::Display) -> String {
 }
 /// An extension without which the points are not known.
 pub(crate) fn extension(name: &str) -> String {
+    let name = shown(name);
     format!("it needs the extension {name}, which is not supported: export it without compression")
 }
 /// Points or corners of triangles that do not fit their buffer or their type.
 pub(crate) fn bad_mesh(node: &str) -> String {
+    let node = shown(node);
     format!(
         "the mesh of \"{node}\" is damaged or has points of an unsupported type: export it again without compression"
     )
@@ -43,11 +59,12 @@ pub(crate) fn too_many_triangles(limit: usize) -> String {
 }
 /// A name of the sidecar that the model lacks.
 pub(crate) fn no_such_object(field: &str, name: &str) -> String {
-    format!("{field} names \"{name}\", and the model has no such object")
+    format!("{field} names \"{}\", and the model has no such object", shown(name))
 }
 /// A material of the sidecar that the model lacks.
 pub(crate) fn no_such_material(name: &str, known: &[&str]) -> String {
-    format!("materials names \"{name}\", and the model has no such material; it has: {}", known.join(", "))
+    let (name, known) = (shown(name), legible(&known.join(", "), SHOWN_CHARS_MAX));
+    format!("materials names \"{name}\", and the model has no such material; it has: {known}")
 }
 /// A number that must be positive.
 pub(crate) const BAD_SCALE: &str = "metres_per_unit must be a positive number";

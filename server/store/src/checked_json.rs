@@ -32,8 +32,7 @@ struct Header {
 
 /// A document as its file's content. It has to be an object with at least one field.
 pub(crate) fn to_checked_json(path: &Path, document: &impl Serialize) -> Result<Vec<u8>, StoreError> {
-    let text = serde_json::to_vec_pretty(document)
-        .map_err(|source| StoreError::Document { path: path.to_owned(), source })?;
+    let text = serde_json::to_vec_pretty(document).map_err(|error| StoreError::document(path, &error))?;
     let rest = text.strip_prefix(b"{").unwrap_or(&text);
     Ok([START, blake3::hash(rest).to_hex().as_bytes(), END, rest].concat())
 }
@@ -47,7 +46,7 @@ pub(crate) fn read_checked_json<T: DeserializeOwned>(
     versions: Versions,
 ) -> Result<T, StoreError> {
     let bytes = fs::read(path).map_err(|source| StoreError::io("read", path, source))?;
-    let not_understood = |source| StoreError::Document { path: path.to_owned(), source };
+    let not_understood = |error| StoreError::document(path, &error);
     let header: Header = serde_json::from_slice(&bytes).map_err(not_understood)?;
     let damaged = || StoreError::Checksum { path: path.to_owned() };
     let content = content(&bytes);

@@ -2,7 +2,7 @@
 
 use std::io;
 use std::path::{Path, PathBuf};
-use vocab::{MapId, SessionId};
+use vocab::{MapId, SessionId, legible};
 
 /// Why something could not be written or read.
 #[derive(Debug, thiserror::Error)]
@@ -127,18 +127,25 @@ pub enum StoreError {
         path: PathBuf,
     },
     /// A document that this store wrote cannot be read.
-    #[error("could not understand {}", path.display())]
+    #[error("could not understand {}: {problem}", path.display())]
     Document {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
-        #[source]
-        source: serde_json::Error,
+        /// What the JSON reader says. That can quote any text of the file, so it is made legible, and is no source.
+        problem: String,
     },
 }
+
+/// Characters of the JSON reader's error that ours shows, at most.
+const SHOWN_JSON_ERROR_CHARS_MAX: usize = 200;
 
 impl StoreError {
     pub(crate) fn io(action: &'static str, path: &Path, source: io::Error) -> Self {
         Self::Io { action, path: path.to_owned(), source }
+    }
+
+    pub(crate) fn document(path: &Path, error: &serde_json::Error) -> Self {
+        let problem = legible(&error.to_string(), SHOWN_JSON_ERROR_CHARS_MAX);
+        Self::Document { path: path.to_owned(), problem }
     }
 }

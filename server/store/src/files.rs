@@ -30,15 +30,14 @@ pub fn write_durably(
 /// # Errors
 /// When the disk fails.
 pub fn write_json<T: Serialize>(path: &Path, document: &T) -> Result<(), StoreError> {
-    let bytes = serde_json::to_vec_pretty(document)
-        .map_err(|source| StoreError::Document { path: path.to_owned(), source })?;
+    let bytes = serde_json::to_vec_pretty(document).map_err(|error| StoreError::document(path, &error))?;
     write_durably(path, |file| file.write_all(&bytes))
 }
 
 /// Reads a JSON document.
 pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, StoreError> {
     let bytes = fs::read(path).map_err(|source| StoreError::io("read", path, source))?;
-    serde_json::from_slice(&bytes).map_err(|source| StoreError::Document { path: path.to_owned(), source })
+    serde_json::from_slice(&bytes).map_err(|error| StoreError::document(path, &error))
 }
 
 /// The version of a JSON document. Documents of programs up to November 2026 that have none count as 1.
@@ -62,7 +61,7 @@ pub fn read_versioned<T: DeserializeOwned>(path: &Path, newest: u32) -> Result<T
     if let Ok(FormatVersion { format_version }) = serde_json::from_slice(&bytes) {
         check_version(path, format_version, newest)?;
     }
-    serde_json::from_slice(&bytes).map_err(|source| StoreError::Document { path: path.to_owned(), source })
+    serde_json::from_slice(&bytes).map_err(|error| StoreError::document(path, &error))
 }
 
 /// Rejects to replace a document that a later program wrote. One that is missing or cannot be read may be replaced.
@@ -155,6 +154,15 @@ pub fn remove_file(path: &Path) -> Result<(), StoreError> {
     match fs::remove_file(path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(StoreError::io("remove", path, error)),
         _ => Ok(()),
+    }
+}
+
+/// Removes a file, so that it does not come back after a power cut; no error if it does not exist.
+pub fn remove_file_durably(path: &Path) -> Result<(), StoreError> {
+    match fs::remove_file(path) {
+        Ok(()) => path.parent().map_or(Ok(()), sync_directory),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        Err(error) => Err(StoreError::io("remove", path, error)),
     }
 }
 

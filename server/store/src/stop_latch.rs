@@ -68,15 +68,14 @@ impl Store {
     pub fn save_stop_latch(&self, latch: Option<&StopLatch>) -> Result<(), StoreError> {
         let path = self.dir().stop_latch();
         let bytes = StopDocument::new(latch.cloned()).and_then(|document| serde_json::to_vec(&document));
-        let bytes = bytes.map_err(|source| StoreError::Document { path: path.clone(), source })?;
+        let bytes = bytes.map_err(|error| StoreError::document(&path, &error))?;
         files::replace_durably(&path, &bytes)
     }
 }
 
 fn read(path: &Path) -> Result<Option<StopLatch>, StoreError> {
     let document: StopDocument = files::read_versioned(path, STOP_FORMAT_VERSION)?;
-    let expected =
-        checksum(&document.latch).map_err(|source| StoreError::Document { path: path.to_owned(), source })?;
+    let expected = checksum(&document.latch).map_err(|error| StoreError::document(path, &error))?;
     if document.checksum != expected {
         return Err(StoreError::Checksum { path: path.to_owned() });
     }

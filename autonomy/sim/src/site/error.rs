@@ -1,6 +1,14 @@
 //! Errors of sites that are given as models.
 
 use std::fmt;
+use vocab::legible;
+
+/// Characters of the name of a part that a sentence shows, at most.
+const SHOWN_NAME_CHARS_MAX: usize = 60;
+
+fn shown(part: &str) -> String {
+    legible(part, SHOWN_NAME_CHARS_MAX)
+}
 
 /// Why a model is no site. Each is one sentence; the reader of the file adds its name.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,11 +60,12 @@ impl fmt::Display for BuildingModelError {
                 write!(f, "it has {count} triangles, and at most {limit} are read: simplify its meshes")
             }
             Self::NotFinite { part } => {
-                write!(f, "a corner of \"{part}\" is not a finite number: export it again")
+                write!(f, "a corner of \"{}\" is not a finite number: export it again", shown(part))
             }
             Self::TooFar { part, limit_m } => write!(
                 f,
-                "a corner of \"{part}\" is farther than {limit_m} m from the origin: move the building to the origin, and check its unit"
+                "a corner of \"{}\" is farther than {limit_m} m from the origin: move the building to the origin, and check its unit",
+                shown(part)
             ),
             Self::InTheAir { what, at: [x, y, z] } => write!(
                 f,

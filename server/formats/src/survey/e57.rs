@@ -3,12 +3,12 @@
 use super::coordinate_offset::CoordinateOffset;
 use super::point_collector::PointCollector;
 use super::station::{Station, Survey, station_with_pose};
-use crate::{FormatError, SurveyLimits, legible, texts};
+use crate::{FormatError, SurveyLimits, texts};
 use ::e57::{CartesianCoordinate, E57Reader, PointCloud, RecordDataType};
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
-use vocab::{Pose, Quat, Vec3};
+use vocab::{Pose, Quat, Vec3, legible};
 
 /// Points between two reports of progress.
 const PROGRESS_POINTS: u64 = 1 << 16;

@@ -38,7 +38,7 @@ const NAME_CHARS_MAX: usize = 200;
 
 /// The name of a topic or type as it appears in sentences for people.
 pub(crate) fn legible_name(name: &str) -> String {
-    formats::legible(name, NAME_CHARS_MAX)
+    vocab::legible(name, NAME_CHARS_MAX)
 }
 
 /// One topic of a recording.

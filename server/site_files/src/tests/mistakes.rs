@@ -98,6 +98,19 @@ fn glb(json: &str) -> Vec<u8> {
     bytes
 }
 
+/// Nodes that each contain the next one twice: 2 to the power of their number, if each were read wherever it is named.
+fn twofold(nodes: usize) -> String {
+    let all: Vec<String> =
+        (0..nodes).map(|node| format!(r#"{{"children": [{0}, {0}]}}"#, (node + 1).min(nodes - 1))).collect();
+    all.join(", ")
+}
+
+/// Nodes that each contain the next one.
+fn nested(nodes: usize) -> String {
+    let parents: Vec<String> = (1..nodes).map(|node| format!(r#"{{"children": [{node}]}}"#)).collect();
+    format!("{}, {{}}", parents.join(", "))
+}
+
 #[test]
 fn mistakes_in_a_model_are_named() {
     let asset = r#""asset": {"version": "2.0"}"#;
@@ -121,6 +134,14 @@ fn mistakes_in_a_model_are_named() {
         ),
         (
             glb(&format!(r#"{{{asset}, "scenes": [{{"nodes": [0]}}], "nodes": [{{"children": [0]}}]}}"#)),
+            "lies in itself or in two others",
+        ),
+        (
+            glb(&format!(r#"{{{asset}, "scenes": [{{"nodes": [0]}}], "nodes": [{}]}}"#, twofold(60))),
+            "in two others",
+        ),
+        (
+            glb(&format!(r#"{{{asset}, "scenes": [{{"nodes": [0]}}], "nodes": [{}]}}"#, nested(300))),
             "nested too deeply",
         ),
     ] {

@@ -6,12 +6,12 @@ use crate::containers::{Order, RawMessage};
 use crate::error::ReadError;
 use crate::texts;
 use formats::cdr::{Encoding, Reader};
-use formats::{CHUNK_BYTES_MAX, FormatError, legible};
+use formats::{CHUNK_BYTES_MAX, FormatError};
 use mcap::records::op;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::sync::Arc;
-use vocab::Stamp;
+use vocab::{Stamp, legible};
 
 /// Reads the wanted messages block by block.
 pub(super) struct BlockReader {

@@ -1,0 +1,36 @@
+//! Foreign text in sentences for people.
+
+/// Text from outside for a sentence: at most `max_chars` characters on one line, with those escaped that cannot be seen. Names in files, what clients
+/// send, and errors of libraries, which quote both, come into a sentence only through this function.
+pub fn legible(text: &str, max_chars: usize) -> String {
+    let (mut shown, mut left) = (String::new(), max_chars);
+    for letter in text.chars() {
+        let start = shown.len();
+        match letter {
+            '"' | '\'' | '\\' => shown.push(letter),
+            _ => shown.extend(letter.escape_debug()),
+        }
+        let Some(rest) = left.checked_sub(shown[start..].chars().count()) else {
+            shown.truncate(start);
+            shown.push('…');
+            break;
+        };
+        left = rest;
+    }
+    shown
+}
+
+#[cfg(test)]
+mod tests {
+    use super::legible;
+
+    #[test]
+    fn text_from_outside_fits_into_a_sentence() {
+        assert_eq!(legible("/points", 10), "/points");
+        assert_eq!(legible("the field `ä` is no \"b\"", 100), "the field `ä` is no \"b\"");
+        assert_eq!(legible("a\nb\u{0}\u{7f}\u{202e}\u{2028}", 40), "a\\nb\\0\\u{7f}\\u{202e}\\u{2028}");
+        assert_eq!(legible(&"x".repeat(1000), 3), "xxx…");
+        assert_eq!(legible("ab\u{7f}", 7), "ab…");
+        assert_eq!(legible("ab\u{7f}", 8), "ab\\u{7f}");
+    }
+}
