@@ -1,4 +1,4 @@
-//! The build tool: `cargo xtask setup | web | run | test | bench`.
+//! The build tool: `cargo xtask setup | web | run | test | bench | fuzz`.
 //!
 //! It only starts other programs, measures their time and reports their results. Parts that need more than the standard library are
 //! elsewhere: bundling in `bundler`, benchmarks in `benches`, tests in `tests`.
@@ -13,6 +13,7 @@ mod bench;
 mod crash;
 mod debian;
 mod fingerprint;
+mod fuzz;
 mod run;
 mod setup;
 mod shell;
@@ -40,6 +41,12 @@ cargo xtask COMMAND
                              and idles, and damage every file of a data directory in turn (situation `damage`). Prints a table;
                              fails if anything was lost.
   bench NAME [ARGUMENT...]   Run a benchmark; without a name, list them.
+  fuzz [--minutes N] [--slot S] [--together K] [--folder DIR] [--no-build] [TARGET...]
+                             Fuzz each parser, or those named, until it has had N minutes of processor time (default: 30), in
+                             slots of S seconds (default: 60), one program at a time, K targets in rotation (default: all).
+                             Stop it at any time; it goes on where it was. Prints a table; fails if an input was found.
+  fuzz --minimise [TARGET...]
+                             Choose from what was found worth keeping the corpus that the tests replay.
 ";
 
 fn main() -> ExitCode {
@@ -63,6 +70,7 @@ fn dispatch() -> Result<ExitCode> {
         Some("run") => done(run::command(rest)),
         Some("test") => test::command(rest),
         Some("bench") => done(bench::command(rest)),
+        Some("fuzz") => fuzz::command(&rest),
         Some("help" | "--help" | "-h") => {
             print!("{HELP}");
             Ok(ExitCode::SUCCESS)

@@ -9,14 +9,16 @@ mod clouds;
 mod graphs;
 mod recordings;
 mod scratch;
+mod sites;
 mod stored;
 mod wire;
 
 pub use clouds::{e57, kitti, las, laz, pcd, ply, ptx};
 pub use graphs::{g2o, tum};
 pub use recordings::{cdr, journal, range_image, recording, rosbag1, rosbag2};
+pub use sites::site;
 pub use stored::{STORED_FILES, places, session_journal, stored_files, viewpoints};
-pub use wire::{client_model, client_socket, core_link, point_chunk, scan_socket};
+pub use wire::{client_model, client_socket, core_link, point_chunk, robot_link, scan_socket};
 
 /// A parser under test.
 #[derive(Clone, Copy, Debug)]
@@ -28,7 +30,7 @@ pub struct FuzzTarget {
 }
 
 /// All targets.
-pub const TARGETS: [FuzzTarget; 24] = [
+pub const TARGETS: [FuzzTarget; 26] = [
     FuzzTarget { name: "cdr", run: cdr },
     FuzzTarget { name: "client_model", run: client_model },
     FuzzTarget { name: "client_socket", run: client_socket },
@@ -46,10 +48,12 @@ pub const TARGETS: [FuzzTarget; 24] = [
     FuzzTarget { name: "ptx", run: ptx },
     FuzzTarget { name: "range_image", run: range_image },
     FuzzTarget { name: "recording", run: recording },
+    FuzzTarget { name: "robot_link", run: robot_link },
     FuzzTarget { name: "rosbag1", run: rosbag1 },
     FuzzTarget { name: "rosbag2", run: rosbag2 },
     FuzzTarget { name: "scan_socket", run: scan_socket },
     FuzzTarget { name: "session_journal", run: session_journal },
+    FuzzTarget { name: "site", run: site },
     FuzzTarget { name: "stored_files", run: stored_files },
     FuzzTarget { name: "tum", run: tum },
     FuzzTarget { name: "viewpoints", run: viewpoints },

@@ -32,16 +32,25 @@ pub fn scan_socket(bytes: &[u8]) {
     }
 }
 
-/// Frames between core and gateway and between core and robot, of both sides. The first byte chooses the side.
+/// Frames between core and gateway, of both sides. The first byte chooses the side.
 pub fn core_link(bytes: &[u8]) {
     let Some((choice, frames)) = bytes.split_first() else { return };
-    match choice & 3 {
+    match choice & 1 {
         0 => read_frames::<GatewayMessage>(frames, api::MAX_MESSAGE_BYTES),
-        1 => check::<CoreMessage>(frames),
-        2 => read_frames::<RobotRequest>(frames, links::MAX_REQUEST_BYTES),
-        _ => read_frames::<RobotMessage>(frames, links::MAX_ROBOT_MESSAGE_BYTES),
+        _ => check::<CoreMessage>(frames),
     }
     check::<GatewayMessage>(frames);
+}
+
+/// Frames between robot and core, of both sides, and single messages. The first byte chooses.
+pub fn robot_link(bytes: &[u8]) {
+    let Some((choice, frames)) = bytes.split_first() else { return };
+    match choice & 3 {
+        0 => read_frames::<RobotRequest>(frames, links::MAX_REQUEST_BYTES),
+        1 => read_frames::<RobotMessage>(frames, links::MAX_ROBOT_MESSAGE_BYTES),
+        2 => check::<RobotRequest>(frames),
+        _ => check::<RobotMessage>(frames),
+    }
 }
 
 fn read_frames<M: DeserializeOwned>(mut frames: &[u8], max_bytes: usize) {

@@ -11,6 +11,7 @@
 mod bags;
 mod clouds;
 mod messages;
+mod sites;
 mod stored;
 
 use fuzzing::{FuzzTarget, TARGETS};
@@ -32,7 +33,9 @@ fn corpus() -> PathBuf {
 fn seeds() -> BTreeMap<&'static str, Vec<(String, Vec<u8>)>> {
     let mut seeds = BTreeMap::new();
     for (target, name, bytes) in
-        [clouds::seeds(), bags::seeds(), messages::seeds(), stored::seeds()].into_iter().flatten()
+        [clouds::seeds(), bags::seeds(), messages::seeds(), sites::seeds(), stored::seeds()]
+            .into_iter()
+            .flatten()
     {
         seeds.entry(target).or_insert_with(Vec::new).push((format!("{SEED}{name}"), bytes));
     }

@@ -1,4 +1,4 @@
-//! Seeds of messages between core, gateway and clients: the bytes that `shared/api/tests` keep.
+//! Seeds of messages between robot, core, gateway and clients: the bytes that `shared/api/tests` and `server/links/tests` keep.
 
 use crate::clouds::Seed;
 use std::fs;
@@ -9,14 +9,39 @@ pub fn bytes_of_hex(digits: &str) -> Vec<u8> {
     (0..digits.len()).step_by(2).map(|at| u8::from_str_radix(&digits[at..at + 2], 16).unwrap()).collect()
 }
 
+/// The messages of a type in a file of layouts.
+fn messages_of(layouts: &str, kind: &str) -> Vec<Vec<u8>> {
+    let lines = layouts.lines().filter_map(|line| line.strip_prefix(kind)?.strip_prefix(' '));
+    lines.map(bytes_of_hex).collect()
+}
+
+/// A message after its length.
+fn framed(message: &Vec<u8>) -> Vec<u8> {
+    [&(message.len() as u32).to_le_bytes(), message.as_slice()].concat()
+}
+
+/// Each message of robot and core, and all of a side as a stream.
+fn robot_seeds() -> Vec<Seed> {
+    let name = format!("../links/tests/layouts/robot_v{}.txt", links::PROTOCOL_VERSION);
+    let text = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(name)).unwrap();
+    let mut seeds = Vec::new();
+    for (stream, single, kind, side) in [(0, 2, "RobotRequest", "core"), (1, 3, "RobotMessage", "robot")] {
+        let messages = messages_of(&text, kind);
+        let frames: Vec<Vec<u8>> = messages.iter().map(framed).collect();
+        seeds.push(("robot_link", &*format!("{side}-all").leak(), [vec![stream], frames.concat()].concat()));
+        for (number, message) in messages.iter().enumerate() {
+            let name = &*format!("{side}-{number:02}").leak();
+            seeds.push(("robot_link", name, [&[single], message.as_slice()].concat()));
+        }
+    }
+    seeds
+}
+
 pub fn seeds() -> Vec<Seed> {
     let name = format!("../../shared/api/tests/layouts/wire_v{}.txt", api::VERSION);
     let text = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(name)).unwrap();
-    let of = |kind: &str| -> Vec<Vec<u8>> {
-        let lines = text.lines().filter_map(|line| line.strip_prefix(kind)?.strip_prefix(' '));
-        lines.map(bytes_of_hex).collect()
-    };
-    let mut seeds = Vec::new();
+    let of = |kind: &str| messages_of(&text, kind);
+    let mut seeds = robot_seeds();
     let mut add = |target, kind: &str, prefix: &[u8], messages: &[Vec<u8>]| {
         for (number, message) in messages.iter().enumerate() {
             let bytes = [prefix, message].concat();
@@ -36,7 +61,6 @@ pub fn seeds() -> Vec<Seed> {
     add("scan_socket", "client", &[0], &of("StreamRequest"));
     add("scan_socket", "server", &[1], &of("ScanFrame"));
     add("core_link", "core", &[1], &of("CoreMessage"));
-    let framed = |message: &Vec<u8>| [&(message.len() as u32).to_le_bytes(), message.as_slice()].concat();
     let frames: Vec<Vec<u8>> = of("GatewayMessage").iter().map(framed).collect();
     add("core_link", "gateway", &[0], &frames);
     add("core_link", "all", &[0], &[frames.concat()]);

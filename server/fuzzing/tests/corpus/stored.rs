@@ -38,8 +38,7 @@ fn viewpoint_seeds() -> Vec<Seed> {
         MapPoints { xyz: (0..20_u8).map(|i| [f32::from(i), 1.0, 2.0]).collect(), intensity: vec![0.5; 20] };
     let visible = [vec![0, 2, 19], Vec::new(), (0..20).collect()];
     let viewpoint = |visible| Viewpoint { cloud_from_base: Isometry::identity(), lidar: [0.0; 3], visible };
-    let viewpoints: Vec<_> = visible.iter().map(|visible| viewpoint(visible.as_slice())).collect();
-    write_viewpoint_clouds(folder.path(), KeyframeId(0), &cloud, &viewpoints).unwrap();
+    write_viewpoint_clouds(folder.path(), KeyframeId(0), &cloud, visible.into_iter().map(viewpoint)).unwrap();
     let file = fs::read_dir(folder.path()).unwrap().next().unwrap().unwrap().path();
     vec![("viewpoints", "three", fs::read(file).unwrap())]
 }

@@ -1,0 +1,47 @@
+//! Seeds of buildings.
+
+use crate::clouds::Seed;
+use sim::{BuildingModel, BuildingModelConfig, Material, Mobility, ModelPart, ModelTriangle, Site};
+use std::fs;
+
+/// A hall with a box, as the program itself writes it.
+fn hall() -> Site {
+    let part = |name: &str, mobility, [side, height]: [f64; 2], material| {
+        let [a, b, c, d] =
+            [[-side, -side, height], [side, -side, height], [side, side, height], [-side, side, height]];
+        let triangles = vec![
+            ModelTriangle { corners: [a, b, c], material },
+            ModelTriangle { corners: [a, c, d], material },
+        ];
+        ModelPart { name: name.to_owned(), mobility, triangles }
+    };
+    let model = BuildingModel {
+        name: "hall".to_owned(),
+        parts: vec![
+            part("floor", Mobility::Fixed, [5.0, 0.0], Material::Concrete),
+            part("box", Mobility::Furniture, [0.5, 0.4], Material::Cardboard),
+        ],
+        ..BuildingModel::default()
+    };
+    Site::from_model(model, &BuildingModelConfig::default()).unwrap()
+}
+
+fn input(sidecar: &[u8], model: &[u8]) -> Vec<u8> {
+    [&(sidecar.len() as u16).to_le_bytes(), sidecar, model].concat()
+}
+
+pub fn seeds() -> Vec<Seed> {
+    let folder = tempfile::tempdir().unwrap();
+    let file = site_files::write_site(folder.path(), &hall()).unwrap();
+    let model = fs::read(&file).unwrap();
+    let sidecar = fs::read(file.with_extension("site.json")).unwrap();
+    let all = br#"{"version": 1, "up": "z", "metres_per_unit": 0.5, "docks": [{"position": [1, 2, 0], "heading_deg": 90}],
+        "start": {"position": [0, 0, 0]}, "outline": [[0, 0], [1, 0], [1, 1]], "people": [[[0, 0, 0], [1, 0, 0]]],
+        "routes": {"round": {"waypoints": [[0, 0]], "speed_m_s": 0.9}}, "furniture": ["bo*"],
+        "doors": [{"object": "floor", "hinge": [0, 0, 0]}], "materials": {"concrete": "glass"}, "default_material": "steel"}"#;
+    vec![
+        ("site", "written", input(&sidecar, &model)),
+        ("site", "alone", input(b"{}", &model)),
+        ("site", "all_fields", input(all, &model)),
+    ]
+}
