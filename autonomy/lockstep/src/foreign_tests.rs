@@ -52,7 +52,7 @@ fn map_of(cloud: &[[f32; 3]]) -> PriorMap {
     });
     let keyframes = viewpoints.iter().map(|viewpoint| {
         let base = viewpoint.map_from_base.translation.vector.map(|c| c as f32);
-        let about = |index: &u32| std::array::from_fn(|axis| cloud[*index as usize][axis] - base[axis]);
+        let about = |index: u32| std::array::from_fn(|axis| cloud[index as usize][axis] - base[axis]);
         let xyz: Vec<[f32; 3]> = viewpoint.visible.iter().map(about).collect();
         let pose = pose_from_isometry(&viewpoint.map_from_base);
         let keyframe = stack::encode_prior_keyframe(&pose, &xyz, [0.0, 0.0, options.lidar_height_m]);

@@ -6,6 +6,7 @@
 //! solve the same problem with another method.
 
 use crate::ground_surface::{GroundCell, GroundConfig, GroundSurface};
+use crate::packed_indices::PackedIndices;
 use geometry::{Isometry, Rotation, Vector3};
 use std::collections::BTreeMap;
 
@@ -67,7 +68,7 @@ pub struct VirtualViewpoint {
     /// Pose of the base: level, heading along x.
     pub map_from_base: Isometry,
     /// Indices of the points that are visible from there.
-    pub visible: Vec<u32>,
+    pub visible: PackedIndices,
 }
 
 /// Viewpoints and the straight connections between neighbouring ones.
@@ -232,7 +233,7 @@ impl DepthImage {
     }
 
     /// Indices of the points that are not occluded as seen from `lidar`.
-    fn visible_points(&mut self, xyz: &[[f32; 3]], blocks: &PointBlocks, lidar: [f32; 3]) -> Vec<u32> {
+    fn visible_points(&mut self, xyz: &[[f32; 3]], blocks: &PointBlocks, lidar: [f32; 3]) -> PackedIndices {
         let ViewpointConfig { range_m, min_range_m, pixel_rad, elevations_rad: [lowest, _], .. } =
             self.config;
         self.nearest_m.fill(f32::INFINITY);
@@ -265,7 +266,7 @@ impl DepthImage {
         };
         let mut visible: Vec<u32> = projected.iter().filter_map(is_visible).collect();
         visible.sort_unstable();
-        visible
+        PackedIndices::new(&visible)
     }
 }
 

@@ -72,7 +72,7 @@ fn points_behind_a_wall_are_not_visible() {
     };
     let place = place.min_by(|a, b| near(a).total_cmp(&near(b))).unwrap();
     let eye = place.map_from_base.translation.vector;
-    let seen: Vec<[f32; 3]> = place.visible.iter().map(|index| cloud[*index as usize]).collect();
+    let seen: Vec<[f32; 3]> = place.visible.iter().map(|index| cloud[index as usize]).collect();
     let hidden = |point: &&[f32; 3]| {
         let [x, y, _] = point.map(f64::from);
         let crossing = eye.y + (y - eye.y) * (6.0 - eye.x) / (x - eye.x);

@@ -21,6 +21,7 @@ mod optimise;
 mod output;
 mod patch;
 mod process;
+mod process_limits;
 mod progress;
 mod replay;
 mod robot;

@@ -1,10 +1,9 @@
-//! Limits of an import: points, memory and processor time. The work is done in a child process with these limits, so that its parent can say which one it
-//! has reached. The file of another program must not take the memory that the robot's core needs.
+//! Limits of an import and of an alignment: memory and processor time. The work is done in a child process with these limits, so that its parent can say
+//! which one it has reached. Neither may take the memory that the robot's core needs.
 
 use crate::failure::Failure;
 use crate::texts;
 use clap::Args;
-use formats::SurveyLimits;
 use rustix::process::{Resource, Rlimit, Signal, setrlimit};
 use std::env;
 use std::os::unix::process::ExitStatusExt;
@@ -17,18 +16,32 @@ const CODE_BYTES: u64 = 48 << 20;
 /// Time between the signal at the limit of processor time and the end by force, seconds.
 const GRACE_S: u64 = 5;
 
-/// Options of an import that limit it.
+/// What runs within limits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LimitedCommand {
+    Import,
+    Align,
+}
+
+impl LimitedCommand {
+    /// Its name on the command line.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Import => "import",
+            Self::Align => "align",
+        }
+    }
+}
+
+/// Options of a command that limit it.
 #[derive(Args, Clone, Copy, Debug)]
-pub struct ImportLimits {
-    /// Most memory of the import, MB.
+pub struct ProcessLimits {
+    /// Most memory, MB.
     #[arg(long, value_name = "MB", default_value_t = 512, value_parser = clap::value_parser!(u64).range(64..=1 << 20))]
     max_memory: u64,
-    /// Most processor time of the import, minutes.
+    /// Most processor time, minutes.
     #[arg(long, value_name = "MINUTES", default_value_t = 20.0, value_parser = parse_minutes)]
     max_minutes: f64,
-    /// Most points of the survey.
-    #[arg(long, value_name = "POINTS", default_value_t = 8_000_000)]
-    max_points: usize,
     /// This process is the one that does the work.
     #[arg(long, hide = true)]
     within_limits: bool,
@@ -39,23 +52,18 @@ fn parse_minutes(text: &str) -> Result<f64, String> {
     if (0.01..=10_000.0).contains(&minutes) { Ok(minutes) } else { Err(texts::MINUTES_EXPECTED.to_owned()) }
 }
 
-impl ImportLimits {
-    /// Limit of reading the survey.
-    pub fn survey(&self) -> SurveyLimits {
-        SurveyLimits { points: self.max_points }
-    }
-
-    /// In the process that the user or the core has started, runs the same import in a child within the limits and returns its result. In that child, sets
+impl ProcessLimits {
+    /// In the process that the user or the core has started, runs the same command in a child within the limits and returns its result. In that child, sets
     /// the limits and returns none.
-    pub fn enter(&self) -> Option<Result<(), Failure>> {
+    pub fn enter(&self, command: LimitedCommand) -> Option<Result<(), Failure>> {
         if !self.within_limits {
-            return Some(self.run_child());
+            return Some(self.run_child(command));
         }
         self.limit_this_process();
         None
     }
 
-    /// If the system refuses a limit, the import runs without it.
+    /// If the system refuses a limit, the command runs without it.
     fn limit_this_process(&self) {
         let limit = |resource, current: u64, maximum: u64| {
             let _ = setrlimit(resource, Rlimit { current: Some(current), maximum: Some(maximum) });
@@ -70,21 +78,21 @@ impl ImportLimits {
         let _ = rustix::process::set_parent_process_death_signal(Some(Signal::KILL));
     }
 
-    fn run_child(&self) -> Result<(), Failure> {
+    fn run_child(&self, command: LimitedCommand) -> Result<(), Failure> {
         let program = env::current_exe().map_err(Failure::failed)?;
         // The first two arguments are the program and the name of the command.
-        let mut command = Command::new(program);
-        command.arg("import").arg(WITHIN_LIMITS).args(env::args_os().skip(2));
+        let mut child = Command::new(program);
+        child.arg(command.name()).arg(WITHIN_LIMITS).args(env::args_os().skip(2));
         // Of the allocation that failed, which tells a person nothing.
-        command.env("RUST_BACKTRACE", "0");
-        let status = command.status().map_err(Failure::failed)?;
+        child.env("RUST_BACKTRACE", "0");
+        let status = child.status().map_err(Failure::failed)?;
         match (status.code(), limit_reached(status)) {
             (Some(0), _) => Ok(()),
-            (_, Some(Limit::Memory)) => Err(Failure::Failed(texts::import_out_of_memory(self.max_memory))),
-            (_, Some(Limit::Time)) => Err(Failure::Failed(texts::import_out_of_time(self.max_minutes))),
+            (_, Some(Limit::Memory)) => Err(Failure::Failed(texts::out_of_memory(command, self.max_memory))),
+            (_, Some(Limit::Time)) => Err(Failure::Failed(texts::out_of_time(command, self.max_minutes))),
             // It has said why.
             (Some(1 | 2), None) => Err(Failure::Reported { usage: status.code() == Some(2) }),
-            (_, None) => Err(Failure::Failed(texts::import_ended(&status))),
+            (_, None) => Err(Failure::Failed(texts::limited_command_ended(command, &status))),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Error messages and notes of the commands, by key. English; an error names what is wrong, the file and the remedy.
 
+use crate::process_limits::LimitedCommand;
 use mapping::AlignmentError;
 use std::fmt::Display;
 use std::path::Path;
@@ -358,36 +359,55 @@ pub fn process_killed(role: &str) -> String {
 /// An argument that is no time.
 pub const MINUTES_EXPECTED: &str = "expected a number of minutes, at least 0.01";
 
-const MAKE_SURVEY_SMALLER: &str =
-    "thin the survey to a point every 2 or 3 cm in the program that made it, or cut it into parts";
+/// The name of what runs within limits, and what to do when it reaches one.
+fn limited_command(command: LimitedCommand) -> (&'static str, &'static str) {
+    match command {
+        LimitedCommand::Import => (
+            "the import",
+            "thin the survey to a point every 2 or 3 cm in the program that made it, or cut it into parts; ",
+        ),
+        LimitedCommand::Align => ("the alignment", ""),
+    }
+}
 
 /// It needed more memory than its limit.
-pub fn import_out_of_memory(limit_mb: u64) -> String {
+pub fn out_of_memory(command: LimitedCommand, limit_mb: u64) -> String {
+    let (name, remedy) = limited_command(command);
     format!(
-        "the import needs more than {limit_mb} MB of memory, its limit; {MAKE_SURVEY_SMALLER}; on a computer with more memory, --max-memory raises the limit"
+        "{name} needs more than {limit_mb} MB of memory, its limit; {remedy}on a computer with more memory, --max-memory raises the limit"
     )
 }
 
 /// It needed more processor time than its limit.
-pub fn import_out_of_time(limit_minutes: f64) -> String {
+pub fn out_of_time(command: LimitedCommand, limit_minutes: f64) -> String {
+    let (name, remedy) = limited_command(command);
     format!(
-        "the import needs more than {limit_minutes} minutes of processor time, its limit; {MAKE_SURVEY_SMALLER}; --max-minutes raises the limit"
+        "{name} needs more than {limit_minutes} minutes of processor time, its limit; {remedy}--max-minutes raises the limit"
     )
 }
 
 /// It ended in another way than by a limit.
-pub fn import_ended(status: &dyn Display) -> String {
-    format!(
-        "the import ended before it was done ({status}): the file is damaged in a way that this program does not expect; export it again"
-    )
+pub fn limited_command_ended(command: LimitedCommand, status: &dyn Display) -> String {
+    let (name, _) = limited_command(command);
+    let remedy = match command {
+        LimitedCommand::Import => {
+            "the file is damaged in a way that this program does not expect; export it again"
+        }
+        LimitedCommand::Align => "a map is damaged in a way that this program does not expect; make it again",
+    };
+    format!("{name} ended before it was done ({status}): {remedy}")
 }
 
 // Imports in another process: sentences for clients.
 
-/// It needed more memory than its limit.
+/// An import needed more memory than its limit.
 pub const IMPORT_OUT_OF_MEMORY: &str = "It needs more memory than an import may take. Thin the survey to a point every 2 or 3 cm, or cut it into parts.";
-/// It needed more processor time than its limit.
+/// An import needed more processor time than its limit.
 pub const IMPORT_OUT_OF_TIME: &str = "It needs more time than an import may take. Thin the survey to a point every 2 or 3 cm, or cut it into parts.";
+/// The same of an alignment.
+pub const ALIGN_OUT_OF_MEMORY: &str = "It needs more memory than an alignment may take on the robot. Align the map on another computer with autoinspect align --max-memory.";
+pub const ALIGN_OUT_OF_TIME: &str =
+    "It needs more time than an alignment may take on the robot. Pick points in both maps, which takes less.";
 
 /// A client cancelled it.
 pub const IMPORT_CANCELLED: &str = "It was cancelled.";

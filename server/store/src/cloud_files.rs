@@ -190,12 +190,13 @@ mod tests {
     fn write_row(directory: &Path) {
         let cloud =
             MapPoints { xyz: (1..4).map(|x| [x as f32, 0.0, 0.0]).collect(), intensity: vec![1.0; 3] };
-        let visible = [[0], [1], [2]];
-        let viewpoints: Vec<Viewpoint> = visible
-            .iter()
-            .map(|visible| Viewpoint { cloud_from_base: Isometry::identity(), lidar: [0.0; 3], visible })
-            .collect();
-        write_viewpoint_clouds(directory, KeyframeId(0), &cloud, &viewpoints).expect("written");
+        let visible = [vec![0], vec![1], vec![2]];
+        let viewpoints = visible.into_iter().map(|visible| Viewpoint {
+            cloud_from_base: Isometry::identity(),
+            lidar: [0.0; 3],
+            visible,
+        });
+        write_viewpoint_clouds(directory, KeyframeId(0), &cloud, viewpoints).expect("written");
     }
 
     /// First coordinate of the only point that a keyframe sees.

@@ -218,12 +218,12 @@ fn an_imported_map_can_be_extended_with_its_viewpoints_in_one_file() {
     let viewpoint = |x: f64| crate::Viewpoint {
         cloud_from_base: Isometry::translation(x, 0.0, 0.0),
         lidar: [0.0; 3],
-        visible: &all,
+        visible: all.clone(),
     };
     let options = MapFileOptions { ply: false, has_pose_graph: false };
     let added = store.add_map(&imported, options, cloud.clone(), |folder| {
         let viewpoints = [viewpoint(0.0), viewpoint(1.0)];
-        crate::write_viewpoint_clouds(&folder.join("clouds"), KeyframeId(0), &cloud, &viewpoints)
+        crate::write_viewpoint_clouds(&folder.join("clouds"), KeyframeId(0), &cloud, viewpoints.into_iter())
     });
     assert!(!added.expect("added").summary.has_pose_graph);
 

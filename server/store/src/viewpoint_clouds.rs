@@ -17,7 +17,7 @@
 use crate::{MapPoints, StoreError, files, texts};
 use geometry::{Isometry, isometry_from_pose, pose_from_isometry};
 use std::fs;
-use std::io::{Read, Write};
+use std::io::{self, Read, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use vocab::{KeyframeId, Pose, Quat, Vec3};
@@ -43,14 +43,14 @@ struct ViewpointCloudsConfig {
 const CONFIG: ViewpointCloudsConfig = ViewpointCloudsConfig { zstd_level: 6, max_points: 1 << 26 };
 
 /// A place in a cloud without a robot, and what is visible from it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Viewpoint<'a> {
+#[derive(Clone, Debug, PartialEq)]
+pub struct Viewpoint {
     /// Pose of the base in the cloud's frame.
     pub cloud_from_base: Isometry,
     /// Position of the LiDAR in the base frame, metres.
     pub lidar: [f32; 3],
     /// Indices of the visible points, ascending.
-    pub visible: &'a [u32],
+    pub visible: Vec<u32>,
 }
 
 /// What one viewpoint sees.
@@ -99,7 +99,8 @@ fn transform(base_from_cloud: &Isometry, point: &[f32; 3]) -> [f32; 3] {
     in_base.map(|coordinate| coordinate as f32).into()
 }
 
-/// Writes the clouds of viewpoints that stand for the keyframes from `first` on. `cloud` has the points of all of them, in a frame of its own.
+/// Writes the clouds of viewpoints that stand for the keyframes from `first` on. `cloud` has the points of all of them, in a frame of its own. One viewpoint at
+/// a time is in memory.
 ///
 /// # Errors
 /// When the disk fails, or indices do not ascend or exceed the cloud.
@@ -107,36 +108,75 @@ pub fn write_viewpoint_clouds(
     directory: &Path,
     first: KeyframeId,
     cloud: &MapPoints,
-    viewpoints: &[Viewpoint],
+    viewpoints: impl ExactSizeIterator<Item = Viewpoint>,
 ) -> Result<(), StoreError> {
     let path = directory.join(file_name(first));
-    let invalid = |what| StoreError::Broken { path: path.clone(), what };
-    let bytes = encode(cloud, viewpoints).ok_or_else(|| invalid(texts::VIEWPOINTS_DO_NOT_FIT))?;
-    files::write_durably(&path, |out| out.write_all(&bytes))
+    let mut fits = true;
+    files::write_durably(&path, |out| {
+        fits = write(out, cloud, viewpoints)?;
+        Ok(())
+    })?;
+    if !fits {
+        files::remove_file(&path)?;
+        return Err(StoreError::Broken { path, what: texts::VIEWPOINTS_DO_NOT_FIT });
+    }
+    Ok(())
 }
 
-/// None if the viewpoints do not fit the cloud, or there are too many points.
-fn encode(cloud: &MapPoints, viewpoints: &[Viewpoint]) -> Option<Vec<u8>> {
-    let points = cloud.xyz.len();
-    let mut bytes = MAGIC.to_vec();
-    put(&mut bytes, VERSION as usize)?;
-    put(&mut bytes, Some(points).filter(|points| *points <= CONFIG.max_points)?)?;
-    let packed = pack(&planes(cloud))?;
-    put(&mut bytes, packed.len())?;
-    bytes.extend(packed);
-    put(&mut bytes, viewpoints.len())?;
+/// Returns false if the viewpoints do not fit the cloud, or there are too many points.
+fn write(
+    out: &mut impl Write,
+    cloud: &MapPoints,
+    viewpoints: impl ExactSizeIterator<Item = Viewpoint>,
+) -> io::Result<bool> {
+    if !write_head(out, cloud, viewpoints.len())? {
+        return Ok(false);
+    }
     for viewpoint in viewpoints {
+        if !write_viewpoint(out, cloud.xyz.len(), &viewpoint)? {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// Returns false if there are too many points or viewpoints.
+fn write_head(out: &mut impl Write, cloud: &MapPoints, viewpoints: usize) -> io::Result<bool> {
+    let head = || {
+        let mut bytes = MAGIC.to_vec();
+        put(&mut bytes, VERSION as usize)?;
+        put(&mut bytes, Some(cloud.xyz.len()).filter(|points| *points <= CONFIG.max_points)?)?;
+        let packed = pack(&planes(cloud))?;
+        put(&mut bytes, packed.len())?;
+        bytes.extend(packed);
+        put(&mut bytes, viewpoints)?;
+        Some(bytes)
+    };
+    write_if_some(out, head())
+}
+
+/// Returns false if its indices do not ascend or exceed the points of the cloud.
+fn write_viewpoint(out: &mut impl Write, points: usize, viewpoint: &Viewpoint) -> io::Result<bool> {
+    let encode = || {
         let Pose { position, orientation: Quat { w, x, y, z } } =
             pose_from_isometry(&viewpoint.cloud_from_base);
         let pose = position.to_array().into_iter().chain([w, x, y, z]);
-        bytes.extend(pose.flat_map(f64::to_le_bytes));
+        let mut bytes: Vec<u8> = pose.flat_map(f64::to_le_bytes).collect();
         bytes.extend(viewpoint.lidar.iter().flat_map(|c| c.to_le_bytes()));
         put(&mut bytes, viewpoint.visible.len())?;
-        let packed = pack(&gaps(viewpoint.visible, points)?)?;
+        let packed = pack(&gaps(&viewpoint.visible, points)?)?;
         put(&mut bytes, packed.len())?;
         bytes.extend(packed);
+        Some(bytes)
+    };
+    write_if_some(out, encode())
+}
+
+fn write_if_some(out: &mut impl Write, bytes: Option<Vec<u8>>) -> io::Result<bool> {
+    match bytes {
+        Some(bytes) => out.write_all(&bytes).map(|()| true),
+        None => Ok(false),
     }
-    Some(bytes)
 }
 
 /// None for a number that a u32 cannot hold.
@@ -360,13 +400,19 @@ mod tests {
         vec![every(2), every(200), every(1), Vec::new(), vec![0, points - 1]]
     }
 
-    fn viewpoints(lists: &[Vec<u32>]) -> Vec<Viewpoint<'_>> {
-        let make = |(step, visible)| Viewpoint {
+    fn viewpoints(lists: &[Vec<u32>]) -> Vec<Viewpoint> {
+        let make = |(step, visible): (usize, &Vec<u32>)| Viewpoint {
             cloud_from_base: pose(step as f64),
             lidar: [0.1, 0.0, 0.3],
-            visible,
+            visible: visible.clone(),
         };
-        lists.iter().map(Vec::as_slice).enumerate().map(make).collect()
+        lists.iter().enumerate().map(make).collect()
+    }
+
+    /// None if the viewpoints do not fit the cloud.
+    fn encode(cloud: &MapPoints, viewpoints: &[Viewpoint]) -> Option<Vec<u8>> {
+        let mut bytes = Vec::new();
+        write(&mut bytes, cloud, viewpoints.iter().cloned()).expect("memory").then_some(bytes)
     }
 
     fn read(bytes: Vec<u8>) -> Result<ViewpointClouds, StoreError> {

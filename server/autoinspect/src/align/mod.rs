@@ -4,6 +4,7 @@ pub mod frame_alignment;
 
 use crate::failure::Failure;
 use crate::keyframe_descriptors::read_keyframe_descriptors;
+use crate::process_limits::{LimitedCommand, ProcessLimits};
 use crate::progress::{Progress, run_in_background};
 use crate::{map, output, texts};
 use api::ImportStage;
@@ -46,6 +47,8 @@ pub struct AlignArgs {
     /// Name of the new map [default: composed of the names of MAP and OTHER].
     #[arg(long)]
     name: Option<String>,
+    #[command(flatten)]
+    limits: ProcessLimits,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -70,6 +73,9 @@ struct Report {
 
 /// Runs `autoinspect align`.
 pub fn run(args: &AlignArgs) -> Result<(), Failure> {
+    if let Some(result) = args.limits.enter(LimitedCommand::Align) {
+        return result;
+    }
     if args.background {
         run_in_background();
     }

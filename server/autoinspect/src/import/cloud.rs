@@ -63,16 +63,19 @@ pub fn describe_viewpoints(
     found.viewpoints.iter().map(describe).collect()
 }
 
-/// The viewpoints in the form of the store.
-pub fn stored_viewpoints<'a>(found: &'a VirtualViewpoints, config: &ViewpointConfig) -> Vec<Viewpoint<'a>> {
-    found.viewpoints.iter().map(|place| stored_viewpoint(place, config)).collect()
+/// The viewpoints in the form of the store, one after the other.
+pub fn stored_viewpoints(
+    found: &VirtualViewpoints,
+    config: &ViewpointConfig,
+) -> impl ExactSizeIterator<Item = Viewpoint> {
+    found.viewpoints.iter().map(|place| stored_viewpoint(place, config))
 }
 
-fn stored_viewpoint<'a>(place: &'a VirtualViewpoint, config: &ViewpointConfig) -> Viewpoint<'a> {
+fn stored_viewpoint(place: &VirtualViewpoint, config: &ViewpointConfig) -> Viewpoint {
     Viewpoint {
         cloud_from_base: place.map_from_base,
         lidar: [0.0, 0.0, config.lidar_height_m],
-        visible: &place.visible,
+        visible: place.visible.iter().collect(),
     }
 }
 

@@ -128,13 +128,14 @@ pub fn map_id(cloud: &MapPoints, config: &ViewpointConfig) -> MapId {
 mod tests {
     use super::*;
     use geometry::Isometry;
+    use mapping::PackedIndices;
     use mapping::virtual_viewpoint::VirtualViewpoint;
 
     #[test]
     fn separate_pieces_of_floor_are_joined_by_bridges() {
         let place = |x: f64| VirtualViewpoint {
             map_from_base: Isometry::translation(x, 0.0, 0.0),
-            visible: Vec::new(),
+            visible: PackedIndices::default(),
         };
         let places = (0..5).map(|number| place(f64::from(number))).collect();
         let found = VirtualViewpoints { viewpoints: places, connections: vec![[0, 1], [2, 3]] };

@@ -2,20 +2,20 @@
 
 mod cloud;
 mod graph;
-pub mod limits;
 mod upright;
 
 use crate::align::frame_alignment::{self, AlignmentConfig, FrameAlignment, PointPair, parse_point_pair};
 use crate::failure::Failure;
 use crate::process::peak_memory;
+use crate::process_limits::{LimitedCommand, ProcessLimits};
 use crate::progress::{Progress, run_in_background};
 use crate::{map, output, texts};
 use api::ImportStage;
 use clap::Args;
 use cloud::{bounds, describe_viewpoints, gather_points, stored_viewpoints, thin};
+use formats::SurveyLimits;
 use formats::survey::{self, Survey};
 use graph::{ImportedGraphConfig, imported_map, map_id};
-use limits::ImportLimits;
 use mapping::virtual_viewpoint::{ViewpointConfig, VirtualViewpoints, find_viewpoints};
 use messages::FinishedMap;
 use serde::Serialize;
@@ -90,7 +90,10 @@ pub struct ImportArgs {
     #[arg(long, value_name = "X,Y,Z=X,Y,Z", value_parser = parse_point_pair, conflicts_with = "align_to", allow_hyphen_values = true)]
     pair: Vec<PointPair>,
     #[command(flatten)]
-    limits: ImportLimits,
+    limits: ProcessLimits,
+    /// Most points of the survey.
+    #[arg(long, value_name = "POINTS", default_value_t = 8_000_000)]
+    max_points: usize,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -162,7 +165,7 @@ struct Cloud {
 
 /// Runs `autoinspect import`.
 pub fn run(args: &ImportArgs) -> Result<(), Failure> {
-    if let Some(result) = args.limits.enter() {
+    if let Some(result) = args.limits.enter(LimitedCommand::Import) {
         return result;
     }
     let config = ImportConfig::default();
@@ -217,7 +220,9 @@ pub fn run(args: &ImportArgs) -> Result<(), Failure> {
 
 fn read_survey(args: &ImportArgs) -> Result<Survey, Failure> {
     let mut progress = Progress::new(args.background, ImportStage::Reading);
-    let survey = survey::read(&args.file, args.limits.survey(), &mut |share| progress.set_share(share));
+    let survey = survey::read(&args.file, SurveyLimits { points: args.max_points }, &mut |share| {
+        progress.set_share(share)
+    });
     progress.finish();
     let survey = survey.map_err(|error| Failure::usage(texts::unreadable_input(&args.file, &error)))?;
     match survey.points() {
@@ -267,7 +272,7 @@ fn write(
     // It takes the viewpoints with it, because their memory is needed for the tiles.
     let prepare = move |map: &Path| {
         let viewpoints = stored_viewpoints(&found, config);
-        write_viewpoint_clouds(&map.join("clouds"), KeyframeId(0), &thinned, &viewpoints)?;
+        write_viewpoint_clouds(&map.join("clouds"), KeyframeId(0), &thinned, viewpoints)?;
         store::write_json(&map.join("import.json"), origin)
     };
     if let Some(data) = &args.data {

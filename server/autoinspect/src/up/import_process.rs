@@ -1,6 +1,6 @@
 //! Runs imports in a separate process, so that broken or very large files cannot harm the core.
 
-use crate::import::limits::{Limit, WITHIN_LIMITS, limit_reached};
+use crate::process_limits::{Limit, LimitedCommand, WITHIN_LIMITS, limit_reached};
 use crate::texts;
 use api::ImportStage;
 use ports::MapImporter;
@@ -43,7 +43,7 @@ impl MapImporter for ImportProcess {
             .into_iter()
             .filter_map(|(path, name)| Some((path?, name)))
             .collect();
-        run(&arguments, &named, progress)
+        run(LimitedCommand::Import, &arguments, &named, progress)
     }
 
     fn align(
@@ -54,19 +54,22 @@ impl MapImporter for ImportProcess {
         out: &Path,
         progress: &mut dyn FnMut(ImportStage, f32) -> ControlFlow<()>,
     ) -> Result<(), String> {
-        let mut arguments: Vec<OsString> = vec!["align".into(), format!("--name={name}").into()];
+        let mut arguments: Vec<OsString> =
+            vec!["align".into(), WITHIN_LIMITS.into(), format!("--name={name}").into()];
         arguments.extend(["--out".into(), out.into(), "--onto".into(), onto.into()]);
         arguments.extend(pairs.iter().map(|[from, to]| {
             let [from, to] = [from, to].map(|at| format!("{},{},{}", at.x, at.y, at.z));
             format!("--pair={from}={to}").into()
         }));
         arguments.extend(["--background".into(), "--".into(), map.into()]);
-        run(&arguments, &[(map, texts::ALIGNED_MAP), (onto, texts::OTHER_MAP)], progress)
+        let named = [(map, texts::ALIGNED_MAP), (onto, texts::OTHER_MAP)];
+        run(LimitedCommand::Align, &arguments, &named, progress)
     }
 }
 
 /// Runs this program with other arguments until it ends or is cancelled. Paths in its errors are replaced by the names given here.
 fn run(
+    command: LimitedCommand,
     arguments: &[OsString],
     named: &[(&Path, &str)],
     progress: &mut dyn FnMut(ImportStage, f32) -> ControlFlow<()>,
@@ -91,10 +94,12 @@ fn run(
     match child.wait() {
         _ if cancelled => Err(texts::IMPORT_CANCELLED.to_owned()),
         Ok(status) if status.success() => Ok(()),
-        Ok(status) => Err(match limit_reached(status) {
-            Some(Limit::Memory) => texts::IMPORT_OUT_OF_MEMORY.to_owned(),
-            Some(Limit::Time) => texts::IMPORT_OUT_OF_TIME.to_owned(),
-            None => named
+        Ok(status) => Err(match (limit_reached(status), command) {
+            (Some(Limit::Memory), LimitedCommand::Import) => texts::IMPORT_OUT_OF_MEMORY.to_owned(),
+            (Some(Limit::Time), LimitedCommand::Import) => texts::IMPORT_OUT_OF_TIME.to_owned(),
+            (Some(Limit::Memory), LimitedCommand::Align) => texts::ALIGN_OUT_OF_MEMORY.to_owned(),
+            (Some(Limit::Time), LimitedCommand::Align) => texts::ALIGN_OUT_OF_TIME.to_owned(),
+            (None, _) => named
                 .iter()
                 .fold(complaint, |text, (path, name)| text.replace(&path.display().to_string(), name)),
         }),
