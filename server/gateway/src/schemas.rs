@@ -22,7 +22,7 @@ pub(crate) struct HealthDocument {
 #[derive(ToSchema)]
 #[schema(as = ProcessRestart)]
 pub(crate) struct ProcessRestartDocument {
-    /// Its role: `core` or `gateway`.
+    /// Its role: `core`, `gateway` or `simulated_robot`.
     process: String,
     /// What it did, a clause after its name.
     cause: String,

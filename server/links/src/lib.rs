@@ -18,5 +18,5 @@ pub use protocol::{
     RobotMessage, RobotRequest,
 };
 pub use replay::{ReplayConfig, ReplayLink, ReplaySource};
-pub use simulated_robot::{SimulatedRobot, SimulatedRobotConfig, StartError};
+pub use simulated_robot::{OnStep, SimulatedRobot, SimulatedRobotConfig, StartError};
 pub use socket_link::{ConnectError, SocketLink, SocketLinkConfig};

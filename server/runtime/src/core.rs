@@ -61,6 +61,17 @@ pub struct CoreConfig {
     pub watchdog: Watchdog,
     /// Why this process was started again, if it was.
     pub restart: Option<ProcessRestart>,
+    /// Why the simulated robot was started again, if it was.
+    pub robot_restart: Option<RobotRestart>,
+}
+
+/// The simulated robot failed and was started again.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RobotRestart {
+    /// Why.
+    pub restart: ProcessRestart,
+    /// Whether it happened since this process was started last, so that clients have not been told yet.
+    pub is_new: bool,
 }
 
 /// Why the core could not be started.
@@ -110,7 +121,8 @@ impl Core {
     /// # Errors
     /// When the socket or a thread cannot be created, or the saved maps cannot be listed.
     pub fn start(config: CoreConfig) -> Result<Self, StartError> {
-        let CoreConfig { link, store, recording, socket, importer, watchdog, restart } = config;
+        let CoreConfig { link, store, recording, socket, importer, watchdog, restart, robot_restart } =
+            config;
         let (mailbox, state_publisher, clock) =
             (Arc::<Mailbox>::default(), Arc::<StatePublisher>::default(), Arc::default());
         let (last_pose, docks, stop_latch) = (store.last_pose(), store.docks(), store.stop_latch());
@@ -132,8 +144,11 @@ impl Core {
         for problem in &problems {
             tracing::error!("{problem}");
         }
-        let problems: Vec<String> =
-            restart.iter().map(|restart| texts::core_restarted(&restart.cause)).chain(problems).collect();
+        let new_robot = robot_restart.as_ref().filter(|robot| robot.is_new);
+        let told = new_robot.map(|robot| texts::robot_restarted(&robot.restart.cause));
+        let told = told.into_iter().chain(restart.iter().map(|core| texts::core_restarted(&core.cause)));
+        let problems: Vec<String> = told.chain(problems).collect();
+        let restarts = robot_restart.map(|robot| robot.restart).into_iter().chain(restart).collect();
         state_publisher.publish(api::Event::InterruptedSessions(interrupted.clone()));
         let interrupted_ids = interrupted.iter().map(|session| session.session).collect();
 
@@ -204,7 +219,7 @@ impl Core {
             clock: Arc::clone(&clock),
             jobs: jobs.clone(),
             live_map: LiveMap::new(LiveMapConfig::default(), Arc::clone(&store)),
-            platform: PlatformProbe::new(link.boot().profile.name, link.site(), store.recordings(), restart),
+            platform: PlatformProbe::new(link.boot().profile.name, link.site(), store.recordings(), restarts),
             battery: BatteryForecast::default(),
             persistence: PosePersistence::new(PosePersistenceConfig::default(), Arc::clone(&store)),
             goals: Vec::new(),

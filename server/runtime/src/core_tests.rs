@@ -111,7 +111,9 @@ fn bench_of(
         run: store.recordings().begin_run(Stamp::EPOCH).expect("begins"),
     };
     let link = Box::new(FakeLink { arrivals, drives: Arc::default(), faults });
-    let restart = ProcessRestart { process: api::ProcessRole::Core, cause: "was ill".to_owned(), count: 1 };
+    let restart = |process, cause: &str| ProcessRestart { process, cause: cause.to_owned(), count: 1 };
+    let of_robot = restart(api::ProcessRole::SimulatedRobot, "was stuck");
+    let restart = restart(api::ProcessRole::Core, "was ill");
     let watchdog = Watchdog::default();
     let failures = watchdog.failures();
     let config = CoreConfig {
@@ -122,6 +124,7 @@ fn bench_of(
         importer,
         watchdog,
         restart: Some(restart),
+        robot_restart: Some(RobotRestart { restart: of_robot, is_new: true }),
     };
     Bench { core: Some(Core::start(config).expect("starts")), robot, written, socket, failures, _dir: dir }
 }
@@ -638,20 +641,23 @@ fn changes_of_the_graph_that_do_not_apply_are_dropped_and_the_stack_is_asked_for
 }
 
 #[test]
-fn clients_are_told_why_the_core_was_started_again() {
+fn clients_are_told_why_robot_and_core_were_started_again() {
     let bench = bench(usize::MAX);
     bench.clock(0);
     let mut gateway = bench.gateway();
-    let text = gateway.event(|_, event| match event {
-        Event::Notice(notice) => Some(notice.text.clone()),
-        _ => None,
-    });
-    assert!(text.contains("was ill"), "{text}");
+    for cause in ["was stuck", "was ill"] {
+        let text = gateway.event(|_, event| match event {
+            Event::Notice(notice) => Some(notice.text.clone()),
+            _ => None,
+        });
+        assert!(text.contains(cause), "{text}");
+    }
     let restarts = gateway.event(|_, event| match event {
         Event::Platform(platform) => Some(platform.restarts.clone()),
         _ => None,
     });
-    assert_eq!(restarts.iter().map(|restart| restart.count).collect::<Vec<_>>(), [1]);
+    let roles: Vec<_> = restarts.iter().map(|restart| restart.process).collect();
+    assert_eq!(roles, [api::ProcessRole::SimulatedRobot, api::ProcessRole::Core]);
 }
 
 #[test]

@@ -47,7 +47,7 @@ mod texts;
 mod threads;
 mod tile_recovery;
 
-pub use crate::core::{Core, CoreConfig, StartError};
+pub use crate::core::{Core, CoreConfig, RobotRestart, StartError};
 pub use jobs::known_map;
 pub use recording::RecordingTarget;
 pub use threads::CONTROL_THREAD;

@@ -12,7 +12,7 @@ pub struct PlatformProbe {
     robot: String,
     site: Option<String>,
     recordings: Recordings,
-    restart: Option<ProcessRestart>,
+    restarts: Vec<ProcessRestart>,
     previous: Option<Reading>,
 }
 
@@ -29,9 +29,9 @@ impl PlatformProbe {
         robot: String,
         site: Option<String>,
         recordings: Recordings,
-        restart: Option<ProcessRestart>,
+        restarts: Vec<ProcessRestart>,
     ) -> Self {
-        Self { robot, site, recordings, restart, previous: None }
+        Self { robot, site, recordings, restarts, previous: None }
     }
 
     /// The state now; rates are since the last call.
@@ -55,7 +55,7 @@ impl PlatformProbe {
             core_connected: true,
             clients: 0,
             // The gateway adds its own.
-            restarts: self.restart.iter().cloned().collect(),
+            restarts: self.restarts.clone(),
         }
     }
 }

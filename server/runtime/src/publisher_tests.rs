@@ -32,7 +32,7 @@ fn rig() -> Rig {
         clock,
         jobs,
         live_map: LiveMap::new(LiveMapConfig::default(), Arc::clone(&store)),
-        platform: PlatformProbe::new("Rex".to_owned(), None, store.recordings(), None),
+        platform: PlatformProbe::new("Rex".to_owned(), None, store.recordings(), Vec::new()),
         battery: BatteryForecast::default(),
         persistence: PosePersistence::new(PosePersistenceConfig::default(), Arc::clone(&store)),
         goals: Vec::new(),

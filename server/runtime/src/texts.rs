@@ -92,6 +92,11 @@ pub fn core_restarted(cause: &str) -> String {
     format!("The robot's core {cause}, and was started again. The robot stood meanwhile.")
 }
 
+/// The simulated robot failed and runs again; `cause` is a clause.
+pub fn robot_restarted(cause: &str) -> String {
+    format!("The simulated robot {cause}, and was started again. It stands where it starts.")
+}
+
 /// A message to the gateway is longer than it accepts, bytes.
 pub fn message_too_long(bytes: usize, max_bytes: usize) -> String {
     format!("a message of {bytes} bytes was not sent to the gateway, which accepts {max_bytes}")

@@ -538,4 +538,6 @@ pub enum ProcessRole {
     Core,
     /// The server for browsers.
     Gateway,
+    /// The simulated robot.
+    SimulatedRobot,
 }

@@ -4,19 +4,19 @@
 pub const CONTROL_PATH: &str = "/api/v1/control";
 /// WebSocket for live scans.
 pub const STREAM_PATH: &str = "/api/v1/stream";
-/// GET: [`crate::MapSummary`] of every saved map, newest first.
+/// GET: [`crate::MapSummary`] of every saved map, newest first, in pages.
 pub const MAPS_PATH: &str = "/api/v1/maps";
 /// With the map's id in place of `{id}`. GET: its [`crate::MapSummary`]. PATCH: a JSON object with its new `name`. DELETE: moves it to the bin.
 pub const MAP_PATH: &str = "/api/v1/maps/{id}";
-/// GET: [`crate::BinnedMap`] of every deleted map, the last deleted first.
+/// GET: [`crate::BinnedMap`] of every deleted map, the last deleted first, in pages.
 pub const BIN_PATH: &str = "/api/v1/maps/bin";
 /// DELETE with the map's id in place of `{id}`: deletes a map in the bin for good.
 pub const BINNED_MAP_PATH: &str = "/api/v1/maps/bin/{id}";
 /// POST with the map's id in place of `{id}`: moves a map back from the bin.
 pub const RESTORE_MAP_PATH: &str = "/api/v1/maps/bin/{id}/restore";
-/// GET: [`crate::DamagedMap`] of every saved map that cannot be read.
+/// GET: [`crate::DamagedMap`] of every saved map that cannot be read, in pages.
 pub const DAMAGED_MAPS_PATH: &str = "/api/v1/damaged-maps";
-/// GET with the map's id in place of `{id}`: its [`crate::TileList`].
+/// GET with the map's id in place of `{id}`: its [`crate::TileList`], whole or a page of it.
 pub const MAP_TILES_PATH: &str = "/api/v1/maps/{id}/tiles";
 /// GET with the map's id in place of `{id}`: its pose graph, a [`crate::Graph`].
 pub const MAP_GRAPH_PATH: &str = "/api/v1/maps/{id}/graph";

@@ -7,12 +7,13 @@ use super::stop::Stop;
 use crate::failure::Failure;
 use crate::journal::McapSegments;
 use crate::robot::RobotArgs;
-use api::ProcessRole;
+use crate::texts;
+use api::{ProcessRestart, ProcessRole};
 use clap::Args;
 use crossbeam_channel::select;
 use ports::RobotLink;
 use recorder::RecordingMeta;
-use runtime::{CONTROL_THREAD, Core, CoreConfig, RecordingTarget};
+use runtime::{CONTROL_THREAD, Core, CoreConfig, RecordingTarget, RobotRestart};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -37,6 +38,24 @@ pub struct CoreArgs {
     robot: RobotArgs,
     #[command(flatten)]
     supervision: SupervisionArgs,
+    /// Why the simulated robot was started again.
+    #[arg(long, hide = true)]
+    robot_restart_cause: Option<String>,
+    /// How often it was started again.
+    #[arg(long, hide = true, default_value_t = 1)]
+    robot_restart_count: u32,
+}
+
+impl CoreArgs {
+    fn robot_restart(&self) -> Option<RobotRestart> {
+        let restart = ProcessRestart {
+            process: ProcessRole::SimulatedRobot,
+            cause: self.robot_restart_cause.clone()?,
+            count: self.robot_restart_count,
+        };
+        // A core whose robot is started again begins anew, too.
+        Some(RobotRestart { restart, is_new: self.supervision.was_restarted_because(texts::ROBOT_RESTARTED) })
+    }
 }
 
 /// Limits of the recordings.
@@ -83,6 +102,7 @@ pub fn run_core(args: &CoreArgs) -> Result<(), Failure> {
         importer: Some(Box::new(ImportProcess)),
         watchdog,
         restart: args.supervision.restart(ProcessRole::Core),
+        robot_restart: args.robot_restart(),
     };
     let _core = Core::start(config).map_err(Failure::failed)?;
     select! {
@@ -92,9 +112,9 @@ pub fn run_core(args: &CoreArgs) -> Result<(), Failure> {
         recv(robot_restarted) -> restarted => if restarted.is_err() {
             Err(thread_failed(failed.recv().ok()))
         } else {
-            let cause = crate::texts::ROBOT_RESTARTED;
+            let cause = texts::ROBOT_RESTARTED;
             args.supervision.report(&ChildReport::Failed(cause.to_owned()));
-            Err(Failure::failed(crate::texts::process_failed(cause)))
+            Err(Failure::failed(texts::process_failed(cause)))
         },
         recv(failed) -> failure => Err(thread_failed(failure.ok())),
     }

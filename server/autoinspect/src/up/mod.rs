@@ -117,12 +117,4 @@ impl Role {
             Self::Gateway => "gateway",
         }
     }
-
-    /// Whether the process gives heartbeats and wants to know why it was started again.
-    fn gives_heartbeats(self) -> bool {
-        match self {
-            Self::Core | Self::Gateway => true,
-            Self::SimulatedRobot => false,
-        }
-    }
 }

@@ -27,7 +27,7 @@ struct ProcessConfig {
     healthy_after: Duration,
     /// A process that gives no heartbeat for this time hangs. It is killed and started again.
     max_silence: Duration,
-    /// The same from its start to its first heartbeat: the core reads all saved maps then.
+    /// The same from its start to its first heartbeat: the core reads all saved maps then, and the simulated robot builds its site.
     max_start: Duration,
     /// Longest silence that counts between two checks. A computer that slept heard nothing of anybody.
     max_check_gap: Duration,
@@ -102,12 +102,20 @@ impl Process {
         self.running.as_ref()?.address
     }
 
+    /// How often and why this process was started again, as arguments of a process; none if it was not.
+    pub fn restart_arguments(&self, prefix: &str) -> Vec<String> {
+        match self.restarts {
+            0 => Vec::new(),
+            count => vec![format!("{prefix}-count={count}"), format!("{prefix}-cause={}", self.cause)],
+        }
+    }
+
     /// Starts the process if it is not running, and plans its restart if it has ended or does not answer.
     ///
     /// # Errors
     /// When it cannot be started. Also when it ends because its arguments cannot work, before the platform `was_ready` for the first time; later that is
     /// one failure among others.
-    pub fn keep_running(&mut self, more: &[&str], was_ready: bool) -> Result<(), Failure> {
+    pub fn keep_running(&mut self, more: &[String], was_ready: bool) -> Result<(), Failure> {
         let Some(running) = &mut self.running else {
             if Instant::now() >= self.start_at {
                 self.running = Some(self.start(more)?);
@@ -121,7 +129,7 @@ impl Process {
                 running.read_reports();
                 Some((status, running.failure.take()))
             }
-            None => match running.exceeded_silence(self.role) {
+            None => match running.exceeded_silence() {
                 Some(limit) => Some((running.kill()?, Some(texts::did_not_answer(limit)))),
                 None => None,
             },
@@ -137,17 +145,11 @@ impl Process {
         Ok(())
     }
 
-    fn start(&self, more: &[&str]) -> Result<Running, Failure> {
+    fn start(&self, more: &[String]) -> Result<Running, Failure> {
         let program = std::env::current_exe().map_err(Failure::failed)?;
         let mut command = Command::new(program);
         command.args(&self.arguments).args(more).stdin(Stdio::piped()).stdout(Stdio::piped());
-        if self.role.gives_heartbeats() {
-            command.arg("--heartbeats");
-            if self.restarts > 0 {
-                command.arg(format!("--restart-count={}", self.restarts));
-                command.arg(format!("--restart-cause={}", self.cause));
-            }
-        }
+        command.arg("--heartbeats").args(self.restart_arguments("--restart"));
         let mut child = command
             .spawn()
             .map_err(|error| Failure::failed(texts::cannot_start(self.role.name(), &error)))?;
@@ -221,12 +223,12 @@ impl Running {
     }
 
     /// Counts the silence since the last check. Returns the limit, if it is exceeded.
-    fn exceeded_silence(&mut self, role: Role) -> Option<Duration> {
+    fn exceeded_silence(&mut self) -> Option<Duration> {
         let now = Instant::now();
         self.silence += (now - self.last_check).min(CONFIG.max_check_gap);
         self.last_check = now;
         let limit = if self.has_answered { CONFIG.max_silence } else { CONFIG.max_start };
-        (role.gives_heartbeats() && self.silence > limit).then_some(limit)
+        (self.silence > limit).then_some(limit)
     }
 
     fn kill(&mut self) -> Result<ExitStatus, Failure> {

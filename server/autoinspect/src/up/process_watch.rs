@@ -47,6 +47,11 @@ impl SupervisionArgs {
         }
     }
 
+    /// Whether this process was started again for this cause.
+    pub fn was_restarted_because(&self, cause: &str) -> bool {
+        self.restart_cause.as_deref() == Some(cause)
+    }
+
     /// Why this process was started again, if it was.
     pub fn restart(&self, process: ProcessRole) -> Option<ProcessRestart> {
         let cause = self.restart_cause.clone()?;

@@ -1,18 +1,18 @@
 //! The process of the simulated robot.
 
 use super::core_process::wall_clock;
+use super::process_watch::{SupervisionArgs, thread_failed, watch_process, watchdog};
 use super::stop::Stop;
 use crate::failure::Failure;
 use crate::robot::{RobotArgs, RobotName};
 use crate::texts;
 use clap::Args;
 use crossbeam_channel::select;
-use links::{SimulatedRobot, SimulatedRobotConfig, StartError};
+use links::{OnStep, SimulatedRobot, SimulatedRobotConfig, StartError};
 use sim::SimConfig;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use watchdog::Watchdog;
 
 /// Parameters of [`run_robot`].
 #[derive(Clone, Copy, Debug)]
@@ -37,11 +37,20 @@ pub struct SimulatedRobotArgs {
     truth: Option<PathBuf>,
     #[command(flatten)]
     robot: RobotArgs,
+    #[command(flatten)]
+    supervision: SupervisionArgs,
 }
+
+/// Name of the thread that simulates.
+const SIMULATION_THREAD: &str = "simulation";
+/// Longest time without a heartbeat. The supervisor judges it much earlier.
+const THREAD_LIMIT: Duration = Duration::from_secs(60);
 
 /// Runs the simulated robot until a request to stop. Its clock starts at this computer's time.
 pub fn run_robot(args: &SimulatedRobotArgs) -> Result<(), Failure> {
-    let stop = Stop::on_signals_or_end_of_input(&Watchdog::default())?;
+    let watchdog = watchdog();
+    let failed = watch_process(&watchdog, SIMULATION_THREAD, &args.supervision)?;
+    let stop = Stop::on_signals_or_end_of_input(&watchdog)?;
     let RobotName::Sim(source) = &args.robot.robot else {
         return Err(Failure::usage(texts::ONLY_SITES_ARE_SIMULATED));
     };
@@ -55,7 +64,9 @@ pub fn run_robot(args: &SimulatedRobotArgs) -> Result<(), Failure> {
             ..SimConfig::new(Arc::clone(&site), args.robot.seed)
         };
         let config = SimulatedRobotConfig::new(sim, args.robot.speed, args.socket.clone());
-        match SimulatedRobot::start(SimulatedRobotConfig { truth: args.truth.clone(), ..config }) {
+        let heartbeat = watchdog.watch(SIMULATION_THREAD, THREAD_LIMIT);
+        let on_step: Option<OnStep> = Some(Box::new(move || heartbeat.beat()));
+        match SimulatedRobot::start(SimulatedRobotConfig { truth: args.truth.clone(), on_step, ..config }) {
             Ok(robot) => break robot,
             Err(error @ StartError::InUse { .. }) if since.elapsed() >= CONFIG.in_use_timeout => {
                 return Err(Failure::usage(error));
@@ -70,5 +81,6 @@ pub fn run_robot(args: &SimulatedRobotArgs) -> Result<(), Failure> {
     select! {
         recv(stop.receiver()) -> _ => Ok(()),
         recv(robot.ended()) -> _ => Err(Failure::failed(texts::SIMULATION_ENDED)),
+        recv(failed) -> failure => Err(thread_failed(failure.ok())),
     }
 }

@@ -98,13 +98,15 @@ impl Supervisor {
 
     fn check_processes(&mut self, on_ready: &impl Fn(SocketAddr)) -> Result<(), Failure> {
         // A restarted gateway must listen on the address that browsers use.
-        let listen = self.bound.unwrap_or(self.listen).to_string();
+        let listen = ["--listen".to_owned(), self.bound.unwrap_or(self.listen).to_string()];
+        let mut of_robot = Vec::new();
         if let Some(robot) = &mut self.simulated_robot {
             robot.keep_running(&[], self.ready)?;
+            of_robot = robot.restart_arguments("--robot-restart");
         }
-        self.core.keep_running(&[], self.ready)?;
+        self.core.keep_running(&of_robot, self.ready)?;
         if self.gateway.is_running() || self.socket.exists() || Instant::now() >= self.gateway_at {
-            self.gateway.keep_running(&["--listen", &listen], self.ready)?;
+            self.gateway.keep_running(&listen, self.ready)?;
         }
         self.bound = self.gateway.address().or(self.bound);
         if let Some(address) = self.bound.filter(|_| !self.ready)

@@ -95,6 +95,20 @@ fn a_process_that_hangs_is_killed_and_started_again() {
 }
 
 #[test]
+fn a_simulated_robot_that_hangs_is_killed_and_started_again() {
+    let faulty = FaultyPlatform::start();
+    assert!(faulty.restarts("simulated_robot").is_none());
+    signal(faulty.platform.process("simulated-robot").expect("runs"), Signal::STOP);
+    faulty.restarted("simulated_robot", 1, "did not answer for 5 s");
+    // The place and the clock of the new robot are others.
+    faulty.restarted("core", 1, "because the robot was started again");
+    // A robot whose simulation hangs while its other threads live.
+    faulty.inject("hang-simulation");
+    faulty.restarted("simulated_robot", 2, "did not answer for 5 s");
+    faulty.restarted("core", 2, "because the robot was started again");
+}
+
+#[test]
 fn a_gateway_that_panics_and_a_core_that_is_killed_are_started_again() {
     let faulty = FaultyPlatform::start();
     faulty.inject("panic-gateway");

@@ -51,7 +51,12 @@ pub struct SimulatedRobotConfig {
     pub max_pending_faults: usize,
     /// Longest time for the greeting of a core.
     pub hello_timeout: Duration,
+    /// Called by the simulation's thread at least every second while it lives, so that somebody can notice if it hangs.
+    pub on_step: Option<OnStep>,
 }
+
+/// Called by the simulation's thread again and again.
+pub type OnStep = Box<dyn Fn() + Send>;
 
 impl SimulatedRobotConfig {
     /// Default parameters.
@@ -69,6 +74,7 @@ impl SimulatedRobotConfig {
             wait: WaitBudgetConfig::default(),
             max_pending_faults: 64,
             hello_timeout: Duration::from_secs(1),
+            on_step: None,
         }
     }
 }

@@ -13,8 +13,11 @@ use messages::Drive;
 use ports::SimulatedFault;
 use sim::{ScheduledFault, SimEvent, Simulator};
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use vocab::{CommandId, Span};
+
+/// Longest wait without a sign of life. A robot that lives a thousand times more slowly than this computer waits for 10 s between two steps.
+const SIGN_OF_LIFE_PERIOD: Duration = Duration::from_millis(500);
 
 pub(super) struct Simulation {
     config: SimulatedRobotConfig,
@@ -48,7 +51,7 @@ impl Simulation {
     }
 
     fn step(&mut self, events: &mut Vec<SimEvent>) -> Result<(), Stopped> {
-        self.stop.sleep(self.pacer.delay(self.simulator.now(), Instant::now()))?;
+        self.wait_until_due()?;
         self.follow_connection();
         let PendingRequests { drive, faults } =
             self.core.as_ref().map(|core| core.take_requests()).unwrap_or_default();
@@ -68,6 +71,20 @@ impl Simulation {
             self.send(RobotMessage::Sensor { at, sensor })?;
         }
         self.send(RobotMessage::Clock(self.simulator.now()))
+    }
+
+    /// Waits until the next step is due, with a sign of life at least every second.
+    fn wait_until_due(&mut self) -> Result<(), Stopped> {
+        loop {
+            if let Some(on_step) = &self.config.on_step {
+                on_step();
+            }
+            let delay = self.pacer.delay(self.simulator.now(), Instant::now());
+            self.stop.sleep(delay.min(SIGN_OF_LIFE_PERIOD))?;
+            if delay <= SIGN_OF_LIFE_PERIOD {
+                return Ok(());
+            }
+        }
     }
 
     /// Takes the core that is connected now. The legs stop when a connection ends: nobody would correct the robot's course.

@@ -295,7 +295,7 @@ pub fn events() -> Vec<Event> {
             disk_free_bytes: 1 << 40,
             core_connected: true,
             clients: 2,
-            restarts: [ProcessRole::Core, ProcessRole::Gateway]
+            restarts: [ProcessRole::Core, ProcessRole::Gateway, ProcessRole::SimulatedRobot]
                 .map(|process| ProcessRestart { process, cause: name(), count: 3 })
                 .into(),
         }),
