@@ -2,15 +2,18 @@
 
 use crate::app::App;
 use crate::files::{IMMUTABLE, REVALIDATE, Serving, respond};
+use crate::maps::json;
+use crate::pages::{AnyQuery, PageRequest};
 use crate::problem::ProblemResponse;
 use crate::schemas::{GraphDocument, HealthDocument, ProblemDocument, TileListDocument};
-use crate::texts;
+use crate::{texts, tile_pages};
 use api::TileHash;
 use axum::Json;
 use axum::extract::rejection::PathRejection;
 use axum::extract::{Path, State};
-use axum::http::{HeaderMap, header};
+use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use std::io;
 use std::sync::Arc;
 use vocab::{KeyframeId, MapId, SessionId};
 
@@ -18,18 +21,58 @@ pub(crate) type AnyPath = Result<Path<String>, PathRejection>;
 type TwoParts = Result<Path<(String, String)>, PathRejection>;
 pub(crate) type Answer = Result<Response, ProblemResponse>;
 
-/// Every tile of a saved map.
+/// The tiles of a saved map: all of them, or a page.
 #[utoipa::path(get, path = api::paths::MAP_TILES_PATH, tag = "maps", operation_id = "listTiles",
-    params(("id" = String, Path, format = Uuid, description = "The map's id")),
+    params(
+        ("id" = String, Path, format = Uuid, description = "The map's id"),
+        ("limit" = Option<usize>, Query, description = "Greatest number of tiles, 1 to 1000. Without `limit` and `after` the whole list is answered, as it is on the disk"),
+        ("after" = Option<String>, Query, description = "Hash of the last tile that was read; a `Link` header with `rel=\"next\"` leads to the next page"),
+    ),
     responses(
     (status = 200, body = TileListDocument, description = "Its tiles, coarse levels first"),
     (status = 304, description = "Unchanged since the client's copy"),
-    (status = 400, body = ProblemDocument, content_type = "application/problem+json", description = "The id is malformed"),
-    (status = 404, body = ProblemDocument, content_type = "application/problem+json", description = "No such map"),
+    (status = 400, body = ProblemDocument, content_type = "application/problem+json", description = "The id or the query is malformed"),
+    (status = 404, body = ProblemDocument, content_type = "application/problem+json", description = "No such map, or no such tile in it"),
 ))]
-pub(crate) async fn map_tiles(State(app): State<Arc<App>>, id: AnyPath, headers: HeaderMap) -> Answer {
-    map_document(&app, id, "tiles.json", &headers).await
+pub(crate) async fn map_tiles(
+    State(app): State<Arc<App>>,
+    id: AnyPath,
+    query: AnyQuery,
+    headers: HeaderMap,
+) -> Answer {
+    let page = PageRequest::parse(query)?;
+    if page.is_whole() {
+        return map_document(&app, id, TILES_FILE, &headers).await;
+    }
+    let id = map_id(id)?;
+    let malformed = || ProblemResponse::malformed(texts::TILE_HASH_MALFORMED);
+    let after = page.after.as_ref().map(|after| after.parse::<TileHash>().map_err(|_| malformed()));
+    let after = after.transpose()?;
+    let file = app.data_dir.join("maps").join(id.to_string()).join(TILES_FILE);
+    let wanted = page.clone();
+    let read = tokio::task::spawn_blocking(move || tile_pages::read(&file, &wanted, after)).await;
+    let tiles = read.unwrap_or_else(|error| Err(io::Error::other(error))).map_err(|error| {
+        if error.kind() == io::ErrorKind::NotFound {
+            return ProblemResponse::not_found(texts::no_map(id));
+        }
+        tracing::warn!(%id, %error, "could not read a tile list");
+        ProblemResponse::new(StatusCode::INTERNAL_SERVER_ERROR, texts::FILE_NOT_READ)
+    })?;
+    if let Some(after) = after.filter(|_| !tiles.is_found) {
+        return Err(ProblemResponse::not_found(texts::no_tile(&after.to_string())));
+    }
+    let mut response = json(&tiles.list);
+    let last = tiles.list.tiles.last().filter(|_| tiles.has_more).map(|tile| tile.hash.to_string());
+    page.link_next(
+        &mut response,
+        &api::paths::MAP_TILES_PATH.replace("{id}", &id.to_string()),
+        last.as_deref(),
+    );
+    Ok(response)
 }
+
+/// Name of the list of tiles in a map's folder.
+const TILES_FILE: &str = "tiles.json";
 
 /// Pose graph of a saved map.
 #[utoipa::path(get, path = api::paths::MAP_GRAPH_PATH, tag = "maps", operation_id = "getGraph",

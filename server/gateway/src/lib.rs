@@ -21,6 +21,7 @@ mod maps;
 mod openapi;
 mod outbox;
 mod pacer;
+mod pages;
 mod problem;
 mod robot_clock;
 mod router;
@@ -35,6 +36,7 @@ mod static_files;
 mod stored_data;
 mod stream;
 mod texts;
+mod tile_pages;
 mod uploads;
 mod wire;
 

@@ -90,6 +90,8 @@ pub(crate) struct FixedLimits {
     pub(crate) space_check_bytes: u64,
     /// Longest JSON document from a client, bytes. The longest regular one holds a name.
     pub(crate) max_json_bytes: usize,
+    /// Entries of one page of a list over HTTP: a few hundred kB.
+    pub(crate) max_page_entries: usize,
     /// Commands over HTTP that wait for the core's answer.
     pub(crate) max_http_commands: usize,
     /// Longest wait for the core's answer to a command over HTTP. The disk lane may be saving a large map.
@@ -138,6 +140,7 @@ pub(crate) const FIXED: FixedLimits = FixedLimits {
     max_uploads_kept: 4,
     space_check_bytes: 64 << 20,
     max_json_bytes: 16 << 10,
+    max_page_entries: 1_000,
     max_http_commands: 32,
     max_answer_wait: Duration::from_secs(120),
     max_uploads_at_a_time: 1,

@@ -3,6 +3,7 @@
 use crate::app::App;
 use crate::documents::{Answer, AnyPath, map_id};
 use crate::limits::FIXED;
+use crate::pages::{AnyQuery, PageRequest};
 use crate::problem::ProblemResponse;
 use crate::schemas::{
     BinnedMapDocument, DamagedMapDocument, MapSummaryDocument, ProblemDocument, RenameDocument,
@@ -21,30 +22,56 @@ use std::sync::Arc;
 use vocab::MapId;
 
 /// Saved maps, newest first.
-#[utoipa::path(get, path = api::paths::MAPS_PATH, tag = "maps", operation_id = "listMaps", responses(
+#[utoipa::path(get, path = api::paths::MAPS_PATH, tag = "maps", operation_id = "listMaps",
+    params(
+        ("limit" = Option<usize>, Query, description = "Greatest number of entries, 1 to 1000; 1000 if it is not given"),
+        ("after" = Option<String>, Query, description = "Id of the last entry that was read; a `Link` header with `rel=\"next\"` leads to the next page"),
+    ),
+    responses(
     (status = 200, body = [MapSummaryDocument], description = "Every saved map version"),
+    (status = 400, body = ProblemDocument, content_type = "application/problem+json", description = "The query is malformed"),
+    (status = 404, body = ProblemDocument, content_type = "application/problem+json", description = "The entry that `after` names is not in the list any more"),
     (status = 503, body = ProblemDocument, content_type = "application/problem+json", description = "The core has not sent its maps yet"),
 ))]
-pub(crate) async fn list(State(app): State<Arc<App>>) -> Answer {
-    stored(&app, |data| Some(json(data.maps?)))
+pub(crate) async fn list(State(app): State<Arc<App>>, query: AnyQuery) -> Answer {
+    let page = PageRequest::parse(query)?;
+    stored(&app, |data| Some(paged(api::paths::MAPS_PATH, &page, data.maps?, |map| map.id.to_string())))?
 }
 
 /// Saved maps that cannot be read, with what to do.
-#[utoipa::path(get, path = api::paths::DAMAGED_MAPS_PATH, tag = "maps", operation_id = "listDamagedMaps", responses(
+#[utoipa::path(get, path = api::paths::DAMAGED_MAPS_PATH, tag = "maps", operation_id = "listDamagedMaps",
+    params(
+        ("limit" = Option<usize>, Query, description = "Greatest number of entries, 1 to 1000; 1000 if it is not given"),
+        ("after" = Option<String>, Query, description = "Folder of the last entry that was read; a `Link` header with `rel=\"next\"` leads to the next page"),
+    ),
+    responses(
     (status = 200, body = [DamagedMapDocument], description = "Every saved map that cannot be read; nothing of it is removed"),
+    (status = 400, body = ProblemDocument, content_type = "application/problem+json", description = "The query is malformed"),
+    (status = 404, body = ProblemDocument, content_type = "application/problem+json", description = "The entry that `after` names is not in the list any more"),
     (status = 503, body = ProblemDocument, content_type = "application/problem+json", description = "The core has not sent its maps yet"),
 ))]
-pub(crate) async fn damaged(State(app): State<Arc<App>>) -> Answer {
-    stored(&app, |data| Some(json(data.damaged?)))
+pub(crate) async fn damaged(State(app): State<Arc<App>>, query: AnyQuery) -> Answer {
+    let page = PageRequest::parse(query)?;
+    stored(&app, |data| {
+        Some(paged(api::paths::DAMAGED_MAPS_PATH, &page, data.damaged?, |map| map.folder.clone()))
+    })?
 }
 
 /// Deleted maps, the last deleted first.
-#[utoipa::path(get, path = api::paths::BIN_PATH, tag = "maps", operation_id = "listBin", responses(
+#[utoipa::path(get, path = api::paths::BIN_PATH, tag = "maps", operation_id = "listBin",
+    params(
+        ("limit" = Option<usize>, Query, description = "Greatest number of entries, 1 to 1000; 1000 if it is not given"),
+        ("after" = Option<String>, Query, description = "Id of the last entry that was read; a `Link` header with `rel=\"next\"` leads to the next page"),
+    ),
+    responses(
     (status = 200, body = [BinnedMapDocument], description = "Every map in the bin. It is kept for 7 days"),
+    (status = 400, body = ProblemDocument, content_type = "application/problem+json", description = "The query is malformed"),
+    (status = 404, body = ProblemDocument, content_type = "application/problem+json", description = "The entry that `after` names is not in the list any more"),
     (status = 503, body = ProblemDocument, content_type = "application/problem+json", description = "The core has not sent its maps yet"),
 ))]
-pub(crate) async fn bin(State(app): State<Arc<App>>) -> Answer {
-    stored(&app, |data| Some(json(data.binned?)))
+pub(crate) async fn bin(State(app): State<Arc<App>>, query: AnyQuery) -> Answer {
+    let page = PageRequest::parse(query)?;
+    stored(&app, |data| Some(paged(api::paths::BIN_PATH, &page, data.binned?, |map| map.id.to_string())))?
 }
 
 /// A saved map.
@@ -188,6 +215,17 @@ fn summary(maps: &[MapSummary], id: MapId) -> Option<Response> {
 fn check_is_binned(app: &App, id: MapId) -> Result<(), ProblemResponse> {
     let is_binned = stored(app, |data| Some(data.binned?.iter().any(|map| map.id == id)))?;
     if is_binned { Ok(()) } else { Err(ProblemResponse::not_found(texts::not_in_bin(id))) }
+}
+
+/// A page of a list.
+///
+/// # Errors
+/// When the page begins after an entry that is not in the list any more.
+fn paged<T: Serialize>(path: &str, page: &PageRequest, all: &[T], key: impl Fn(&T) -> String) -> Answer {
+    let (entries, last) = page.of(all, key)?;
+    let mut response = json(entries);
+    page.link_next(&mut response, path, last.as_deref());
+    Ok(response)
 }
 
 /// A document that changes with every command.

@@ -1,5 +1,8 @@
 //! Sentences of the gateway for people, by key: refusals of commands, reasons of closed sockets, and details of HTTP errors. English.
 
+/// Characters of a client's text that a sentence shows, at most.
+const SHOWN_CHARS_MAX: usize = 100;
+
 // The core.
 
 /// Before the first connection to the core.
@@ -94,6 +97,15 @@ pub(crate) fn not_in_bin(map: impl std::fmt::Display) -> String {
 }
 pub(crate) fn no_map(map: impl std::fmt::Display) -> String {
     format!("There is no map {map}. GET /api/v1/maps lists them.")
+}
+pub(crate) fn page_malformed(max_entries: usize) -> String {
+    format!(
+        "A page is chosen by ?limit=1 to {max_entries} and ?after=, the id of the last entry that was read."
+    )
+}
+pub(crate) fn page_gone(after: &str) -> String {
+    let after = vocab::legible(after, SHOWN_CHARS_MAX);
+    format!("There is no {after} in the list any more. Begin with its first page.")
 }
 pub(crate) fn no_tile(hash: &str) -> String {
     format!("There is no tile {hash}. Ask for the list of tiles anew.")

@@ -1,13 +1,16 @@
 //! Saved maps over HTTP: the core is asked, and its lists are answered from.
 
 use crate::support::{Core, Gateway, client_id};
-use api::paths::{BIN_PATH, BINNED_MAP_PATH, MAP_PATH, RESTORE_MAP_PATH, UPLOAD_PATH, UPLOADS_PATH};
+use api::paths::{
+    BIN_PATH, BINNED_MAP_PATH, MAP_PATH, MAP_TILES_PATH, MAPS_PATH, RESTORE_MAP_PATH, UPLOAD_PATH,
+    UPLOADS_PATH,
+};
 use api::{
-    BinnedMap, Command, CommandOutcome, CoreMessage, DamagedMap, Event, GatewayMessage, MapSummary,
-    StoredUpload,
+    Anchor, BinnedMap, Command, CommandOutcome, CoreMessage, DamagedMap, Event, GatewayMessage, MapSummary,
+    StoredUpload, TileEntry, TileHash, TileList,
 };
 use uuid::Uuid;
-use vocab::{MapId, Span, Stamp, UploadId};
+use vocab::{Aabb, MapId, Span, Stamp, UploadId};
 
 const MAP: MapId = MapId(Uuid::from_u128(10));
 
@@ -192,4 +195,79 @@ async fn uploads_are_listed_and_deleted() {
         answer(&mut core, Command::DeleteUpload(upload), Default::default(), CommandOutcome::Accepted)
     );
     assert_eq!(reply.status, 204);
+}
+
+/// The path of the next page, if the `Link` header names one.
+fn next_page(link: &str) -> Option<String> {
+    Some(link.strip_prefix('<')?.strip_suffix(">; rel=\"next\"")?.to_owned())
+}
+
+#[tokio::test]
+async fn lists_are_read_page_by_page() {
+    let maps: Vec<MapSummary> = (0..5)
+        .map(|number| MapSummary { id: MapId(Uuid::from_u128(100 + number)), ..hall("hall") })
+        .collect();
+    let (gateway, mut core) = with_lists(maps.clone(), vec![binned()]).await;
+    let whole = gateway.get(MAPS_PATH, &[]).await;
+    assert_eq!(serde_json::from_slice::<Vec<MapSummary>>(&whole.body).expect("maps"), maps);
+    assert_eq!(whole.header("link"), "", "there is no other page");
+    let (mut read, mut next) = (Vec::new(), Some(format!("{MAPS_PATH}?limit=2")));
+    while let Some(page) = next {
+        let reply = gateway.get(&page, &[]).await;
+        let entries: Vec<MapSummary> = serde_json::from_slice(&reply.body).expect("maps");
+        assert!((1..=2).contains(&entries.len()), "{entries:?}");
+        if read.is_empty() {
+            // A new map does not move the entries of the next page.
+            let newest = std::iter::once(hall("new")).chain(maps.iter().cloned()).collect();
+            publish(&mut core, newest, Vec::new()).await;
+            let mut client = gateway.client(client_id(2)).await;
+            let is_new = |event: &Event| matches!(event, Event::Maps(maps) if maps.len() == 6).then_some(());
+            client.find(is_new).await;
+        }
+        read.extend(entries);
+        next = next_page(reply.header("link"));
+    }
+    assert_eq!(read, maps);
+    for wrong in ["limit=0", "limit=1001", "limit=many", "page=2"] {
+        gateway.get(&format!("{MAPS_PATH}?{wrong}"), &[]).await.expect_problem(400);
+    }
+    let gone = format!("{MAPS_PATH}?after={}", Uuid::from_u128(1));
+    gateway.get(&gone, &[]).await.expect_problem(404);
+    assert_eq!(gateway.get(&format!("{BIN_PATH}?limit=1"), &[]).await.json()[0], serde_json::Value::Null);
+}
+
+#[tokio::test]
+async fn tiles_of_a_map_are_read_page_by_page() {
+    let gateway = Gateway::start().await;
+    let bounds = Aabb { min: [0.0; 3], max: [1.0; 3] };
+    let tile = |number: u8| TileEntry {
+        hash: TileHash([number; 32]),
+        anchor: Anchor::Map,
+        level: 0,
+        spacing_m: 0.5,
+        bounds,
+        points: u32::from(number),
+        bytes: 3,
+    };
+    let list = TileList { bounds, tiles: (0..5).map(tile).collect(), robust_bounds: Some(bounds) };
+    let json = serde_json::to_vec(&list).expect("JSON");
+    gateway.write(&format!("data/maps/{MAP}/tiles.json"), &json);
+    let tiles = path(MAP_TILES_PATH);
+    assert_eq!(gateway.get(&tiles, &[]).await.body, json, "all, as they are on the disk");
+    let (mut read, mut next) = (Vec::new(), Some(format!("{tiles}?limit=2")));
+    while let Some(page) = next {
+        let reply = gateway.get(&page, &[]).await;
+        let page: TileList = serde_json::from_slice(&reply.body).expect("tiles");
+        assert_eq!((page.bounds, page.robust_bounds), (bounds, Some(bounds)));
+        assert!((1..=2).contains(&page.tiles.len()));
+        read.extend(page.tiles);
+        next = next_page(reply.header("link"));
+    }
+    assert_eq!(read, list.tiles);
+    for (wrong, status) in [("after=ab", 400), ("limit=0", 400), (&format!("after={}", "cd".repeat(32)), 404)]
+    {
+        gateway.get(&format!("{tiles}?{wrong}"), &[]).await.expect_problem(status);
+    }
+    gateway.get(&tiles.replace("000a", "000b"), &[]).await.expect_problem(404);
+    gateway.get(&format!("{}?limit=2", tiles.replace("000a", "000b")), &[]).await.expect_problem(404);
 }
