@@ -2,7 +2,7 @@
 
 use messages::{Input, Mounting};
 use ports::{Journal, JournalError, Segment, SegmentWriter};
-use recorder::{RecordingMeta, RecordingWriter, WriteError};
+use recorder::{RecordingMeta, RecordingWriter, WriteError, WriterConfig};
 use std::path::Path;
 use vocab::Stamp;
 
@@ -30,7 +30,8 @@ pub struct McapSegments {
 impl SegmentWriter for McapSegments {
     fn create(&mut self, path: &Path, segment: &Segment) -> Result<Box<dyn Journal>, JournalError> {
         let meta = RecordingMeta { segment: Some(segment.clone()), ..self.meta.clone() };
-        let writer = RecordingWriter::create(path, &meta, &self.mounting).map_err(failed)?;
+        let config = WriterConfig { sync: true, ..WriterConfig::default() };
+        let writer = RecordingWriter::create_with(path, &meta, &self.mounting, &config).map_err(failed)?;
         Ok(Box::new(McapJournal(writer)))
     }
 }

@@ -11,7 +11,7 @@ pub struct JournalError(#[source] pub Box<dyn std::error::Error + Send + Sync>);
 
 /// Records every input with its time, in order, so that the run can be replayed bit for bit.
 pub trait Journal: Send {
-    /// Writes one input. An implementation must lose at most 1 s of robot time in a crash.
+    /// Writes one input. An implementation must lose at most 1 s of robot time in a crash, or when the power fails.
     fn append(&mut self, at: Stamp, input: &Input) -> Result<(), JournalError>;
 
     /// Writes the end of the file and closes it.

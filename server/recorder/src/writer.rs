@@ -35,6 +35,8 @@ pub struct WriterConfig {
     pub flush_interval: Span,
     /// How sweeps are written.
     pub scans: ScanMessage,
+    /// Whether a flush waits until the data is on the disk. Then a power cut loses no more than a crash does.
+    pub sync: bool,
 }
 
 /// How sweeps are written.
@@ -54,6 +56,7 @@ impl Default for WriterConfig {
             chunk_bytes: 4 << 20,
             flush_interval: Span::from_millis(1000),
             scans: ScanMessage::default(),
+            sync: false,
         }
     }
 }
@@ -90,6 +93,8 @@ pub struct RecordingWriter {
     sequence: u32,
     flush_interval: Span,
     scans: ScanMessage,
+    /// The file, if flushes wait for the disk.
+    synced: Option<File>,
     flushed_at: Option<Stamp>,
     /// Reused for every message.
     buffer: Vec<u8>,
@@ -129,6 +134,7 @@ impl RecordingWriter {
     ) -> Result<Self, WriteError> {
         let file =
             File::create(path).map_err(|source| WriteError::Create { path: path.to_owned(), source })?;
+        let synced = if config.sync { Some(synced(path, &file)?) } else { None };
         let failed = |source| WriteError::Mcap { path: path.to_owned(), source };
         let mut mcap = options(config).create(BufWriter::with_capacity(1 << 20, file)).map_err(failed)?;
         mcap.write_metadata(&metadata(meta, mounting)).map_err(failed)?;
@@ -141,6 +147,7 @@ impl RecordingWriter {
             sequence: 0,
             flush_interval: config.flush_interval,
             scans: config.scans,
+            synced,
             flushed_at: None,
             buffer: Vec::new(),
         })
@@ -196,7 +203,7 @@ impl RecordingWriter {
     /// When the file cannot be written.
     pub fn finish(mut self) -> Result<(), WriteError> {
         self.mcap.finish().map_err(|source| self.failed(source))?;
-        Ok(())
+        self.sync()
     }
 
     fn encode_sensor(&mut self, sensor: &Sensor) -> u16 {
@@ -270,13 +277,28 @@ impl RecordingWriter {
         if at - since >= self.flush_interval || at < since {
             self.flushed_at = Some(at);
             self.mcap.flush().map_err(|source| self.failed(source))?;
+            self.sync()?;
         }
         Ok(())
+    }
+
+    /// Waits until what was flushed is on the disk, if that is wanted.
+    fn sync(&self) -> Result<(), WriteError> {
+        let synced = self.synced.as_ref().map_or(Ok(()), File::sync_data);
+        synced.map_err(|source| self.failed(source.into()))
     }
 
     fn failed(&self, source: mcap::McapError) -> WriteError {
         WriteError::Mcap { path: self.path.clone(), source }
     }
+}
+
+/// A second handle of the file, after its name is on the disk.
+fn synced(path: &Path, file: &File) -> Result<File, WriteError> {
+    let directory = path.parent().filter(|parent| !parent.as_os_str().is_empty());
+    let synced = directory.map_or(Ok(()), |directory| File::open(directory)?.sync_all());
+    let handle = synced.and_then(|()| file.try_clone());
+    handle.map_err(|source| WriteError::Create { path: path.to_owned(), source })
 }
 
 impl Channels {

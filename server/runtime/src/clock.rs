@@ -1,12 +1,8 @@
 //! The robot's clock as the control loop last read it, for the other threads; and the calendar time of this computer.
 
-use std::path::Path;
 use std::sync::atomic::{AtomicI64, Ordering};
 use std::time::{SystemTime, UNIX_EPOCH};
 use vocab::Stamp;
-
-/// systemd-timesyncd makes this file once the clock follows a time server. Under another time service the clock counts as not synchronised.
-const CLOCK_SYNCHRONISED: &str = "/run/systemd/timesync/synchronized";
 
 /// The calendar time as this computer has it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,13 +18,31 @@ impl CalendarTime {
     pub fn read() -> Self {
         let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let utc = Stamp::from_nanos(i64::try_from(since_1970.as_nanos()).unwrap_or(i64::MAX));
-        Self { utc, is_synchronised: Path::new(CLOCK_SYNCHRONISED).exists() }
+        Self { utc, is_synchronised: follows_a_time_server() }
     }
 
     /// UTC, if it can be relied on.
     pub fn synchronised(self) -> Option<Stamp> {
         Some(self.utc).filter(|_| self.is_synchronised)
     }
+}
+
+/// Whether a time service keeps this computer's clock, whichever it is (chrony, systemd-timesyncd, ntpd, PTP): all of them tell the kernel. After some hours without
+/// news from its server the kernel says no again.
+#[allow(unsafe_code, reason = "no crate in use has a safe form of this call")]
+fn follows_a_time_server() -> bool {
+    // SAFETY: `timex` consists of numbers, for all of which zero is valid. With `modes` 0 the call only writes to it.
+    let (state, status) = unsafe {
+        let mut reading: libc::timex = std::mem::zeroed();
+        let state = libc::adjtimex(&mut reading);
+        (state, reading.status)
+    };
+    is_synchronised(state, status)
+}
+
+/// What adjtimex(2) returned, and the status that it gave.
+fn is_synchronised(state: libc::c_int, status: libc::c_int) -> bool {
+    state >= 0 && state != libc::TIME_ERROR && status & libc::STA_UNSYNC == 0
 }
 
 /// The stamp of the last input, shared by all threads.
@@ -44,5 +58,21 @@ impl RobotClock {
     /// Stamp of the last input.
     pub fn now(&self) -> Stamp {
         Stamp::from_nanos(self.0.load(Ordering::Relaxed))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_kernel_says_whether_its_clock_is_synchronised() {
+        assert!(is_synchronised(libc::TIME_OK, libc::STA_PLL));
+        assert!(is_synchronised(libc::TIME_INS, 0), "a leap second is announced");
+        assert!(!is_synchronised(libc::TIME_ERROR, libc::STA_UNSYNC));
+        assert!(!is_synchronised(libc::TIME_OK, libc::STA_UNSYNC));
+        assert!(!is_synchronised(-1, 0), "the call is forbidden");
+        // It does not fail here, whatever it says.
+        assert_eq!(follows_a_time_server(), follows_a_time_server());
     }
 }

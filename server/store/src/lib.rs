@@ -26,6 +26,7 @@ mod recovered_sessions;
 mod robust_bounds;
 mod saved;
 mod session_journal;
+mod session_journal_compaction;
 mod sessions;
 mod stop_latch;
 mod stored_data_check;

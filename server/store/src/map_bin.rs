@@ -29,7 +29,7 @@ struct DeletionDocument {
     /// Calendar time at which the map was deleted; none if the clock was not synchronised then, and has not been since.
     #[serde(default)]
     deleted_at: Option<Stamp>,
-    /// The robot's last pose, if it was in this map.
+    /// The robot's last pose, if it was in this map, and this map cannot be read. A map that can be read is deleted only after the robot has left it.
     #[serde(default)]
     last_pose: Option<PoseInMap>,
 }
@@ -77,7 +77,9 @@ impl Store {
         MapDocument::rename(&self.dir().map_summary(map), name)
     }
 
-    /// Moves a saved map to the bin; it need not be readable. Does nothing if it is there already. `now` is the calendar time, if that is known.
+    /// Moves a saved map to the bin; it need not be readable. Does nothing if it is there already. `now` is the calendar time, if that is known. A stored pose
+    /// in it goes along if the map cannot be read, and is in force again when the map is restored. In a map that can be read it is one that the robot has
+    /// left, and it is removed.
     ///
     /// # Errors
     /// When there is no such map, another one of the same id is in the bin, or the disk fails.
@@ -90,7 +92,12 @@ impl Store {
             (true, true) => return Err(StoreError::MapInBin { id: map }),
             (true, false) => {}
         }
-        let last_pose = self.stored_pose().filter(|pose| pose.map == map);
+        let is_readable = MapFolder::read(&from).is_ok();
+        let stored_pose = self.stored_pose().filter(|pose| pose.map == map);
+        if stored_pose.is_some() && is_readable {
+            self.save_last_pose(None)?;
+        }
+        let last_pose = stored_pose.filter(|_| !is_readable);
         let deletion =
             DeletionDocument { format_version: DELETION_FORMAT_VERSIONS.newest, deleted_at: now, last_pose };
         // A process that is killed here leaves the map where it was, with a file that nobody reads.

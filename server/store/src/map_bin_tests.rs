@@ -39,15 +39,18 @@ fn pose() -> PoseInMap {
 }
 
 #[test]
-fn a_deleted_map_comes_back_as_it_was_with_its_docks_and_the_robots_pose() {
+fn a_deleted_map_comes_back_as_it_was_with_its_docks() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let (store, files) = store_with_map(dir.path());
     store.save_docks(&[pose()]).expect("saved");
     store.save_last_pose(Some(&pose())).expect("saved");
     store.bin_map(MAP, Some(NOW)).expect("moved");
     store.bin_map(MAP, None).expect("again is no error");
-    assert!(store.maps().expect("listed").is_empty() && store.last_pose().is_none());
-    store.save_last_pose(None).expect("removed");
+    assert!(store.maps().expect("listed").is_empty());
+    assert!(
+        !store.dir().last_pose().exists(),
+        "the robot has left the map, and nobody has removed the pose yet"
+    );
     let store = reopened(store);
     assert_eq!(store.docks(), [pose()], "docks of maps in the bin are kept");
     let [binned] = store.binned_maps().expect("listed").try_into().expect("one");
@@ -57,8 +60,23 @@ fn a_deleted_map_comes_back_as_it_was_with_its_docks_and_the_robots_pose() {
     store.restore_map(MAP).expect("moved back");
     store.restore_map(MAP).expect("again is no error");
     assert_eq!(content(&store.dir().map(MAP)), files);
-    assert_eq!((store.last_pose(), store.docks()), (Some(pose()), vec![pose()]));
+    assert_eq!((store.last_pose(), store.docks()), (None, vec![pose()]));
     assert!(store.binned_maps().expect("listed").is_empty());
+}
+
+#[test]
+fn the_robots_pose_in_a_damaged_map_goes_to_the_bin_and_comes_back_with_it() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let (store, _) = store_with_map(dir.path());
+    store.save_last_pose(Some(&pose())).expect("saved");
+    let summary = store.dir().map_summary(MAP);
+    let whole = fs::read(&summary).expect("readable");
+    fs::write(&summary, "{").expect("written");
+    store.bin_map(MAP, Some(NOW)).expect("moved");
+    store.save_last_pose(None).expect("removed");
+    fs::write(store.dir().binned_map(MAP).join("map.json"), whole).expect("mended");
+    store.restore_map(MAP).expect("moved back");
+    assert_eq!(store.last_pose(), Some(pose()));
 }
 
 #[test]

@@ -44,16 +44,16 @@ impl Store {
         Some(document.pose)
     }
 
-    /// Saves the robot's pose for the next start, or deletes the saved one.
+    /// Saves the robot's pose for the next start, or deletes the saved one. Both survive a power cut.
     ///
     /// # Errors
     /// When the disk fails, or a later program wrote the file.
     pub fn save_last_pose(&self, pose: Option<&PoseInMap>) -> Result<(), StoreError> {
         let path = self.dir().last_pose();
         files::check_replaceable(&path, POSES_FORMAT_VERSIONS.newest)?;
-        let Some(&pose) = pose else { return files::remove_file(&path) };
+        let Some(&pose) = pose else { return files::remove_file_durably(&path) };
         let document = PoseDocument { format_version: POSES_FORMAT_VERSIONS.newest, pose };
-        files::replace(&path, &to_checked_json(&path, &document)?)
+        files::replace_durably(&path, &to_checked_json(&path, &document)?)
     }
 
     /// Docks in the saved maps and in those in the bin, without those of maps that no longer exist.

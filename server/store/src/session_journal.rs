@@ -6,12 +6,13 @@
 //! records, each: length: u32, its complement: u32, first 8 bytes of the BLAKE3 of the content, content: a [`SessionRecord`] in postcard's encoding
 //! ```
 //!
-//! Numbers are little-endian. Records are only appended. The last one may be torn by a crash, and is left out then. A record that does not match its
+//! Numbers are little-endian. Records are only appended; now and then the file is written anew without decisions on loops that newer ones have replaced. The last one may be torn by a crash, and is left out then. A record that does not match its
 //! checksum is damage: what comes after it is not used. Changes of the graph build on each other, so where the writer had to leave records out, they are not
 //! used up to the next whole graph.
 
 use crate::cloud_files::CloudFiles;
 use crate::keyframe_grid::KeyframeGrid;
+use crate::session_journal_compaction::{compact, count_decisions, keep_newest};
 use crate::{StoreError, files};
 use geometry::{isometry_from_pose, pose_from_isometry};
 use messages::{GraphDelta, LoopDecision, PoseGraph};
@@ -62,24 +63,45 @@ pub struct SessionJournal {
     file: File,
     /// Bytes of whole records.
     length: u64,
+    /// Decisions on loops in it.
+    decisions: usize,
+    config: SessionJournalLimits,
+}
+
+/// Limits of a [`SessionJournal`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct SessionJournalLimits {
+    /// Decisions on loops in the file, about 6 MB. At this number it is written anew with the newest half: as many as the session itself keeps.
+    pub max_decisions: usize,
+}
+
+impl Default for SessionJournalLimits {
+    fn default() -> Self {
+        Self { max_decisions: 20_000 }
+    }
 }
 
 impl SessionJournal {
     /// Begins a journal, or goes on with one that this process has begun.
     pub(crate) fn open(path: PathBuf) -> Result<Self, StoreError> {
+        Self::open_with(path, SessionJournalLimits::default())
+    }
+
+    pub(crate) fn open_with(path: PathBuf, config: SessionJournalLimits) -> Result<Self, StoreError> {
         let failed = |source| StoreError::io("write", &path, source);
         let options = OpenOptions::new().create(true).append(true).open(&path);
         let mut file = options.map_err(failed)?;
         let length = file.seek(SeekFrom::End(0)).map_err(failed)?;
         if length > 0 {
-            return Ok(Self { path, file, length });
+            let decisions = count_decisions(&path)?;
+            return Ok(Self { path, file, length, decisions, config });
         }
         file.write_all(&header()).map_err(failed)?;
         // The names of the journal and of its session's folder.
         for directory in path.ancestors().skip(1).take(2) {
             files::sync_directory(directory)?;
         }
-        Ok(Self { file, length: HEADER_BYTES, path })
+        Ok(Self { file, length: HEADER_BYTES, decisions: 0, config, path })
     }
 
     /// Appends a record. A record that could not be written whole is cut off again.
@@ -87,6 +109,12 @@ impl SessionJournal {
     /// # Errors
     /// When the disk fails.
     pub fn append(&mut self, record: &SessionRecord) -> Result<(), StoreError> {
+        if let SessionRecord::LoopDecided(_) = record {
+            if self.decisions >= self.config.max_decisions {
+                self.compact()?;
+            }
+            self.decisions += 1;
+        }
         let bytes = encode(record).and_then(|bytes| self.file.write_all(&bytes).map(|()| bytes.len()));
         match bytes {
             Ok(bytes) => {
@@ -101,6 +129,14 @@ impl SessionJournal {
         }
     }
 
+    /// Writes the file anew without decisions that newer ones have replaced.
+    fn compact(&mut self) -> Result<(), StoreError> {
+        let kept = self.config.max_decisions / 2;
+        compact(&self.path, kept)?;
+        *self = Self::open_with(self.path.clone(), self.config)?;
+        Ok(())
+    }
+
     /// Waits until all records and the names of the clouds beside them are on the disk.
     ///
     /// # Errors
@@ -111,7 +147,7 @@ impl SessionJournal {
     }
 }
 
-fn encode(record: &SessionRecord) -> io::Result<Vec<u8>> {
+pub(crate) fn encode(record: &SessionRecord) -> io::Result<Vec<u8>> {
     frame(&postcard::to_stdvec(record).map_err(io::Error::other)?)
 }
 
@@ -134,7 +170,7 @@ pub(crate) fn journal_of(records: &[&[u8]]) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-fn header() -> Vec<u8> {
+pub(crate) fn header() -> Vec<u8> {
     let mut header = MAGIC.to_vec();
     header.extend(JOURNAL_FORMAT_VERSION.to_le_bytes());
     header
@@ -240,7 +276,13 @@ impl RecoveredJournal {
                     self.keyframe_grid.update(&delta.nodes);
                 }
             }
-            SessionRecord::LoopDecided(decision) => self.decisions.push(decision),
+            SessionRecord::LoopDecided(decision) => {
+                let most = SessionJournalLimits::default().max_decisions;
+                if self.decisions.len() >= most {
+                    keep_newest(&mut self.decisions, most / 2);
+                }
+                self.decisions.push(decision);
+            }
             SessionRecord::ScanPose { stamp, map_from_base } => {
                 self.last_scan = stamp;
                 if scan_poses == ScanPoses::Wanted {
@@ -289,7 +331,7 @@ impl RecoveredJournal {
     }
 }
 
-enum Frame {
+pub(crate) enum Frame {
     /// With the bytes that it takes.
     Record(SessionRecord, u64),
     /// The end of the file, or a record that was not written whole.
@@ -298,7 +340,7 @@ enum Frame {
 }
 
 /// The next record of a file that has this number of bytes left.
-fn read_record(reader: &mut impl Read, left: u64) -> io::Result<Frame> {
+pub(crate) fn read_record(reader: &mut impl Read, left: u64) -> io::Result<Frame> {
     if left < FRAME_BYTES as u64 {
         return Ok(Frame::End);
     }

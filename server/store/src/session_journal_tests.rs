@@ -208,3 +208,53 @@ fn the_bytes_of_records_are_unchanged_and_every_version_is_read() {
         assert_eq!(read(&bytes), expected, "version {version}");
     }
 }
+
+fn decision(from: u32, to: u32, verdict: LoopVerdict) -> LoopDecision {
+    let task = LoopTask {
+        session: SessionId(Uuid::from_u128(1)),
+        from: KeyframeId(from),
+        to: KeyframeId(to),
+        source: LoopSource::Appearance(0.5),
+        guess: Pose::IDENTITY,
+    };
+    let evidence = LoopEvidence::default();
+    LoopDecision {
+        task,
+        from_from_to: Pose::IDENTITY,
+        verdict,
+        evidence,
+        by_hand: false,
+        reason: String::new(),
+    }
+}
+
+#[test]
+fn replaced_decisions_go_and_all_other_records_stay() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let path = dir.path().join("journal.bin");
+    let limits = SessionJournalLimits { max_decisions: 8 };
+    let mut journal = SessionJournal::open_with(path.clone(), limits).expect("opens");
+    let mut longest = 0;
+    for round in 0..20_u32 {
+        for record in records() {
+            journal.append(&record).expect("written");
+        }
+        // Two pairs are decided on again and again, and one anew in each round.
+        for (from, to) in [(1, 9), (2, 9), (100 + round, 9)] {
+            journal
+                .append(&SessionRecord::LoopDecided(decision(from, to, LoopVerdict::Held)))
+                .expect("written");
+        }
+        longest = longest.max(count_decisions(&path).expect("read"));
+    }
+    journal.sync().expect("synced");
+    assert!((4..=8).contains(&longest), "{longest} decisions in the file");
+    let read = read(&path);
+    assert_eq!((read.damaged_at, read.graph.revision, read.trajectory().len()), (None, 3, 40));
+    let pairs: Vec<u32> = read.decisions.iter().map(|decision| decision.task.from.0).collect();
+    assert!(pairs.ends_with(&[1, 2, 119]), "{pairs:?}");
+    // A journal that is opened again knows how many it holds.
+    let again = SessionJournal::open_with(path.clone(), limits).expect("opens");
+    assert_eq!(again.decisions, read.decisions.len());
+    assert!(!files::temporary_path(&path).exists());
+}

@@ -1,7 +1,7 @@
 //! Maps are renamed, deleted and restored, by a core that is killed after each step.
 
 use crate::core_process::CoreProcess;
-use crate::fake_gateway::{FakeGateway, until};
+use crate::fake_gateway::FakeGateway;
 use crate::stored_data::{copy, data_of_november_2026};
 use api::{Command, CommandOutcome, Event, MapSummary};
 use std::fs;
@@ -44,10 +44,6 @@ fn what_is_renamed_deleted_and_restored_stays_so_when_the_core_is_killed() {
     assert_eq!(maps[0].name, "Cellar");
     gateway.command(Command::TakeControl { name: "Test".to_owned() });
     gateway.command(Command::LeaveMap);
-    // Otherwise the pose goes to the bin with the map, and a restored map is in use at the next start.
-    until("the pose in the map that was left is removed", || {
-        (!data.join("place.json").exists()).then_some(())
-    });
     gateway.command(Command::DeleteMap(map));
     core.kill();
 
