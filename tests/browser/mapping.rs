@@ -8,7 +8,7 @@ use crate::support::server::Server;
 use crate::support::wait_for;
 
 /// Longest wait for a walk of the robot, on a machine that draws, simulates and serves on two cores.
-const WALK_LIMIT: Duration = Duration::from_secs(120);
+pub(super) const WALK_LIMIT: Duration = Duration::from_secs(120);
 const DRAW_LIMIT: Duration = Duration::from_secs(60);
 
 /// Smallest share of lit pixels in the middle of the window for a map to count as drawn. A blank canvas has none.
@@ -195,7 +195,7 @@ fn start_adding_a_loop(page: &mut Page) {
 
 /// Holds W until the robot has walked `distance_m` more, and turns a little.
 #[track_caller]
-fn drive_by_keys(page: &mut Page, distance_m: f64) {
+pub(super) fn drive_by_keys(page: &mut Page, distance_m: f64) {
     let goal = number(page, "Distance").unwrap_or(0.0) + distance_m;
     page.key_down(Key::W);
     wait_for("the robot to walk by keyboard", WALK_LIMIT, || {
@@ -222,7 +222,7 @@ fn drive_by_joystick(page: &mut Page, distance_m: f64) {
 
 /// Waits until a map is drawn; after the time limit, saves the picture and fails.
 #[track_caller]
-fn wait_for_drawn_map(page: &mut Page) {
+pub(super) fn wait_for_drawn_map(page: &mut Page) {
     let started = Instant::now();
     loop {
         let picture = page.screenshot();
@@ -238,7 +238,7 @@ fn wait_for_drawn_map(page: &mut Page) {
 }
 
 /// The number of a status in its plain unit, from texts like `12.3 m`, `64 k` and `1\u{a0}234`.
-fn number(page: &mut Page, status: &str) -> Option<f64> {
+pub(super) fn number(page: &mut Page, status: &str) -> Option<f64> {
     let text = page.status(status)?;
     let (digits, unit) = text.split_once(' ').unwrap_or((&text, ""));
     let value: f64 = digits.replace('\u{a0}', "").parse().ok()?;

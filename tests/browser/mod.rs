@@ -3,3 +3,4 @@
 mod harness;
 mod importing;
 mod mapping;
+mod own_building;

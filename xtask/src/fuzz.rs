@@ -362,15 +362,15 @@ mod tests {
             executions: 1000,
             is_finding,
         };
-        let slots = [slot("pcd", 30.0, false), slot("pcd", 15.0, true), slot("las", 6.0, false)];
+        let slots = [slot("pcd", 30.0, false), slot("pcd", 18.0, true), slot("las", 12.0, false)];
         let text: String = slots.iter().map(Slot::line).collect();
         // A line that was being written when the run was ended.
         let record = Record::parse(&format!("{text}pcd\t60."));
         assert_eq!(record.0, slots);
-        assert_eq!(record.processor_s("pcd"), 45.0);
+        assert_eq!(record.processor_s("pcd"), 48.0);
         let table = record.table();
         assert!(table.contains("| `pcd` | 2.0 | 0.8 | 2000 | 1 |"), "{table}");
-        assert!(table.ends_with("| all | 3.0 | 0.9 | 3000 | 1 |\n"), "{table}");
+        assert!(table.ends_with("| all | 3.0 | 1.0 | 3000 | 1 |\n"), "{table}");
     }
 
     #[test]

@@ -126,6 +126,8 @@ mod tests {
         assert_eq!(ended_by(Signal::TERM), None);
         // An exit code.
         assert_eq!(limit_reached(ExitStatus::from_raw(2 << 8)), None);
+        let sentence = texts::out_of_memory(LimitedCommand::Align, 512);
+        assert!(sentence.starts_with("the alignment needs more than 512 MB of memory"), "{sentence}");
         for text in ["0", "nan", "-1", "x"] {
             assert!(parse_minutes(text).is_err(), "{text}");
         }

@@ -57,6 +57,8 @@ pub(crate) struct FrameState {
     pub(crate) drawer_open: bool,
     /// Whether the list of keyboard shortcuts is shown.
     pub(crate) help_open: bool,
+    /// Whether a field for a name was shown in the last frame. Escape then keeps the old name and does nothing else.
+    pub(crate) is_name_entered: bool,
     /// The tab that was opened last on each screen.
     open_tabs: Vec<Tab>,
 }

@@ -1,5 +1,6 @@
 //! The process of the simulated robot.
 
+use super::child_report::ChildReport;
 use super::core_process::wall_clock;
 use super::process_watch::{SupervisionArgs, thread_failed, watch_process, watchdog};
 use super::stop::Stop;
@@ -78,6 +79,8 @@ pub fn run_robot(args: &SimulatedRobotArgs) -> Result<(), Failure> {
             return Ok(());
         }
     };
+    // The site is built. From now on silence means that the robot hangs.
+    args.supervision.report(&ChildReport::Alive);
     select! {
         recv(stop.receiver()) -> _ => Ok(()),
         recv(robot.ended()) -> _ => Err(Failure::failed(texts::SIMULATION_ENDED)),

@@ -141,6 +141,38 @@ fn floor(edge: i32) -> Vec<u8> {
     file
 }
 
+mod nightly {
+    use super::las_header;
+    use crate::program::{json, text};
+    use std::fs;
+    use std::io::{BufWriter, Write};
+
+    /// Halls of 60 m x 60 m above each other, a point every 3 cm, as many points as an import takes: no wall hides any of them from a viewpoint. The memory of an import is a limit of the system, so that it ends beyond it.
+    #[test]
+    fn dense_floors_of_the_most_points_fit_the_memory() {
+        const POINTS: i32 = 8_000_000;
+        const EDGE: i32 = 2_000;
+        let dir = tempfile::tempdir().expect("temporary directory");
+        let (file, out) = (dir.path().join("halls.las"), dir.path().join("m"));
+        let mut writer = BufWriter::new(fs::File::create(&file).expect("writable"));
+        writer.write_all(&las_header(POINTS as u32)).expect("written");
+        for point in 0..POINTS {
+            let (hall, of_hall) = (point / (EDGE * EDGE), point % (EDGE * EDGE));
+            let position = [30 * (of_hall % EDGE), 30 * (of_hall / EDGE), 3_000 * hall];
+            let mut record = position.map(i32::to_le_bytes).concat();
+            record.extend((point as u16 & 1_023).to_le_bytes());
+            record.extend([0; 6]);
+            writer.write_all(&record).expect("written");
+        }
+        writer.into_inner().expect("written").sync_all().expect("written");
+        let report = json(&["import", text(&file), "--out", text(&out)]);
+        assert_eq!(report["points"].as_u64(), Some(POINTS as u64));
+        let (places, memory) = (report["places"].as_u64(), report["memory_bytes"].as_u64());
+        eprintln!("{places:?} viewpoints, peak {memory:?} bytes");
+        assert!(places > Some(1_000) && memory < Some(512 << 20), "{report}");
+    }
+}
+
 /// The only sentence of an import that fails.
 fn complaint(arguments: &[&str]) -> String {
     let output = crate::program::run(arguments);

@@ -1,4 +1,5 @@
 //! Sites that are written and read again, and mistakes in files.
 
+mod examples;
 mod mistakes;
 mod twins;

@@ -21,6 +21,8 @@ pub(crate) fn show(ctx: &Context, panels: &mut FeaturePanels, cx: &mut PanelCont
     for panel in panels.iter_mut() {
         panel.update(ctx, cx);
     }
+    // Set again by whoever shows one.
+    cx.frame.is_name_entered = false;
     top_bar::show(ctx, cx);
     rail::show(ctx, cx);
     for panel in panels.iter_mut() {

@@ -31,7 +31,7 @@ pub(crate) struct DrivingPanel {
 
 impl FeaturePanel for DrivingPanel {
     fn update(&mut self, ctx: &Context, cx: &mut PanelContext<'_>) {
-        if !ctx.egui_wants_keyboard_input() && is_stop_pressed(ctx) {
+        if !ctx.egui_wants_keyboard_input() && is_stop_pressed(ctx, cx.frame.is_name_entered) {
             cx.commands.push(ClientCommand::StopMotion);
         }
     }
@@ -71,10 +71,14 @@ impl DrivingPanel {
     }
 }
 
-/// Escape stops whatever else it does. Space stops unless it presses the focused button.
-fn is_stop_pressed(ctx: &Context) -> bool {
+/// Escape stops whatever else it does, except while a name is entered: whoever keeps a name has no danger in mind. Space stops unless it presses the focused
+/// button.
+fn is_stop_pressed(ctx: &Context, is_name_entered: bool) -> bool {
     let is_nothing_focused = ctx.memory(|memory| memory.focused().is_none());
-    ctx.input(|input| input.key_pressed(Key::Escape) || (is_nothing_focused && input.key_pressed(Key::Space)))
+    ctx.input(|input| {
+        (!is_name_entered && input.key_pressed(Key::Escape))
+            || (is_nothing_focused && input.key_pressed(Key::Space))
+    })
 }
 
 /// Velocity of the keys held down; `None` if there are none or the window lacks the focus.

@@ -182,6 +182,7 @@ pub(crate) fn show_actions(
 /// The field in the place of a map's name, and its buttons. Ends the renaming when the name is given or kept.
 pub(crate) fn show_rename(ui: &mut Ui, cx: &mut PanelContext<'_>, rename: &mut Option<Rename>) {
     let Some(Rename { map, name }) = rename else { return };
+    cx.frame.is_name_entered = true;
     let tokens = cx.tokens;
     let field = TextInput::new(("rename", map.0), texts::NEW_NAME).max_length(MAX_NAME_CHARS).take_focus();
     let mut given = field.show(ui, tokens, cx.text_inputs, name).submitted;

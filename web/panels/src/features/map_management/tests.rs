@@ -46,7 +46,7 @@ fn a_map_is_renamed_where_its_name_stands() {
 }
 
 #[test]
-fn escape_keeps_the_name() {
+fn escape_keeps_the_name_and_stops_only_when_it_is_pressed_again() {
     let (client, _) = viewing();
     let mut harness = client.shown(1440.0, 900.0);
     click(&mut harness, "Rename Hall");
@@ -57,6 +57,10 @@ fn escape_keeps_the_name() {
     );
     let renamed = |command: &ClientCommand| matches!(command, ClientCommand::RenameMap { .. });
     assert!(!harness.state().commands.iter().any(renamed));
+    assert!(!harness.state().emitted(&ClientCommand::StopMotion));
+    harness.key_press(egui::Key::Escape);
+    harness.run_steps(2);
+    assert!(harness.state().emitted(&ClientCommand::StopMotion));
 }
 
 #[test]
