@@ -29,6 +29,7 @@ const OURS: &[(&str, &[&str])] = &[
     ("mapping", &["factors", "geometry", "points", "registration", "vocab"]),
     ("localisation", &["geometry", "mapping", "points", "registration", "vocab"]),
     ("navigation", &["geometry", "points", "vocab"]),
+    ("topomap", &["geometry", "mapping", "navigation", "site_model", "vocab"]),
     ("executive", &["geometry", "localisation", "messages", "navigation", "vocab"]),
     (
         "stack",
@@ -56,7 +57,18 @@ const OURS: &[(&str, &[&str])] = &[
     ("recorder", &["formats", "geometry", "messages", "ports", "scan_codec", "vocab"]),
     (
         "store",
-        &["api", "formats", "geometry", "map_codec", "mapping", "messages", "ports", "site_model", "vocab"],
+        &[
+            "api",
+            "formats",
+            "geometry",
+            "map_codec",
+            "mapping",
+            "messages",
+            "ports",
+            "site_model",
+            "topomap",
+            "vocab",
+        ],
     ),
     (
         "runtime",
@@ -95,8 +107,10 @@ const OURS: &[(&str, &[&str])] = &[
             "scan_codec",
             "sim",
             "site_files",
+            "site_model",
             "stack",
             "store",
+            "topomap",
             "vocab",
             "watchdog",
         ],
@@ -147,6 +161,8 @@ const AUTONOMY_MAY_USE: &[&str] = &[
     "rand_core",
     "rand_pcg",
     "thiserror",
+    // Ids; random ones need a feature that no crate of the core enables.
+    "uuid",
 ];
 
 /// Words that the core's code may not contain, with the reason or replacement.

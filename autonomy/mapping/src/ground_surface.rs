@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 /// Parameters of [`GroundSurface::find`]. Heights are counted in layers of `layer_m`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct GroundConfig {
+pub struct GroundConfig {
     /// Edge of a column, metres.
     pub column_m: f32,
     /// Height of a layer, metres.
@@ -54,11 +54,11 @@ impl GroundConfig {
 }
 
 /// Column (x, y) and layer of a piece of ground.
-pub(crate) type GroundCell = (i32, i32, i32);
+pub type GroundCell = (i32, i32, i32);
 
 /// All ground of a cloud.
 #[derive(Debug)]
-pub(crate) struct GroundSurface {
+pub struct GroundSurface {
     config: GroundConfig,
     /// For each column: the layers of its ground, ascending.
     layers: BTreeMap<(i32, i32), Vec<i32>>,

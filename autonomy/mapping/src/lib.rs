@@ -16,7 +16,7 @@ mod floor_detection;
 mod graph_element;
 mod graph_optimiser;
 mod graph_publisher;
-mod ground_surface;
+pub mod ground_surface;
 mod keyframe_descriptor;
 mod known_ground;
 mod last_map;

@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::{
     align, convert, export, import, info, localise, map, merge, optimise, patch, replay, sim_record, site,
-    trajectory, up,
+    topomap, trajectory, up,
 };
 use clap::{Parser, Subcommand};
 
@@ -44,6 +44,8 @@ enum Command {
     Import(import::ImportArgs),
     /// Give a saved map the frame of another one of the same site.
     Align(align::AlignArgs),
+    /// Make a topological map, nodes and edges, from a saved map.
+    Topomap(topomap::TopomapArgs),
     /// Find the best poses for a pose graph.
     Optimise(optimise::OptimiseArgs),
     /// Describe a recording and its missing inputs, or a saved map.
@@ -102,6 +104,7 @@ impl Cli {
             Command::Export(args) => export::run(&args),
             Command::Import(args) => import::run(&args),
             Command::Align(args) => align::run(&args),
+            Command::Topomap(args) => topomap::run(&args),
             Command::Optimise(args) => optimise::run(&args),
             Command::Info(args) => info::run(&args),
             Command::Convert(args) => convert::run(&args),

@@ -30,6 +30,7 @@ mod site;
 #[cfg(test)]
 mod test_data;
 mod texts;
+mod topomap;
 mod trajectory;
 mod up;
 

@@ -44,6 +44,21 @@ pub fn no_map(folder: &Path, error: &dyn Display) -> String {
     )
 }
 
+/// A file for a topological map with an unknown ending.
+pub fn unknown_topomap_format(out: &Path) -> String {
+    format!("the ending of {} says no format; use .json, .yaml or .geojson, or --format", out.display())
+}
+
+/// A topological map was made; `what` describes it.
+pub fn topomap_made(map: &Path, what: &str) -> String {
+    format!("{}: {what}", map.display())
+}
+
+/// An argument that is no pose on a dock.
+pub const DOCK_EXPECTED: &str = "expected X,Y,Z,HEADING: metres and degrees, such as 0,0,0,90";
+/// An argument that is no length of a robot.
+pub const ROBOT_LENGTH_EXPECTED: &str = "expected a length of more than 0 and at most 10 metres";
+
 /// A map with missing cloud files.
 pub fn missing_clouds(map: &Path) -> String {
     format!("{} has no clouds for some of its keyframes; make the map again", map.display())

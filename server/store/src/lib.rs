@@ -32,6 +32,7 @@ mod stop_latch;
 mod stored_data_check;
 mod texts;
 mod tiles;
+mod topomap_source;
 mod uploads;
 mod viewpoint_clouds;
 
@@ -53,6 +54,7 @@ pub use session_journal::{SessionJournal, SessionRecord};
 pub use stop_latch::StoredStopLatch;
 pub use stored_data_check::StoredDataReport;
 pub use tiles::TileFiles;
+pub use topomap_source::TopomapSource;
 pub use uploads::{StoredUpload, UploadNote};
 pub use viewpoint_clouds::{Viewpoint, visible_points, write_viewpoint_clouds};
 

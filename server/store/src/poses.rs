@@ -11,7 +11,7 @@ use std::fs;
 use std::path::Path;
 
 /// Versions of both documents.
-const POSES_FORMAT_VERSIONS: Versions = Versions { first_checked: 2, newest: 2 };
+pub(crate) const POSES_FORMAT_VERSIONS: Versions = Versions { first_checked: 2, newest: 2 };
 
 /// `place.json`. Programs up to November 2026 wrote no version, which counts as 1.
 #[derive(Serialize, Deserialize)]
@@ -24,9 +24,9 @@ struct PoseDocument {
 
 /// `docks.json`.
 #[derive(Serialize, Deserialize)]
-struct DocksDocument {
+pub(crate) struct DocksDocument {
     format_version: u32,
-    docks: Vec<PoseInMap>,
+    pub(crate) docks: Vec<PoseInMap>,
 }
 
 impl Store {

@@ -1,6 +1,6 @@
 //! `autoinspect export`: writes a saved map as a file for other programs, or as a picture from above.
 
-mod picture;
+pub(crate) mod picture;
 
 use crate::failure::Failure;
 use crate::{output, texts};
@@ -84,7 +84,7 @@ pub fn run(args: &ExportArgs) -> Result<(), Failure> {
         .format
         .or_else(|| format_of(&args.out))
         .ok_or_else(|| Failure::usage(texts::unknown_format(&args.out)))?;
-    let map = summary(&args.map)?;
+    let map = map_summary(&args.map)?;
     let clouds =
         map_clouds(&args.map, CloudSelection { spacing_m: args.spacing, include_dynamic: args.moving })
             .map_err(Failure::usage)?;
@@ -107,7 +107,7 @@ pub fn run(args: &ExportArgs) -> Result<(), Failure> {
 }
 
 /// The map's summary, which is written last: a map without it is incomplete.
-fn summary(map: &Path) -> Result<MapSummary, Failure> {
+pub(crate) fn map_summary(map: &Path) -> Result<MapSummary, Failure> {
     let bytes = fs::read(map.join("map.json")).map_err(|error| Failure::usage(texts::no_map(map, &error)))?;
     serde_json::from_slice(&bytes).map_err(|error| Failure::unreadable(&map.join("map.json"), error))
 }

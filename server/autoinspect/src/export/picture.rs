@@ -111,6 +111,12 @@ impl Picture {
         writer.finish().map_err(io::Error::other)
     }
 
+    /// Least and greatest coordinates of the picture's area, metres, map frame.
+    pub fn area_m(&self) -> [[f64; 2]; 2] {
+        let corner = |more: [i64; 2]| [0, 1].map(|axis| (self.first[axis] + more[axis]) as f64 * self.pixel);
+        [corner([0, 0]), corner(self.size.map(|cells| cells as i64))]
+    }
+
     /// Content of the world file, six lines: size of a pixel and the map coordinates of the middle of the first one, metres.
     pub fn world_file(&self) -> String {
         let middle = |cell: i64| (cell as f64 + 0.5) * self.pixel;

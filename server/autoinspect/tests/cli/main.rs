@@ -19,3 +19,4 @@ mod refusals;
 mod robot_process;
 mod site_edits;
 mod stored_data;
+mod topomap;

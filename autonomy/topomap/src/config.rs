@@ -1,0 +1,119 @@
+//! Parameters of the generation of topological maps.
+
+/// Parameters of [`crate::generate`] and [`crate::FloorBuilder`].
+///
+/// "Sensitivity" says what `cargo xtask bench topomap` showed when the value was changed (docs/benchmarks/topomap.md).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TopomapConfig {
+    /// Edge of the cells in which one point of the clouds is kept, metres. Chosen: the noise of a LiDAR (2 cm) and the error of a map (1 cm) stay within
+    /// a cell. It divides the edges of ground columns and layers.
+    pub voxel_m: f64,
+    /// Points farther than this from their keyframe are left out, metres. Chosen: keyframes are a metre apart, so that the ground along the walk is
+    /// seen from nearer than this many times.
+    pub range_max_m: f64,
+    /// Of eight neighbouring columns, how many must have ground. Fewer than for virtual viewpoints, so that doorways (0.9 m, four columns) keep theirs.
+    pub ground_neighbours_min: usize,
+    /// A column without ground gets that of its neighbours if at least this number of the eight have ground at one height. LiDARs see the floor in
+    /// rings, which leaves holes. Five: edges of platforms, where three have ground, do not grow.
+    pub hole_neighbours_min: usize,
+    /// Number of points that make an obstacle. One or two are noise: the edges of objects, or a person of whom most points were removed.
+    pub obstacle_points_min: usize,
+    /// Number of points that block a walked way. Where the robot has walked, what it meets later was put there, or is what is left of a person in the
+    /// clouds; a closed door or a box has hundreds of points. Sensitivity: with 3, people cut generated:11 into 8 pieces.
+    pub blocking_points_min: usize,
+    /// Half the width of the body, metres: 0.5 m for robots of the size of Spot and ANYmal. Where the robot has walked, this much room is
+    /// enough, because it has passed there; elsewhere there has to be the radius of its turning circle.
+    pub half_width_m: f64,
+    /// Half the width that the feet need, metres: the ground is checked this far to both sides.
+    pub half_stance_m: f64,
+    /// Longest distance without known ground along an edge, metres: a hole in the data, shorter than any opening that a robot falls into.
+    pub ground_gap_max_m: f64,
+    /// Greatest width of a corridor to either side, metres: room to walk round a person, as the default of [`site_model::Corridor`].
+    pub corridor_max_m: f64,
+    /// Distance between the samples of the walked path, metres.
+    pub sample_m: f64,
+    /// Poses of the path that are farther apart than this belong to different walks, metres: a walk ended, or the robot was carried.
+    pub path_gap_m: f64,
+    /// A path within this distance of a walked one is the same way, metres. It has to stay below 3 m, the distance within which every walked metre has an
+    /// edge. Sensitivity: with 1 m, ways back along the same aisle become ways of their own.
+    pub merge_distance_m: f64,
+    /// Difference in height from which on two places are on different floors, metres: less than the lowest storey.
+    pub floor_separation_m: f64,
+    /// Slope from which on ground is stairs: 20 degrees. EN ISO 14122-1 recommends ramps up to 20 degrees, and stairs from 20 to 45 degrees.
+    pub stairs_slope_min: f64,
+    /// Length over which the slope is measured, metres: three treads.
+    pub stairs_window_m: f64,
+    /// Least height of stairs, metres: two steps. Lower ones are walked over.
+    pub stairs_rise_min_m: f64,
+    /// Distance of the nodes of stairs from the first and the last step, metres: half the length of a robot, so that it stands on level ground.
+    pub stairs_margin_m: f64,
+    /// Level ground between stairs that is no longer than this is a landing, and no floor of its own, metres.
+    pub landing_max_m: f64,
+    /// Greatest distance between neighbouring nodes, metres. Chosen: the reference system has 37 nodes at B1. Sensitivity: the number of nodes on
+    /// straight ways is inverse to it.
+    pub node_spacing_m: f64,
+    /// Greatest distance of an edge from the way that it stands for, metres. A bend that departs more gets a node.
+    pub deviation_max_m: f64,
+    /// Nodes nearer to each other than this become one where all edges stay free, metres.
+    pub node_merge_m: f64,
+    /// Ways round an obstacle that are shorter than this in all are not kept as a loop, metres.
+    pub loop_min_m: f64,
+    /// Dead ends shorter than this are dropped, metres: the robot turned round there.
+    pub dead_end_min_m: f64,
+    /// Distance between a dock and its approach node, metres: the length of a robot.
+    pub dock_approach_m: f64,
+    /// A path within this distance of a dock ends at the dock, metres.
+    pub dock_radius_m: f64,
+    /// The approach of a dock is joined to a way within this distance, metres.
+    pub dock_reach_m: f64,
+    /// In surveys: every place is within this distance of a node, over the floor, metres.
+    pub survey_cover_m: f64,
+    /// In surveys: connected floor smaller than this is left out, square metres.
+    pub survey_piece_min_m2: f64,
+    /// In surveys: a way between two places that is longer than the existing one times the inverse of this is left out (greedy spanner; Althöfer and
+    /// others, 1993).
+    pub survey_detour_max: f64,
+    /// In surveys: ways keep this distance from obstacles where there is room, metres.
+    pub survey_comfort_m: f64,
+    /// In surveys: factor by which floor nearer to obstacles costs more.
+    pub survey_tight_cost: f64,
+}
+
+impl Default for TopomapConfig {
+    fn default() -> Self {
+        Self {
+            voxel_m: 0.05,
+            range_max_m: 12.0,
+            ground_neighbours_min: 4,
+            hole_neighbours_min: 5,
+            obstacle_points_min: 3,
+            blocking_points_min: 12,
+            half_width_m: 0.25,
+            half_stance_m: 0.18,
+            ground_gap_max_m: 0.3,
+            corridor_max_m: 1.0,
+            sample_m: 0.25,
+            path_gap_m: 1.5,
+            merge_distance_m: 1.5,
+            floor_separation_m: 1.2,
+            stairs_slope_min: 0.36,
+            stairs_window_m: 0.8,
+            stairs_rise_min_m: 0.34,
+            stairs_margin_m: 0.5,
+            landing_max_m: 5.0,
+            node_spacing_m: 12.0,
+            deviation_max_m: 0.8,
+            node_merge_m: 2.5,
+            loop_min_m: 8.0,
+            dead_end_min_m: 2.5,
+            dock_approach_m: 1.0,
+            dock_radius_m: 0.4,
+            dock_reach_m: 5.0,
+            survey_cover_m: 4.0,
+            survey_piece_min_m2: 10.0,
+            survey_detour_max: 1.6,
+            survey_comfort_m: 0.8,
+            survey_tight_cost: 3.0,
+        }
+    }
+}

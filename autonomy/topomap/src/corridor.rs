@@ -1,0 +1,201 @@
+//! Whether a robot can walk straight from one place to another, and how much room there is to both sides.
+
+use crate::floor::Floor;
+use crate::path::Path;
+use geometry::Vector3;
+use nalgebra::Vector2;
+
+/// Distance between the places of a line at which the ground is looked up, metres: half a column.
+const STEP_M: f64 = 0.1;
+/// Places before and behind within which the highest ground counts, because a robot steps over the edge of a tread: 0.3 m.
+const TREAD_STEPS: usize = 3;
+/// Greatest difference of height at the end of a line, metres; more is another floor.
+const END_HEIGHT_M: f64 = 0.4;
+/// A line follows the walked path if all of it is within this distance of samples of the path, metres.
+const WALKED_WITHIN_M: f64 = 0.3;
+
+/// Free room along a line, metres, at most the distance that was searched.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Room {
+    /// To the nearest obstacle on the left.
+    pub left_m: f64,
+    /// To the nearest obstacle on the right.
+    pub right_m: f64,
+}
+
+/// Heights of the ground along a line.
+struct Profile {
+    heights: Vec<f64>,
+    /// Longest stretch without ground for the feet, metres.
+    gap_m: f64,
+}
+
+/// A line between two places, seen from above.
+struct Line {
+    from: Vector3,
+    to: Vector3,
+    along: Vector2<f64>,
+    length_m: f64,
+}
+
+impl Line {
+    fn new(from: &Vector3, to: &Vector3) -> Self {
+        let span = to.xy() - from.xy();
+        let length_m = span.norm();
+        let along = if length_m > 1e-6 { span / length_m } else { Vector2::x() };
+        Self { from: *from, to: *to, along, length_m }
+    }
+
+    fn at(&self, distance_m: f64) -> Vector2<f64> {
+        self.from.xy() + self.along * distance_m
+    }
+
+    fn left(&self) -> Vector2<f64> {
+        Vector2::new(-self.along.y, self.along.x)
+    }
+
+    fn steps(&self) -> usize {
+        (self.length_m / STEP_M).ceil().max(1.0) as usize
+    }
+}
+
+impl Floor {
+    /// The ground along a line, checked as wide as the feet need it. None if the line ends on another floor.
+    fn profile(&self, line: &Line) -> Option<Profile> {
+        let steps = line.steps();
+        let side = line.left() * self.config.half_stance_m;
+        let mut height = line.from.z;
+        let mut profile = Profile { heights: Vec::with_capacity(steps + 1), gap_m: 0.0 };
+        let mut gap_m = 0.0;
+        for step in 0..=steps {
+            let at = line.at(line.length_m * step as f64 / steps as f64);
+            let found = self.ground(at.x, at.y, height);
+            height = found.unwrap_or(height);
+            let has_sides =
+                [at + side, at - side].iter().all(|foot| self.ground(foot.x, foot.y, height).is_some());
+            gap_m = if found.is_some() && has_sides { 0.0 } else { gap_m + STEP_M };
+            profile.gap_m = profile.gap_m.max(gap_m);
+            profile.heights.push(height);
+        }
+        ((height - line.to.z).abs() <= END_HEIGHT_M).then_some(profile)
+    }
+
+    /// Free room along a line up to `reach_m` to both sides; `points_min` points make an obstacle. Linear in the points around it.
+    fn room_along(&self, line: &Line, heights: &[f64], reach_m: f64, points_min: usize) -> Room {
+        let last = heights.len() - 1;
+        let highest = |place: usize| {
+            let near = place.saturating_sub(TREAD_STEPS)..=(place + TREAD_STEPS).min(last);
+            heights[near].iter().copied().fold(f64::NEG_INFINITY, f64::max)
+        };
+        let low: Vec<f64> = (0..=last).map(|place| highest(place) + self.robot.step).collect();
+        let mut sides: [Vec<f64>; 2] = [Vec::new(), Vec::new()];
+        for point in self.obstacles_around(&line.from, &line.to, reach_m) {
+            let [x, y, z] = point.map(f64::from);
+            let offset = Vector2::new(x, y) - line.from.xy();
+            let (along_m, left_m) = (offset.dot(&line.along), offset.dot(&line.left()));
+            let beyond_m = (-along_m).max(along_m - line.length_m).max(0.0);
+            let distance_m = left_m.hypot(beyond_m);
+            if distance_m > reach_m {
+                continue;
+            }
+            let share = (along_m / line.length_m.max(1e-6)).clamp(0.0, 1.0);
+            let place = (share * last as f64).round() as usize;
+            if z > low[place] && z < heights[place] + self.robot.clearance {
+                sides[usize::from(left_m < 0.0)].push(distance_m);
+            }
+        }
+        let [left_m, right_m] = sides.map(|mut distances| {
+            if points_min == 0 || distances.len() < points_min {
+                return reach_m;
+            }
+            *distances.select_nth_unstable_by(points_min - 1, f64::total_cmp).1
+        });
+        Room { left_m, right_m }
+    }
+
+    /// Whether there is ground all along a line.
+    pub fn has_ground(&self, from: &Vector3, to: &Vector3) -> bool {
+        let profile = self.profile(&Line::new(from, to));
+        profile.is_some_and(|profile| profile.gap_m <= self.config.ground_gap_max_m)
+    }
+
+    /// Whether there is ground all along a line, and no obstacle of at least `points_min` points within `clearance_m`.
+    fn is_passable(&self, from: &Vector3, to: &Vector3, clearance_m: f64, points_min: usize) -> bool {
+        let line = Line::new(from, to);
+        let Some(profile) = self.profile(&line) else { return false };
+        if profile.gap_m > self.config.ground_gap_max_m {
+            return false;
+        }
+        let room = self.room_along(&line, &profile.heights, clearance_m, points_min);
+        room.left_m.min(room.right_m) >= clearance_m
+    }
+
+    /// Free room along a line up to `reach_m` to both sides; none if it ends on another floor.
+    pub fn room(&self, from: &Vector3, to: &Vector3, reach_m: f64) -> Option<Room> {
+        let line = Line::new(from, to);
+        let profile = self.profile(&line)?;
+        Some(self.room_along(&line, &profile.heights, reach_m, self.config.obstacle_points_min))
+    }
+
+    /// How far from a line the robot may walk to both sides, metres: there is ground, and no obstacle within the radius in which it turns.
+    pub fn corridor(&self, from: &Vector3, to: &Vector3) -> site_model::Corridor {
+        let (line, max_m) = (Line::new(from, to), self.config.corridor_max_m);
+        let none = site_model::Corridor { left_m: 0.0, right_m: 0.0 };
+        let Some(profile) = self.profile(&line) else { return none };
+        let reach_m = max_m + self.robot.radius;
+        let room = self.room_along(&line, &profile.heights, reach_m, self.config.obstacle_points_min);
+        let width = |side: f64, free_m: f64| {
+            let free_m = (free_m - self.robot.radius).clamp(0.0, max_m);
+            let ground_m = self.ground_beside(&line, &profile.heights, side, free_m);
+            // Whole centimetres, because the points are no more accurate.
+            (100.0 * free_m.min(ground_m)).floor() / 100.0
+        };
+        site_model::Corridor { left_m: width(1.0, room.left_m), right_m: width(-1.0, room.right_m) }
+    }
+
+    /// How far there is ground on one side of a line, metres, up to `max_m`. The feet need [`crate::TopomapConfig::half_stance_m`] of it.
+    fn ground_beside(&self, line: &Line, heights: &[f64], side: f64, max_m: f64) -> f64 {
+        let last = heights.len() - 1;
+        let mut reached_m = max_m;
+        for (place, height) in heights.iter().enumerate() {
+            let middle = line.at(line.length_m * place as f64 / last.max(1) as f64);
+            let (mut out_m, mut level) = (0.0, *height);
+            while out_m < reached_m {
+                let at = middle + line.left() * (side * (out_m + STEP_M + self.config.half_stance_m));
+                let Some(ground) = self.ground(at.x, at.y, level) else { break };
+                level = ground;
+                out_m += STEP_M;
+            }
+            reached_m = reached_m.min(out_m);
+        }
+        reached_m
+    }
+}
+
+/// Decides which straight lines are ways.
+pub(crate) struct Passage<'a> {
+    pub floor: &'a Floor,
+    pub path: &'a Path,
+}
+
+impl Passage<'_> {
+    /// Whether a robot can walk straight from one place to another. Where it has walked along the line, the width of its body has to be free, and the
+    /// circle in which it turns elsewhere.
+    pub fn is_free(&self, from: &Vector3, to: &Vector3) -> bool {
+        let (robot, config) = (&self.floor.robot, &self.floor.config);
+        // Points are known to the middle of a voxel.
+        let turning_m = robot.radius + config.voxel_m / 2.0;
+        let is_passable = |clearance_m, points_min| self.floor.is_passable(from, to, clearance_m, points_min);
+        is_passable(turning_m, config.obstacle_points_min)
+            || (self.is_walked(from, to) && is_passable(config.half_width_m, config.blocking_points_min))
+    }
+
+    /// Whether the robot has walked along a line.
+    fn is_walked(&self, from: &Vector3, to: &Vector3) -> bool {
+        let steps = ((to - from).norm() / self.floor.config.sample_m).ceil().max(1.0) as usize;
+        (0..=steps).all(|step| {
+            let at = from.lerp(to, step as f64 / steps as f64);
+            self.path.is_near(&at, WALKED_WITHIN_M)
+        })
+    }
+}

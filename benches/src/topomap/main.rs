@@ -1,0 +1,225 @@
+//! Makes topological maps of simulated sites, which the whole stack has mapped, and checks them against the sites' solids and the walked path. Makes them of
+//! other maps too, such as imported surveys, of which no truth is known.
+
+#![allow(clippy::print_stdout, reason = "the table is this program's output")]
+
+mod check;
+mod mapped_folder;
+
+use anyhow::{Context, Error, Result, ensure};
+use benches::{quantile, thread_ms};
+use check::{PathCover, SolidCheck};
+use clap::Parser;
+use geometry::Isometry;
+use mapped_folder::MappedFolder;
+use messages::RobotProfile;
+use site_files::SiteSource;
+use site_model::Traversal;
+use std::path::PathBuf;
+use store::TopomapSource;
+use topomap::{GeneratedMap, TopomapConfig};
+
+/// Topological maps, checked against the truth of simulated sites.
+///
+/// Examples: cargo xtask bench topomap
+///           cargo xtask bench topomap --sites generated:11,generated:12
+///           cargo xtask bench topomap --sites b1 --set merge_distance_m=1
+#[derive(Parser)]
+struct Arguments {
+    /// Sites, separated by commas: names, generated:SEED, or buildings as FILE.glb.
+    #[arg(long, value_delimiter = ',', default_value = "b1,torus,plant,twins")]
+    sites: Vec<String>,
+    /// Further maps: folders of `autoinspect map --out` or `import --out`.
+    #[arg(long, value_delimiter = ',')]
+    maps: Vec<PathBuf>,
+    /// Seed of the walk that makes the map.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Length of that walk, minutes.
+    #[arg(long, default_value_t = 12.0)]
+    minutes: f64,
+    /// LiDAR columns per sweep; 2000 is full resolution.
+    #[arg(long, default_value_t = 500)]
+    columns: u32,
+    /// Number of people who walk on the site meanwhile.
+    #[arg(long, default_value_t = 4)]
+    people: u32,
+    /// Folder in which the maps of the sites are kept for the next time.
+    #[arg(long, default_value = "target/bench-topomap")]
+    work: PathBuf,
+    /// Other values of parameters, separated by commas: NAME=VALUE.
+    #[arg(long, value_delimiter = ',')]
+    set: Vec<String>,
+    /// Fail if a bar is missed.
+    #[arg(long)]
+    bar: bool,
+    /// Print one line for each edge that touches a solid, and each stretch of the path without an edge.
+    #[arg(long)]
+    verbose: bool,
+}
+
+/// Greatest distance of the walked path from an edge, metres.
+const COVER_MAX_M: f64 = 3.0;
+/// Longest time to make a topological map, seconds.
+const GENERATE_MAX_S: f64 = 3.0;
+/// Number of nodes of b1.
+const B1_NODES: std::ops::RangeInclusive<usize> = 30..=60;
+
+fn main() -> Result<()> {
+    let arguments = Arguments::parse();
+    let config = config(&arguments.set)?;
+    println!(
+        "| map | walked, m | nodes | edges, m | stairs: found of true, wrong | docks | floors | pieces | blocked | edges through solids | room left by the body: worst, 5 % | path to edge: mean, worst, over 3 m | read, s | made, s |"
+    );
+    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+    let mut missed = Vec::new();
+    for name in arguments.sites.iter().filter(|name| !name.is_empty()) {
+        let source: SiteSource = name.parse().map_err(Error::msg)?;
+        let folder = MappedFolder::of(&source, &arguments.work, &arguments)?;
+        let site = source.load()?;
+        let check = SolidCheck { site: &site, site_from_map: folder.site_from_map };
+        missed.extend(row(name, &folder.path, &folder.docks, &config, Some(&check), arguments.verbose)?);
+    }
+    for map in &arguments.maps {
+        let name = map.file_name().unwrap_or_default().to_string_lossy();
+        missed.extend(row(&name, map, &[], &config, None, arguments.verbose)?);
+    }
+    for bar in &missed {
+        println!("BAR MISSED: {bar}");
+    }
+    if missed.is_empty() {
+        println!("all bars met");
+    }
+    ensure!(missed.is_empty() || !arguments.bar, "{} bars are missed", missed.len());
+    Ok(())
+}
+
+/// Makes the topological map of a folder and prints its row. Returns a sentence for each bar that is missed.
+fn row(
+    name: &str,
+    folder: &std::path::Path,
+    docks: &[Isometry],
+    config: &TopomapConfig,
+    check: Option<&SolidCheck<'_>>,
+    verbose: bool,
+) -> Result<Vec<String>> {
+    let docks: Vec<_> = docks.iter().map(geometry::pose_from_isometry).collect();
+    let profile = RobotProfile::default();
+    let begun = thread_ms();
+    let source = TopomapSource::read(folder, &docks, &profile, *config)
+        .with_context(|| format!("{} cannot be read", folder.display()))?;
+    let read_s = (thread_ms() - begun) * 1e-3;
+    // Of a survey, the virtual viewpoints stand for a path: they are spread over its ground.
+    let is_survey = source.path().is_empty();
+    let path: Vec<Isometry> = match is_survey {
+        true => source.keyframes().iter().map(|(_, pose)| *pose).collect(),
+        false => source.path().iter().map(|(_, pose)| *pose).collect(),
+    };
+    let begun = thread_ms();
+    let made = source.generate();
+    let made_s = (thread_ms() - begun) * 1e-3;
+    if verbose {
+        for way in &made.blocked {
+            let (a, b) = (way.from_m, way.to_m);
+            println!(
+                "blocked: {:?} {:.2},{:.2},{:.2} - {:.2},{:.2},{:.2}",
+                way.by, a.x, a.y, a.z, b.x, b.y, b.z
+            );
+        }
+    }
+    let cover = PathCover::new(&path, &made, COVER_MAX_M, profile.standing_height_m, verbose && !is_survey);
+    let length_m: f64 = check::edges(&made).map(|edge| (edge.to - edge.from).norm()).sum();
+    let floors: std::collections::BTreeSet<i32> = made.nodes.iter().map(|node| node.floor).collect();
+    let solids = check.map(|check| check.edges(&made, profile.standing_height_m, verbose));
+    let (stairs, through, room) = match &solids {
+        Some(found) => {
+            let mut rooms = found.rooms_m.clone();
+            rooms.sort_by(f64::total_cmp);
+            (
+                format!("{} of {}, {}", found.stairs_found, found.stairs_true, found.stairs_wrong),
+                found.through.to_string(),
+                format!("{:.2}, {:.2} m", quantile(&rooms, 0.0), quantile(&rooms, 0.05)),
+            )
+        }
+        None => (format!("{}", stairs(&made)), "-".to_owned(), "-".to_owned()),
+    };
+    println!(
+        "| {name} | {:.0} | {} | {}, {length_m:.0} | {stairs} | {} | {} | {} | {} | {through} | {room} | {:.2}, {:.2}, {:.1} % | {read_s:.2} | {made_s:.2} |",
+        cover.walked_m,
+        made.nodes.len(),
+        made.edges.len(),
+        made.docks.len(),
+        floors.len(),
+        made.pieces,
+        made.blocked.len(),
+        cover.mean_m,
+        cover.worst_m,
+        100.0 * cover.far_share,
+    );
+    let mut missed = Vec::new();
+    let mut bar = |is_met: bool, sentence: String| missed.extend((!is_met).then_some(sentence));
+    bar(made_s < GENERATE_MAX_S, format!("{name}: made in {made_s:.2} s"));
+    bar(made.pieces == 1, format!("{name}: {} connected pieces", made.pieces));
+    bar(
+        is_survey || cover.worst_m <= COVER_MAX_M,
+        format!("{name}: a walked place is {:.2} m from all reachable edges", cover.worst_m),
+    );
+    if let Some(found) = &solids {
+        bar(found.through == 0, format!("{name}: {} edges lead through solids", found.through));
+        bar(
+            found.stairs_found == found.stairs_true && found.stairs_wrong == 0,
+            format!("{name}: stairs are not right"),
+        );
+    }
+    if name == "b1" {
+        bar(B1_NODES.contains(&made.nodes.len()), format!("{name}: {} nodes", made.nodes.len()));
+    }
+    Ok(missed)
+}
+
+fn stairs(made: &GeneratedMap) -> usize {
+    made.edges.iter().filter(|edge| edge.traversal == Traversal::Stairs).count() / 2
+}
+
+/// The usual parameters with other values for some.
+fn config(values: &[String]) -> Result<TopomapConfig> {
+    let mut config = TopomapConfig::default();
+    for value in values {
+        let (name, value) = value.split_once('=').context("--set expects NAME=VALUE")?;
+        let value: f64 = value.parse()?;
+        let field = match name {
+            "half_width_m" => &mut config.half_width_m,
+            "half_stance_m" => &mut config.half_stance_m,
+            "ground_gap_max_m" => &mut config.ground_gap_max_m,
+            "sample_m" => &mut config.sample_m,
+            "merge_distance_m" => &mut config.merge_distance_m,
+            "stairs_slope_min" => &mut config.stairs_slope_min,
+            "stairs_window_m" => &mut config.stairs_window_m,
+            "node_spacing_m" => &mut config.node_spacing_m,
+            "deviation_max_m" => &mut config.deviation_max_m,
+            "node_merge_m" => &mut config.node_merge_m,
+            "loop_min_m" => &mut config.loop_min_m,
+            "dead_end_min_m" => &mut config.dead_end_min_m,
+            "range_max_m" => &mut config.range_max_m,
+            "survey_cover_m" => &mut config.survey_cover_m,
+            "survey_detour_max" => &mut config.survey_detour_max,
+            "survey_comfort_m" => &mut config.survey_comfort_m,
+            "survey_tight_cost" => &mut config.survey_tight_cost,
+            "obstacle_points_min" => {
+                config.obstacle_points_min = value as usize;
+                continue;
+            }
+            "blocking_points_min" => {
+                config.blocking_points_min = value as usize;
+                continue;
+            }
+            "ground_neighbours_min" => {
+                config.ground_neighbours_min = value as usize;
+                continue;
+            }
+            _ => anyhow::bail!("there is no parameter {name} to set"),
+        };
+        *field = value;
+    }
+    Ok(config)
+}
