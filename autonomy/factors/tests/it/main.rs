@@ -7,6 +7,7 @@
 
 mod incremental;
 mod jacobians;
+mod laws;
 mod published;
 mod robust;
 mod support;
