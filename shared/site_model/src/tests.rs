@@ -392,6 +392,23 @@ fn objects_are_the_same_after_json_and_after_the_wire() {
 }
 
 #[test]
+fn missions_and_schedules_are_saved_to_a_file_and_loaded_into_a_site() {
+    let full = site();
+    let json = serde_json::to_string(&PlanFile::of(&full)).expect("JSON");
+    let file: PlanFile = serde_json::from_str(&json).expect("the same");
+    assert_eq!((file.missions.len(), file.schedules.len()), (1, 1));
+    let mut other = full.clone();
+    for object in [ObjectId::Mission(MissionId(uuid(20))), ObjectId::Schedule(ScheduleId(uuid(30)))] {
+        other.apply(&other.removal(edit_id(1), object), edit_id(2)).expect("applies");
+    }
+    other.apply(&file.edit(&other, edit_id(3)).expect("of this version"), edit_id(4)).expect("applies");
+    assert_eq!(values(&other), values(&full));
+    assert_eq!(file.edit(&other, edit_id(5)).expect("of this version").changes, [], "nothing is new");
+    let newer = PlanFile { format_version: 2, ..file };
+    assert_eq!(newer.edit(&other, edit_id(6)), Err(PlanFileError::TooNew(2)));
+}
+
+#[test]
 fn what_only_one_side_changed_is_merged_and_what_both_changed_is_for_a_person() {
     let before = site();
     let renamed = |name: &str, number| Object::Node(node(number, name, NodeKind::Inspection));

@@ -1,0 +1,222 @@
+//! The topological map as a graph with costs: what can be walked now, and how long it takes.
+
+use super::zones::{ZoneRules, rules_on_edge};
+use super::{is_blocked, route_tree::RouteTree};
+use site_model::{Edge, EdgeBlock, EdgeCost, EdgeId, LocalTime, NodeId, Site, Traversal, ZoneId};
+use std::collections::BTreeMap;
+use vocab::{Stamp, Vec3};
+
+/// Parameters of [`RouteGraph`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RouteConfig {
+    /// Usual speed on flat ground, m/s. Chosen: that of the simulated legged robot on free ground.
+    pub usual_speed_m_s: f64,
+    /// Factor on that speed on stairs. Chosen: legged robots climb at a third of their walking speed.
+    pub stairs_speed_ratio: f64,
+    /// Factor on that speed on edges that are walked slowly, and through doors.
+    pub slow_speed_ratio: f64,
+    /// Time to align with a dock and to get onto it, seconds.
+    pub docking_s: f64,
+    /// Weight of the newest traversal in a learned time. At 0.2, the last ten traversals make nine tenths of it.
+    pub learning_rate: f64,
+    /// Distance between the points of an edge at which zones are looked up, metres.
+    pub zone_step_m: f64,
+}
+
+impl Default for RouteConfig {
+    fn default() -> Self {
+        Self {
+            usual_speed_m_s: 0.7,
+            stairs_speed_ratio: 0.33,
+            slow_speed_ratio: 0.5,
+            docking_s: 20.0,
+            learning_rate: 0.2,
+            zone_step_m: 0.25,
+        }
+    }
+}
+
+/// Time that traversals of an edge took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LearnedTime {
+    /// Weighted mean, seconds.
+    pub mean_s: f64,
+    /// Weighted variance, s².
+    pub variance_s2: f64,
+    /// Number of traversals.
+    pub count: u32,
+}
+
+impl LearnedTime {
+    /// Adds a traversal.
+    pub fn add(&mut self, took_s: f64, config: &RouteConfig) {
+        // The plain mean until the weight of the newest would be smaller than the learning rate.
+        let weight = config.learning_rate.max(1.0 / f64::from(self.count + 1));
+        let difference = took_s - self.mean_s;
+        self.mean_s += weight * difference;
+        self.variance_s2 = (1.0 - weight) * (self.variance_s2 + weight * difference * difference);
+        self.count += 1;
+    }
+}
+
+/// Learned times of edges.
+pub type LearnedTimes = BTreeMap<EdgeId, LearnedTime>;
+
+/// What holds now, besides the site.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RouteConditions<'a> {
+    /// Present time on the robot's clock, by which blocks end.
+    pub now: Stamp,
+    /// Time of day in the site's zone, for zones that hold for a part of the day. None: such zones hold.
+    pub time_of_day: Option<LocalTime>,
+    /// Times of earlier traversals.
+    pub learned: Option<&'a LearnedTimes>,
+}
+
+/// Why an edge cannot be used.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Closure {
+    /// It is disabled.
+    Disabled,
+    /// It could not be walked.
+    Blocked(EdgeBlock),
+    /// It leads through a keep-out zone.
+    KeepOut(ZoneId),
+}
+
+/// An edge of the graph.
+#[derive(Clone, Debug)]
+pub(super) struct GraphEdge {
+    pub id: EdgeId,
+    pub from: usize,
+    pub to: usize,
+    pub length_m: f64,
+    /// Whole microseconds, so that sums are exact.
+    pub cost_us: u64,
+    pub speed_m_s: f64,
+    pub closure: Option<Closure>,
+}
+
+/// A graph of the nodes and edges of a site. Edges of which an end does not exist are left out.
+#[derive(Clone, Debug, Default)]
+pub struct RouteGraph {
+    pub(super) nodes: Vec<NodeId>,
+    pub(super) positions: Vec<Vec3>,
+    pub(super) index: BTreeMap<NodeId, usize>,
+    pub(super) edges: Vec<GraphEdge>,
+    pub(super) edge_index: BTreeMap<EdgeId, usize>,
+    /// Edges that end at each node.
+    pub(super) incoming: Vec<Vec<usize>>,
+}
+
+impl RouteGraph {
+    /// The graph of a site. Linear in nodes and edges, and in edges times zones.
+    pub fn new(site: &Site, conditions: &RouteConditions<'_>, config: &RouteConfig) -> Self {
+        let mut graph = Self::default();
+        for node in site.nodes() {
+            graph.index.insert(node.id, graph.nodes.len());
+            graph.nodes.push(node.id);
+            graph.positions.push(node.map_from_node.position);
+        }
+        graph.incoming = vec![Vec::new(); graph.nodes.len()];
+        let blocks: BTreeMap<EdgeId, &EdgeBlock> =
+            site.edge_blocks().map(|block| (block.edge, block)).collect();
+        for edge in site.edges() {
+            let (Some(from), Some(to)) = (graph.index_of(edge.from), graph.index_of(edge.to)) else {
+                continue;
+            };
+            let ends = (graph.positions[from], graph.positions[to]);
+            let rules = rules_on_edge(site, ends, conditions.time_of_day, config.zone_step_m);
+            let block = blocks.get(&edge.id).filter(|block| is_blocked(block, conditions.now));
+            let closure = match (edge.is_enabled, block, rules.keep_out) {
+                (false, ..) => Some(Closure::Disabled),
+                (_, Some(block), _) => Some(Closure::Blocked((*block).clone())),
+                (_, _, Some(zone)) => Some(Closure::KeepOut(zone)),
+                (true, None, None) => None,
+            };
+            let length_m = distance_m(ends.0, ends.1);
+            let learned = conditions.learned.and_then(|learned| learned.get(&edge.id));
+            let speed_m_s = speed_m_s(edge, &rules, config);
+            let cost_s = cost_s(edge, length_m, speed_m_s, learned, &rules, config);
+            let cost_us = to_microseconds(cost_s);
+            graph.incoming[to].push(graph.edges.len());
+            graph.edge_index.insert(edge.id, graph.edges.len());
+            graph.edges.push(GraphEdge { id: edge.id, from, to, length_m, cost_us, speed_m_s, closure });
+        }
+        graph
+    }
+
+    /// Whether the graph has this node.
+    pub fn contains(&self, node: NodeId) -> bool {
+        self.index.contains_key(&node)
+    }
+
+    /// The cheapest routes from all nodes to one. None if there is no such node.
+    pub fn routes_to(&self, goal: NodeId) -> Option<RouteTree<'_>> {
+        Some(RouteTree::new(self, self.index_of(goal)?))
+    }
+
+    /// Greatest speed on an edge, m/s: the least of the robot's, the edge's and that of its zones.
+    pub fn speed_m_s(&self, edge: EdgeId) -> Option<f64> {
+        Some(self.edges[*self.edge_index.get(&edge)?].speed_m_s)
+    }
+
+    /// Time that an edge takes, seconds, and its length, metres.
+    pub fn cost(&self, edge: EdgeId) -> Option<(f64, f64)> {
+        let edge = &self.edges[*self.edge_index.get(&edge)?];
+        Some((to_seconds(edge.cost_us), edge.length_m))
+    }
+
+    /// Why an edge cannot be used; none if it can.
+    pub fn closure(&self, edge: EdgeId) -> Option<&Closure> {
+        self.edges[*self.edge_index.get(&edge)?].closure.as_ref()
+    }
+
+    pub(super) fn index_of(&self, node: NodeId) -> Option<usize> {
+        self.index.get(&node).copied()
+    }
+}
+
+/// Speed on an edge, m/s.
+fn speed_m_s(edge: &Edge, rules: &ZoneRules, config: &RouteConfig) -> f64 {
+    let ratio = match edge.traversal {
+        Traversal::Stairs => config.stairs_speed_ratio,
+        Traversal::Slow | Traversal::Door => config.slow_speed_ratio,
+        Traversal::Walk | Traversal::Dock | Traversal::Action { .. } => 1.0,
+    };
+    let limits = [edge.max_speed_m_s, rules.speed_limit_m_s];
+    limits.into_iter().flatten().fold(config.usual_speed_m_s * ratio, f64::min)
+}
+
+/// Cost of an edge, seconds. A speed limit counts for its length only: fixed and learned times include it already.
+fn cost_s(
+    edge: &Edge,
+    length_m: f64,
+    speed_m_s: f64,
+    learned: Option<&LearnedTime>,
+    rules: &ZoneRules,
+    config: &RouteConfig,
+) -> f64 {
+    let docking_s = if edge.traversal == Traversal::Dock { config.docking_s } else { 0.0 };
+    let by_length_s = length_m / speed_m_s.max(0.01) + docking_s;
+    let time_s = match (edge.cost, learned) {
+        (EdgeCost::Fixed(time_s), _) => time_s,
+        (EdgeCost::Learned, Some(learned)) if learned.count > 0 => learned.mean_s,
+        (EdgeCost::Length | EdgeCost::Learned, _) => by_length_s,
+    };
+    time_s * rules.penalty
+}
+
+/// Rounded, from 0 to about 11 days, so that sums over any route do not overflow.
+fn to_microseconds(seconds: f64) -> u64 {
+    (seconds * 1e6).round().clamp(0.0, 1e12) as u64
+}
+
+pub(super) fn to_seconds(microseconds: u64) -> f64 {
+    microseconds as f64 * 1e-6
+}
+
+pub(super) fn distance_m(a: Vec3, b: Vec3) -> f64 {
+    let (x, y, z) = (a.x - b.x, a.y - b.y, a.z - b.z);
+    (x * x + y * y + z * z).sqrt()
+}

@@ -1,0 +1,33 @@
+//! Missions: planning on the topological map, the order of tasks, schedules, monitors, and the runs themselves.
+//!
+//! Everything here is a pure function of its input: no clock, no file, no random number, no thread. Calendar time is an input, and so are the answers of whoever
+//! walks and acts. [`MissionRunner`] is the one state machine. Its transitions are data ([`RUN_TABLE`], [`TASK_TABLE`]), and `docs/missions.md` is printed from them.
+//! What it decides is committed as events before anything acts on it, and a runner is rebuilt from these events after a restart.
+//!
+//! The crate is small and knows neither robots nor the stack, so that a browser can plan, order and preview with the same code.
+
+mod calendar;
+mod graph;
+mod ids;
+mod order;
+mod runs;
+#[cfg(test)]
+mod testing;
+mod texts;
+
+pub use calendar::{ClockChange, RecurrenceRule, RuleError, SiteZone, Slot, Slots, ZoneError};
+pub use graph::{
+    Closure, EdgeBlockConfig, GraphLocaliser, GraphLocaliserConfig, GraphPlace, LearnedTime, LearnedTimes,
+    NoRoute, Route, RouteConditions, RouteConfig, RouteGraph, RouteTree, is_blocked, next_block,
+};
+pub use order::{
+    OrderPreview, Tour, TourConfig, TourError, TourProblem, WayCost, node_of, order_tasks,
+    solve as solve_tour,
+};
+pub use runs::{
+    ActionInfo, ActionResult, BatteryConfig, DueSlot, GoalRequest, GoalResult, MissionEffect, MissionInput,
+    MissionNotice, MissionRunner, MonitorBank, RUN_TABLE, Records, Run, RunAction, RunTransition, RunTrigger,
+    RunnerConfig, Scheduler, SchedulerConfig, Situation, TASK_TABLE, TaskAction, TaskGuard, TaskRecord,
+    TaskTransition, TaskTrigger, battery_monitors, events_for_restart, time_to_dock_p95_s, to_markdown,
+};
+pub use texts::{notice, reach_failure, skip_reason, task_failure};

@@ -1,0 +1,10 @@
+//! The order of tasks: as listed, or that of the shortest way.
+
+mod mission_order;
+mod tour;
+mod tour_heuristic;
+#[cfg(test)]
+mod tour_tests;
+
+pub use mission_order::{OrderPreview, WayCost, node_of, order_tasks};
+pub use tour::{Tour, TourConfig, TourError, TourProblem, solve};

@@ -1,0 +1,52 @@
+//! Parameters of the mission runner.
+
+use super::battery::BatteryConfig;
+use super::scheduler::SchedulerConfig;
+use crate::graph::RouteConfig;
+use crate::order::TourConfig;
+use vocab::Span;
+
+/// Parameters of [`super::MissionRunner`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunnerConfig {
+    /// Of route planning.
+    pub routes: RouteConfig,
+    /// Of the order of tasks.
+    pub tour: TourConfig,
+    /// Of schedules.
+    pub scheduler: SchedulerConfig,
+    /// Of the built-in battery monitors.
+    pub battery: BatteryConfig,
+    /// Greatest number of queued runs.
+    pub queue_max: usize,
+    /// An action may take this many times its expected time, and `action_margin` more. Then it is cancelled.
+    pub action_time_ratio: i64,
+    /// Time for any action, whatever is expected of it.
+    pub action_margin: Span,
+    /// Time within which a cancelled action has to end.
+    pub cancel_time_limit: Span,
+    /// Time for an answer where no policy says one: after a restart that found an action begun.
+    pub question_time_limit: Span,
+    /// Time until docks are tried again, after none was reached for a monitor. It doubles up to `dock_retry_max`.
+    pub dock_retry: Span,
+    /// The longest such time.
+    pub dock_retry_max: Span,
+}
+
+impl Default for RunnerConfig {
+    fn default() -> Self {
+        Self {
+            routes: RouteConfig::default(),
+            tour: TourConfig::default(),
+            scheduler: SchedulerConfig::default(),
+            battery: BatteryConfig::default(),
+            queue_max: 32,
+            action_time_ratio: 3,
+            action_margin: Span::from_millis(60_000),
+            cancel_time_limit: Span::from_millis(10_000),
+            question_time_limit: Span::from_millis(300_000),
+            dock_retry: Span::from_millis(30_000),
+            dock_retry_max: Span::from_millis(600_000),
+        }
+    }
+}

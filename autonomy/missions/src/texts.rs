@@ -1,0 +1,173 @@
+//! Sentences for people, by key.
+
+use crate::runs::{MissionNotice, RunAction, TaskAction, TaskGuard};
+use site_model::{ReachFailure, RunState, SkipReason, TaskFailure, TaskState};
+
+pub(crate) const RUN_UNKNOWN: &str = "There is no such run any more. Reload the page.";
+pub(crate) const RUN_EXISTS: &str = "A run with this id exists already. Make another id.";
+pub(crate) const MISSION_UNKNOWN: &str = "There is no such mission. It may have been deleted.";
+pub(crate) const MISSION_EMPTY: &str = "The mission has no tasks. Add one first.";
+pub(crate) const TASK_UNKNOWN: &str = "The run has no such task. Reload the page.";
+pub(crate) const ALREADY_QUEUED: &str = "This mission is in the queue already.";
+pub(crate) const QUEUE_FULL: &str = "The queue is full. Remove a run from it first.";
+pub(crate) const OTHER_RUN: &str = "Another run is under way. Queue this one, or end the other first.";
+pub(crate) const BLOCKED: &str = "A monitor blocks missions, such as for a low battery. Queue the mission: it begins when the monitor permits.";
+pub(crate) const CANNOT_MOVE: &str = "Motion is stopped, or somebody drives. Press \"Allow motion\" first.";
+pub(crate) const NOT_POSSIBLE_NOW: &str = "The run is in another state now, in which this is not possible.";
+pub(crate) const NO_QUESTION: &str = "This question was answered already.";
+pub(crate) const CANCELLED_BY_PROGRAM: &str = "The program that offers the action has cancelled it.";
+pub(crate) const RESUME_WHEN_FREE: &str =
+    "Motion is stopped, or somebody drives. Allow motion first, then resume.";
+
+/// What a notice says.
+pub fn notice(notice: MissionNotice) -> String {
+    match notice {
+        MissionNotice::RunEnded(_, state) => format!("A run has ended: {}", run_state(state)),
+        MissionNotice::Question(..) => {
+            "A run asks what becomes of a task. Answer it, or the default is taken after its time.".to_owned()
+        }
+        MissionNotice::NoDockReached => {
+            "The robot did not reach any dock. It tries again by itself; drive it to a dock by hand if it cannot.".to_owned()
+        }
+        MissionNotice::ClockNotSynchronised => {
+            "The clock follows no time server, so schedules wait. Check the network, or the time server's settings.".to_owned()
+        }
+        MissionNotice::ScheduleUnusable(schedule) => {
+            format!("Schedule {schedule} cannot be used: check its rule, and the site's time zone.")
+        }
+        MissionNotice::MonitorHolds(monitor) => format!("The condition of monitor {monitor} holds."),
+        MissionNotice::PlanKept(_) => {
+            "The site has changed and lacks something that the run needs. The run goes on with its own plan.".to_owned()
+        }
+        MissionNotice::ActionSilent(_) => {
+            "An action did not end after it was cancelled. Check the program that offers it.".to_owned()
+        }
+    }
+}
+
+/// Why a task failed.
+pub fn task_failure(failure: &TaskFailure) -> String {
+    let text = match failure {
+        TaskFailure::NotReached(reason) => return reach_failure(reason),
+        TaskFailure::ActionFailed(reason) => return reason.clone(),
+        TaskFailure::ActionUnavailable => "No program offers this action now. Start it, then redo the task.",
+        TaskFailure::ActionTimedOut => "The action did not end in its time.",
+        TaskFailure::OutcomeUnknown => {
+            "The action was begun before the restart, and it is not known how it ended. Look, then skip or redo the task."
+        }
+    };
+    text.to_owned()
+}
+
+/// Why a place was not reached.
+pub fn reach_failure(failure: &ReachFailure) -> String {
+    let text = match failure {
+        ReachFailure::NoRoute { closed } if !closed.is_empty() => {
+            return format!("No route leads to the place: {} edges of the way are closed.", closed.len());
+        }
+        ReachFailure::NoSuchPlace => "The place does not exist any more. Choose another for the task.",
+        ReachFailure::NoRoute { .. } => "No edges lead to the place. Connect it in the topological map.",
+        ReachFailure::PathBlocked => "The path stayed blocked.",
+        ReachFailure::PoseNotFound => "The robot searched for its pose in the map and did not find it.",
+        ReachFailure::MapReplaced => "The map was replaced.",
+        ReachFailure::NotUndocked => "The robot could not leave its dock.",
+        ReachFailure::NotDocked => "The robot could not dock.",
+    };
+    text.to_owned()
+}
+
+/// Why a slot did not run.
+pub fn skip_reason(reason: SkipReason) -> &'static str {
+    match reason {
+        SkipReason::Requested => "left out by a person",
+        SkipReason::SchedulePaused => "the schedule was paused",
+        SkipReason::Missed => "noticed too late, as after the robot was switched off",
+        SkipReason::LaterSlotRuns => "a later slot runs instead",
+        SkipReason::OtherRun(_) => "another run was under way",
+        SkipReason::AlreadyQueued(_) => "a run of this schedule waits already",
+        SkipReason::QueueFull => "the queue was full",
+        SkipReason::Blocked(_) => "a monitor blocked missions for too long",
+        SkipReason::NoMission => "the mission does not exist or has no tasks",
+        SkipReason::SameInstant => "due at the same instant as another slot, because clocks go forward",
+    }
+}
+
+pub(crate) fn run_state(state: RunState) -> &'static str {
+    match state {
+        RunState::Queued => "It waits for its turn.",
+        RunState::Running => "Its tasks are done.",
+        RunState::Paused => "A person, a stop of motion or a monitor has paused it. A person resumes it.",
+        RunState::Suspended => "A monitor has interrupted it. It goes on by itself.",
+        RunState::Restarted => {
+            "The program was restarted. It goes on by itself once the robot's place is known."
+        }
+        RunState::Ending => {
+            "Its outcome is decided. The robot finishes its action and goes where the run ends."
+        }
+        RunState::Succeeded => "All tasks succeeded.",
+        RunState::PartiallySucceeded => "Some tasks succeeded.",
+        RunState::Failed => "No task succeeded.",
+        RunState::Cancelled => "A person ended it.",
+        RunState::Interrupted => "A monitor or a schedule ended it.",
+    }
+}
+
+pub(crate) fn task_state(state: TaskState) -> &'static str {
+    match state {
+        TaskState::Waiting => "It has not begun.",
+        TaskState::Navigating => "The robot goes to its place.",
+        TaskState::Running => "Its action is performed.",
+        TaskState::Paused => "The robot was on its way when the run was paused.",
+        TaskState::Retriable => "An attempt has failed. It is tried again, or a person is asked.",
+        TaskState::Succeeded => "It was done.",
+        TaskState::Failed => "It could not be done.",
+        TaskState::Skipped => "A person, or an answer that nobody gave in time, left it out.",
+        TaskState::Cancelled => "The run ended before it was done.",
+    }
+}
+
+pub(crate) fn run_action(action: RunAction) -> &'static str {
+    match action {
+        RunAction::PauseTask => "stop walking; an action that was begun is finished",
+        RunAction::InterruptTask => "stop walking; cancel the action",
+        RunAction::StopTask => "stop walking; cancel the action; end the task",
+        RunAction::FinishTask => "stop walking; an action that was begun is finished; end the task",
+        RunAction::GoToEnd => "outcome of the tasks; go where the mission ends",
+        RunAction::GoToDock => "outcome of the tasks; go to a dock",
+        RunAction::Stay => "outcome of the tasks; stay",
+        RunAction::EndCancelled => "outcome \"cancelled\"; stay",
+        RunAction::EndInterrupted => "outcome \"interrupted\"; stay",
+        RunAction::CancelTasks => "cancel all tasks that have not ended",
+    }
+}
+
+pub(crate) fn task_guard(guard: TaskGuard) -> &'static str {
+    match guard {
+        TaskGuard::Always => "",
+        TaskGuard::WithAction => "something is done there",
+        TaskGuard::WithoutAction => "only visited",
+        TaskGuard::RetriesLeft => "attempts are left",
+        TaskGuard::TriesLater => "policy: try later, the first time",
+        TaskGuard::Asks => "policy: ask",
+        TaskGuard::GoesOn => "policy: go on",
+        TaskGuard::EndsAtDock => "policy: end at a dock",
+        TaskGuard::EndsHere => "policy: end here",
+        TaskGuard::Idempotent => "can be repeated without harm",
+        TaskGuard::NotIdempotent => "cannot be repeated without harm",
+        TaskGuard::ForSkip => "for a skip",
+        TaskGuard::ForEnd => "for the end of the run",
+        TaskGuard::ForInterrupt => "for an interruption",
+    }
+}
+
+pub(crate) fn task_action(action: TaskAction) -> &'static str {
+    match action {
+        TaskAction::RequestGoal => "request the goal once this is durable",
+        TaskAction::CallAction => "call the action once this is durable",
+        TaskAction::CancelGoal => "cancel the goal",
+        TaskAction::CancelAction => "cancel the action; the task changes when that has ended",
+        TaskAction::Ask => "ask a person",
+        TaskAction::EndRunAtDock => "end the run at a dock",
+        TaskAction::EndRunHere => "end the run here",
+    }
+}
