@@ -12,7 +12,7 @@ use crate::uncertain_pose::UncertainPose;
 use crate::verification::{CandidateSource, Comparison, ComparisonResult, VerifiedPair};
 use geometry::{Isometry, Rotation};
 use std::sync::Arc;
-use vocab::{KeyframeId, Stamp};
+use vocab::KeyframeId;
 
 impl LoopFinder {
     /// Adds the next waypoint with its motion-corrected cloud (base frame, metres), measured from `sensor` (base frame, metres). If it is a
@@ -33,7 +33,7 @@ impl LoopFinder {
             let id = graph.add_keyframe(waypoint.stamp, &waypoint.map_from_base, None).id;
             return Novelty::Keyframe {
                 id,
-                tasks: self.insert_keyframe(graph, number, cloud, rotation, xyz),
+                tasks: self.insert_keyframe(graph, number, cloud, (rotation, waypoint.vertical), xyz),
             };
         }
         graph.add_distance(length_m);
@@ -46,7 +46,7 @@ impl LoopFinder {
         self.revisits.position = Some(position);
         if let Some((known, waypoint_from_known)) = self.find_known_ground(graph, &position, &cloud, rotation)
         {
-            let revisit = self.ask_comparison(graph, number, waypoint.stamp, known, &waypoint_from_known);
+            let revisit = self.ask_comparison(graph, number, waypoint, known, &waypoint_from_known);
             return Novelty::Revisit(revisit);
         }
         let (pose, information) = match &waypoint.step {
@@ -55,7 +55,10 @@ impl LoopFinder {
         };
         let edge = Edge { from: position.anchor, to: graph.next_id(), from_from_to: pose, information };
         let id = graph.add_keyframe(waypoint.stamp, &waypoint.map_from_base, Some(&edge)).id;
-        Novelty::Keyframe { id, tasks: self.insert_keyframe(graph, number, cloud, rotation, xyz) }
+        Novelty::Keyframe {
+            id,
+            tasks: self.insert_keyframe(graph, number, cloud, (rotation, waypoint.vertical), xyz),
+        }
     }
 
     /// Sets the pose of a waypoint in the finished map that the session extends. From now on the walk extends the map. Returns the pose of the
@@ -131,12 +134,12 @@ impl LoopFinder {
         distance_m.is_some_and(|distance_m| distance_m > self.config.candidates.min_walked_m)
     }
 
-    /// A comparison with a known keyframe, if one is due. `waypoint_from_known` is the keyframe's pose in the waypoint.
+    /// A comparison of the waypoint with this number with a known keyframe, if one is due. `waypoint_from_known` is the keyframe's pose in the waypoint.
     fn ask_comparison(
         &mut self,
         graph: &PoseGraph,
-        waypoint: u64,
-        stamp: Stamp,
+        number: u64,
+        waypoint: &Waypoint,
         known: usize,
         waypoint_from_known: &UncertainPose,
     ) -> Option<Revisit> {
@@ -151,8 +154,8 @@ impl LoopFinder {
         position.uncompared_m = 0.0;
         let (expected, keyframe) = (waypoint_from_known.inverse(), keyframe_id(known));
         self.revisits.pending.push_back(PendingRevisit {
-            waypoint,
-            stamp,
+            waypoint: number,
+            stamp: waypoint.stamp,
             keyframe,
             expected,
             anchor: position.anchor,
@@ -164,8 +167,9 @@ impl LoopFinder {
         }
         let (older, newer) = (self.submap(graph, known), Arc::new(self.recent_submap()));
         let (source, guesses) = (CandidateSource::Geometry, vec![expected.pose]);
-        let comparison = Comparison { source, guesses, expected: Some(expected), older, newer };
-        Some(Revisit { waypoint, keyframe, comparison })
+        let tilt = self.relative_tilt(known, waypoint.vertical.as_ref());
+        let comparison = Comparison { source, guesses, expected: Some(expected), tilt, older, newer };
+        Some(Revisit { waypoint: number, keyframe, comparison })
     }
 
     /// Takes the result of comparing a revisit. Comparisons that are not pending are rejected.

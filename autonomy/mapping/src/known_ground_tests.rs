@@ -6,6 +6,7 @@ use crate::{
     Decision, KeyframeDescriptor, LoopConfig, MapKeyframe, Node, OptimiserConfig, Verdict, compare, verify,
 };
 use geometry::{Matrix6, se3};
+use vocab::Stamp;
 
 /// A robot whose odometry rotates too far by `bias` radians per waypoint.
 struct Robot {
@@ -48,7 +49,7 @@ impl Robot {
         let cloud = scan(&self.world, pose, number as u64);
         self.finder.add_waypoint(
             &mut self.graph,
-            &Waypoint { stamp, map_from_base: *pose, step },
+            &Waypoint { stamp, map_from_base: *pose, step, vertical: None },
             &cloud,
             SENSOR,
         )

@@ -41,6 +41,7 @@ mod testing;
 mod uncertain_pose;
 mod verification;
 mod verification_queue;
+mod vertical;
 pub mod virtual_viewpoint;
 
 pub use consistency::{ConsistencyConfig, Decision, LoopConsistencyCheck, Verdict};
@@ -75,3 +76,4 @@ pub use verification::{
     VerificationTask, VerifiedPair, compare, verify,
 };
 pub use verification_queue::{QueuedComparison, VerificationQueueConfig};
+pub use vertical::{MeasuredVertical, RelativeTilt};

@@ -16,6 +16,7 @@ use crate::scan_context::{ScanContext, level_from_base};
 use crate::scan_context_index::ScanContextIndex;
 use crate::submap::{KeyframeCloud, LazySubmap, SubmapCache, SubmapConfig};
 use crate::verification::{CandidateSource, Comparison, VerificationConfig, VerificationTask, VerifiedPair};
+use crate::vertical::{MeasuredVertical, RelativeTilt};
 use crate::{UncertainPose, dynamic_points};
 use geometry::{Isometry, Rotation};
 use points::Downsampler;
@@ -92,6 +93,8 @@ pub struct LoopFinder {
     index: ScanContextIndex,
     pub(crate) clouds: Vec<Arc<KeyframeCloud>>,
     pub(crate) levels: Vec<Rotation>,
+    /// For each keyframe: the vertical there, if odometry measured it in this session.
+    verticals: Vec<Option<MeasuredVertical>>,
     submaps: SubmapCache,
     pub(crate) downsampler: Downsampler,
     /// Keyframe of the last accepted loop.
@@ -110,6 +113,7 @@ impl LoopFinder {
             index: ScanContextIndex::default(),
             clouds: Vec::new(),
             levels: Vec::new(),
+            verticals: Vec::new(),
             submaps: SubmapCache::new(config.cached_submaps),
             downsampler: Downsampler::default(),
             last_closed: None,
@@ -127,7 +131,8 @@ impl LoopFinder {
         graph.add_distance(2.0 * config.candidates.min_walked_m);
         for MapKeyframe { map_from_keyframe, descriptor } in map {
             let level = level_from_base(&map_from_keyframe.rotation);
-            finder.push_cloud(Arc::clone(&descriptor.cloud), level);
+            // Its vertical is that of another run of the odometry.
+            finder.push_cloud(Arc::clone(&descriptor.cloud), level, None);
             finder.index.push(Arc::clone(&descriptor.views[0]));
         }
         finder
@@ -150,7 +155,7 @@ impl LoopFinder {
         graph.add_keyframe(Stamp::EPOCH, &pose, new.edge);
         let cloud = Arc::new(KeyframeCloud::new(new.xyz, new.sensor, &mut self.downsampler));
         let waypoint = self.recent.push(step.unwrap_or_else(UncertainPose::identity), Arc::clone(&cloud));
-        self.insert_keyframe(graph, waypoint, cloud, &new.rotation, new.xyz)
+        self.insert_keyframe(graph, waypoint, cloud, (&new.rotation, None), new.xyz)
     }
 
     /// Makes the newest waypoint a keyframe. The graph contains it already.
@@ -159,13 +164,13 @@ impl LoopFinder {
         graph: &PoseGraph,
         waypoint: u64,
         cloud: Arc<KeyframeCloud>,
-        rotation: &Rotation,
+        (rotation, vertical): (&Rotation, Option<MeasuredVertical>),
         xyz: &[[f32; 3]],
     ) -> Vec<VerificationTask> {
         let newest = self.clouds.len();
         let level = level_from_base(rotation);
         self.revisits.anchor_at(keyframe_id(newest), waypoint);
-        self.push_cloud(cloud, level);
+        self.push_cloud(cloud, level, vertical);
         self.index.push(Arc::new(ScanContext::new(xyz, &level, [0.0; 2])));
         let candidates = self.candidates(graph, newest, xyz);
         if candidates.is_empty() {
@@ -179,6 +184,7 @@ impl LoopFinder {
                 source: candidate.source,
                 guesses: vec![candidate.guess],
                 expected: Some(candidate.expected),
+                tilt: self.relative_tilt(candidate.keyframe, vertical.as_ref()),
                 older: self.submap(graph, candidate.keyframe),
                 newer: Arc::clone(&newer),
             },
@@ -186,7 +192,23 @@ impl LoopFinder {
         tasks.collect()
     }
 
-    fn push_cloud(&mut self, cloud: Arc<KeyframeCloud>, level_from_base: Rotation) {
+    /// The vertical at a keyframe and at a newer place, if it is known at both.
+    pub(crate) fn relative_tilt(
+        &self,
+        older: usize,
+        newer: Option<&MeasuredVertical>,
+    ) -> Option<RelativeTilt> {
+        let older = self.verticals.get(older)?.as_ref()?;
+        Some(RelativeTilt::new(older, newer?))
+    }
+
+    fn push_cloud(
+        &mut self,
+        cloud: Arc<KeyframeCloud>,
+        level_from_base: Rotation,
+        vertical: Option<MeasuredVertical>,
+    ) {
+        self.verticals.push(vertical);
         self.floors.push(Arc::new(KeyframeFloor::new(Arc::clone(&cloud), level_from_base)));
         self.clouds.push(cloud);
         self.levels.push(level_from_base);
@@ -217,9 +239,10 @@ impl LoopFinder {
             return None;
         }
         let expected = graph.poses_in(from).get(newer).copied().flatten();
+        let tilt = self.relative_tilt(older, self.verticals.get(newer).and_then(Option::as_ref));
         let (older, newer) = (self.submap(graph, older), self.submap(graph, newer));
         let source = CandidateSource::Person;
-        let comparison = Comparison { source, guesses: vec![guess], expected, older, newer };
+        let comparison = Comparison { source, guesses: vec![guess], expected, tilt, older, newer };
         Some(VerificationTask { from, to, comparison })
     }
 

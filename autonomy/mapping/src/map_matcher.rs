@@ -309,7 +309,8 @@ impl MapMatcher {
     ) -> Option<Link> {
         let (older, newer) = (self.submap(from), other.submap(to));
         let (source, guesses) = (CandidateSource::Geometry, vec![guess]);
-        let result = compare(&Comparison { source, guesses, expected, older, newer }, verification);
+        let result =
+            compare(&Comparison { source, guesses, expected, tilt: None, older, newer }, verification);
         let measured = UncertainPose::from_information(result.pose, &result.information);
         let contradicts = |expected: UncertainPose| {
             expected.mahalanobis_squared(&measured).is_none_or(|squared| squared > CHI_SQUARED_6_999)

@@ -4,6 +4,7 @@ use crate::Odometer;
 use crate::graph_element::{Edge, Node, renormalised};
 use crate::graph_optimiser::OptimiserConfig;
 use crate::pose_graph::PoseGraph;
+use crate::vertical::MeasuredVertical;
 use geometry::{Isometry, Matrix6, Vector3, Vector6, se3, so3};
 use vocab::{KeyframeId, Span, Stamp};
 
@@ -83,6 +84,8 @@ pub struct Waypoint {
     pub map_from_base: Isometry,
     /// Odometry from the last waypoint; `None` for the first.
     pub step: Option<OdometryStep>,
+    /// The vertical there, if odometry measures it.
+    pub vertical: Option<MeasuredVertical>,
 }
 
 /// The odometry's pose of a motion-corrected scan.
@@ -102,6 +105,8 @@ pub struct ScanPose {
     pub covariance_inflation: Matrix6,
     /// Whether the LiDAR did not observe some direction.
     pub is_degenerate: bool,
+    /// Whether an IMU measures gravity, so that the tilt of `odom_from_base` does not drift.
+    pub is_gravity_measured: bool,
     /// Whether the LiDAR measured nothing, or nothing that fits the earlier scans. The pose is dead reckoning then, and the scan no waypoint.
     pub is_dead_reckoned: bool,
 }
@@ -335,7 +340,12 @@ impl Session {
         let ScanPose { odom_from_base, covariance, covariance_inflation, .. } = *scan;
         self.last_waypoint = Some(LastWaypoint { odom_from_base, covariance, covariance_inflation });
         let map_from_base = self.map_from_odom * scan.odom_from_base;
-        Some(Waypoint { stamp: scan.stamp, map_from_base, step })
+        let inflated = covariance_inflation.fixed_view::<3, 3>(0, 0).diagonal().max();
+        let vertical = scan.is_gravity_measured.then(|| MeasuredVertical {
+            up: odom_from_base.rotation.inverse() * Vector3::z(),
+            inflation_rad2: inflated,
+        });
+        Some(Waypoint { stamp: scan.stamp, map_from_base, step, vertical })
     }
 
     /// Appends to the trajectory. If it is full, every second entry of its older half is dropped first.

@@ -21,6 +21,7 @@ fn scan(stamp: Stamp, pose: &Isometry, is_degenerate: bool) -> ScanPose {
         covariance: Matrix6::zeros(),
         covariance_inflation: Matrix6::zeros(),
         is_degenerate,
+        is_gravity_measured: false,
         is_dead_reckoned: false,
     }
 }

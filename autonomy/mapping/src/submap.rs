@@ -2,7 +2,8 @@
 
 use crate::UncertainPose;
 use crate::range_image::RangeImage;
-use geometry::{Isometry, Matrix6};
+use geometry::{Isometry, Matrix6, Vector3};
+use nalgebra::Point3;
 use points::{Centroid, Downsampler, GaussianMap, GaussianMapConfig};
 use std::sync::{Arc, OnceLock};
 
@@ -103,6 +104,11 @@ impl KeyframeCloud {
         &self.view
     }
 
+    /// The position of the LiDAR, base frame, metres.
+    pub fn viewpoint(&self) -> Vector3 {
+        Vector3::from(self.view.sensor().map(f64::from))
+    }
+
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         self.points.len() * size_of::<[i16; 3]>() + 2 * 180 * 32
@@ -114,7 +120,9 @@ impl KeyframeCloud {
 pub struct Submap {
     /// The keyframe's own points.
     pub points: Vec<[f32; 3]>,
-    /// Surfaces of all members.
+    /// The position of the LiDAR from which the keyframe saw them.
+    pub viewpoint: Vector3,
+    /// Surfaces of all members. They have sides: a plane faces the position from which it was seen.
     pub map: GaussianMap,
     /// The keyframe and its neighbours, with their poses in the keyframe.
     pub members: Vec<(Isometry, Arc<KeyframeCloud>)>,
@@ -131,15 +139,18 @@ impl Submap {
         for (UncertainPose { pose: anchor_from_member, covariance }, cloud) in &members {
             mean_covariance += covariance / members.len() as f64;
             let rotation = anchor_from_member.rotation.to_rotation_matrix();
+            let viewpoint = (anchor_from_member * Point3::from(cloud.viewpoint())).coords;
             for point in cloud.points() {
-                let moved = rotation * geometry::Vector3::from(point.map(f64::from))
-                    + anchor_from_member.translation.vector;
-                map.insert(&[moved.x, moved.y, moved.z]);
+                let moved =
+                    rotation * Vector3::from(point.map(f64::from)) + anchor_from_member.translation.vector;
+                map.insert_from_viewpoint(moved.as_ref(), viewpoint.as_ref());
             }
         }
-        let points = members.get(own).map(|(_, cloud)| cloud.points().collect()).unwrap_or_default();
+        let (points, viewpoint) = members
+            .get(own)
+            .map_or_else(Default::default, |(_, cloud)| (cloud.points().collect(), cloud.viewpoint()));
         let members = members.into_iter().map(|(way, cloud)| (way.pose, cloud)).collect();
-        Self { points, map, members, mean_covariance }
+        Self { points, viewpoint, map, members, mean_covariance }
     }
 
     /// Bytes held, without the members, which are shared.

@@ -7,13 +7,14 @@
 use crate::range_image::Occupancy;
 use crate::submap::{LazySubmap, Submap};
 use crate::uncertain_pose::{CHI_SQUARED_6_999, diagonal_covariance};
-use crate::{Edge, PoseCertaintyConfig, UncertainPose};
+use crate::vertical::RelativeTilt;
+use crate::{Edge, PoseCertaintyConfig, SessionConfig, UncertainPose};
 use geometry::{Isometry, Matrix6, Vector3, se3, so3};
 use nalgebra::{SymmetricEigen, Translation3};
-use points::{GaussianMap, Surface};
+use points::Surface;
 use registration::{
     Fit, GaussNewtonConfig, MatchingConfig, ScanInformationConfig, WidthSchedule, degenerate_directions,
-    gauss_newton, linearise, refine,
+    gauss_newton, linearise_from_viewpoint, refine_from_viewpoint, score_from_viewpoint,
 };
 use std::sync::Arc;
 use vocab::KeyframeId;
@@ -38,7 +39,8 @@ pub struct VerificationConfig {
     pub coarse_points: usize,
     /// Gauss-Newton steps of the coarse registration.
     pub coarse_steps: usize,
-    /// Matching of the coarse registration.
+    /// Matching of the coarse registration. Surfaces have sides here and below: the two faces of an inner wall are 10 to 20 cm apart, and so within
+    /// the gates.
     pub coarse: MatchingConfig,
     /// Iteration of the fine registration.
     pub fine_iteration: GaussNewtonConfig,
@@ -51,6 +53,9 @@ pub struct VerificationConfig {
     pub min_conditioning: f64,
     /// Number of neighbouring points that share one error (of map, time and motion) and count as one, as in odometry.
     pub correlated_points: f64,
+    /// Standard deviation of the relative tilt of two keyframes by odometry with an IMU, radians. Its default is that of an odometry edge
+    /// ([`SessionConfig`]): motion correction and local map leave it, and gravity keeps it from growing along the walk.
+    pub tilt_std_rad: f64,
     /// A direction with a larger standard deviation is degenerate, metres.
     pub max_observed_std_m: f64,
     /// Standard deviation that submaps and motion correction leave however many points agree: rotation, radians.
@@ -82,7 +87,7 @@ impl Default for VerificationConfig {
             max_degenerate_std_m: PoseCertaintyConfig::default().max_std_m,
             coarse_points: 400,
             coarse_steps: 8,
-            coarse: MatchingConfig::coarse(),
+            coarse: MatchingConfig { front_facing_only: true, ..MatchingConfig::coarse() },
             fine_iteration: GaussNewtonConfig {
                 max_iterations: 15,
                 min_step: 1e-4,
@@ -91,10 +96,11 @@ impl Default for VerificationConfig {
                 relative_damping: 1e-7,
                 absolute_damping: 1e-9,
             },
-            fine: MatchingConfig::fine(),
+            fine: MatchingConfig { front_facing_only: true, ..MatchingConfig::fine() },
             start_offset_m: 1.2,
             min_conditioning: 0.04,
             correlated_points: ScanInformationConfig::default().correlated_points,
+            tilt_std_rad: SessionConfig::default().min_rotation_std_rad,
             max_observed_std_m: 0.05,
             floor_rotation_std_rad: 5e-4,
             floor_translation_std_m: 0.005,
@@ -139,6 +145,8 @@ pub struct Comparison {
     pub guesses: Vec<Isometry>,
     /// The same pose as the graph knows it, if it does.
     pub expected: Option<UncertainPose>,
+    /// The vertical at both places, if odometry measured it.
+    pub tilt: Option<RelativeTilt>,
     /// Submap of the older place.
     pub older: Arc<LazySubmap>,
     /// Submap of the newer place.
@@ -255,7 +263,7 @@ pub fn compare(comparison: &Comparison, config: &VerificationConfig) -> Comparis
         return no_fit(comparison);
     };
     let FineFit { pose, information, conditioning } =
-        register_finely(&older.map, &newer.points, &best.map_from_body, config);
+        register_finely(older, newer, &best.map_from_body, comparison.tilt.as_ref(), config);
     let information = information / config.correlated_points;
     let degenerate: Vec<Vector3> =
         degenerate_directions(&information, config.max_observed_std_m).into_iter().flatten().collect();
@@ -263,8 +271,8 @@ pub fn compare(comparison: &Comparison, config: &VerificationConfig) -> Comparis
     let information = with_covariance_floor(&pose, &information, submaps, config);
 
     let back = pose.inverse();
-    let (forth_overlap, residual_m) = overlap(&older.map, &newer.points, &pose, config);
-    let (back_overlap, _) = overlap(&newer.map, &older.points, &back, config);
+    let (forth_overlap, residual_m) = overlap(older, newer, &pose, config);
+    let (back_overlap, _) = overlap(newer, older, &back, config);
     let runner_up_ratio = runners_up
         .iter()
         .filter(|other| is_distinct(&pose, &other.map_from_body, &degenerate, config))
@@ -274,7 +282,7 @@ pub fn compare(comparison: &Comparison, config: &VerificationConfig) -> Comparis
     let (correction_m, correction_rad) = correction(guesses, &pose);
     let evidence = Evidence {
         source: *source,
-        score: registration::score(&older.map, &newer.points, &pose, &config.fine),
+        score: score_from_viewpoint(&older.map, &newer.points, &newer.viewpoint, &pose, &config.fine),
         overlap: [forth_overlap, back_overlap],
         residual_m,
         free_space_violation: [
@@ -348,7 +356,10 @@ fn register_coarsely(
                 Isometry::from_parts(Translation3::from(moved), guess.rotation)
             })
         })
-        .map(|start| refine(&older.map, &few, &start, &config.coarse, config.coarse_steps))
+        .map(|start| {
+            let (matching, steps) = (&config.coarse, config.coarse_steps);
+            refine_from_viewpoint(&older.map, &few, &newer.viewpoint, &start, matching, steps)
+        })
         .collect();
     // Stable: of equal scores the earlier start comes first.
     fits.sort_by(|a, b| b.score.total_cmp(&a.score));
@@ -363,21 +374,28 @@ struct FineFit {
     conditioning: f64,
 }
 
-/// Gauss-Newton on all points, in the observed directions only.
+/// Gauss-Newton on all points and the vertical, in the observed directions only. The vertical is one measurement, but the information of the points
+/// counts each of them, so it is scaled like theirs.
 fn register_finely(
-    map: &GaussianMap,
-    points: &[[f32; 3]],
+    older: &Submap,
+    newer: &Submap,
     start: &Isometry,
+    tilt: Option<&RelativeTilt>,
     config: &VerificationConfig,
 ) -> FineFit {
     let (mut information, mut conditioning) = (Matrix6::zeros(), 0.0);
     let iteration = &config.fine_iteration;
     let pose = gauss_newton(*start, &config.fine, iteration, |pose, matching| {
-        let equations = linearise(map, points, pose, matching);
+        let equations = linearise_from_viewpoint(&older.map, &newer.points, pose, &newer.viewpoint, matching);
         let observed = ObservedPart::new(&equations.information, config.min_conditioning);
         conditioning = observed.conditioning;
         information = observed.projection * equations.information * observed.projection;
-        let gradient = observed.projection * equations.gradient;
+        let mut gradient = observed.projection * equations.gradient;
+        if let Some(tilt) = tilt {
+            let (tilt_information, tilt_gradient) = tilt.linearise(pose, config.tilt_std_rad);
+            information += tilt_information * config.correlated_points;
+            gradient += tilt_gradient * config.correlated_points;
+        }
         // By the information before the projection, which the degenerate directions do not reduce.
         let damping = iteration.damping(&equations.information);
         let step = GaussNewtonConfig::solve_damped(&information, &gradient, damping)?;
@@ -452,19 +470,21 @@ fn with_covariance_floor(
     })
 }
 
-/// Share of the points that lie on a surface, and the root mean square distance of those on planes, metres.
+/// Share of a keyframe's points that lie on a surface of another submap, and the root mean square distance of those on planes, metres.
 fn overlap(
-    map: &GaussianMap,
-    points: &[[f32; 3]],
-    map_from_body: &Isometry,
+    submap: &Submap,
+    other: &Submap,
+    submap_from_other: &Isometry,
     config: &VerificationConfig,
 ) -> (f64, f64) {
-    let rotation = map_from_body.rotation.to_rotation_matrix();
+    let rotation = submap_from_other.rotation.to_rotation_matrix();
+    let translation = submap_from_other.translation.vector;
+    let viewpoint = rotation * other.viewpoint + translation;
     let gate_m = config.surface_distance_m;
     let (mut on, mut sum, mut flat) = (0_usize, 0.0, 0_usize);
-    for point in points {
-        let p = rotation * Vector3::from(point.map(f64::from)) + map_from_body.translation.vector;
-        match map.find_surface(&[p.x, p.y, p.z], gate_m) {
+    for point in &other.points {
+        let p = rotation * Vector3::from(point.map(f64::from)) + translation;
+        match submap.map.find_surface_facing(p.as_ref(), viewpoint.as_ref(), gate_m) {
             Some(Surface::Plane { distance, .. }) if distance.abs() <= gate_m => {
                 on += 1;
                 flat += 1;
@@ -477,7 +497,7 @@ fn overlap(
             Some(Surface::Plane { .. }) | None => {}
         }
     }
-    (on as f64 / points.len().max(1) as f64, (sum / flat.max(1) as f64).sqrt())
+    (on as f64 / other.points.len().max(1) as f64, (sum / flat.max(1) as f64).sqrt())
 }
 
 /// Of the points that a submap's scans could see, the share that stands in their free space. Every second scan and point is used.

@@ -173,7 +173,7 @@ mod tests {
     fn comparison(source: CandidateSource) -> Comparison {
         let nothing = Arc::new(LazySubmap::new(Vec::new(), 0));
         let (older, newer) = (nothing.clone(), nothing);
-        Comparison { source, guesses: Vec::new(), expected: None, older, newer }
+        Comparison { source, guesses: Vec::new(), expected: None, tilt: None, older, newer }
     }
 
     fn push(queue: &mut VerificationQueue, to: u32, source: CandidateSource) {

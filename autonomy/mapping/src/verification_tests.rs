@@ -18,6 +18,7 @@ fn task(older: &World, newer: &World, guess: Isometry, source: CandidateSource) 
             source,
             guesses: vec![guess],
             expected: Some(expected),
+            tilt: None,
             older: Arc::new(older.into()),
             newer: Arc::new(newer.into()),
         },
@@ -55,6 +56,30 @@ fn a_similar_room_with_a_wall_elsewhere_violates_free_space() {
         let found =
             verify(&task(older, newer, truth(), CandidateSource::Geometry), &VerificationConfig::default());
         assert_eq!(found.rejection, Some(RejectionReason::FreeSpaceViolation), "{:?}", found.evidence);
+    }
+}
+
+/// Two rooms share a wall of 12 cm, and each keyframe sees one face of it. At this guess the faces coincide, 12 cm from the truth. They say nothing about the
+/// distance across the wall.
+#[test]
+fn the_two_faces_of_a_thin_wall_are_not_taken_for_one() {
+    let mut world = room([-6.0, -2.5], [6.0, 2.5]);
+    world.push([[0.0, -2.5, -0.5], [0.12, 2.5, 2.5]]);
+    let older = submap(&world, &[at(-0.9, 0.1, 0.0), at(-1.6, 0.0, 0.1), at(-2.4, 0.1, 0.0)], 1);
+    let newer = submap(&world, &[at(1.1, -0.1, 0.2), at(1.6, 0.2, 0.3)], 11);
+    let guess = at(1.88, -0.2, 0.2);
+    let mut across = Vector6::zeros();
+    across.fixed_rows_mut::<3>(3).copy_from(&(guess.rotation.inverse() * Vector3::x()));
+    let information_across = |matching: &MatchingConfig| {
+        let equations =
+            linearise_from_viewpoint(&older.map, &newer.points, &guess, &newer.viewpoint, matching);
+        (across.transpose() * equations.information * across)[0]
+    };
+    let VerificationConfig { coarse, fine, .. } = VerificationConfig::default();
+    for with_sides in [coarse, fine] {
+        let without = MatchingConfig { front_facing_only: false, ..with_sides };
+        let [with_sides, without] = [with_sides, without].map(|matching| information_across(&matching));
+        assert!(with_sides < 0.2 * without, "{with_sides} of {without}");
     }
 }
 

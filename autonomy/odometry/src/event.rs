@@ -62,6 +62,8 @@ pub struct PoseEvent {
     pub degenerate_directions: [Option<Vector3>; 3],
     /// Result of the registration.
     pub registration: RegistrationReport,
+    /// Whether an IMU measures gravity, so that the tilt of the pose does not drift.
+    pub is_gravity_measured: bool,
     /// Whether the scan had too few points or did not fit the map, so that the pose is dead reckoning by the other sources.
     pub is_dead_reckoned: bool,
     /// Bias of the gyroscope, rad/s, IMU frame.

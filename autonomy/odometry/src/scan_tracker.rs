@@ -547,6 +547,7 @@ impl ScanTracker {
             odom_from_base_at_scan: odom_from_body_at_scan * body_from_base,
             degenerate_directions,
             registration: outcome.report,
+            is_gravity_measured: self.propagator.has_imu,
             is_dead_reckoned: outcome.report.rejected || !self.has_points(),
             gyro_bias: state.gyro_bias,
             accel_bias: state.accel_bias,

@@ -12,4 +12,6 @@ pub mod multi_start;
 pub use degeneracy::{ScanInformationConfig, ShrunkEquations, degenerate_directions, shrink_eigenvalues};
 pub use gauss_newton::{GaussNewtonConfig, WidthSchedule, gauss_newton};
 pub use linearise::{MatchingConfig, NormalEquations, linearise, linearise_from_viewpoint};
-pub use multi_start::{Fit, MultiStartConfig, multi_start, refine, score};
+pub use multi_start::{
+    Fit, MultiStartConfig, multi_start, refine, refine_from_viewpoint, score, score_from_viewpoint,
+};

@@ -2,7 +2,7 @@
 //! with the best fit wins.
 
 use crate::gauss_newton::{GaussNewtonConfig, gauss_newton};
-use crate::linearise::{MatchingConfig, NormalEquations, linearise};
+use crate::linearise::{MatchingConfig, NormalEquations, linearise_from_viewpoint};
 use geometry::{Isometry, Vector3, se3, so3};
 use nalgebra::Translation3;
 use points::SurfaceMap;
@@ -36,14 +36,27 @@ pub struct Fit {
 }
 
 /// How well a scan fits a map at a pose, 0 to 1: the mean over all points of 1 for a perfect match, one half for a residual of the
-/// kernel's width, 0 for a point without a surface (docs/maths/odometry.md, equation 19). `points` are in the body frame, metres.
+/// kernel's width, 0 for a point without a surface (docs/maths/odometry.md, equation 19). `points` are in the body frame, metres. The
+/// viewpoint is the origin of the body.
 pub fn score(
     map: &impl SurfaceMap,
     points: &[[f32; 3]],
     map_from_body: &Isometry,
     matching: &MatchingConfig,
 ) -> f64 {
-    score_of(&linearise(map, points, map_from_body, matching), points.len(), matching)
+    score_from_viewpoint(map, points, &Vector3::zeros(), map_from_body, matching)
+}
+
+/// As [`score`], for points that were seen from a viewpoint (body frame, metres).
+pub fn score_from_viewpoint(
+    map: &impl SurfaceMap,
+    points: &[[f32; 3]],
+    viewpoint: &Vector3,
+    map_from_body: &Isometry,
+    matching: &MatchingConfig,
+) -> f64 {
+    let equations = linearise_from_viewpoint(map, points, map_from_body, viewpoint, matching);
+    score_of(&equations, points.len(), matching)
 }
 
 fn score_of(equations: &NormalEquations, points: usize, matching: &MatchingConfig) -> f64 {
@@ -52,7 +65,8 @@ fn score_of(equations: &NormalEquations, points: usize, matching: &MatchingConfi
 }
 
 /// Damped Gauss-Newton from an initial pose, without a prior. The matching narrows linearly to `matching`; all parameters but the
-/// number of iterations are those of [`GaussNewtonConfig::default`]. `points` are in the body frame, metres.
+/// number of iterations are those of [`GaussNewtonConfig::default`]. `points` are in the body frame, metres. The viewpoint is the origin of
+/// the body.
 pub fn refine(
     map: &impl SurfaceMap,
     points: &[[f32; 3]],
@@ -60,13 +74,25 @@ pub fn refine(
     matching: &MatchingConfig,
     max_iterations: usize,
 ) -> Fit {
+    refine_from_viewpoint(map, points, &Vector3::zeros(), initial, matching, max_iterations)
+}
+
+/// As [`refine`], for points that were seen from a viewpoint (body frame, metres).
+pub fn refine_from_viewpoint(
+    map: &impl SurfaceMap,
+    points: &[[f32; 3]],
+    viewpoint: &Vector3,
+    initial: &Isometry,
+    matching: &MatchingConfig,
+    max_iterations: usize,
+) -> Fit {
     let config = GaussNewtonConfig { max_iterations, ..GaussNewtonConfig::default() };
     let pose = gauss_newton(*initial, matching, &config, |pose, widened| {
-        let equations = linearise(map, points, pose, widened);
+        let equations = linearise_from_viewpoint(map, points, pose, viewpoint, widened);
         let step = config.solve(&equations.information, &equations.gradient)?;
         Some((se3::retract(pose, &step), step.norm()))
     });
-    Fit { map_from_body: pose, score: score(map, points, &pose, matching) }
+    Fit { map_from_body: pose, score: score_from_viewpoint(map, points, viewpoint, &pose, matching) }
 }
 
 /// Refines rotated starts about every one of the `initial` poses and returns the best fit; `None` without initial poses.

@@ -28,6 +28,8 @@ pub(crate) struct LocatedScan {
     pub degenerate: [Option<Vector3>; 3],
     /// Points that entered registration.
     pub points_used: u32,
+    /// Whether an IMU measures gravity.
+    pub is_gravity_measured: bool,
     /// Whether the pose is predicted by other sensors, because the LiDAR saw nothing or nothing that fits the local map.
     pub is_dead_reckoned: bool,
     /// Motion-corrected points, base frame, metres.
@@ -172,6 +174,7 @@ impl OdometryAdapter {
                         covariance_inflation: pose.estimate.covariance_inflation,
                         degenerate: pose.degenerate_directions,
                         points_used: u32::try_from(pose.registration.points_used).unwrap_or(u32::MAX),
+                        is_gravity_measured: pose.is_gravity_measured,
                         is_dead_reckoned: pose.is_dead_reckoned,
                         cloud: Arc::new(cloud),
                     })));

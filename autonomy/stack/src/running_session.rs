@@ -141,6 +141,7 @@ impl RunningSession {
             covariance: located.covariance,
             covariance_inflation: located.covariance_inflation,
             is_degenerate: located.degenerate.iter().any(Option::is_some),
+            is_gravity_measured: located.is_gravity_measured,
             is_dead_reckoned: located.is_dead_reckoned,
         });
         self.waypoint = waypoint.map(|waypoint| {

@@ -86,6 +86,7 @@ fn edges(recorded: &[RecordedKeyframe], drift: f64, seed: u64) -> Vec<Edge> {
             covariance: keyframe.covariance,
             covariance_inflation: Matrix6::zeros(),
             is_degenerate: keyframe.degenerate,
+            is_gravity_measured: false,
             is_dead_reckoned: false,
         });
     }

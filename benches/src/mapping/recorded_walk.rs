@@ -155,6 +155,7 @@ impl KeyframeRecorder {
             covariance: estimate.covariance,
             covariance_inflation: estimate.covariance_inflation,
             is_degenerate: degenerate,
+            is_gravity_measured: pose.is_gravity_measured,
             is_dead_reckoned: pose.is_dead_reckoned,
         });
         if added.is_none() {

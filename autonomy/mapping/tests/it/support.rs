@@ -96,6 +96,7 @@ impl Recorder {
                     covariance: estimate.covariance,
                     covariance_inflation: estimate.covariance_inflation,
                     is_degenerate: pose.degenerate_directions.iter().any(Option::is_some),
+                    is_gravity_measured: pose.is_gravity_measured,
                     is_dead_reckoned: pose.is_dead_reckoned,
                 });
                 if added.is_some() {
