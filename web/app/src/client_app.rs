@@ -212,7 +212,8 @@ impl eframe::App for ClientApp {
         let tokens = Tokens::of(theme);
         let mut commands = std::mem::take(&mut self.commands);
         self.scene.update(&runtime.model, self.viewport.dragged_pose(), self.viewport.dragged_node());
-        self.viewport.show(ui, &runtime.model, &self.scene, &mut commands);
+        let free = self.panels.free_area(ctx.content_rect());
+        self.viewport.show(ui, &runtime.model, &self.scene, free, &mut commands);
         if let Some(viewpoint) = self.viewport.viewpoint() {
             runtime.apply(ClientEvent::ViewpointChanged(viewpoint));
         }

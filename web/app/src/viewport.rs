@@ -1,6 +1,6 @@
 //! The viewport: gestures move the camera, clicks select things or set a goal.
 
-use crate::scene_sync::{BASE_HEIGHT_M, SceneSync, SharedRenderer, vector};
+use crate::scene_sync::{SceneSync, SharedRenderer, vector};
 use crate::{browser, scene_labels, texts};
 use client_model::{
     Bookmark, CameraMove, ClientCommand, GraphTool, LoopPair, Model, Selection, ViewSettings,
@@ -10,7 +10,8 @@ use egui::{PointerButton, Response, Sense, Ui};
 use glam::{DVec2, DVec3, Vec3};
 use panels::SceneLabel;
 use scene::{
-    Camera, CameraConfig, CameraPose, CameraProjection, FramePacer, FreeArea, Hit, PickOptions, View,
+    Camera, CameraConfig, CameraPose, CameraProjection, FramePacer, FreeArea, Hit, PickOptions,
+    STANDING_HEIGHT_M, View,
 };
 use site_model::NodeId;
 use std::collections::BTreeMap;
@@ -125,12 +126,13 @@ impl Viewport {
         self.dragged_node
     }
 
-    /// Draws the scene and handles its gestures.
+    /// Draws the scene and handles its gestures. Maps are fitted into `free`, the part of the window that no card covers.
     pub(crate) fn show(
         &mut self,
         ui: &mut Ui,
         model: &Model,
         scene: &SceneSync,
+        free: egui::Rect,
         out: &mut Vec<ClientCommand>,
     ) {
         let rect = ui.max_rect();
@@ -139,7 +141,7 @@ impl Viewport {
             node.set_role(egui::Role::Canvas);
             node.set_label(texts::SCENE);
         });
-        self.free_area = Some(free_area(ui.ctx(), rect));
+        self.free_area = Some(free_area(ui.ctx(), rect, free));
         self.switch_map(model);
         self.follow_robot(model, scene);
         if model.is_picking_pose() {
@@ -373,7 +375,7 @@ impl Viewport {
         };
         if let Some((from, yaw)) = dragged {
             let (sin, cos) = (0.5 * yaw).sin_cos();
-            let position = vocab::Vec3::new(from.x, from.y, scene.ground() + BASE_HEIGHT_M);
+            let position = vocab::Vec3::new(from.x, from.y, scene.ground() + STANDING_HEIGHT_M);
             let orientation = vocab::Quat { x: 0.0, y: 0.0, z: sin, w: cos };
             out.push(ClientCommand::SetPose(vocab::Pose { position, orientation }));
         }
@@ -627,9 +629,8 @@ fn stop_following(model: &Model, out: &mut Vec<ClientCommand>) {
     }
 }
 
-/// The part of the viewport at `rect` that no card covers, physical px.
-fn free_area(ctx: &egui::Context, rect: egui::Rect) -> FreeArea {
-    let free = panels::Layout::of(ctx.content_rect()).free;
+/// The part `free` of the viewport at `rect`, physical px.
+fn free_area(ctx: &egui::Context, rect: egui::Rect, free: egui::Rect) -> FreeArea {
     let px = |at: egui::Pos2| {
         let from_corner = (at - rect.min) * ctx.pixels_per_point();
         DVec2::new(f64::from(from_corner.x), f64::from(from_corner.y))

@@ -77,6 +77,17 @@ impl Layout {
             free: Rect::from_min_max(pos2(left, below_top), pos2(right, inner.bottom())),
         }
     }
+
+    /// The part of the scene beside the tools and the drawer.
+    pub(crate) fn free_beside(&self, is_drawer_open: bool) -> Rect {
+        let tools_width = if self.width == Width::Narrow { 68.0 } else { 76.0 };
+        let is_beside_drawer = self.width == Width::Medium && is_drawer_open;
+        let right = if is_beside_drawer { self.card.left() - GAP } else { self.free.right() };
+        Rect::from_min_max(
+            pos2(self.free.left() + tools_width, self.free.top()),
+            pos2(right, self.free.bottom()),
+        )
+    }
 }
 
 /// A card of fixed place and size. Its content is clipped to it.

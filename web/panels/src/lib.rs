@@ -86,7 +86,7 @@ mod widgets;
 mod test_support;
 
 pub use features::scene_labels::{SceneLabel, show_labels};
-pub use layout::{Layout, Width};
+pub(crate) use layout::{Layout, Width};
 pub use text_input::{
     TextInput, TextInputEvent, TextInputKind, TextInputRequest, TextInputResponse, TextInputs,
 };
@@ -113,6 +113,11 @@ impl PanelState {
     /// For a page that lays its own inputs over the text fields.
     pub fn for_page(utc_offset_s: i64) -> Self {
         Self { utc_offset_s, text_inputs: TextInputs::new(true), ..Self::default() }
+    }
+
+    /// The part of the scene in a window that no card covers: maps are fitted into it.
+    pub fn free_area(&self, window: egui::Rect) -> egui::Rect {
+        Layout::of(window).free_beside(self.frame.drawer_open)
     }
 }
 
