@@ -1,7 +1,7 @@
 //! Consistency check of verified loops: only those that agree with the graph, or with enough other loops, are accepted
 //! (docs/maths/loops.md, section 6).
 //!
-//! Places can be built exactly alike, and registration cannot tell them apart. So a loop is accepted at once only if the graph already expects the
+//! Places can be built exactly alike, and registration cannot distinguish them. So a loop is accepted at once only if the graph already expects the
 //! pair there, with a small standard deviation. Where the graph is uncertain, several loops must agree with each other. Where it disagrees, many
 //! must agree, from keyframes farther apart than a room is long, and never by much more than the graph's own deviation. Source of the pairwise
 //! test: Mangelson et al., *Pairwise Consistent Measurement Set Maximization*, ICRA 2018.

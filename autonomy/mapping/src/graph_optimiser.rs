@@ -265,9 +265,9 @@ mod tests {
         for index in 0..80 {
             let node =
                 Node { id: KeyframeId(index), stamp: Stamp::EPOCH, map_from_keyframe: at(2.0, 1.0, 0.5) };
-            let way = index.checked_sub(1).map(|last| edge(last, index, step * at(0.0, 0.0, 5e-3)));
-            assert!(optimiser.add_keyframe(&node, way.as_ref()).is_ok());
-            edges.extend(way);
+            let odometry = index.checked_sub(1).map(|last| edge(last, index, step * at(0.0, 0.0, 5e-3)));
+            assert!(optimiser.add_keyframe(&node, odometry.as_ref()).is_ok());
+            edges.extend(odometry);
             if index >= 40 && index % 5 == 0 {
                 let closed = edge(index - 40, index, Isometry::identity());
                 assert!(optimiser.add_loop(&closed).is_ok() && optimiser.solve().is_ok());
@@ -351,9 +351,9 @@ mod tests {
         let Ok(same) = resumed.solve() else { panic!("not solved") };
         assert!(apart(&same, &found) < 1e-5, "{} m", apart(&same, &found));
         // On from a keyframe in the middle, with a loop to the end.
-        let way = edge(30, 80, at(0.0, 1.0, 0.3));
+        let odometry = edge(30, 80, at(0.0, 1.0, 0.3));
         let next = Node { id: KeyframeId(80), ..nodes[30] };
-        assert!(resumed.add_keyframe(&next, Some(&way)).is_ok());
+        assert!(resumed.add_keyframe(&next, Some(&odometry)).is_ok());
         assert!(resumed.remove_loop((KeyframeId(0), KeyframeId(40))));
         let Ok(poses) = resumed.solve() else { panic!("not solved") };
         let expected = poses[30] * at(0.0, 1.0, 0.3);

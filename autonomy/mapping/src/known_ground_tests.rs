@@ -39,8 +39,8 @@ impl Robot {
     /// Walks to the next waypoint.
     fn ground(&mut self, pose: &Isometry) -> Novelty {
         let step = self.walked.last().map(|last| {
-            let way = last.inverse() * pose * at(0.0, 0.0, self.bias);
-            let measured = edge(0, 1, way, (2e-3, 0.01));
+            let motion = last.inverse() * pose * at(0.0, 0.0, self.bias);
+            let measured = edge(0, 1, motion, (2e-3, 0.01));
             OdometryStep { pose: measured.from_from_to, information: measured.information }
         });
         let number = self.walked.len();
@@ -173,8 +173,8 @@ fn a_finished_map_is_extended_from_the_pose_where_the_robot_localises() {
     let map: Vec<MapKeyframe> = poses[..30].iter().enumerate().map(&mut old).collect();
     let edges: Vec<Edge> = (1..30)
         .map(|to: u32| {
-            let way = poses[to as usize - 1].inverse() * poses[to as usize];
-            edge(to - 1, to, way, (2e-3, 0.01))
+            let motion = poses[to as usize - 1].inverse() * poses[to as usize];
+            edge(to - 1, to, motion, (2e-3, 0.01))
         })
         .collect();
     let mut robot = Robot::new(ring(), 2e-4);

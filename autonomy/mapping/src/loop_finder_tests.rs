@@ -23,8 +23,8 @@ fn walk(bias: f64) -> Walked {
     let mut decisions = Vec::new();
     for (index, pose) in poses.iter().enumerate() {
         let step = index.checked_sub(1).map(|last| {
-            let way = poses[last].inverse() * pose * at(0.0, 0.0, bias);
-            edge(last as u32, index as u32, way, (2e-3, 0.01))
+            let motion = poses[last].inverse() * pose * at(0.0, 0.0, bias);
+            edge(last as u32, index as u32, motion, (2e-3, 0.01))
         });
         let cloud = scan(&world, pose, index as u64);
         let tasks = finder.add_keyframe(

@@ -83,7 +83,7 @@ impl ProcessLimits {
         // The first two arguments are the program and the name of the command.
         let mut child = Command::new(program);
         child.arg(command.name()).arg(WITHIN_LIMITS).args(env::args_os().skip(2));
-        // Of the allocation that failed, which tells a person nothing.
+        // The backtrace of the failed allocation would not help a person.
         child.env("RUST_BACKTRACE", "0");
         let status = child.status().map_err(Failure::failed)?;
         match (status.code(), limit_reached(status)) {

@@ -210,7 +210,7 @@ impl Snapshot {
             .map(|kind| self.latest[kind].as_ref().map(|(_, event)| event.clone()))
     }
 
-    /// The next thing that a client is owed, now counted as sent; `None` when nothing is owed.
+    /// The next event for a client, which then counts as sent; `None` when the client has everything.
     pub(crate) fn next(&self, cursor: &mut Cursor) -> Option<Arc<Event>> {
         let source = (0..SOURCES)
             .filter_map(|source| Some((cursor.served[source], self.owed(source, cursor)?, source)))

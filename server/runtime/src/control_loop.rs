@@ -176,7 +176,7 @@ impl Running {
                     Ok(arrival) => self.arrival(arrival),
                     // Commands and jobs go on, and so does time.
                     Err(_) => {
-                        // A robot that was restarted is the business of whoever started this core.
+                        // Whoever started this core handles a robot that was restarted.
                         let is_expected =
                             self.has_link_ended || !self.parts.link.robot_restarted().is_empty();
                         if !is_expected {

@@ -186,7 +186,7 @@ impl SessionJournalWorker {
         journal.append(record)
     }
 
-    /// Returns whether it was done. The first failure in a row is said.
+    /// Returns whether it was done. Of consecutive failures, only the first is published.
     fn check(&self, done: Result<(), StoreError>, work: &mut Work) -> bool {
         let was_failing = std::mem::replace(&mut work.is_failing, done.is_err());
         if let Err(error) = &done

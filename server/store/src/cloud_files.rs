@@ -226,7 +226,7 @@ mod tests {
         let seen: Vec<Option<f32>> = (10..14).map(|number| x(to.path(), number)).collect();
         assert_eq!(seen, [Some(1.0), Some(9.0), Some(3.0), Some(8.0)]);
         assert_eq!(x(to.path(), 0), None);
-        // Once more is no error, and neither is a keyframe without a cloud.
+        // It is no error to copy a cloud again, or a keyframe without a cloud.
         copy_cloud_files(from.path(), to.path(), all(), 10).expect("copied");
         copy_cloud_files(from.path(), to.path(), [KeyframeId(4)], 0).expect("a keyframe without a cloud");
     }

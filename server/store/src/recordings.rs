@@ -63,9 +63,9 @@ pub struct Recordings {
 /// Whether there is space for a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RecordingSpace {
-    /// There is.
+    /// There is enough.
     Available,
-    /// There is not, although everything was removed that may be.
+    /// There is not enough, although all recordings that may be removed are gone.
     Exhausted,
 }
 

@@ -222,7 +222,7 @@ impl Drop for LongJob<'_> {
     }
 }
 
-/// Runs something on the calling thread, which goes by this name in the failure.
+/// Runs a function on the calling thread. A failure has this name of the thread.
 ///
 /// # Errors
 /// When it panics.

@@ -90,7 +90,7 @@ pub enum Command {
         /// A saved map of the same site, whose frame it is to have; its own if none.
         frame: Option<MapId>,
     },
-    /// Make a map of a saved one, laid into the frame of another one of the same site. It goes the way of imports. Needs no lease.
+    /// Make a map of a saved one, laid into the frame of another one of the same site. Its progress and result are those of an import. Needs no lease.
     AlignMap {
         /// What [`crate::Import`] calls this work.
         upload: UploadId,

@@ -1,4 +1,4 @@
-//! What the points of a sweep before a point let one expect of it. It is the same when encoding and decoding.
+//! Predicts each point of a sweep from the points before it, in the same way when encoding and decoding.
 
 use crate::grid::{ANGLE_STEPS, GridPoint};
 

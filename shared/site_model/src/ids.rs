@@ -10,7 +10,7 @@ uuid_id! {
     NodeId
 }
 uuid_id! {
-    /// A way from one node to another.
+    /// A connection from one node to another.
     EdgeId
 }
 uuid_id! {
@@ -26,7 +26,7 @@ uuid_id! {
     AssetId
 }
 uuid_id! {
-    /// A way to look at a thing.
+    /// What is looked at, from where, and with which action.
     InspectionPointId
 }
 uuid_id! {

@@ -62,7 +62,7 @@ pub enum TaskOrder {
     /// They are.
     #[default]
     AsListed,
-    /// In the order of the shortest way.
+    /// In the order of the shortest path.
     Shortest {
         /// Whether the first task of the list stays the first.
         keep_first: bool,

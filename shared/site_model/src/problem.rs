@@ -56,7 +56,7 @@ pub enum ProblemKind {
     },
     /// An edge begins and ends at the same node.
     EdgeToItself,
-    /// Another edge goes the same way.
+    /// Another edge joins the same nodes in the same direction.
     SameEdge(ObjectId),
     /// No edge leads to a node that is needed.
     NoWayTo(NodeId),

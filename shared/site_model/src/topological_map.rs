@@ -84,7 +84,7 @@ impl Default for PoseTolerance {
     }
 }
 
-/// A way from one node to another. It is directed; editors make pairs by default.
+/// A connection from one node to another. It is directed; editors make pairs by default.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Edge {
     /// Its id.
@@ -116,7 +116,7 @@ pub struct Edge {
     /// Actions after it has arrived.
     #[serde(default)]
     pub on_leave: Vec<ActionRequest>,
-    /// What is tried in turn when the way cannot be walked.
+    /// What is tried in turn when the edge cannot be walked.
     #[serde(default)]
     pub fail_policy: Vec<EdgeFailStep>,
     /// Edges of one group are used by one robot at a time.
@@ -278,7 +278,7 @@ pub struct Asset {
     pub tags: BTreeSet<String>,
 }
 
-/// A way to look at a thing.
+/// What is looked at, from where, and with which action.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InspectionPoint {
     /// Its id.

@@ -288,7 +288,7 @@ impl Model {
         matches!(self.motion(), Motion::Stopped { .. })
     }
 
-    /// Seconds since the robot made its last pose estimate, as far as its clock is known; else since that arrived.
+    /// Seconds since the robot made its last pose estimate, if its clock is known; else since the estimate arrived.
     pub fn data_age_s(&self) -> Option<f64> {
         let estimate = self.robot.estimate.as_ref()?;
         let travelled = self.connection().clock().age_of(estimate.value.stamp, self.now()).unwrap_or(0.0);

@@ -269,7 +269,7 @@ fn write(
     config: &ViewpointConfig,
 ) -> Result<PathBuf, Failure> {
     let Cloud { points, thinned } = cloud;
-    // It takes the viewpoints with it, because their memory is needed for the tiles.
+    // The closure owns the viewpoints, so that their memory is free while tiles are made.
     let prepare = move |map: &Path| {
         let viewpoints = stored_viewpoints(&found, config);
         write_viewpoint_clouds(&map.join("clouds"), KeyframeId(0), &thinned, viewpoints)?;

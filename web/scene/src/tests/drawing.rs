@@ -161,17 +161,17 @@ fn furnished_hall(gpu: &TestGpu) -> Renderer {
     for (id, made) in (0..).zip(hall()) {
         renderer.upload_tile(TileId(id), WHOLE_MAP, &made.block());
     }
-    let way: Vec<DVec3> = (0..60)
+    let trajectory: Vec<DVec3> = (0..60)
         .map(|i| DVec3::new(-9.0 + 0.25 * f64::from(i), -3.0 + (f64::from(i) * 0.1).sin(), 0.0))
         .collect();
-    renderer.set_trajectory(&way);
-    let nodes: Vec<Node> = (0..).zip(way.iter().step_by(6)).map(|(n, at)| node(n, *at, 0.0)).collect();
+    renderer.set_trajectory(&trajectory);
+    let nodes: Vec<Node> = (0..).zip(trajectory.iter().step_by(6)).map(|(n, at)| node(n, *at, 0.0)).collect();
     let edges: Vec<[DVec3; 2]> = nodes.windows(2).map(|pair| [pair[0].position, pair[1].position]).collect();
     renderer.set_graph(&nodes, &edges);
     renderer.set_robot(Some(robot()));
     renderer.set_goal(
         Some(DVec3::new(9.0, 1.0, 0.0)),
-        &[way[59], DVec3::new(7.5, -1.0, 0.0), DVec3::new(9.0, 1.0, 0.0)],
+        &[trajectory[59], DVec3::new(7.5, -1.0, 0.0), DVec3::new(9.0, 1.0, 0.0)],
     );
     renderer
 }

@@ -10,7 +10,7 @@ use vocab::{MapId, UploadId, Vec3};
 /// Sum of squared horizontal distances from the centroid below which the points leave the heading open, square metres.
 const SPREAD_MIN_M2: f64 = 1e-4;
 
-/// The alignment of one map to another, as far as it is prepared.
+/// The alignment of one map to another that is being prepared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MapAlignment {
     /// The map that is moved.

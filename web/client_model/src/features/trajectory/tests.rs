@@ -9,7 +9,7 @@ use vocab::{KeyframeId, MapId, Pose, Stamp, Vec3};
 fn what_was_walked_before_the_robot_found_itself_in_a_map_is_forgotten() {
     let mut client = TestClient::connected();
     let map = MapId(Uuid::from_u128(3));
-    let way = |client: &TestClient| client.model.trajectory().count();
+    let points = |client: &TestClient| client.model.trajectory().count();
     for step in 0..10 {
         client.event(api::Event::Estimate(estimate_at(f64::from(step), f64::from(step))));
     }
@@ -17,14 +17,14 @@ fn what_was_walked_before_the_robot_found_itself_in_a_map_is_forgotten() {
     assert!(!client.model.has_pose_in_map(), "it is drawn nowhere");
     client.event(api::Event::Estimate(estimate_at(10.0, 10.0)));
     client.event(api::Event::Localisation(api::Localisation::Localised { map, degradation: None }));
-    assert_eq!(way(&client), 0);
+    assert_eq!(points(&client), 0);
     for step in 11..15 {
         client.event(api::Event::Estimate(estimate_at(f64::from(step), f64::from(step))));
     }
-    let walked = way(&client);
+    let walked = points(&client);
     let degradation = Some(api::DegradationReason::LidarBlind);
     client.event(api::Event::Localisation(api::Localisation::Localised { map, degradation }));
-    assert!(walked > 2 && way(&client) == walked, "a degraded pose forgets nothing");
+    assert!(walked > 2 && points(&client) == walked, "a degraded pose forgets nothing");
     client.event(api::Event::Localisation(api::Localisation::Relocalising { map, hypotheses: 0 }));
     assert!(client.model.has_pose_in_map(), "where it was last is better than nothing");
     client.event(api::Event::Localisation(api::Localisation::Loading { map: MapId(Uuid::from_u128(4)) }));
@@ -40,7 +40,7 @@ fn the_way_follows_corrections_of_the_graph() {
     let moved = Pose { position: Vec3::new(19.0, 5.0, 0.0), ..Pose::IDENTITY };
     let node = GraphNode { id: KeyframeId(0), stamp: Stamp::from_secs_f64(19.5), map_from_keyframe: moved };
     client.event(api::Event::Graph(Graph { nodes: vec![node], ..Graph::default() }));
-    let way: Vec<Vec3> = client.model.trajectory().collect();
-    assert_eq!(way.len(), 11, "the keyframe, then what was seen since");
-    assert_eq!((way[0].y, way[1].x), (5.0, 20.0));
+    let trajectory: Vec<Vec3> = client.model.trajectory().collect();
+    assert_eq!(trajectory.len(), 11, "the keyframe, then what was seen since");
+    assert_eq!((trajectory[0].y, trajectory[1].x), (5.0, 20.0));
 }
