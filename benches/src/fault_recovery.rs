@@ -1,6 +1,7 @@
 //! Recovery of a localised robot after faults: its LiDAR is covered while it walks, and it is carried away. After it was carried, it
 //! executes the relocalisation behaviour, as on the way to a goal.
 
+use crate::POSITION_TOLERANCE_M;
 use crate::mapped_site::MappedSite;
 use crate::stack_walk::{StackWalk, WalkPlan};
 use anyhow::{Context, Result};
@@ -13,8 +14,6 @@ use vocab::{GoalId, Pose, Span, Vec3};
 
 /// A recovery that takes longer than this counts as failed, seconds.
 const WAIT_MAX_S: f64 = 60.0;
-/// A claimed position is wrong if it is farther than this from the truth, metres.
-const POSITION_TOLERANCE_M: f64 = 0.2;
 /// Time for which the LiDAR is covered.
 const COVERED_FOR: Span = Span::from_millis(20_000);
 /// Greatest distance over which the robot is carried, metres.

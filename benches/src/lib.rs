@@ -10,6 +10,8 @@ pub mod random_places;
 pub mod stack_walk;
 
 use anyhow::{Context, Result, bail};
+use mapping::KeyframePolicy;
+use messages::RobotProfile;
 use rustix::time::{ClockId, clock_gettime};
 use serde_json::Value;
 use std::process::{Command, Output};
@@ -35,6 +37,17 @@ pub fn json(command: &mut Command) -> Result<Value> {
     let text = String::from_utf8_lossy(&output.stdout);
     let line = text.lines().last().unwrap_or_default();
     serde_json::from_str(line).with_context(|| format!("{command:?} printed no JSON but '{line}'"))
+}
+
+/// A position in the map is right if it is at most this far from the truth, metres.
+pub const POSITION_TOLERANCE_M: f64 = 0.2;
+/// An orientation in the map is right if it is at most this far from the truth, radians: three degrees.
+pub const ROTATION_TOLERANCE_RAD: f64 = 0.052;
+
+/// The keyframes of the simulated robot.
+pub fn keyframe_policy() -> KeyframePolicy {
+    let RobotProfile { keyframe_distance_m, keyframe_rotation_rad, .. } = RobotProfile::default();
+    KeyframePolicy { distance_m: keyframe_distance_m, rotation_rad: keyframe_rotation_rad }
 }
 
 /// CPU time of this thread, milliseconds.

@@ -1,5 +1,6 @@
 //! Compares loops with the ground truth.
 
+use crate::ROTATION_TOLERANCE_RAD;
 use geometry::{Isometry, Matrix6, Vector3, so3};
 use mapping::{Decision, UncertainPose, Verdict};
 use messages::{EdgeKind, GraphEdge, LoopDecision, LoopVerdict};
@@ -14,10 +15,8 @@ const REVISIT_HEIGHT_MAX_M: f64 = 0.6;
 const REVISIT_WALKED_MIN_M: f64 = 15.0;
 /// A revisit is closed if a loop was accepted within this distance of walking, metres. Loops are made every 2 m.
 const CLOSED_WITHIN_M: f64 = 3.0;
-/// A loop with a greater translation error is wrong, metres.
+/// A loop with a greater translation error is wrong, metres; or with a greater rotation error than [`ROTATION_TOLERANCE_RAD`].
 const TRANSLATION_ERROR_MAX_M: f64 = 0.3;
-/// A loop with a greater rotation error is wrong, radians.
-const ROTATION_ERROR_MAX_RAD: f64 = 0.052;
 
 /// The decision on a pair of keyframes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -136,7 +135,7 @@ pub fn is_wrong(judged: &JudgedLoop, truth: &[Isometry]) -> bool {
 
 /// Whether an error, metres and radians, is too large for a right loop.
 pub fn exceeds_tolerance((translation, rotation): (f64, f64)) -> bool {
-    translation > TRANSLATION_ERROR_MAX_M || rotation > ROTATION_ERROR_MAX_RAD
+    translation > TRANSLATION_ERROR_MAX_M || rotation > ROTATION_TOLERANCE_RAD
 }
 
 /// Whether a revisit at the distance `walked` is closed by a loop at one of the distances `closed_at`, metres.

@@ -1,7 +1,7 @@
 //! Global localisation of a standing robot from one scan, at random poses in the site.
 
 use crate::mapped_site::MappedSite;
-use crate::thread_ms;
+use crate::{POSITION_TOLERANCE_M, ROTATION_TOLERANCE_RAD, thread_ms};
 use anyhow::{Context, Result};
 use geometry::{Isometry, Rng, RngTree, Vector3, isometry_from_pose, so3};
 use localisation::{GlobalLocaliser, PoseHypothesis, RelocalisationResult};
@@ -12,10 +12,6 @@ use sim::{SimConfig, Simulator, Start};
 use std::sync::Arc;
 use vocab::{Span, Vec3};
 
-/// A pose is right within this distance of the ground truth, metres.
-const POSITION_TOLERANCE_M: f64 = 0.2;
-/// A pose is right within this angle of the ground truth, radians.
-const ROTATION_TOLERANCE_RAD: f64 = 0.052;
 /// Greatest distance of a random pose from a keyframe that is visible from there, metres.
 const KEYFRAME_DISTANCE_MAX_M: f64 = 4.0;
 /// Largest number of random draws for one pose.

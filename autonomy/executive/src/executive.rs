@@ -30,12 +30,14 @@ pub struct ExecutiveConfig {
     pub surroundings: SurroundingsConfig,
 }
 
-impl Default for ExecutiveConfig {
-    fn default() -> Self {
+impl ExecutiveConfig {
+    /// For a robot of this profile, whose speed limits hold.
+    pub fn new(profile: &RobotProfile) -> Self {
+        let walk = WalkConfig::new(&profile.autonomous_limits);
         Self {
             max_recent_goals: 64,
-            walk: WalkConfig::default(),
-            relocalisation: RelocalisationConfig::default(),
+            walk,
+            relocalisation: RelocalisationConfig::new(&walk),
             surroundings: SurroundingsConfig::default(),
         }
     }
@@ -102,12 +104,6 @@ struct Trigger {
 impl Executive {
     /// The executive of a standing robot that has not seen the ground yet.
     pub fn new(config: ExecutiveConfig, profile: &RobotProfile) -> Self {
-        // The profile's speed limits override the followers' own limits.
-        let mut config = config;
-        for follower in [&mut config.walk.follower, &mut config.relocalisation.follower] {
-            follower.speed_max_mps = profile.autonomous_limits.forward_mps;
-            follower.turn_max_radps = profile.autonomous_limits.turn_radps;
-        }
         Self {
             config,
             profile: profile.clone(),
@@ -502,7 +498,7 @@ impl Executive {
         let (Some(goal), Some(behaviour)) = (&mut self.goal, &self.behaviour) else { return };
         let mut progress = behaviour.progress(&situation.frames.odom_from_base);
         if self.state == ExecutiveState::Recovering {
-            // What holds up the search is more useful to people than that there is one.
+            // What the search waits for says more to people than that the robot relocalises.
             progress.waits_for = progress.waits_for.or(Some(WaitReason::Relocalisation));
         }
         let status = GoalStatus::Running(progress);

@@ -4,7 +4,7 @@
 //! point, and stands again. If several poses fit, only walking distinguishes them. Then the robot walks without standing, along the path that
 //! localisation has planned for this. It walks only to points of that path where it has seen the ground.
 
-use crate::walk::twist;
+use crate::walk::{WalkConfig, twist};
 use crate::{Behaviour, BehaviourContext, Outcome};
 use geometry::{Isometry, Vector3};
 use localisation::ExplorationHint;
@@ -57,13 +57,14 @@ pub struct RelocalisationConfig {
     pub follower: PathFollowerConfig,
 }
 
-impl Default for RelocalisationConfig {
-    fn default() -> Self {
+impl RelocalisationConfig {
+    /// With the planning and following of other walks.
+    pub fn new(walk: &WalkConfig) -> Self {
         Self {
             first_stand: Span::from_millis(2_500),
             stand: Span::from_millis(1_000),
             retry_period: Span::from_millis(250),
-            replan_period: Span::from_millis(1_000),
+            replan_period: walk.replan_period,
             hint_ahead_m: 6.0,
             hint_detour_max_m: 1.5,
             hint_piece_min_m: 0.7,
@@ -76,8 +77,8 @@ impl Default for RelocalisationConfig {
             report_wait_after: Span::from_millis(5_500),
             search_timeout: Span::from_millis(150_000),
             exploration: ExplorationConfig::default(),
-            planner: PlannerConfig::default(),
-            follower: PathFollowerConfig::default(),
+            planner: walk.planner,
+            follower: walk.follower,
         }
     }
 }

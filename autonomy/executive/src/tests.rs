@@ -58,7 +58,7 @@ impl Rig {
         let profile = RobotProfile { standing_height_m: 0.5, ..RobotProfile::default() };
         let frames = Frames { map_from_odom: shifted(0.0, 0.0), odom_from_base: shifted(0.0, 0.0) };
         Self {
-            executive: Executive::new(ExecutiveConfig::default(), &profile),
+            executive: Executive::new(ExecutiveConfig::new(&profile), &profile),
             situation: Situation {
                 frames,
                 is_in_saved_map: false,

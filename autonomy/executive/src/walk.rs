@@ -5,7 +5,7 @@
 
 use crate::{Behaviour, BehaviourContext, Frames, Outcome};
 use geometry::{Isometry, Vector3};
-use messages::{GoalAttempt, GoalFailure, GoalProgress, WaitReason};
+use messages::{GoalAttempt, GoalFailure, GoalProgress, SpeedLimits, WaitReason};
 use navigation::{ElevationMap, PathFollower, PathFollowerConfig, PlanError, PlannerConfig, Velocity, plan};
 use std::task::Poll;
 use vocab::{Span, Stamp, Twist, Vec3};
@@ -25,14 +25,15 @@ pub struct WalkConfig {
     pub follower: PathFollowerConfig,
 }
 
-impl Default for WalkConfig {
-    fn default() -> Self {
+impl WalkConfig {
+    /// For a robot with these speed limits.
+    pub fn new(limits: &SpeedLimits) -> Self {
         Self {
             replan_period: Span::from_millis(1_000),
             replan_goal_shift_m: 0.05,
             blocked_timeout: Span::from_millis(8_000),
             planner: PlannerConfig::default(),
-            follower: PathFollowerConfig::default(),
+            follower: PathFollowerConfig::new(limits.forward_mps, limits.turn_radps),
         }
     }
 }

@@ -29,11 +29,15 @@ pub struct SessionConfig {
     pub max_segment_gap: Span,
 }
 
-impl Default for SessionConfig {
-    fn default() -> Self {
+impl SessionConfig {
+    /// Default of [`Self::min_rotation_std_rad`], and of the deviation of a relative tilt in the verification of loops.
+    pub(crate) const MIN_ROTATION_STD_RAD: f64 = 1e-3;
+
+    /// With the keyframes of a robot's profile.
+    pub fn new(keyframes: KeyframePolicy) -> Self {
         Self {
-            keyframes: KeyframePolicy::default(),
-            min_rotation_std_rad: 1e-3,
+            keyframes,
+            min_rotation_std_rad: Self::MIN_ROTATION_STD_RAD,
             min_translation_std_m: 5e-3,
             max_scan_gap: Span::from_millis(1_000),
             dead_reckoning_std_share: 0.03,
@@ -50,13 +54,6 @@ pub struct KeyframePolicy {
     pub distance_m: f64,
     /// Rotation, radians.
     pub rotation_rad: f64,
-}
-
-impl Default for KeyframePolicy {
-    /// A metre or 40 degrees: neighbouring XT-32 scans then overlap by more than 80 % indoors.
-    fn default() -> Self {
-        Self { distance_m: 1.0, rotation_rad: 0.7 }
-    }
 }
 
 /// The relative pose of two successive waypoints by odometry.

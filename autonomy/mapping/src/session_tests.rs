@@ -1,6 +1,7 @@
 //! Sessions: which scans become keyframes, the information of edges, and corrections of the keyframes.
 
 use super::*;
+use crate::testing::KEYFRAMES;
 use geometry::Vector3;
 use nalgebra::Translation3;
 
@@ -38,7 +39,7 @@ fn the_map_frame_is_the_first_base_pose_with_vertical_z_and_zero_yaw() {
         Translation3::new(3.0, -2.0, 0.5),
         so3::exp(&(Vector3::z() * 1.1)) * so3::exp(&(Vector3::x() * 0.2)),
     );
-    let mut session = Session::new(&tilted, SessionConfig::default());
+    let mut session = Session::new(&tilted, SessionConfig::new(KEYFRAMES));
     let node = session.add_scan(&scan(Stamp::EPOCH, &tilted, false)).expect("first keyframe");
     assert!(node.map_from_keyframe.translation.vector.norm() < 1e-12);
     let rotation = node.map_from_keyframe.rotation;
@@ -49,10 +50,7 @@ fn the_map_frame_is_the_first_base_pose_with_vertical_z_and_zero_yaw() {
 fn keyframes_follow_distance_and_rotation() {
     let mut session = Session::new(
         &at(0.0, 0.0),
-        SessionConfig {
-            keyframes: KeyframePolicy { distance_m: 1.0, rotation_rad: 0.5 },
-            ..SessionConfig::default()
-        },
+        SessionConfig::new(KeyframePolicy { distance_m: 1.0, rotation_rad: 0.5 }),
     );
     walk(&mut session, (0..=50).map(|i| at(f64::from(i) * 0.1, 0.0)));
     assert_eq!(session.graph().nodes().len(), 5, "0.0, 1.1, 2.2, 3.3, 4.4");
@@ -68,7 +66,7 @@ fn keyframes_follow_distance_and_rotation() {
 
 #[test]
 fn a_correction_moves_the_trajectory_rigidly_with_its_keyframes() {
-    let mut session = Session::new(&at(0.0, 0.0), SessionConfig::default());
+    let mut session = Session::new(&at(0.0, 0.0), SessionConfig::new(KEYFRAMES));
     walk(&mut session, (0..=40).map(|i| at(f64::from(i) * 0.1, 0.0)));
     let (before, stretch) = (session.graph().nodes().to_vec(), session.trajectory().to_vec());
     // The correction was computed before the last keyframe was added. It rotates the others about the first and shifts one.
@@ -101,7 +99,7 @@ fn a_correction_moves_the_trajectory_rigidly_with_its_keyframes() {
 /// Poses chained over the session's own edges are set again and again, as on a long walk with many loops.
 #[test]
 fn rounding_errors_do_not_accumulate_over_hundreds_of_closed_loops() {
-    let mut session = Session::new(&at(0.0, 0.0), SessionConfig::default());
+    let mut session = Session::new(&at(0.0, 0.0), SessionConfig::new(KEYFRAMES));
     let step =
         Isometry::from_parts(Translation3::new(1.2, 0.1, 0.03), so3::exp(&Vector3::new(0.01, -0.02, 0.3)));
     let (mut odom, mut found) = (Isometry::identity(), Vec::new());
@@ -125,7 +123,7 @@ fn rounding_errors_do_not_accumulate_over_hundreds_of_closed_loops() {
 
 #[test]
 fn loops_are_added_and_removed() {
-    let mut session = Session::new(&at(0.0, 0.0), SessionConfig::default());
+    let mut session = Session::new(&at(0.0, 0.0), SessionConfig::new(KEYFRAMES));
     walk(&mut session, (0..=40).map(|i| at(f64::from(i) * 0.1, 0.0)));
     let edge = Edge { from: KeyframeId(0), to: KeyframeId(3), ..session.graph().edges()[0] };
     let revision = session.graph().revision();
@@ -147,7 +145,7 @@ fn an_edge_has_the_covariance_by_which_the_filter_grew_or_shrank() {
         &grown,
         &at(1.0, 0.0),
         &Vector6::zeros(),
-        &SessionConfig::default(),
+        &SessionConfig::new(KEYFRAMES),
     );
     assert!((information[(3, 3)] - 4.0).abs() < 1e-9);
     assert!((information[(4, 4)] - 1.0 / (FLOOR_M * FLOOR_M)).abs() < 1e-3);
@@ -157,14 +155,14 @@ fn an_edge_has_the_covariance_by_which_the_filter_grew_or_shrank() {
         &Matrix6::zeros(),
         &at(1.0, 0.0),
         &Vector6::zeros(),
-        &SessionConfig::default(),
+        &SessionConfig::new(KEYFRAMES),
     );
     assert!((information[(3, 3)] - 4.0).abs() < 1e-9);
 }
 
 #[test]
 fn an_edge_without_scans_is_less_certain() {
-    let mut session = Session::new(&at(0.0, 0.0), SessionConfig::default());
+    let mut session = Session::new(&at(0.0, 0.0), SessionConfig::new(KEYFRAMES));
     for (index, seconds) in [(0, 0), (1, 1), (2, 2), (3, 10), (4, 11)] {
         let pose = at(4.0 * f64::from(index), 0.0);
         session.add_scan(&scan(Stamp::from_parts(seconds, 0), &pose, false));
@@ -182,7 +180,7 @@ fn an_edge_without_scans_is_less_certain() {
 
 #[test]
 fn dead_reckoned_scans_are_no_keyframes_and_make_the_edge_uncertain() {
-    let mut session = Session::new(&at(0.0, 0.0), SessionConfig::default());
+    let mut session = Session::new(&at(0.0, 0.0), SessionConfig::new(KEYFRAMES));
     for tenth in 0..=100_i64 {
         let pose = at(tenth as f64 * 0.1, 0.0);
         let is_dead_reckoned = (13..90).contains(&tenth);
@@ -199,7 +197,7 @@ fn dead_reckoned_scans_are_no_keyframes_and_make_the_edge_uncertain() {
 
 #[test]
 fn covariance_inflation_affects_one_edge_only() {
-    let mut session = Session::new(&at(0.0, 0.0), SessionConfig::default());
+    let mut session = Session::new(&at(0.0, 0.0), SessionConfig::new(KEYFRAMES));
     let variances = Vector6::new(0.25, 0.25, 0.25, 25.0, 25.0, 25.0);
     for index in 0..4_i64 {
         let guessed = if index < 2 { Matrix6::zeros() } else { Matrix6::from_diagonal(&variances) };
@@ -218,7 +216,7 @@ fn covariance_inflation_affects_one_edge_only() {
 
 #[test]
 fn consecutive_degenerate_scans_form_segments() {
-    let mut session = Session::new(&at(0.0, 0.0), SessionConfig::default());
+    let mut session = Session::new(&at(0.0, 0.0), SessionConfig::new(KEYFRAMES));
     for index in 0..60_i64 {
         let degenerate = (10..20).contains(&index) || (40..45).contains(&index);
         let pose = at(index as f64 * 0.1, 0.0);

@@ -111,7 +111,7 @@ impl KeyframeCloud {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        self.points.len() * size_of::<[i16; 3]>() + 2 * 180 * 32
+        self.points.len() * size_of::<[i16; 3]>() + RangeImage::BYTES
     }
 }
 

@@ -1,7 +1,7 @@
 //! For tests: small worlds made of boxes with a LiDAR in them, and odometry steps.
 
 use crate::submap::{KeyframeCloud, Submap};
-use crate::{Edge, UncertainPose};
+use crate::{Edge, KeyframePolicy, UncertainPose};
 use geometry::{Isometry, Matrix6, RngTree, Vector3, Vector6};
 use points::Downsampler;
 use std::sync::Arc;
@@ -9,6 +9,9 @@ use vocab::KeyframeId;
 
 /// Axis-aligned boxes: least and greatest corners.
 pub type World = Vec<[[f64; 3]; 2]>;
+
+/// Keyframes of a robot for tests.
+pub const KEYFRAMES: KeyframePolicy = KeyframePolicy { distance_m: 1.0, rotation_rad: 0.7 };
 
 /// Where the sensor is on the base.
 pub const SENSOR: [f32; 3] = [0.0, 0.0, 0.3];
@@ -26,7 +29,7 @@ pub fn room(low: [f64; 2], high: [f64; 2]) -> World {
     ]
 }
 
-/// A room of 10 m by 8 m about the origin with a column, a cupboard and a bench, which tell its corners apart.
+/// A room of 10 m by 8 m about the origin with a column, a cupboard and a bench, by which its corners differ.
 pub fn furnished() -> World {
     let mut world = room([-5.0, -4.0], [5.0, 4.0]);
     world.push([[1.8, -2.2, -0.5], [2.3, -1.7, 2.5]]);
@@ -108,8 +111,8 @@ pub fn submap(world: &World, poses: &[Isometry], seed: u64) -> Submap {
     let mut downsampler = Downsampler::default();
     let members = (seed..).zip(poses).map(|(seed, pose)| {
         let cloud = KeyframeCloud::new(&scan(world, pose, seed), SENSOR, &mut downsampler);
-        let way = UncertainPose { pose: poses[0].inverse() * pose, covariance: Matrix6::zeros() };
-        (way, Arc::new(cloud))
+        let relative = UncertainPose { pose: poses[0].inverse() * pose, covariance: Matrix6::zeros() };
+        (relative, Arc::new(cloud))
     });
     Submap::new(members.collect(), 0)
 }

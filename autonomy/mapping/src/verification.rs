@@ -100,7 +100,7 @@ impl Default for VerificationConfig {
             start_offset_m: 1.2,
             min_conditioning: 0.04,
             correlated_points: ScanInformationConfig::default().correlated_points,
-            tilt_std_rad: SessionConfig::default().min_rotation_std_rad,
+            tilt_std_rad: SessionConfig::MIN_ROTATION_STD_RAD,
             max_observed_std_m: 0.05,
             floor_rotation_std_rad: 5e-4,
             floor_translation_std_m: 0.005,

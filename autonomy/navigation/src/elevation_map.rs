@@ -112,6 +112,8 @@ pub struct RobotShape {
     pub step: f64,
 }
 
+/// A robot for tests. Real shapes come from the robot's profile.
+#[cfg(test)]
 impl Default for RobotShape {
     fn default() -> Self {
         Self { radius: 0.38, standing_height: 0.55, clearance: 0.95, step: 0.22 }

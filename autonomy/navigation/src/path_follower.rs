@@ -5,7 +5,7 @@
 
 use geometry::{Isometry, Vector3};
 
-/// Parameters of [`PathFollower`]. The values suit the simulated legged robot.
+/// Parameters of [`PathFollower`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathFollowerConfig {
     /// Walking speed, m/s.
@@ -24,11 +24,12 @@ pub struct PathFollowerConfig {
     pub goal_tolerance_m: f64,
 }
 
-impl Default for PathFollowerConfig {
-    fn default() -> Self {
+impl PathFollowerConfig {
+    /// For a robot with these speed limits, m/s and rad/s. The other values suit robots that turn on the spot.
+    pub fn new(speed_max_mps: f64, turn_max_radps: f64) -> Self {
         Self {
-            speed_max_mps: 0.9,
-            turn_max_radps: 0.9,
+            speed_max_mps,
+            turn_max_radps,
             turn_gain_per_s: 2.0,
             turn_in_place_rad: 0.8,
             look_ahead_m: 0.7,

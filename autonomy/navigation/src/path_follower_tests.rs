@@ -6,7 +6,7 @@ use geometry::so3;
 fn walk(path: &[[f64; 2]], start_yaw: f64) -> (Isometry, f64, usize) {
     let path: Vec<Vector3> = path.iter().map(|p| Vector3::new(p[0], p[1], 0.0)).collect();
     let mut pose = Isometry::from_parts(path[0].into(), so3::exp(&(Vector3::z() * start_yaw)));
-    let follower = PathFollower::new(PathFollowerConfig::default(), path.clone());
+    let follower = PathFollower::new(PathFollowerConfig::new(0.9, 0.9), path.clone());
     let (mut worst, mut steps) = (0.0_f64, 0);
     while let Some(velocity) = follower.velocity(&pose) {
         pose.translation.vector += pose.rotation * Vector3::x() * velocity.forward * 0.05;
@@ -39,7 +39,7 @@ fn the_follower_arrives_and_stays_near_the_path() {
 #[test]
 fn the_remaining_distance_is_measured_along_the_path() {
     let path = vec![Vector3::zeros(), Vector3::new(3.0, 0.0, 0.0), Vector3::new(3.0, 4.0, 0.0)];
-    let follower = PathFollower::new(PathFollowerConfig::default(), path);
+    let follower = PathFollower::new(PathFollowerConfig::new(0.9, 0.9), path);
     let at = |x: f64, y: f64| follower.remaining(&Isometry::translation(x, y, 0.0));
     assert!((at(0.0, 0.0) - 7.0).abs() < 1e-9);
     assert!((at(3.0, 2.5) - 1.5).abs() < 1e-9);

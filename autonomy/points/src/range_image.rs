@@ -50,7 +50,7 @@ pub enum Occupancy {
     Unobserved,
 }
 
-/// Nearest range in each cell of directions around a sensor. The axes are parallel to those of the base. An image takes 11.5 kB.
+/// Nearest range in each cell of directions around a sensor. The axes are parallel to those of the base.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RangeImage {
     config: RangeImageConfig,
@@ -60,6 +60,9 @@ pub struct RangeImage {
 }
 
 impl RangeImage {
+    /// Bytes that the cells of an image take: 11.5 kB.
+    pub const BYTES: usize = COLUMNS * ROWS * size_of::<u16>();
+
     /// The image of a motion-corrected cloud (base frame, metres) seen from `sensor` (base frame, metres), with the default
     /// parameters. Points that are not finite or outside the image are skipped.
     pub fn new<'a>(xyz: impl IntoIterator<Item = &'a [f32; 3]>, sensor: [f32; 3]) -> Self {

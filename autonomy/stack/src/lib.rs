@@ -167,7 +167,10 @@ impl Running {
             localisation
                 .start(last.map, isometry_from_pose(&last.map_from_base).map(InitialPose::MapFromBase));
         }
-        let mut executive = Executive::new(ExecutiveConfig::default(), &profile(record));
+        let mut executive = {
+            let profile = profile(record);
+            Executive::new(ExecutiveConfig::new(&profile), &profile)
+        };
         if let Some(latch) = &record.stop_latch {
             executive.restore_stop(latch.by.as_ref().map(|by| by.client));
         }
@@ -238,7 +241,7 @@ impl Running {
     }
 
     fn handle_scan(&mut self, at: Stamp, located: Box<LocatedScan>, effects: &mut Vec<StackEffect>) {
-        // That of the scan before, where one input has several scans.
+        // One input may have several scans. The waypoint of the previous one is added before this one is handled.
         self.process_waypoint(at, effects);
         if self.mapping.is_starting() {
             self.replace_map(at, effects);

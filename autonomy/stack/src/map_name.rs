@@ -1,22 +1,11 @@
 //! Names that people give to maps.
 
-/// Parameters of [`map_name`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct MapNameConfig {
-    /// Longest name of a map, characters; longer names are cut. Chosen: lists show fewer.
-    max_chars: usize,
-}
+use vocab::MAX_MAP_NAME_CHARS;
 
-impl Default for MapNameConfig {
-    fn default() -> Self {
-        Self { max_chars: 120 }
-    }
-}
-
-/// The name of a map as it is saved, from what a person entered: without blanks round it, and cut to 120 characters. None if nothing is left.
+/// The name of a map as it is saved, from what a person entered: without blanks round it, and cut to [`MAX_MAP_NAME_CHARS`]. None if nothing is left.
 pub fn map_name(entered: &str) -> Option<String> {
     let name = entered.trim();
-    (!name.is_empty()).then(|| name.chars().take(MapNameConfig::default().max_chars).collect())
+    (!name.is_empty()).then(|| name.chars().take(MAX_MAP_NAME_CHARS).collect())
 }
 
 #[cfg(test)]
@@ -27,6 +16,6 @@ mod tests {
     fn names_are_trimmed_and_cut() {
         assert_eq!(map_name("  Hall \n"), Some("Hall".to_owned()));
         assert_eq!(map_name(" \t"), None);
-        assert_eq!(map_name(&"ä".repeat(200)), Some("ä".repeat(MapNameConfig::default().max_chars)));
+        assert_eq!(map_name(&"ä".repeat(200)), Some("ä".repeat(MAX_MAP_NAME_CHARS)));
     }
 }

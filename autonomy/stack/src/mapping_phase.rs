@@ -10,7 +10,7 @@ use crate::running_session::{RunningSession, RunningSessionConfig};
 use crate::texts;
 use crate::work::ComputeJob;
 use geometry::{Isometry, isometry_from_pose};
-use mapping::{KeyframePolicy, LastSavedMap, LastSavedMapConfig};
+use mapping::{LastSavedMap, LastSavedMapConfig};
 use messages::{
     BootRecord, CommandKind, Job, JobFailure, MapQuality, MapSearchResult, MappingState, PlaceComparison,
     PriorMap, Publication, StackEffect,
@@ -33,7 +33,7 @@ impl Default for MappingConfig {
 }
 
 /// The phase and what it needs.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct MappingPhase {
     config: MappingConfig,
     session_config: RunningSessionConfig,
@@ -82,16 +82,16 @@ impl MappingPhase {
     pub fn new(record: &BootRecord) -> Self {
         let base_from_lidar = record.mounting.base_from_lidar.as_ref().and_then(isometry_from_pose);
         let sensor = base_from_lidar.unwrap_or_else(Isometry::identity).translation.vector.map(|c| c as f32);
-        let keyframes = KeyframePolicy {
-            distance_m: record.profile.keyframe_distance_m,
-            rotation_rad: record.profile.keyframe_rotation_rad,
-        };
-        let session_config = RunningSessionConfig {
-            keyframes,
-            leave_loops_open: record.leave_loops_open,
-            ..RunningSessionConfig::default()
-        };
-        Self { sensor: sensor.into(), session_config, ..Self::default() }
+        Self {
+            config: MappingConfig::default(),
+            session_config: RunningSessionConfig::new(record),
+            phase: Phase::Idle,
+            map_from_odom: None,
+            last_saved: None,
+            published: None,
+            sensor: sensor.into(),
+            quality_jobs: 0,
+        }
     }
 
     /// Where the LiDAR is, base frame, metres.

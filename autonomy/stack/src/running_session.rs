@@ -15,9 +15,9 @@ use mapping::{
     MapSearch, MapSearchFix, OptimiserConfig, PoseGraph, ScanPose, Session, SessionConfig, Waypoint,
 };
 use messages::{
-    Cloud, CommandKind, DegenerateSegment, FinishedMap, Job, JobFailure, Keyframe, MapSearchOutcome,
-    MapSearchResult, MapSearchTask, MappingState, PlaceComparison, Publication, Reanchored, RevisitCounts,
-    StackEffect,
+    BootRecord, Cloud, CommandKind, DegenerateSegment, FinishedMap, Job, JobFailure, Keyframe,
+    MapSearchOutcome, MapSearchResult, MapSearchTask, MappingState, PlaceComparison, Publication, Reanchored,
+    RevisitCounts, StackEffect,
 };
 use points::Downsampler;
 use std::sync::Arc;
@@ -28,16 +28,21 @@ use vocab::{KeyframeId, MapId, Pose, SessionId, Stamp};
 pub(crate) struct RunningSessionConfig {
     /// When a scan becomes a keyframe; of the robot's profile.
     pub keyframes: KeyframePolicy,
-    /// Edge of the voxels in which clouds of keyframes are averaged, metres. Well below what a person can tell apart on the map, and a tenth of the
+    /// Edge of the voxels in which clouds of keyframes are averaged, metres. Well below what a person can distinguish on the map, and a tenth of the
     /// points of a full-resolution sweep near the robot.
     pub keyframe_voxel_m: f32,
     /// Whether no loops are closed.
     pub leave_loops_open: bool,
 }
 
-impl Default for RunningSessionConfig {
-    fn default() -> Self {
-        Self { keyframes: KeyframePolicy::default(), keyframe_voxel_m: 0.04, leave_loops_open: false }
+impl RunningSessionConfig {
+    /// For the robot of a boot record.
+    pub fn new(record: &BootRecord) -> Self {
+        let keyframes = KeyframePolicy {
+            distance_m: record.profile.keyframe_distance_m,
+            rotation_rad: record.profile.keyframe_rotation_rad,
+        };
+        Self { keyframes, keyframe_voxel_m: 0.04, leave_loops_open: record.leave_loops_open }
     }
 }
 
@@ -93,7 +98,7 @@ impl RunningSession {
                 (None, PoseGraph::new(OptimiserConfig::default()), Some(loops), None)
             }
         };
-        let session_config = SessionConfig { keyframes: config.keyframes, ..SessionConfig::default() };
+        let session_config = SessionConfig::new(config.keyframes);
         Self {
             id,
             extends,

@@ -1,7 +1,7 @@
 //! Recorded scans with known poses: the even ones make the map, and the odd ones are localised in it, each on its own.
 
 use anyhow::{Context, Result};
-use benches::thread_ms;
+use benches::{POSITION_TOLERANCE_M, ROTATION_TOLERANCE_RAD, thread_ms};
 use geometry::{Isometry, Rng, RngTree, Rotation, Vector3, so3};
 use localisation::{
     AcceptanceConfig, GlobalLocaliser, LocalisationMap, PoseHypothesis, RelocalisationResult,
@@ -11,10 +11,6 @@ use nalgebra::{Matrix3, Rotation3, Translation3};
 use std::path::Path;
 use std::sync::Arc;
 
-/// A pose is right within this distance of the ground truth, metres.
-const POSITION_TOLERANCE_M: f64 = 0.2;
-/// A pose is right within this angle of the ground truth, radians.
-const ROTATION_TOLERANCE_RAD: f64 = 0.052;
 /// Greatest horizontal error of a pose prior, metres.
 const PRIOR_POSITION_ERROR_M: f64 = 1.0;
 /// Greatest heading error of a pose prior, radians.

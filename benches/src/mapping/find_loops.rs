@@ -1,6 +1,7 @@
 //! Runs the loop finder over a recorded walk and measures the time of each part.
 
 use crate::recorded_walk::RecordedKeyframe;
+use benches::keyframe_policy;
 use geometry::{Isometry, Matrix6, RngTree, Vector6, se3};
 use mapping::{
     Decision, Edge, LoopConfig, LoopFinder, NewKeyframe, PoseGraph, ScanPose, Session, SessionConfig, verify,
@@ -76,7 +77,8 @@ pub fn find(recorded: &[RecordedKeyframe], drift: f64, seed: u64, config: LoopCo
 /// The odometry edges of a mapping session.
 fn edges(recorded: &[RecordedKeyframe], drift: f64, seed: u64) -> Vec<Edge> {
     let Some(first) = recorded.first() else { return Vec::new() };
-    let mut session = Session::begin(&first.odom_from_base, SessionConfig::default(), PoseGraph::default());
+    let mut session =
+        Session::begin(&first.odom_from_base, SessionConfig::new(keyframe_policy()), PoseGraph::default());
     for keyframe in recorded {
         session.add_scan(&ScanPose {
             stamp: keyframe.stamp,

@@ -1,6 +1,7 @@
 //! Simulated walks as input of mapping: the keyframes of the odometry, with the ground truth for the score.
 
 use anyhow::{Context, Result, bail};
+use benches::keyframe_policy;
 use benches::stack_walk::WalkPlan;
 use geometry::{Isometry, Matrix6, isometry_from_pose, se3, vec_from_plain};
 use mapping::{PoseGraph, ScanPose, Session, SessionConfig};
@@ -144,7 +145,11 @@ impl KeyframeRecorder {
     fn scan(&mut self, pose: &PoseEvent, xyz: &[[f32; 3]]) {
         let estimate = &pose.estimate;
         let session = self.session.get_or_insert_with(|| {
-            Session::begin(&estimate.odom_from_base, SessionConfig::default(), PoseGraph::default())
+            Session::begin(
+                &estimate.odom_from_base,
+                SessionConfig::new(keyframe_policy()),
+                PoseGraph::default(),
+            )
         });
         let degenerate = pose.degenerate_directions.iter().any(Option::is_some);
         let added = session.add_scan(&ScanPose {

@@ -27,6 +27,9 @@ macro_rules! uuid_id {
     };
 }
 
+/// Longest name of a map, characters; longer names are cut. Chosen: lists show fewer.
+pub const MAX_MAP_NAME_CHARS: usize = 120;
+
 uuid_id! {
     /// A saved map version. Immutable once written.
     MapId

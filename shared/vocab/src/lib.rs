@@ -8,7 +8,9 @@ mod pose;
 mod text;
 mod time;
 
-pub use ids::{ActionCallId, ClientId, CommandId, GoalId, KeyframeId, MapId, SessionId, UploadId};
+pub use ids::{
+    ActionCallId, ClientId, CommandId, GoalId, KeyframeId, MAX_MAP_NAME_CHARS, MapId, SessionId, UploadId,
+};
 pub use pose::{Aabb, Covariance6, Pose, Quat, Twist, Vec3};
 pub use text::legible;
 pub use time::{Span, Stamp};

@@ -1,9 +1,10 @@
 //! Labels of the scene: robot, goal, docks, picked points, keyframes.
 
-use crate::scene_sync::{BASE_HEIGHT_M, vector};
+use crate::scene_sync::vector;
 use client_model::{Model, Selection};
 use glam::DVec3;
 use panels::SceneLabel;
+use scene::STANDING_HEIGHT_M;
 
 /// Largest number of keyframes in the accessible tree. More would bury the other controls for users of a screen reader.
 const MAX_KEYFRAME_LABELS: usize = 24;
@@ -76,7 +77,7 @@ fn dock_labels(
     labels: &mut Vec<SceneLabel>,
 ) {
     for (number, dock) in (1..).zip(model.docks()) {
-        if let Some((at, _)) = project(vector(dock.position) - DVec3::Z * BASE_HEIGHT_M) {
+        if let Some((at, _)) = project(vector(dock.position) - DVec3::Z * STANDING_HEIGHT_M) {
             labels.push(SceneLabel::dock(at, number));
         }
     }

@@ -8,16 +8,13 @@ use map_codec::PointChunk;
 use panels::theme::Tokens;
 use scene::{
     AnchorId, CameraPose, LoopEdge, LoopState, Marker, Node, Options, Palette, PointBlock, Polyline,
-    Renderer, RobotState, Shape, TileId, View, WHOLE_MAP,
+    Renderer, RobotState, STANDING_HEIGHT_M, Shape, TileId, View, WHOLE_MAP,
 };
 use site_model::NodeId;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use vocab::{KeyframeId, MapId, Pose, Vec3};
-
-/// Height of the base above the ground when the robot stands, m: for colours, the ceiling and markers on the ground.
-pub(crate) const BASE_HEIGHT_M: f64 = 0.5;
 
 /// Parameters of [`SceneSync`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,7 +43,7 @@ impl Default for SceneSyncConfig {
         Self {
             min_ground_step_m: 0.4,
             colour_heights_m: [-0.2, 4.0],
-            point_budget: 1_500_000,
+            point_budget: Options::default().point_budget,
             keyframe_scan_spacing_m: 0.04,
             marker_height_m: 0.5,
             certain_deviation_m: 0.03,
@@ -93,7 +90,7 @@ impl SceneSync {
             renderer: Rc::new(RefCell::new(renderer)),
             config: SceneSyncConfig::default(),
             synced: SyncedRevisions::default(),
-            ground: -BASE_HEIGHT_M,
+            ground: -STANDING_HEIGHT_M,
             keyframe_scans: BTreeMap::new(),
             graph_overlay: GraphOverlay::default(),
         }
@@ -278,9 +275,9 @@ impl SceneSync {
             _ => model.displayed_map().graph.nodes.first().map(|node| node.map_from_keyframe.position.z),
         };
         if let Some(base) = base
-            && (base - BASE_HEIGHT_M - self.ground).abs() > self.config.min_ground_step_m
+            && (base - STANDING_HEIGHT_M - self.ground).abs() > self.config.min_ground_step_m
         {
-            self.ground = base - BASE_HEIGHT_M;
+            self.ground = base - STANDING_HEIGHT_M;
         }
     }
 
@@ -338,7 +335,7 @@ fn survey_marker(place: &api::SurveyTarget, palette: &Palette, height: f64) -> M
 fn dock_marker(map_from_base: &Pose, palette: &Palette, height: f64) -> Marker {
     Marker {
         id: None,
-        position: vector(map_from_base.position) - DVec3::Z * (BASE_HEIGHT_M - height / 4.0),
+        position: vector(map_from_base.position) - DVec3::Z * (STANDING_HEIGHT_M - height / 4.0),
         ahead: DVec3::ZERO,
         shape: Shape::Square,
         radius: 9.0,

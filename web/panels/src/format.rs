@@ -2,6 +2,9 @@
 
 use vocab::{Stamp, Vec3};
 
+/// The least standard deviation that is shown, metres: smaller ones would read as 0 mm.
+pub const SHOWN_DEVIATION_MIN_M: f64 = 1e-3;
+
 /// Metres: `0.4 m`, `12.3 m`, `1.24 km`.
 pub fn distance(metres: f64) -> String {
     if metres.abs() >= 1000.0 { format!("{:.2} km", metres / 1000.0) } else { format!("{metres:.1} m") }

@@ -3,8 +3,8 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{DQuat, DVec3, Mat3, Quat, Vec3};
 
-/// Height of the base frame above the feet when standing, m.
-const STANDING_HEIGHT_M: f64 = 0.5;
+/// Height of the base frame above the feet of the drawn robot when standing, m.
+pub const STANDING_HEIGHT_M: f64 = 0.5;
 
 /// Pose and state of the robot.
 #[derive(Clone, Copy, Debug, PartialEq)]

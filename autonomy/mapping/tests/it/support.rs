@@ -1,7 +1,7 @@
 //! Simulates a walk through a site and keeps the odometry's keyframes in memory.
 
 use geometry::{Isometry, isometry_from_pose, vec_from_plain};
-use mapping::{Edge, PoseGraph, ScanPose, Session, SessionConfig};
+use mapping::{Edge, KeyframePolicy, PoseGraph, ScanPose, Session, SessionConfig};
 use messages::Sensor;
 use odometry::{Mounting, Odometry, OdometryConfig, OdometryEvent, PoseEvent, ScanView};
 use sim::{Route, RouteFollower, SimConfig, Simulator, SiteName};
@@ -78,6 +78,9 @@ struct Recorder {
     keyframes: Vec<Keyframe>,
 }
 
+/// Keyframes of a robot for tests.
+const KEYFRAMES: KeyframePolicy = KeyframePolicy { distance_m: 1.0, rotation_rad: 0.7 };
+
 impl Recorder {
     fn take(&mut self, event: OdometryEvent, truth: impl Fn(Stamp) -> Isometry) {
         match event {
@@ -86,7 +89,11 @@ impl Recorder {
                 let Some(pose) = self.pending.take() else { return };
                 let estimate = &pose.estimate;
                 let begin = || {
-                    Session::begin(&estimate.odom_from_base, SessionConfig::default(), PoseGraph::default())
+                    Session::begin(
+                        &estimate.odom_from_base,
+                        SessionConfig::new(KEYFRAMES),
+                        PoseGraph::default(),
+                    )
                 };
                 let added = self.session.get_or_insert_with(begin).add_scan(&ScanPose {
                     stamp: estimate.stamp,

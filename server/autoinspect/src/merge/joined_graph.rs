@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use crate::texts;
 use factors::{Between, Graph, Key, Options, Prior, Value, Values, optimise};
 use geometry::{Isometry, Matrix6, isometry_from_pose, pose_from_isometry};
-use mapping::{Edge, MapAlignment};
+use mapping::{Edge, MapAlignment, OptimiserConfig};
 use messages::{EdgeKind, FinishedMap, GraphEdge, GraphNode, LoopDecision, PoseGraph, RevisitCounts};
 use std::sync::Arc;
 use store::SavedMap;
@@ -22,7 +22,7 @@ pub struct JoinedGraphConfig {
 
 impl Default for JoinedGraphConfig {
     fn default() -> Self {
-        Self { origin_information: 1e8, information_min: 1e-6 }
+        Self { origin_information: OptimiserConfig::default().origin_information, information_min: 1e-6 }
     }
 }
 

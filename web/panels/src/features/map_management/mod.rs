@@ -13,10 +13,8 @@ use crate::{TextInput, format, icon, widgets};
 use api::{BinnedMap, Command, DamagedMap, MapSummary, Mapping};
 use client_model::{ClientCommand, Model};
 use egui::{CornerRadius, Ui};
-use vocab::MapId;
+use vocab::{MAX_MAP_NAME_CHARS, MapId};
 
-/// Longest name of a map, characters.
-const MAX_NAME_CHARS: u32 = 120;
 /// Width of the button that deletes a map in the bin for good, with the gap before it, points.
 const ICON_BUTTON_WIDTH: f32 = theme::TOUCH + 8.0;
 
@@ -184,7 +182,8 @@ pub(crate) fn show_rename(ui: &mut Ui, cx: &mut PanelContext<'_>, rename: &mut O
     let Some(Rename { map, name }) = rename else { return };
     cx.frame.is_name_entered = true;
     let tokens = cx.tokens;
-    let field = TextInput::new(("rename", map.0), texts::NEW_NAME).max_length(MAX_NAME_CHARS).take_focus();
+    let field =
+        TextInput::new(("rename", map.0), texts::NEW_NAME).max_length(MAX_MAP_NAME_CHARS as u32).take_focus();
     let mut given = field.show(ui, tokens, cx.text_inputs, name).submitted;
     let mut kept = false;
     let is_named = !name.trim().is_empty();

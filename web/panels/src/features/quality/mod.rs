@@ -17,8 +17,6 @@ use egui::{Align, Layout, Ui, vec2};
 const LISTED_TARGETS: usize = 4;
 /// Width of the button that sends the robot to a target, points.
 const BUTTON_WIDTH: f32 = 76.0;
-/// The least standard deviation that is shown, metres.
-const LEAST_SIGMA_M: f64 = 1e-3;
 
 /// The section of a running mapping session.
 pub(crate) fn show(ui: &mut Ui, cx: &mut PanelContext<'_>) {
@@ -27,7 +25,7 @@ pub(crate) fn show(ui: &mut Ui, cx: &mut PanelContext<'_>) {
     fact(ui, tokens, texts::FLOOR_COVERED, &format::area(quality.covered_m2));
     let worst_sigma_m = quality.deviations_m.iter().copied().fold(0.0, f32::max);
     if worst_sigma_m.is_finite() && !quality.deviations_m.is_empty() {
-        let value = format::accuracy(f64::from(worst_sigma_m).max(LEAST_SIGMA_M));
+        let value = format::accuracy(f64::from(worst_sigma_m).max(format::SHOWN_DEVIATION_MIN_M));
         fact(ui, tokens, texts::ACCURACY, &value).on_hover_text(texts::ACCURACY_HINT);
     }
     if !quality.targets.is_empty() {

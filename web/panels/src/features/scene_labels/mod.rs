@@ -5,22 +5,17 @@ mod placement;
 mod tests;
 mod texts;
 
+use crate::format;
 use crate::theme::{self, Tokens, Weight, font};
 use api::SurveyReason;
 use client_model::{ClientCommand, Selection};
 use egui::{CornerRadius, Id, Pos2, Rect, Role, Sense, Stroke, StrokeKind, Ui, Vec2, WidgetInfo, vec2};
-use placement::{LabelPlacementConfig, LabelPlacer, covering_rects};
+use placement::{LabelPlacementConfig, LabelPlacer, RING_RADIUS, RING_WIDTH, covering_rects};
 use site_model::NodeId;
 use vocab::KeyframeId;
 
 /// Side of the click target of a label that has others close to it, points.
 const SMALL_TARGET: f32 = 20.0;
-/// Radius of the ring around a selected label, to the middle of its line, points.
-const RING_RADIUS: f32 = 14.0;
-/// Width of the ring's line, points.
-const RING_WIDTH: f32 = 2.0;
-/// The least standard deviation that a tag shows, metres.
-const LEAST_SIGMA_M: f64 = 1e-3;
 
 /// A thing of the scene and its position on the screen.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,7 +73,7 @@ impl SceneLabel {
 
     /// A keyframe. Only a selected one has a tag, with the standard deviation of its position, metres, if it is known.
     pub fn keyframe(at: Pos2, id: KeyframeId, sigma_m: Option<f64>, is_selected: bool) -> Self {
-        let sigma_m = sigma_m.map(|sigma_m| sigma_m.max(LEAST_SIGMA_M));
+        let sigma_m = sigma_m.map(|sigma_m| sigma_m.max(format::SHOWN_DEVIATION_MIN_M));
         let tag = if is_selected { texts::keyframe_tag(id, sigma_m) } else { String::new() };
         let label = Self::new(texts::keyframe(id), tag, at);
         Self { selects: Some(Selection::Keyframe(id)), is_selected, is_crowded: true, ..label }

@@ -1,7 +1,11 @@
 //! Placement of the tags of scene labels: beside their point, clear of cards and of each other.
 
-use super::{RING_RADIUS, RING_WIDTH};
 use egui::{Align2, Pos2, Rect, Vec2, vec2};
+
+/// Radius of the ring around a selected label, to the middle of its line, points.
+pub(super) const RING_RADIUS: f32 = 14.0;
+/// Width of the ring's line, points.
+pub(super) const RING_WIDTH: f32 = 2.0;
 
 /// Parameters of [`LabelPlacer`].
 #[derive(Clone, Copy, Debug, PartialEq)]
