@@ -8,6 +8,7 @@
 )]
 
 mod browser;
+mod circles;
 mod dependency_direction;
 mod glossary;
 mod support;

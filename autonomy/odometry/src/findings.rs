@@ -1,15 +1,14 @@
-//! The findings that the odometry publishes: faults of a sensor or its setup, each with its remedy.
+//! The findings that the odometry publishes, by key: faults of a sensor or its setup, each with its remedy. All texts of this crate stand here, in English.
 
-use crate::config::Mounting;
 use crate::event::{Finding, FindingKind, Severity, milliseconds};
 use crate::initial_alignment::{InitialAlignment, InitialAlignmentConfig};
-use geometry::{STANDARD_GRAVITY_M_S2, Vector3};
+use geometry::{Rotation, STANDARD_GRAVITY_M_S2, Vector3};
 use vocab::Span;
 
 /// Checks gravity, mounting and standstill at the start.
 pub fn at_start(
     alignment: &InitialAlignment,
-    mounting: &Mounting,
+    base_from_imu: &Rotation,
     config: &InitialAlignmentConfig,
 ) -> Vec<Finding> {
     let mut found = Vec::new();
@@ -27,7 +26,7 @@ pub fn at_start(
             remedy: remedy.into(),
         });
     }
-    let up_in_base = mounting.base_from_imu.isometry().rotation * alignment.up;
+    let up_in_base = base_from_imu * alignment.up;
     let tilt = up_in_base.angle(&Vector3::z());
     if tilt > config.max_tilt_rad {
         let what = if tilt > config.upside_down_rad {
@@ -71,6 +70,34 @@ pub fn clocks_apart(imu_ahead: Span) -> Finding {
     }
 }
 
+/// The stamps of the IMU are `lag_s` seconds behind those of the LiDAR; negative if they are ahead.
+pub fn imu_lag(lag_s: f64) -> Finding {
+    Finding {
+        kind: FindingKind::ImuLag,
+        severity: Severity::Warning,
+        what: format!(
+            "The IMU's stamps are about {:.0} ms {} the LiDAR's.",
+            lag_s.abs() * 1e3,
+            if lag_s > 0.0 { "behind" } else { "ahead of" }
+        ),
+        remedy:
+            "Synchronise both sensors to one clock (PTP or a trigger), or correct the offset in the driver."
+                .into(),
+    }
+}
+
+/// LiDAR and IMU measure rotations about different axes.
+pub fn mounting_inconsistent(correlation: f64) -> Finding {
+    Finding {
+        kind: FindingKind::MountingInconsistent,
+        severity: Severity::Error,
+        what: format!(
+            "LiDAR and IMU do not turn about the same axes (correlation {correlation:.2}): the given mounting of one is wrong."
+        ),
+        remedy: "Check the rotations of base_from_lidar and base_from_imu.".into(),
+    }
+}
+
 /// The IMU reached the end of its range.
 pub fn saturated() -> Finding {
     Finding {
@@ -81,8 +108,17 @@ pub fn saturated() -> Finding {
     }
 }
 
-/// A source that is expected sends nothing.
-pub fn silent(source: &str, remedy: &str) -> Finding {
+/// The IMU is expected, and sends nothing.
+pub fn silent_imu() -> Finding {
+    silent("IMU", "Check its cable, power and driver.")
+}
+
+/// The LiDAR has sent scans, and sends nothing any more.
+pub fn silent_lidar() -> Finding {
+    silent("LiDAR", "Check its cable, power, address and driver.")
+}
+
+fn silent(source: &str, remedy: &str) -> Finding {
     Finding {
         kind: FindingKind::SourceSilent,
         severity: Severity::Warning,

@@ -1,7 +1,8 @@
 //! Checks that IMU and LiDAR measure the same rotations at the same time: the rotation between scans is compared with the integral
 //! of the gyroscope over intervals shifted in time (docs/maths/odometry.md, equation 20).
 
-use crate::event::{Finding, FindingKind, Severity};
+use crate::event::Finding;
+use crate::findings;
 use geometry::Vector3;
 use std::collections::VecDeque;
 use vocab::{Span, Stamp};
@@ -177,26 +178,9 @@ impl ImuLidarConsistency {
         let lag = (best as f64 - shift_steps + vertex(errors, best)) * self.config.shift_step.secs_f64();
         let is_better = *least < self.config.max_error_ratio * errors[self.config.shift_steps];
         if lag.abs() > self.config.min_lag_s && is_better {
-            return Some(Finding {
-                kind: FindingKind::ImuLag,
-                severity: Severity::Warning,
-                what: format!(
-                    "The IMU's stamps are about {:.0} ms {} the LiDAR's.",
-                    lag.abs() * 1e3,
-                    if lag > 0.0 { "behind" } else { "ahead of" }
-                ),
-                remedy: "Synchronise both sensors to one clock (PTP or a trigger), or correct the offset in the driver."
-                    .into(),
-            });
+            return Some(findings::imu_lag(lag));
         }
-        (correlation < self.config.min_correlation).then(|| Finding {
-            kind: FindingKind::MountingInconsistent,
-            severity: Severity::Error,
-            what: format!(
-                "LiDAR and IMU do not turn about the same axes (correlation {correlation:.2}): the given mounting of one is wrong."
-            ),
-            remedy: "Check the rotations of base_from_lidar and base_from_imu.".into(),
-        })
+        (correlation < self.config.min_correlation).then(|| findings::mounting_inconsistent(correlation))
     }
 }
 
@@ -225,6 +209,7 @@ fn integral_at(integral: &VecDeque<(Stamp, Vector3)>, stamp: Stamp) -> Vector3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::event::FindingKind;
 
     /// A body that oscillates about three axes. The gyroscope's stamps are late by `lag`; `mounted` is the effect of the mounting on
     /// the turn rate.

@@ -272,7 +272,7 @@ impl Odometry {
         if self.scans_without_imu > config.silent_imu_scans
             && newest - imu_newest > config.max_clock_difference
         {
-            self.publish_finding(findings::silent("IMU", CHECK_IMU), out);
+            self.publish_finding(findings::silent_imu(), out);
             self.start_without_imu(first_scan.map_or(oldest, |(start, _)| start), out);
             return true;
         }
@@ -296,7 +296,8 @@ impl Odometry {
                 }
             },
         };
-        for finding in findings::at_start(&alignment, &self.config.mounting, &alignment_config) {
+        let base_from_imu = self.config.mounting.base_from_imu.isometry().rotation;
+        for finding in findings::at_start(&alignment, &base_from_imu, &alignment_config) {
             self.publish_finding(finding, out);
         }
         let begin = if self.is_restart && alignment.is_stationary { begin.max(since) } else { begin };
@@ -328,13 +329,10 @@ impl Odometry {
         let limit = self.config.synchronisation.report_silent_after;
         let is_silent = |last: Option<Stamp>| last.is_some_and(|last| newest - last > limit);
         if is_silent(self.queues.imu.newest()) {
-            self.publish_finding(findings::silent("IMU", CHECK_IMU), out);
+            self.publish_finding(findings::silent_imu(), out);
         }
         if is_silent(self.tracker.as_ref().and_then(ScanTracker::last_scan_end)) && self.scans.is_empty() {
-            self.publish_finding(
-                findings::silent("LiDAR", "Check its cable, power, address and driver."),
-                out,
-            );
+            self.publish_finding(findings::silent_lidar(), out);
         }
     }
 
@@ -367,9 +365,6 @@ impl Odometry {
         }
     }
 }
-
-/// Remedy for a silent IMU.
-const CHECK_IMU: &str = "Check its cable, power and driver.";
 
 /// Appends an item unless it is older than the last one. Returns whether it was appended.
 fn push_newer<T>(queue: &mut VecDeque<Stamped<T>>, item: Stamped<T>) -> bool {

@@ -3,7 +3,7 @@
 //! It is built once by the binned surface-area heuristic (Wald, *On fast construction of SAH-based bounding volume hierarchies*, 2007). Solids
 //! are stored in the order of the leaves, nodes in depth-first order: the left child follows its parent.
 
-use crate::ray_packet::{PackedShape, RayPacket};
+use crate::ray_packet::{NO_HIT, PackedShape, RayPacket};
 use crate::shape::Solid;
 use geometry::Vector3;
 
@@ -141,6 +141,14 @@ impl Bvh {
             stack[waiting + 1] = near;
             waiting += 2;
         }
+    }
+
+    /// The first surface along a unit direction within `range_max` metres: its range (metres) and its solid.
+    pub fn first_hit(&self, origin: &Vector3, direction: &Vector3, range_max: f64) -> Option<(f64, &Solid)> {
+        let mut packet = RayPacket::single(origin, direction, range_max as f32);
+        self.cast(&mut packet);
+        let solid = packet.solid[0];
+        (solid != NO_HIT).then(|| (f64::from(packet.range[0]), &self.solids[solid as usize]))
     }
 
     /// Calls `visit` for every solid whose bounding box comes within `radius` metres of `point`.

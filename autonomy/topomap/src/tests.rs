@@ -86,7 +86,7 @@ impl Drawn {
 
     fn generate(&self) -> GeneratedMap {
         let config = TopomapConfig::default();
-        let robot = RobotShape::default();
+        let robot = ROBOT;
         // The drawn site is larger than the range of a keyframe.
         let config = TopomapConfig { range_max_m: 1e3, ..config };
         let mut floor = FloorBuilder::new(robot, config);
@@ -110,8 +110,11 @@ impl Drawn {
     }
 }
 
+/// A robot for tests.
+const ROBOT: RobotShape = RobotShape { radius: 0.38, standing_height: 0.55, clearance: 0.95, step: 0.22 };
+
 fn base_at(feet: &Vector3, yaw: f64) -> Isometry {
-    let base = feet + Vector3::z() * RobotShape::default().standing_height;
+    let base = feet + Vector3::z() * ROBOT.standing_height;
     Isometry::from_parts(base.into(), Rotation::from_euler_angles(0.0, 0.0, yaw))
 }
 

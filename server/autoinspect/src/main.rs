@@ -14,6 +14,7 @@ mod info;
 mod inputs;
 mod journal;
 mod keyframe_descriptors;
+mod limited_command;
 mod localise;
 mod map;
 mod merge;

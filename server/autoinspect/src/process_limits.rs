@@ -2,6 +2,7 @@
 //! which one it has reached. Neither may take the memory that the robot's core needs.
 
 use crate::failure::Failure;
+use crate::limited_command::LimitedCommand;
 use crate::texts;
 use clap::Args;
 use rustix::process::{Resource, Rlimit, Signal, setrlimit};
@@ -15,23 +16,6 @@ pub const WITHIN_LIMITS: &str = "--within-limits";
 const CODE_BYTES: u64 = 48 << 20;
 /// Time between the signal at the limit of processor time and the end by force, seconds.
 const GRACE_S: u64 = 5;
-
-/// What runs within limits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LimitedCommand {
-    Import,
-    Align,
-}
-
-impl LimitedCommand {
-    /// Its name on the command line.
-    fn name(self) -> &'static str {
-        match self {
-            Self::Import => "import",
-            Self::Align => "align",
-        }
-    }
-}
 
 /// Options of a command that limit it.
 #[derive(Args, Clone, Copy, Debug)]

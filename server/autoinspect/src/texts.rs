@@ -1,6 +1,6 @@
 //! Error messages and notes of the commands, by key. English; an error names what is wrong, the file and the remedy.
 
-use crate::process_limits::LimitedCommand;
+use crate::limited_command::LimitedCommand;
 use mapping::AlignmentError;
 use std::fmt::Display;
 use std::path::Path;

@@ -2,7 +2,7 @@
 
 use crate::app::App;
 use crate::files::{IMMUTABLE, REVALIDATE, Serving, respond};
-use crate::maps::json;
+use crate::json_response::json;
 use crate::pages::{AnyQuery, PageRequest};
 use crate::problem::ProblemResponse;
 use crate::schemas::{GraphDocument, HealthDocument, ProblemDocument, TileListDocument};

@@ -16,6 +16,7 @@ mod core_link;
 mod documents;
 mod files;
 mod hub;
+mod json_response;
 mod limits;
 mod maps;
 mod openapi;

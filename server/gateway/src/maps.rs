@@ -2,6 +2,7 @@
 
 use crate::app::App;
 use crate::documents::{Answer, AnyPath, map_id};
+use crate::json_response::json;
 use crate::limits::FIXED;
 use crate::pages::{AnyQuery, PageRequest};
 use crate::problem::ProblemResponse;
@@ -11,11 +12,10 @@ use crate::schemas::{
 use crate::stored_data::StoredData;
 use crate::texts;
 use api::{Command, CommandOutcome, MapSummary};
-use axum::Json;
 use axum::body::Bytes;
 use axum::extract::State;
 use axum::extract::rejection::BytesRejection;
-use axum::http::{HeaderValue, StatusCode, header};
+use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 use std::sync::Arc;
@@ -226,11 +226,4 @@ fn paged<T: Serialize>(path: &str, page: &PageRequest, all: &[T], key: impl Fn(&
     let mut response = json(entries);
     page.link_next(&mut response, path, last.as_deref());
     Ok(response)
-}
-
-/// A document that changes with every command.
-pub(crate) fn json(document: impl Serialize) -> Response {
-    let mut response = Json(document).into_response();
-    response.headers_mut().insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
-    response
 }

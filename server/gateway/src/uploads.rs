@@ -2,8 +2,9 @@
 
 use crate::app::App;
 use crate::documents::Answer;
+use crate::json_response::json;
 use crate::limits::FIXED;
-use crate::maps::{json, perform, stored};
+use crate::maps::{perform, stored};
 use crate::problem::ProblemResponse;
 use crate::schemas::{ProblemDocument, StoredUploadDocument};
 use crate::texts;

@@ -1,14 +1,15 @@
+use super::wait_budget::WaitBudgetConfig;
 use super::*;
 use crate::protocol::{MAX_ROBOT_MESSAGE_BYTES, PROTOCOL_VERSION, RobotMessage, RobotRequest};
 use crate::{SocketLink, SocketLinkConfig};
 use messages::{DRIVE_LIFETIME, Drive, Sensor};
 use ports::{Arrival, RobotEvent, RobotLink, SimulatedFault, encode_frame, read_frame};
-use sim::SiteName;
+use sim::{SimConfig, SiteName};
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use uuid::Uuid;
-use vocab::{CommandId, Stamp, Twist};
+use vocab::{CommandId, Span, Stamp, Twist, Vec3};
 
 /// Limit of all waits, far longer than any of them takes.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -181,7 +182,10 @@ fn the_robot_stands_without_a_core_and_its_clock_goes_on() {
     let first = next(&link.arrivals()).at;
     assert!(first - last > Span::from_millis(5_000), "{first:?} after {last:?}");
     assert!(!reaches(&link, None, 3, |speed| speed.abs() > 0.1), "walks without a command");
-    assert!(reaches(&link, Some(FORWARD), 60, |speed| speed > 0.4), "does not obey the second core");
+    assert!(
+        reaches(&link, Some(FORWARD), 60, |speed| speed > 0.4),
+        "does not drive as the second core commands"
+    );
 }
 
 #[test]

@@ -16,6 +16,7 @@ use crate::pose_persistence::{PosePersistence, PosePersistenceConfig};
 use crate::publisher::{PublisherConfig, PublisherWorker};
 use crate::recording::RecordingTarget;
 use crate::session_journal::{SessionJournalConfig, SessionJournalQueue, SessionJournalWorker};
+use crate::start_error::StartError;
 use crate::state_publisher::StatePublisher;
 use crate::stored_data::{CleanUpConfig, StoredDataWorker};
 use crate::stored_data_check::{StoredDataCheckConfig, StoredDataCheckWorker};
@@ -26,12 +27,11 @@ use api::ProcessRestart;
 use crossbeam_channel::Sender;
 use ports::{MapImporter, RobotLink};
 use stack::Stack;
-use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Instant;
-use store::{InterruptedSessions, Store, StoreError};
+use store::{InterruptedSessions, Store};
 use watchdog::Watchdog;
 
 /// Limits of the core's queues.
@@ -72,29 +72,6 @@ pub struct RobotRestart {
     pub restart: ProcessRestart,
     /// Whether it happened since this process was started last, so that clients have not been told yet.
     pub is_new: bool,
-}
-
-/// Why the core could not be started.
-#[derive(Debug, thiserror::Error)]
-pub enum StartError {
-    /// The socket for the gateway cannot be opened.
-    #[error("could not listen for the gateway at {}", path.display())]
-    Socket {
-        /// Path of the socket.
-        path: PathBuf,
-        /// Error of the system.
-        #[source]
-        source: io::Error,
-    },
-    /// A thread cannot be started.
-    #[error("could not start a thread")]
-    Thread(#[source] io::Error),
-    /// The interrupted mapping sessions cannot be listed.
-    #[error("could not list the interrupted mapping sessions")]
-    Sessions(#[source] StoreError),
-    /// The saved maps cannot be listed.
-    #[error("could not list the saved maps")]
-    Maps(#[source] StoreError),
 }
 
 /// A running core. Dropping it ends its threads in order: the robot stops, the socket closes, queued work is done and queued inputs are recorded.

@@ -37,6 +37,7 @@ mod pose_persistence;
 mod publisher;
 mod recording;
 mod session_journal;
+mod start_error;
 mod state_publisher;
 mod state_snapshot;
 mod stored_data;
@@ -47,7 +48,8 @@ mod texts;
 mod threads;
 mod tile_recovery;
 
-pub use crate::core::{Core, CoreConfig, RobotRestart, StartError};
+pub use crate::core::{Core, CoreConfig, RobotRestart};
 pub use jobs::known_map;
 pub use recording::RecordingTarget;
+pub use start_error::StartError;
 pub use threads::CONTROL_THREAD;

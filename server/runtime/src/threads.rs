@@ -1,9 +1,9 @@
 //! The core's threads: how long each may be silent, and how they are started and ended.
 
 use crate::clock::RobotClock;
-use crate::core::StartError;
 use crate::mailbox::Mailbox;
 use crate::recording::{Recorder, RecorderConfig, RecorderQueue, RecordingTarget};
+use crate::start_error::StartError;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;

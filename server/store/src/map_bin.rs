@@ -5,8 +5,9 @@
 //! too; it stays in the bin until a person deletes it for good.
 
 use crate::checked_json::{Versions, read_checked_json, to_checked_json};
-use crate::map_files::MapDocument;
-use crate::maps::{MapFolder, is_temporary};
+use crate::map_document::MapDocument;
+use crate::map_folder_files::DELETION_NAME;
+use crate::map_folders::{MapFolder, is_temporary};
 use crate::{Store, StoreError, files};
 use api::{BIN_RETENTION, MapSummary};
 use messages::PoseInMap;
@@ -19,8 +20,6 @@ use vocab::{MapId, Stamp};
 
 /// Versions of [`DeletionDocument`].
 const DELETION_FORMAT_VERSIONS: Versions = Versions { first_checked: 2, newest: 2 };
-/// Name of [`DeletionDocument`] in a map's folder.
-pub(crate) const DELETION_NAME: &str = "deleted.json";
 
 /// `deleted.json` of a map.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

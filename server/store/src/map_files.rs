@@ -13,19 +13,18 @@
 //! map.json           an api::MapSummary with a checksum of its own, written last
 //! ```
 
-use crate::checked_json::{Versions, read_checked_json, to_checked_json};
 use crate::checksums::write_checksums;
 use crate::keyframe_descriptors::write_keyframe_descriptors;
 use crate::map_cloud::{CloudSelection, KeyframePose};
+use crate::map_document::MapDocument;
+use crate::map_folder_files::files_with_checksum;
 use crate::robust_bounds::{RobustBoundsConfig, robust_bounds};
-use crate::stored_data_check::files_with_checksum;
 use crate::tiles::Durability;
 use crate::{MapClouds, MapPoints, StoreError, TileFiles, files};
 use api::{Anchor, Graph, GraphNode, MapSummary, TileEntry, TileList};
 use formats::g2o::{Edge, Vertex};
 use map_codec::BakeConfig;
 use messages::{EdgeKind, FinishedMap, PoseGraph};
-use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -44,58 +43,6 @@ impl Default for MapFileOptions {
     /// Of a map that was walked, without `map.ply`.
     fn default() -> Self {
         Self { ply: false, has_pose_graph: true }
-    }
-}
-
-/// Version of the files in a map's folder that this program writes. Greater ones were written by a later program, and are not read.
-/// Version 2 has units in the names of `map.json` and `loops.json`, and version 3 has checksums; earlier ones are read too.
-const MAP_FORMAT_VERSIONS: Versions = Versions { first_checked: 3, newest: 3 };
-
-/// `map.json`: the entry in the list of maps, with the version of all files of the map.
-#[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct MapDocument {
-    /// Programs up to November 2026 wrote none, which counts as 1.
-    #[serde(default = "files::first_format_version")]
-    format_version: u32,
-    #[serde(flatten)]
-    pub summary: MapSummary,
-}
-
-impl MapDocument {
-    fn new(summary: MapSummary) -> Self {
-        Self { format_version: MAP_FORMAT_VERSIONS.newest, summary }
-    }
-
-    /// Reads it.
-    ///
-    /// # Errors
-    /// When it is missing, damaged, or of a later version.
-    pub fn read(path: &Path) -> Result<Self, StoreError> {
-        read_checked_json(path, MAP_FORMAT_VERSIONS)
-    }
-
-    /// Gives the map another name. All else stays as it was written, its version included.
-    ///
-    /// # Errors
-    /// When the document is missing, damaged, or of a later version, or the disk fails.
-    pub fn rename(path: &Path, name: &str) -> Result<(), StoreError> {
-        Self::read(path)?;
-        let mut document: serde_json::Value = files::read_json(path)?;
-        document["name"] = name.into();
-        if let Some(fields) = document.as_object_mut() {
-            fields.remove("checksum");
-        }
-        files::replace_durably(path, &to_checked_json(path, &document)?)
-    }
-
-    /// Whether the map in this folder is of a version without `checksums.b3`.
-    pub fn is_older_than_checksums(folder: &Path) -> bool {
-        Self::read(&folder.join("map.json"))
-            .is_ok_and(|document| document.format_version < MAP_FORMAT_VERSIONS.first_checked)
-    }
-
-    fn write(&self, path: &Path) -> Result<(), StoreError> {
-        files::replace_durably(path, &to_checked_json(path, self)?)
     }
 }
 

@@ -3,7 +3,8 @@
 use crate::checked_json::{Versions, read_checked_json, to_checked_json};
 use crate::checksums::Checksums;
 use crate::cloud_files::{CloudFiles, cloud_name};
-use crate::session_journal::{HEADER_BYTES, RecoveredJournal, ScanPoses, SessionJournal};
+use crate::session_journal::{RecoveredJournal, ScanPoses, SessionJournal};
+use crate::session_records::HEADER_BYTES;
 use crate::sessions::{is_cloud, keyframe_of, link_clouds};
 use crate::{MapFilesReport, SavedMap, Store, StoreError, files, texts};
 use api::InterruptedSession;

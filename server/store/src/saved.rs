@@ -1,6 +1,6 @@
 //! A saved map read from disk, to be merged with others or extended.
 
-use crate::map_files::MapDocument;
+use crate::map_document::MapDocument;
 use crate::{StoreError, files, texts};
 use api::MapSummary;
 use formats::FormatError;

@@ -3,7 +3,7 @@
 //! A robot that walks over known ground compares the same keyframes again and again. All other records are kept: the graph grows with the site, and a pose
 //! after a scan is a pose of the trajectory.
 
-use crate::session_journal::{Frame, HEADER_BYTES, SessionRecord, encode, header, read_record};
+use crate::session_records::{Frame, HEADER_BYTES, SessionRecord, encode, header, read_record};
 use crate::{StoreError, files};
 use messages::LoopDecision;
 use std::collections::{BTreeMap, BTreeSet};

@@ -2,7 +2,7 @@
 
 use super::*;
 use expect_test::{expect, expect_file};
-use messages::{EdgeKind, GraphEdge, GraphNode, LoopEvidence, LoopSource, LoopTask, LoopVerdict};
+use messages::{EdgeKind, GraphDelta, GraphEdge, GraphNode, LoopEvidence, LoopSource, LoopTask, LoopVerdict};
 use std::fs;
 use uuid::Uuid;
 use vocab::{SessionId, Vec3};

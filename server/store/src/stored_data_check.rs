@@ -3,9 +3,9 @@
 
 use crate::checked_json::read_checked_json;
 use crate::checksums::{Checksums, hash_file};
-use crate::map_bin::DELETION_NAME;
-use crate::map_files::MapDocument;
-use crate::maps::MapFolders;
+use crate::map_document::MapDocument;
+use crate::map_folder_files::files_with_checksum;
+use crate::map_folders::MapFolders;
 use crate::recovered_sessions::SessionRecoveryConfig;
 use crate::sessions::is_cloud;
 use crate::uploads::NOTE_FORMAT_VERSIONS;
@@ -13,19 +13,15 @@ use crate::{SavedMap, Store, StoreError, files, texts};
 use api::TileHash;
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use vocab::SessionId;
-
-/// Names of files in a map's folder that have no checksum in `checksums.b3`: that file itself, `map.json`, which has its own and is rewritten when the map
-/// gets another name, and the reports of commands, which are for people only.
-const WITHOUT_CHECKSUM: [&str; 4] = ["checksums.b3", "map.json", "summary.json", "align.json"];
 
 /// Who gets what is found.
 pub trait StoredDataReport {
     /// A file is damaged. The error names it.
     fn on_damage(&mut self, error: StoreError);
 
-    /// So many bytes were read. `Break` ends the check.
+    /// This number of bytes was read. `Break` ends the check.
     fn on_read(&mut self, bytes: u64) -> ControlFlow<()>;
 }
 
@@ -143,26 +139,6 @@ fn check_map(folder: &Path, report: &mut dyn StoredDataReport) -> ControlFlow<()
         report.on_read(read)?;
     }
     ControlFlow::Continue(())
-}
-
-/// Paths in a map's folder of the files that have a checksum, in order.
-pub(crate) fn files_with_checksum(folder: &Path) -> Result<Vec<String>, StoreError> {
-    let name = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let mut names = Vec::new();
-    for path in files::entries(folder)? {
-        match name(&path).as_str() {
-            "clouds" if path.is_dir() => {
-                names.extend(files::entries(&path)?.iter().map(|cloud| format!("clouds/{}", name(cloud))));
-            }
-            // Tiles have their hash as name.
-            "tiles" if path.is_dir() => {}
-            // It comes and goes with the map's place in the bin.
-            other if other.starts_with(DELETION_NAME) => {}
-            other if WITHOUT_CHECKSUM.contains(&other) || files::is_temporary(&path) => {}
-            other => names.push(other.to_owned()),
-        }
-    }
-    Ok(names)
 }
 
 /// Checks the clouds of an interrupted session.

@@ -1,6 +1,6 @@
 //! Tiles as files named by the BLAKE3 of their bytes.
 
-use crate::maps::MapFolders;
+use crate::map_folders::MapFolders;
 use crate::{Store, StoreError, files, texts};
 use api::TileHash;
 use std::collections::BTreeSet;

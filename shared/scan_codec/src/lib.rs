@@ -4,6 +4,7 @@
 //! robot stands, each sweep keeps some of its columns only. After the step, a recording holds exactly the sweep that the stack saw, as a range
 //! image of about one byte a point ([`encode`], [`decode`]). Sweeps that are not on the grid cannot be encoded; recordings keep them as they are.
 
+mod error;
 mod grid;
 mod predictor;
 mod preparation;
@@ -12,9 +13,10 @@ mod standstill;
 mod symbols;
 mod thinning;
 
+pub use error::RangeImageError;
 pub use grid::{RANGE_STEP_UM, quantise};
 pub use preparation::{PreparationConfig, ScanPreparation};
-pub use range_image::{RangeImageError, decode, encode};
+pub use range_image::{decode, encode};
 pub use standstill::{StandstillConfig, StandstillDetector};
 pub use thinning::thin;
 

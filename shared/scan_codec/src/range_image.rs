@@ -16,18 +16,18 @@
 //! | 26 | u16 | 0, reserved |
 //!
 //! The points are columns of one firing of each channel: a new column begins with a channel that is not above the previous one. Each number is
-//! stored as its difference from what the points before it let one expect, so that the beam table of the sensor need not be stored: after the
+//! stored as its difference from a prediction by the points before it, so that the beam table of the sensor need not be stored: after the
 //! first column, channel, time and direction of a regular sensor are all as expected. A range is expected from its neighbours as in LOCO-I (Weinberger, Seroussi and
 //! Sapiro, 2000), and its difference belongs to one of four classes by how well its neighbours were predicted. What remains is the
 //! noise of the sensor, which is why the sweep before is of no use. Each quantity has one stream for each class and one of escapes: channels, times,
 //! azimuths, elevations, ranges, intensities. Intensities that are not whole numbers follow as four streams of one byte of their f32 each.
 
+use crate::error::RangeImageError;
 use crate::grid::{ANGLE_STEPS, DirectionGuesses, ELEVATION_MAX, Grid, GridPoint, RANGE_MAX, RANGE_STEP_UM};
 use crate::predictor::{CLASSES, Predictor, shorter_way};
 use crate::symbols::{SymbolReader, SymbolWriter, pack, unpack};
 use messages::Scan;
 use std::ops::RangeInclusive;
-use thiserror::Error;
 use vocab::Stamp;
 
 const MAGIC: &[u8; 4] = b"AIRI";
@@ -37,17 +37,6 @@ const HEADER_LEN: usize = 28;
 const POINTS_MAX: usize = 1 << 20;
 /// Largest whole number as intensity.
 const INTENSITY_MAX: f32 = 65_535.0;
-
-/// Why a range image cannot be decoded.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-pub enum RangeImageError {
-    /// It was written by a later program.
-    #[error("the range image has version {0}, which is not known; read it with a newer program")]
-    Version(u8),
-    /// It is damaged.
-    #[error("the range image is damaged ({0}), so this scan is lost")]
-    Malformed(&'static str),
-}
 
 /// How intensities are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 //! A small number takes one byte of the stream of its class, and a large one the byte 255 there and further bytes of the stream of escapes. Numbers of
 //! a class are of similar size, so that the entropy coder of zstd (one Huffman table for each stream) comes near their entropy.
 
-use crate::range_image::RangeImageError;
+use crate::error::RangeImageError;
 
 /// Byte that announces an escape.
 const ESCAPE: u64 = 255;

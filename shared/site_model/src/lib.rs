@@ -12,6 +12,7 @@
 mod action;
 mod compare;
 mod edit;
+mod finite;
 mod ids;
 mod mission;
 mod monitor;

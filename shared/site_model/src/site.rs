@@ -1,9 +1,10 @@
 //! The objects of a site, and how edits change them.
 
+use crate::finite::is_finite;
 use crate::{
     Applied, Change, Dock, Edge, EdgeBlock, EdgeId, Edit, EditError, EditId, InspectionPoint,
     InspectionPointId, Mission, MissionId, Monitor, Node, NodeId, Object, ObjectId, Revision, RevisionChange,
-    Schedule, SiteSettings, Versioned, Zone, validation,
+    Schedule, SiteSettings, Task, TaskPlace, Versioned, Zone,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -193,9 +194,7 @@ impl Site {
                 return Some(EditError::Conflict { object, revision });
             }
             match change {
-                Change::Put { object, .. } if !validation::is_finite(object) => {
-                    Some(EditError::NotFinite(object.id()))
-                }
+                Change::Put { object, .. } if !is_finite(object) => Some(EditError::NotFinite(object.id())),
                 _ => None,
             }
         })
@@ -260,9 +259,19 @@ impl Site {
 
     /// The missions with a task that refers to this object, directly or by an inspection point. Linear in the tasks.
     pub fn missions_that_need(&self, object: ObjectId) -> BTreeSet<MissionId> {
-        let missions = self
-            .missions()
-            .filter(|mission| mission.tasks.iter().any(|task| validation::task_needs(self, task, object)));
+        let missions =
+            self.missions().filter(|mission| mission.tasks.iter().any(|task| task_needs(self, task, object)));
         missions.map(|mission| mission.id).collect()
+    }
+}
+
+/// Whether a task refers to an object, directly or by its inspection point.
+fn task_needs(site: &Site, task: &Task, object: ObjectId) -> bool {
+    match &task.place {
+        TaskPlace::InspectionPoint(point) => {
+            object == ObjectId::InspectionPoint(*point)
+                || site.inspection_point(*point).is_some_and(|it| object == ObjectId::Node(it.node))
+        }
+        TaskPlace::Node { node, .. } => object == ObjectId::Node(*node),
     }
 }

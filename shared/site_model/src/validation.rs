@@ -1,13 +1,13 @@
 //! Finds all problems of a site. Logarithmic in the site for each reference, so n log n in all.
 
 use crate::{
-    ActionRequest, Dock, Edge, EdgeCost, InspectionPoint, Mission, MissionEnd, Monitor, MonitorCondition,
-    MonitorResponse, Node, NodeId, NodeKind, Object, ObjectId, Parameter, Problem, ProblemKind, Recurrence,
-    Schedule, Site, Task, TaskId, TaskPlace, Traversal, Zone, ZoneEffect,
+    Dock, Edge, EdgeCost, InspectionPoint, Mission, MissionEnd, Monitor, MonitorCondition, MonitorResponse,
+    Node, NodeId, NodeKind, Object, ObjectId, Problem, ProblemKind, Recurrence, Schedule, Site, TaskId,
+    TaskPlace, Traversal, Zone, ZoneEffect,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use std::mem::{Discriminant, discriminant};
-use vocab::{Pose, Span};
+use vocab::Span;
 
 /// Ranges of numbers that people enter.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,7 +75,7 @@ impl ProblemFinder<'_> {
         }
         let mut names: BTreeMap<(usize, &str), ObjectId> = BTreeMap::new();
         let mut kinds: Vec<Discriminant<Object>> = Vec::new();
-        let mut ways: BTreeMap<(NodeId, NodeId), ObjectId> = BTreeMap::new();
+        let mut joined: BTreeMap<(NodeId, NodeId), ObjectId> = BTreeMap::new();
         let site = self.site;
         for versioned in site.objects() {
             let (id, object) = (versioned.object.id(), &versioned.object);
@@ -95,7 +95,7 @@ impl ProblemFinder<'_> {
                 Object::Settings(_) | Object::Asset(_) => {}
                 Object::Node(node) => self.check_node(id, node),
                 Object::Edge(edge) => {
-                    if let Some(other) = ways.insert((edge.from, edge.to), id) {
+                    if let Some(other) = joined.insert((edge.from, edge.to), id) {
                         self.add(id, ProblemKind::SameEdge(other));
                     }
                     self.check_edge(id, edge);
@@ -335,17 +335,6 @@ fn is_circular(constraints: &[[TaskId; 2]]) -> bool {
     }
 }
 
-/// Whether a task refers to an object, directly or by its inspection point.
-pub(crate) fn task_needs(site: &Site, task: &Task, object: ObjectId) -> bool {
-    match &task.place {
-        TaskPlace::InspectionPoint(point) => {
-            object == ObjectId::InspectionPoint(*point)
-                || site.inspection_point(*point).is_some_and(|it| object == ObjectId::Node(it.node))
-        }
-        TaskPlace::Node { node, .. } => object == ObjectId::Node(*node),
-    }
-}
-
 /// Whether corners in their order enclose an area: three or more, and no two sides cross. Quadratic in the corners.
 fn is_area(corners: &[[f64; 2]]) -> bool {
     let count = corners.len();
@@ -371,76 +360,4 @@ fn do_cross((a, b): ([f64; 2], [f64; 2]), (c, d): ([f64; 2], [f64; 2])) -> bool 
     let turn =
         |p: [f64; 2], q: [f64; 2], r: [f64; 2]| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
     turn(a, b, c) * turn(a, b, d) < 0.0 && turn(c, d, a) * turn(c, d, b) < 0.0
-}
-
-/// Whether all numbers of an object are finite.
-pub(crate) fn is_finite(object: &Object) -> bool {
-    let pose = |pose: &Pose| {
-        let q = pose.orientation;
-        pose.position.is_finite() && [q.w, q.x, q.y, q.z].iter().all(|c| c.is_finite())
-    };
-    let corners = |corners: &[[f64; 2]]| corners.as_flattened().iter().all(|c| c.is_finite());
-    let requests = |requests: &[ActionRequest]| requests.iter().all(is_request_finite);
-    match object {
-        Object::Settings(_) | Object::EdgeBlock(_) | Object::Dock(_) | Object::Asset(_) => true,
-        Object::Schedule(_) => true,
-        Object::Node(node) => {
-            let tolerance = &node.tolerance;
-            pose(&node.map_from_node)
-                && node.anchor.as_ref().is_none_or(|anchor| pose(&anchor.keyframe_from_node))
-                && [tolerance.along_m, tolerance.across_m, tolerance.yaw_rad].iter().all(|c| c.is_finite())
-                && corners(&node.influence_area_m)
-        }
-        Object::Edge(edge) => {
-            let cost = match edge.cost {
-                EdgeCost::Fixed(cost) => cost,
-                EdgeCost::Length | EdgeCost::Learned => 0.0,
-            };
-            let traversal = match &edge.traversal {
-                Traversal::Action { parameters, .. } => parameters.values().all(is_parameter_finite),
-                _ => true,
-            };
-            let numbers =
-                [cost, edge.max_speed_m_s.unwrap_or(0.0), edge.corridor.left_m, edge.corridor.right_m];
-            traversal
-                && numbers.iter().all(|c| c.is_finite())
-                && [&edge.on_enter, &edge.during, &edge.on_leave].iter().all(|list| requests(list))
-        }
-        Object::Zone(zone) => {
-            let effect = match &zone.effect {
-                ZoneEffect::KeepOut => true,
-                ZoneEffect::SpeedLimit(number) | ZoneEffect::Penalty(number) => number.is_finite(),
-                ZoneEffect::Action(request) => is_request_finite(request),
-            };
-            effect && corners(&zone.corners_m) && zone.height_m.iter().flatten().all(|c| c.is_finite())
-        }
-        Object::InspectionPoint(point) => {
-            let limits = point.limits.iter().flat_map(|limits| [limits.min, limits.max]);
-            point.target_m.is_finite()
-                && limits.flatten().all(f64::is_finite)
-                && is_request_finite(&point.request)
-        }
-        Object::Mission(mission) => mission.tasks.iter().all(|task| match &task.place {
-            TaskPlace::Node { request: Some(request), .. } => is_request_finite(request),
-            _ => true,
-        }),
-        Object::Monitor(monitor) => match monitor.condition {
-            MonitorCondition::Below { threshold, release }
-            | MonitorCondition::Above { threshold, release } => threshold.is_finite() && release.is_finite(),
-            MonitorCondition::Silent(_) => true,
-        },
-    }
-}
-
-fn is_request_finite(request: &ActionRequest) -> bool {
-    request.parameters.values().all(is_parameter_finite)
-}
-
-fn is_parameter_finite(parameter: &Parameter) -> bool {
-    match parameter {
-        Parameter::Number(number) => number.is_finite(),
-        Parameter::List(list) => list.iter().all(is_parameter_finite),
-        Parameter::Map(map) => map.values().all(is_parameter_finite),
-        Parameter::Bool(_) | Parameter::Integer(_) | Parameter::Text(_) => true,
-    }
 }

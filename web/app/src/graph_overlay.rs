@@ -1,10 +1,10 @@
 //! The topological map in the scene: edges as lines, nodes and the middles of edges as markers that can be selected.
 
-use crate::scene_sync::{BASE_HEIGHT_M, vector};
+use crate::vector::vector;
 use client_model::{Model, Selection};
 use glam::DVec3;
 use panels::theme::{Tokens, mix};
-use scene::{Colour, Marker, Polyline, Shape};
+use scene::{Colour, Marker, Polyline, STANDING_HEIGHT_M, Shape};
 use site_model::{Edge, Node, NodeId, NodeKind, Site};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -64,7 +64,7 @@ impl GraphOverlay {
             Some((moved, at)) if moved == node.id => at,
             _ => vector(node.map_from_node.position),
         };
-        let floor = |at: DVec3| at - DVec3::Z * (BASE_HEIGHT_M - CONFIG.height_m);
+        let floor = |at: DVec3| at - DVec3::Z * (STANDING_HEIGHT_M - CONFIG.height_m);
         let positions: BTreeMap<NodeId, DVec3> =
             site.nodes().map(|node| (node.id, floor(position(node)))).collect();
         let ways: BTreeSet<[NodeId; 2]> = site.edges().map(|edge| [edge.from, edge.to]).collect();

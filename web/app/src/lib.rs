@@ -23,6 +23,7 @@ mod graphics;
 mod inbox;
 #[cfg(target_arch = "wasm32")]
 mod runtime;
+#[cfg(target_arch = "wasm32")]
 mod scene_labels;
 #[cfg(target_arch = "wasm32")]
 mod scene_sync;
@@ -36,6 +37,8 @@ mod text_inputs;
 mod texts;
 #[cfg(target_arch = "wasm32")]
 mod uploads;
+#[cfg(target_arch = "wasm32")]
+mod vector;
 #[cfg(target_arch = "wasm32")]
 mod viewport;
 

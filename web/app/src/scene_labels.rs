@@ -1,6 +1,6 @@
 //! Labels of the scene: robot, goal, docks, picked points, keyframes.
 
-use crate::scene_sync::vector;
+use crate::vector::vector;
 use client_model::{Model, Selection};
 use glam::DVec3;
 use panels::SceneLabel;
@@ -106,7 +106,7 @@ fn node_labels(
     let Some(site) = model.site.site().filter(|_| model.is_site_on_screen()) else { return };
     let mut candidates: Vec<(f64, SceneLabel)> = Vec::new();
     for node in site.nodes() {
-        let floor = vector(node.map_from_node.position) - DVec3::Z * BASE_HEIGHT_M;
+        let floor = vector(node.map_from_node.position) - DVec3::Z * STANDING_HEIGHT_M;
         let Some((at, depth_m)) = project(floor) else { continue };
         let is_selected = model.selection() == Some(Selection::Node(node.id));
         let order = if is_selected { f64::NEG_INFINITY } else { depth_m };

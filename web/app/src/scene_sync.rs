@@ -1,6 +1,7 @@
 //! Passes changes of the model to the renderer of the 3D scene.
 
 use crate::graph_overlay::GraphOverlay;
+use crate::vector::vector;
 use api::Quality;
 use client_model::{ColourBy, LoopPair, LoopPick, MapView, Model, ScanComparison, Selection, ViewSettings};
 use glam::{DQuat, DVec3};
@@ -14,7 +15,7 @@ use site_model::NodeId;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
-use vocab::{KeyframeId, MapId, Pose, Vec3};
+use vocab::{KeyframeId, MapId, Pose};
 
 /// Parameters of [`SceneSync`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -468,11 +469,6 @@ fn tile_id(hash: api::TileHash) -> TileId {
 fn block(chunk: &PointChunk, spacing: f32, stamp: f64) -> PointBlock<'_> {
     let points = bytemuck::cast_slice(&chunk.points);
     PointBlock { origin: chunk.origin, step: chunk.step, spacing, stamp, points }
-}
-
-/// A vector in the renderer's type.
-pub(crate) fn vector(plain: Vec3) -> DVec3 {
-    DVec3::from_array(plain.to_array())
 }
 
 fn glam_pose(pose: &Pose) -> (DVec3, DQuat) {

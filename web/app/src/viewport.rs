@@ -1,6 +1,7 @@
 //! The viewport: gestures move the camera, clicks select things or set a goal.
 
-use crate::scene_sync::{SceneSync, SharedRenderer, vector};
+use crate::scene_sync::{SceneSync, SharedRenderer};
+use crate::vector::vector;
 use crate::{browser, scene_labels, texts};
 use client_model::{
     Bookmark, CameraMove, ClientCommand, GraphTool, LoopPair, Model, Selection, ViewSettings,
@@ -421,7 +422,7 @@ impl Viewport {
         }
         if let Some(pointer) = response.interact_pointer_pos() {
             // The height of a node is that of the base; the pointer shows a place on the floor.
-            let floor = projection.ray(pixel(pointer, response, &view)).at_height(at.z - BASE_HEIGHT_M);
+            let floor = projection.ray(pixel(pointer, response, &view)).at_height(at.z - STANDING_HEIGHT_M);
             let near = floor.filter(|to| {
                 to.distance(projection.camera_position())
                     < self.config.max_goal_distance_m + view.camera.distance
@@ -468,7 +469,7 @@ impl Viewport {
             }
             (_, GraphTool::AddNodes, Some(map)) => {
                 let Some(floor) = floor else { return };
-                let position = vocab::Vec3::new(floor.x, floor.y, floor.z + BASE_HEIGHT_M);
+                let position = vocab::Vec3::new(floor.x, floor.y, floor.z + STANDING_HEIGHT_M);
                 let (node, edit) = model.site.adding_node(position, map, from);
                 out.push(ClientCommand::EditSite(edit));
                 out.push(ClientCommand::Select(Some(Selection::Node(node))));

@@ -1,17 +1,8 @@
-//! What happens to the client, and what the shell shall do.
+//! What happens to the client.
 
-use crate::{Bookmark, ClientCommand, LoopPair, ViewSettings, Viewpoint};
-use api::{ClientMessage, Command, Graph, ScanFrame, ServerMessage, StreamRequest, TileHash, TileList};
+use crate::{ClientCommand, Socket, Viewpoint};
+use api::{Graph, ScanFrame, ServerMessage, TileHash, TileList};
 use vocab::{KeyframeId, MapId, SessionId, UploadId};
-
-/// One of the two sockets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Socket {
-    /// State and commands.
-    Control,
-    /// Live scans.
-    Stream,
-}
 
 /// Something that happened. Nothing else changes the model.
 #[derive(Clone, Debug)]
@@ -106,64 +97,4 @@ pub enum ClientEvent {
     Command(ClientCommand),
     /// Time passed. Comes at least every 0.1 s while anything is due.
     Tick,
-}
-
-/// A movement of the camera. The shell animates it.
-#[derive(Clone, Debug, PartialEq)]
-pub enum CameraMove {
-    /// To a pose from which the whole map is visible.
-    Fit,
-    /// To a view straight down.
-    Top,
-    /// To the robot.
-    Robot,
-    /// To a pose from which both keyframes of a loop are visible.
-    Loop(LoopPair),
-    /// To a saved camera.
-    Bookmark(Bookmark),
-    /// Nowhere: save the present camera under this name.
-    SaveBookmark(String),
-}
-
-/// Something that the shell shall do after an event, in the order given.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ClientEffect {
-    /// Open a socket.
-    OpenSocket(Socket),
-    /// Close a socket, silently: no [`ClientEvent::SocketClosed`] is expected.
-    CloseSocket(Socket),
-    /// Send a message on the control socket.
-    Send(ClientMessage),
-    /// Send a message on the stream socket.
-    SendStream(StreamRequest),
-    /// Fetch tile list and pose graph of a saved map.
-    LoadMap(MapId),
-    /// Fetch a tile.
-    FetchTile(TileHash),
-    /// Fetch the scan of a keyframe.
-    FetchCloud {
-        /// The session of the keyframe.
-        session: SessionId,
-        /// Which.
-        keyframe: KeyframeId,
-    },
-    /// Open the file dialogue, and upload the chosen file.
-    OpenFileDialog,
-    /// Cancel an upload.
-    CancelUpload(UploadId),
-    /// Cancel the fetch of a tile.
-    CancelTile(TileHash),
-    /// Remove a tile from the screen.
-    RemoveTile(TileHash),
-    /// Move the camera.
-    MoveCamera(CameraMove),
-    /// Store the settings for the next visit.
-    SaveSettings(ViewSettings),
-}
-
-impl ClientEffect {
-    /// A command to the server.
-    pub(crate) fn command(id: vocab::CommandId, command: Command) -> Self {
-        Self::Send(ClientMessage::Command { id, command })
-    }
 }

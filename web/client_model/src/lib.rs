@@ -7,6 +7,7 @@
 //! The model is composed of slices, one for each feature: see `features/mod.rs`, which says how to add one.
 
 mod command;
+mod effect;
 mod event;
 mod features;
 mod ids;
@@ -20,7 +21,8 @@ mod time;
 mod testing;
 
 pub use command::ClientCommand;
-pub use event::{CameraMove, ClientEffect, ClientEvent, Socket};
+pub use effect::{CameraMove, ClientEffect, Socket};
+pub use event::ClientEvent;
 pub use features::Model;
 pub use features::alignment::{AlignmentFeature, MapAlignment};
 pub use features::connection::{Connection, ServerClock, SocketLink, SocketState, Throughput};

@@ -33,6 +33,7 @@ mod robot;
 mod shaders;
 mod tiles;
 mod uniforms;
+mod vertex_buffer;
 mod view;
 
 #[cfg(test)]
@@ -47,6 +48,6 @@ pub use picking::{Hit, PickOptions};
 pub use pose_graph::{LoopEdge, LoopState, Node};
 pub use projection::{CameraProjection, Ray};
 pub use renderer::{FrameStatistics, Renderer};
-pub use robot::RobotState;
+pub use robot::{RobotState, STANDING_HEIGHT_M};
 pub use tiles::{AnchorId, PointBlock, TileId, WHOLE_MAP};
 pub use view::{Colour, ColourBy, Options, Palette, View};

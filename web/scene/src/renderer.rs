@@ -15,8 +15,8 @@ use crate::render_targets::{RenderTargets, attachment};
 use crate::robot::{self, RobotState};
 use crate::tiles::{AnchorId, PointBlock, TileId, TilePoints, WHOLE_MAP};
 use crate::uniforms::{DRAW_STRIDE, DrawUniforms, FrameUniforms, PointSizeConfig, unit_range};
+use crate::vertex_buffer::buffer_with;
 use crate::view::{ColourBy, Palette, View};
-use frame::buffer_with;
 use glam::{DAffine3, DQuat, DVec2, DVec3, Vec4};
 use std::collections::BTreeMap;
 

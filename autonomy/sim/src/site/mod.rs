@@ -15,7 +15,6 @@ mod twins;
 mod walkable;
 
 use crate::bvh::Bvh;
-use crate::ray_packet::{NO_HIT, RayPacket};
 use crate::route::{Route, Start};
 use crate::shape::Solid;
 use geometry::{RngTree, Vector3};
@@ -204,10 +203,7 @@ impl Site {
 
     /// The first surface along a unit direction within `range_max` metres: its range (metres) and its solid.
     pub fn cast_ray(&self, origin: &Vector3, direction: &Vector3, range_max: f64) -> Option<(f64, &Solid)> {
-        let mut packet = RayPacket::single(origin, direction, range_max as f32);
-        self.bvh.cast(&mut packet);
-        let solid = packet.solid[0];
-        (solid != NO_HIT).then(|| (f64::from(packet.range[0]), &self.bvh.solids()[solid as usize]))
+        self.bvh.first_hit(origin, direction, range_max)
     }
 
     /// Whether a robot can stand with its feet there: on a floor, inside the ground plan, and with enough clearance.

@@ -117,7 +117,7 @@ impl Site {
             (None, Some(start)) => Some(start),
             (None, None) => Some(site.free_start(config).ok_or(BuildingModelError::NoFreeFloor)?),
         };
-        let walkable = WalkableFloor::new(&site, &site.start(), &WalkableConfig::default());
+        let walkable = WalkableFloor::new(&site.bvh, &site.start(), &WalkableConfig::default());
         if site.plan.routes.is_empty() {
             site.plan.routes.extend(walkable.round(&site.start(), &WalkableConfig::default()));
         }

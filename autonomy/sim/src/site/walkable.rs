@@ -1,10 +1,10 @@
 //! The floor of a site that a robot can reach on its feet, and a round over it. For sites whose makers did not say where to walk.
 
-use super::Site;
+use crate::bvh::Bvh;
 use crate::route::{Route, Start};
 use geometry::{Vector3, vec_from_plain};
-use std::cmp::Reverse;
-use std::collections::{BTreeMap, BinaryHeap};
+use pathfinding::directed::dijkstra::dijkstra;
+use std::collections::BTreeMap;
 
 /// Parameters of [`WalkableFloor`] and of its round.
 #[derive(Clone, Copy, Debug)]
@@ -65,16 +65,16 @@ pub(crate) struct WalkableFloor {
 }
 
 impl WalkableFloor {
-    /// Finds the floor that can be reached from `start`.
-    pub(crate) fn new(site: &Site, start: &Start, config: &WalkableConfig) -> Self {
+    /// Finds the floor among the solids of `bvh` that can be reached from `start`.
+    pub(crate) fn new(bvh: &Bvh, start: &Start, config: &WalkableConfig) -> Self {
         let origin = vec_from_plain(start.position);
         let mut floor = Self { origin, cell_m: config.cell_m, ..Self::default() };
-        floor.try_add(site, (0, 0), origin.z, config);
+        floor.try_add(bvh, (0, 0), origin.z, config);
         let mut next = 0;
         while next < floor.cells.len() && floor.cells.len() < config.max_cells {
             let (at, height) = (floor.column_row(&floor.cells[next].position), floor.cells[next].position.z);
             for (x, y) in [(1, 0), (0, 1), (-1, 0), (0, -1)] {
-                floor.try_add(site, (at.0 + x, at.1 + y), height, config);
+                floor.try_add(bvh, (at.0 + x, at.1 + y), height, config);
             }
             next += 1;
         }
@@ -82,19 +82,19 @@ impl WalkableFloor {
     }
 
     /// Adds the cell if a robot that stands beside it at that height can step there.
-    fn try_add(&mut self, site: &Site, at: (i32, i32), height: f64, config: &WalkableConfig) {
+    fn try_add(&mut self, bvh: &Bvh, at: (i32, i32), height: f64, config: &WalkableConfig) {
         if self.cell_at(at, height, config.max_rise_m).is_some() {
             return;
         }
         let over = self.origin.xy() + nalgebra::Vector2::new(f64::from(at.0), f64::from(at.1)) * self.cell_m;
         let top = height + PROBE_HEIGHT_M;
         let probe = Vector3::new(over.x, over.y, top);
-        let Some((down, _)) = site.cast_ray(&probe, &-Vector3::z(), 2.0 * PROBE_HEIGHT_M) else { return };
+        let Some((down, _)) = bvh.first_hit(&probe, &-Vector3::z(), 2.0 * PROBE_HEIGHT_M) else { return };
         let position = Vector3::new(over.x, over.y, top - down);
         let is_free = (position.z - height).abs() <= config.max_rise_m
-            && HULL.iter().all(|(up, radius)| !is_touched(site, &position, *up, *radius));
+            && HULL.iter().all(|(up, radius)| !is_touched(bvh, &position, *up, *radius));
         if is_free && self.cell_at(at, position.z, config.max_rise_m).is_none() {
-            let is_tight = is_touched(site, &position, HULL[0].0, config.comfort_m);
+            let is_tight = is_touched(bvh, &position, HULL[0].0, config.comfort_m);
             self.index.entry(at).or_default().push(self.cells.len() as u32);
             self.cells.push(Cell { position, is_tight });
         }
@@ -169,37 +169,16 @@ impl WalkableFloor {
             .filter_map(move |(x, y)| self.cell_at((column + x, row + y), position.z, rise))
     }
 
-    /// The cheapest way to the nearest cell that `is_goal`, with both ends (Dijkstra).
+    /// The cheapest path to the nearest cell that `is_goal`, with both ends.
     fn shortest(
         &self,
         from: u32,
         config: &WalkableConfig,
         is_goal: impl Fn(u32) -> bool,
     ) -> Option<Vec<u32>> {
-        let mut best = vec![(u32::MAX, from); self.cells.len()];
-        let mut queue = BinaryHeap::from([Reverse((0_u32, from))]);
-        best[from as usize] = (0, from);
-        while let Some(Reverse((cost, cell))) = queue.pop() {
-            if cost > best[cell as usize].0 {
-                continue;
-            }
-            if is_goal(cell) {
-                let mut way = vec![cell];
-                while way.last() != Some(&from) {
-                    way.push(best[*way.last()? as usize].1);
-                }
-                way.reverse();
-                return Some(way);
-            }
-            for neighbour in self.neighbours(cell) {
-                let step = if self.cells[neighbour as usize].is_tight { config.tight_cost } else { 1 };
-                if cost + step < best[neighbour as usize].0 {
-                    best[neighbour as usize] = (cost + step, cell);
-                    queue.push(Reverse((cost + step, neighbour)));
-                }
-            }
-        }
-        None
+        let cost = |cell: u32| if self.cells[cell as usize].is_tight { config.tight_cost } else { 1 };
+        let steps = |cell: &u32| self.neighbours(*cell).map(|next| (next, cost(next))).collect::<Vec<_>>();
+        dijkstra(&from, steps, |cell| is_goal(*cell)).map(|(path, _)| path)
     }
 
     /// The corners of a path: a stretch is straight if the robot can walk straight from its first to its last cell.
@@ -245,9 +224,9 @@ impl WalkableFloor {
 }
 
 /// Whether a wall comes within `radius` of the point `up` above a place.
-fn is_touched(site: &Site, feet: &Vector3, up: f64, radius: f64) -> bool {
+fn is_touched(bvh: &Bvh, feet: &Vector3, up: f64, radius: f64) -> bool {
     let (center, mut touched) = (feet + Vector3::z() * up, false);
-    site.bvh().near(&center, radius, |solid| {
+    bvh.near(&center, radius, |solid| {
         let clearance = solid.shape.clearance(&center);
         touched |= clearance.distance < radius && clearance.outward.xy().norm() >= WALL_LEVEL;
     });

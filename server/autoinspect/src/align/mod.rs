@@ -4,7 +4,8 @@ pub mod frame_alignment;
 
 use crate::failure::Failure;
 use crate::keyframe_descriptors::read_keyframe_descriptors;
-use crate::process_limits::{LimitedCommand, ProcessLimits};
+use crate::limited_command::LimitedCommand;
+use crate::process_limits::ProcessLimits;
 use crate::progress::{Progress, run_in_background};
 use crate::{map, output, texts};
 use api::ImportStage;

@@ -6,8 +6,9 @@ mod upright;
 
 use crate::align::frame_alignment::{self, AlignmentConfig, FrameAlignment, PointPair, parse_point_pair};
 use crate::failure::Failure;
+use crate::limited_command::LimitedCommand;
 use crate::process::peak_memory;
-use crate::process_limits::{LimitedCommand, ProcessLimits};
+use crate::process_limits::ProcessLimits;
 use crate::progress::{Progress, run_in_background};
 use crate::{map, output, texts};
 use api::ImportStage;

@@ -1,6 +1,7 @@
 //! Runs imports in a separate process, so that broken or very large files cannot harm the core.
 
-use crate::process_limits::{Limit, LimitedCommand, WITHIN_LIMITS, limit_reached};
+use crate::limited_command::LimitedCommand;
+use crate::process_limits::{Limit, WITHIN_LIMITS, limit_reached};
 use crate::texts;
 use api::ImportStage;
 use ports::MapImporter;

@@ -13,6 +13,7 @@ mod paths;
 mod process;
 mod process_watch;
 mod robot_process;
+mod role;
 mod stop;
 mod supervisor;
 
@@ -29,7 +30,7 @@ use clap::Args;
 use ports::DataDir;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
-use supervisor::{Role, Supervisor, SupervisorArguments};
+use supervisor::{Supervisor, SupervisorArguments};
 
 /// Run the platform: a robot's core and the server for browsers.
 #[derive(Args, Debug)]
@@ -105,16 +106,5 @@ fn reachable(address: SocketAddr) -> SocketAddr {
         SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), address.port())
     } else {
         address
-    }
-}
-
-/// The role's name in messages.
-impl Role {
-    fn name(self) -> &'static str {
-        match self {
-            Self::SimulatedRobot => "simulated robot",
-            Self::Core => "core",
-            Self::Gateway => "gateway",
-        }
     }
 }

@@ -1,7 +1,7 @@
 //! One supervised process: it is started, listened to, and started again when it has ended or does not answer.
 
 use super::child_report::ChildReport;
-use super::supervisor::Role;
+use super::role::Role;
 use crate::failure::Failure;
 use crate::{output, texts};
 use std::io::{BufRead, BufReader};
@@ -29,7 +29,7 @@ struct ProcessConfig {
     max_silence: Duration,
     /// The same from its start to its first heartbeat: the core reads all saved maps then, and the simulated robot builds its site.
     max_start: Duration,
-    /// Longest silence that counts between two checks. A computer that slept heard nothing of anybody.
+    /// Longest silence that counts between two checks: after the computer was suspended, heartbeats of that time are missing.
     max_check_gap: Duration,
     /// Lines of a process that wait to be read. Further ones are dropped.
     max_queued_lines: usize,

@@ -11,6 +11,7 @@
 
 use super::health::is_healthy;
 use super::process::Process;
+use super::role::Role;
 use super::stop::Stop;
 use crate::failure::Failure;
 use std::net::SocketAddr;
@@ -28,14 +29,6 @@ struct SupervisorConfig {
 
 const CONFIG: SupervisorConfig =
     SupervisorConfig { poll_interval: Duration::from_millis(50), core_start_timeout: Duration::from_secs(3) };
-
-/// The processes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Role {
-    SimulatedRobot,
-    Core,
-    Gateway,
-}
 
 /// Arguments of the processes.
 pub struct SupervisorArguments {

@@ -3,7 +3,7 @@
 //! Source: ASPRS, "LAS Specification 1.4 - R15", 2019; LASzip's record in the variable length records, by the `laz` crate.
 
 use super::coordinate_offset::CoordinateOffset;
-use super::laz_layers::{self, ChunkRange};
+use super::laz_layers::{self, ChunkRange, WHAT};
 use super::point_collector::PointCollector;
 use super::station::{Station, Survey};
 use crate::{FormatError, SurveyLimits, texts};
@@ -12,7 +12,6 @@ use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
-pub(super) const WHAT: &str = "LAS or LAZ file";
 /// Bytes of the header in versions 1.0 to 1.2 (public header block); later versions append to it.
 const HEADER_LEN: usize = 227;
 /// Bytes of the header in version 1.4 (public header block), which counts points in 64 bits.

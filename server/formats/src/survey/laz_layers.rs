@@ -9,6 +9,9 @@ use laz::laszip::LazItemType;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 
+/// What the file is, in errors.
+pub(super) const WHAT: &str = "LAS or LAZ file";
+
 /// Where chunks lie.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ChunkRange {
@@ -48,7 +51,7 @@ pub(super) fn check(
         return Ok(());
     }
     let damaged = || FormatError::Malformed {
-        what: super::las::WHAT,
+        what: WHAT,
         place: texts::COMPRESSED_POINTS.into(),
         problem: texts::COMPRESSED_DATA_DAMAGED.into(),
     };

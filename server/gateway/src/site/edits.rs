@@ -7,8 +7,8 @@ use super::paths::{Condition, edit_id, etag, if_match, must_be_new, new_id, path
 use super::schemas::{EditDocument, EditResultDocument, FieldsProblemDocument, RemovalDocument};
 use crate::app::App;
 use crate::documents::Answer;
+use crate::json_response::json;
 use crate::limits::FIXED;
-use crate::maps::json;
 use crate::problem::ProblemResponse;
 use crate::schemas::ProblemDocument;
 use crate::texts;

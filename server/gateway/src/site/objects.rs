@@ -5,7 +5,7 @@ use super::paths::{etag, kind, kind_path, object_id};
 use super::schemas::{ObjectListDocument, SiteDocument, SiteProblemDocument, VersionedDocument};
 use crate::app::App;
 use crate::documents::Answer;
-use crate::maps::json;
+use crate::json_response::json;
 use crate::problem::ProblemResponse;
 use crate::schemas::ProblemDocument;
 use crate::texts;

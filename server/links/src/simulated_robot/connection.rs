@@ -3,13 +3,12 @@
 //! A thread accepts cores and exchanges greetings. For each core one thread reads its requests and another one writes the robot's messages. Both end when the connection is
 //! closed.
 
-use super::SimulatedRobotConfig;
-use super::simulation::FaultRequest;
+use super::config::SimulatedRobotConfig;
 use crate::protocol::{MAX_REQUEST_BYTES, PROTOCOL_VERSION, RobotIdentity, RobotMessage, RobotRequest};
 use crate::texts;
 use crossbeam_channel::{Receiver, Sender, TryRecvError};
 use messages::Drive;
-use ports::{encode_frame, read_frame};
+use ports::{SimulatedFault, encode_frame, read_frame};
 use std::fs;
 use std::io::{self, BufReader, BufWriter, Write};
 use std::net::Shutdown;
@@ -19,14 +18,15 @@ use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
-use vocab::Stamp;
+use vocab::{CommandId, Stamp};
 
 /// Requests of a core that the simulation has not taken yet.
 #[derive(Default)]
 pub(super) struct PendingRequests {
     /// The latest one.
     pub(super) drive: Option<Drive>,
-    pub(super) faults: Vec<FaultRequest>,
+    /// With the number of each request.
+    pub(super) faults: Vec<(CommandId, SimulatedFault)>,
 }
 
 /// A connected core.

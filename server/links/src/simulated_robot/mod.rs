@@ -1,83 +1,27 @@
 //! The simulated robot: a simulator that is paced by this computer's clock and listens for the core on a Unix socket, like a real robot's computer.
 //!
 //! The robot lives on without a core: it stands, charges, and its clock goes on. It stops its legs [`messages::DRIVE_LIFETIME`] after the last command, and at once
-//! when the connection ends. It never waits for ever for a core that hangs: see [`SimulatedRobotConfig::max_queued_messages`] and [`WaitBudgetConfig`].
+//! when the connection ends. It never waits for ever for a core that hangs: see [`SimulatedRobotConfig::max_queued_messages`] and [`wait_budget::WaitBudgetConfig`].
 
+mod config;
 mod connection;
 mod simulation;
 mod truth_log;
 mod wait_budget;
 
-pub use wait_budget::WaitBudgetConfig;
+pub use config::{OnStep, SimulatedRobotConfig};
 
 use crate::protocol::{RobotCapabilities, RobotIdentity};
 use crate::stoppable_thread::StoppableThread;
 use connection::Listener;
 use crossbeam_channel::{Receiver, Sender};
-use sim::{SimConfig, Simulator};
+use sim::Simulator;
 use simulation::Simulation;
 use std::fs::{File, TryLockError};
 use std::hash::{BuildHasher, RandomState};
 use std::io;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 use truth_log::TruthLog;
-use vocab::{Span, Vec3};
-
-/// Parameters of a [`SimulatedRobot`].
-pub struct SimulatedRobotConfig {
-    /// Parameters of the simulation.
-    pub sim: SimConfig,
-    /// Robot seconds per second of this computer.
-    pub speed: f64,
-    /// Path of the Unix socket.
-    pub socket: PathBuf,
-    /// File for the ground truth, for scorers.
-    pub truth: Option<PathBuf>,
-    /// Velocity of slipping feet over the ground in the base frame, m/s, for the fault "feet slip".
-    pub slip_velocity_m_s: Vec3,
-    /// Time for which the robot is carried, for the fault "carried away".
-    pub carry_duration: Span,
-    /// Longest duration of a fault.
-    pub max_fault_duration: Span,
-    /// Simulated time of a step. Between steps the robot reads this computer's clock and the commands.
-    pub step: Span,
-    /// Largest number of messages in the queue to the core, about 1.4 s of the robot. That is longer than a drive command is valid: when
-    /// the queue of a core that hangs is full, the legs stand.
-    pub max_queued_messages: usize,
-    /// How long the simulation waits for a core while that queue is full.
-    pub wait: WaitBudgetConfig,
-    /// Largest number of faults that wait for the next step. A core that asks for more is disconnected.
-    pub max_pending_faults: usize,
-    /// Longest time for the greeting of a core.
-    pub hello_timeout: Duration,
-    /// Called by the simulation's thread at least every second while it lives, so that somebody can notice if it hangs.
-    pub on_step: Option<OnStep>,
-}
-
-/// Called by the simulation's thread again and again.
-pub type OnStep = Box<dyn Fn() + Send>;
-
-impl SimulatedRobotConfig {
-    /// Default parameters.
-    pub fn new(sim: SimConfig, speed: f64, socket: PathBuf) -> Self {
-        Self {
-            sim,
-            speed,
-            socket,
-            truth: None,
-            slip_velocity_m_s: Vec3::new(0.25, 0.1, 0.0),
-            carry_duration: Span::from_millis(10_000),
-            max_fault_duration: Span::from_millis(3_600_000),
-            step: Span::from_millis(10),
-            max_queued_messages: 900,
-            wait: WaitBudgetConfig::default(),
-            max_pending_faults: 64,
-            hello_timeout: Duration::from_secs(1),
-            on_step: None,
-        }
-    }
-}
 
 /// Why a simulated robot could not be started.
 #[derive(Debug, thiserror::Error)]

@@ -1,6 +1,6 @@
 //! The simulation's thread: one step at a time, in step with this computer's clock.
 
-use super::SimulatedRobotConfig;
+use super::config::SimulatedRobotConfig;
 use super::connection::{CoreConnection, CoreSlot, PendingRequests};
 use super::truth_log::TruthLog;
 use super::wait_budget::WaitBudget;
@@ -14,7 +14,7 @@ use ports::SimulatedFault;
 use sim::{ScheduledFault, SimEvent, Simulator};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use vocab::{CommandId, Span};
+use vocab::Span;
 
 /// Longest wait without a sign of life. A robot that lives a thousand times more slowly than this computer waits for 10 s between two steps.
 const SIGN_OF_LIFE_PERIOD: Duration = Duration::from_millis(500);
@@ -154,6 +154,3 @@ impl Simulation {
         Ok(())
     }
 }
-
-/// A fault with the number of its request.
-pub(super) type FaultRequest = (CommandId, SimulatedFault);

@@ -1,8 +1,8 @@
 //! Furniture of generated buildings. A piece is put where it fits: inside its room, clear of the routes and of the pieces before it.
 
+use super::choice::{chance, pick};
 use super::layout::{Corridors, Doorway, Layout, Rect, Room, RoomUse};
 use super::walk::Walks;
-use super::{chance, pick};
 use crate::shape::{Material, Solid};
 use crate::site::parts::{Builder, at};
 use geometry::{RngTree, Vector3};

@@ -3,7 +3,7 @@
 //! The building is a rectangle from the origin of the site. Corridors lie at the same place on both floors. Strips of rooms lie along them, and
 //! the stairs take a slot of the northern strip.
 
-use super::{chance, pick};
+use super::choice::{chance, pick};
 use geometry::Rng;
 
 /// A rectangle along the axes of the site, metres.

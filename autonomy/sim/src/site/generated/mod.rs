@@ -8,6 +8,7 @@
 //! - `shell`: floors, walls, windows, stairs and roof;
 //! - `furniture`: what stands in the rooms, where it leaves the routes free.
 
+mod choice;
 mod furniture;
 mod layout;
 mod shell;
@@ -15,7 +16,7 @@ mod walk;
 
 use super::parts::Builder;
 use super::plan::SitePlan;
-use geometry::{Rng, RngTree};
+use geometry::RngTree;
 use walk::Walks;
 
 pub(crate) use layout::Layout;
@@ -70,14 +71,4 @@ pub(crate) fn layout(seed: u64) -> Layout {
 
 fn tree(seed: u64) -> RngTree {
     RngTree::new(seed).child("generated site")
-}
-
-/// One of several, each with the same probability. The list must not be empty.
-fn pick<T: Copy>(rng: &mut Rng, choices: &[T]) -> T {
-    choices[(rng.bits() % choices.len() as u64) as usize]
-}
-
-/// True with that probability.
-fn chance(rng: &mut Rng, probability: f64) -> bool {
-    rng.uniform() < probability
 }

@@ -1,7 +1,7 @@
 //! Floors, walls, windows, doors, stairs and roof of a generated building, and what is fixed to its ceilings.
 
+use super::choice::{chance, pick};
 use super::layout::{LOWER_FLIGHT, Layout, Rect, RoomUse, SLAB, STAIRS_APPROACH, STEP_RUN, UPPER_FLIGHT};
-use super::{chance, pick};
 use crate::shape::Material;
 use crate::site::parts::{Builder, Opening, at};
 use geometry::Vector3;

@@ -1,6 +1,6 @@
 //! Routes and pedestrian paths through a generated building. A route visits rooms along a closed tour of the corridors.
 
-use super::chance;
+use super::choice::chance;
 use super::layout::{Corridors, LOWER_FLIGHT, Layout, Rect, Room, UPPER_FLIGHT};
 use crate::route::{Route, Start};
 use geometry::{Rng, Vector3, vec_to_plain};

@@ -1,11 +1,11 @@
 //! Kills one after the other on the same data directory, with the checks after each start. What one case leaves, the next one finds.
 
+use super::case::{Killed, Situation, map_until};
 use super::inventory::{
     Inventory, check_whole, copy_folder, files_of_maps, first_change, inventory, make_old, temporary_files,
 };
 use super::options::CrashOptions;
 use super::report::{CaseReport, Report};
-use super::situations::{Killed, Situation, map_until};
 use super::target::{START_LIMIT, Target, Victim, processes_of};
 use crate::fake_gateway::{CLIENT, until};
 use crate::import::room_with_table_at;
@@ -41,16 +41,6 @@ pub struct Expected {
     pub is_stopped: bool,
     /// Hashes of the files of all saved maps.
     files: Inventory,
-}
-
-/// A session that becomes a map.
-pub struct SavedAs {
-    pub session: SessionId,
-    pub map: MapId,
-    /// Keyframes that it has at least.
-    pub keyframes: u32,
-    /// Whether the map was listed before the kill.
-    pub is_saved: bool,
 }
 
 /// Time of each step without a kill, on this computer.

@@ -1,10 +1,10 @@
 //! Damages every file of a data directory in turn. The program must start, name the file, delete nothing, and open what is not damaged.
 
+use super::case::{drive, map_until};
 use super::client::CoreState;
 use super::inventory::{Inventory, check_whole, copy_folder, inventory};
 use super::options::CrashOptions;
 use super::report::{CaseReport, Report};
-use super::situations::{drive, map_until};
 use super::target::{START_LIMIT, Target, Victim};
 use crate::import::room_with_table_at;
 use crate::program::{run, text};

@@ -3,6 +3,7 @@
 //! `cargo xtask test crash` runs it with many kills and all damages; the tests of every change are a sample. Random numbers come from a seed, so
 //! that a case can be repeated. How far the program has come when it is killed depends on the computer too.
 
+mod case;
 mod chain;
 mod client;
 mod damages;
@@ -12,8 +13,8 @@ mod report;
 mod situations;
 mod target;
 
+use case::Situation;
 use chain::kill_repeatedly;
-use situations::Situation;
 
 #[test]
 fn mapping_survives_kills() {

@@ -1,5 +1,6 @@
 //! The scans of two keyframes laid over each other: at which poses, and the state of their downloads.
 
+use super::scan_overlay::ScanOverlay;
 use super::{LoopInitialGuess, LoopPair};
 use crate::ClientEffect;
 use crate::features::map_view::MapView;
@@ -7,18 +8,6 @@ use api::{Anchor, LoopDecision};
 use glam::{DQuat, DVec3};
 use std::collections::BTreeMap;
 use vocab::{KeyframeId, Pose, Quat, SessionId, Vec3};
-
-/// At which poses the scans of a selected loop are drawn.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ScanOverlay {
-    /// At the pose that the registration found.
-    #[default]
-    Registered,
-    /// At their poses in the graph.
-    Graph,
-    /// Not at all: the map is drawn.
-    Off,
-}
 
 /// Two scans and their poses.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,10 +3,12 @@
 mod comparison;
 mod decisions;
 mod pick;
+mod scan_overlay;
 
-pub use comparison::{CloudState, ScanComparison, ScanOverlay, correction_of, is_registered};
+pub use comparison::{CloudState, ScanComparison, correction_of, is_registered};
 pub use decisions::{LoopCounts, LoopDecisions, LoopPair};
 pub use pick::{LoopInitialGuess, LoopPick, LoopProposal};
+pub use scan_overlay::ScanOverlay;
 
 pub(crate) use comparison::initial_guess;
 

@@ -5,9 +5,11 @@ pub(crate) mod reducer;
 mod robust_bounds;
 mod tiles;
 mod view;
+mod viewpoint;
 
-pub use tiles::{TilePlanConfig, TileSet, TileState, Viewpoint};
+pub use tiles::{TilePlanConfig, TileSet, TileState};
 pub use view::{Loading, MapView};
+pub use viewpoint::Viewpoint;
 
 use crate::{ClientEffect, ClientTime};
 use vocab::MapId;

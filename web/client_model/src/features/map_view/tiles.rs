@@ -6,6 +6,7 @@
 //! longer wanted is cancelled. A fetched tile stays until its room is needed.
 
 use super::robust_bounds::{RobustBoundsConfig, TileExtent, robust_bounds};
+use super::viewpoint::Viewpoint;
 use crate::{ClientEffect, ClientTime};
 use api::{Anchor, TileEntry, TileHash};
 use glam::{DQuat, DVec3, Vec3 as Vec3f};
@@ -47,19 +48,6 @@ impl Default for TilePlanConfig {
 
 /// Added to the priority of level 0, pixels: the coarsest level is small and shows everything, so it comes first.
 const COARSEST_LEVEL_PX: f32 = 1e6;
-
-/// From where and how a map is viewed.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Viewpoint {
-    /// Position of the camera, map frame, metres.
-    pub position: [f64; 3],
-    /// Unit vector into the picture, map frame.
-    pub forward: [f32; 3],
-    /// Pixels that one metre covers at a distance of one metre.
-    pub focal_px: f32,
-    /// Cosine of the angle between the middle and a corner of the picture.
-    pub corner_cos: f32,
-}
 
 /// State of a tile on this client.
 #[derive(Clone, Copy, Debug, PartialEq)]

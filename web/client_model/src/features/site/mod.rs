@@ -5,8 +5,11 @@
 //!
 //! An edit waits until earlier ones of the same objects are answered. So none is applied to a state that the operator has not seen.
 
+mod edit;
 mod graph_edits;
 mod pending;
+
+pub use edit::SiteEdit;
 
 use super::Feature;
 use super::history::HistoryStep;
@@ -15,7 +18,7 @@ use crate::shared::{Change, Context};
 use crate::{ClientCommand, ClientEffect, ClientEvent, ClientTime, texts};
 use api::{ClientMessage, EditOutcome, EditRefusal, Severity, SiteAssembly, SiteChanged, SiteState};
 use pending::{PendingEdit, PendingEdits};
-use site_model::{Edit, EditError, EditId, Object, ObjectId, RevisionChange, Site, UndoHistory};
+use site_model::{Edit, EditError, EditId, RevisionChange, Site, UndoHistory};
 use uuid::Uuid;
 
 /// When edits are sent.
@@ -28,15 +31,6 @@ struct SiteConfig {
 }
 
 const CONFIG: SiteConfig = SiteConfig { retry_s: 1.0, max_unanswered: 32 };
-
-/// Objects that the operator changes together. It is one step of undo.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct SiteEdit {
-    /// Objects as they are from now on, new or not.
-    pub put: Vec<Object>,
-    /// Objects that are removed, with all that cannot be without them.
-    pub removed: Vec<ObjectId>,
-}
 
 /// The site with the operator's own edits.
 #[derive(Clone, Debug, Default)]

@@ -1,0 +1,18 @@
+//! The commands that work on files of other programs, within limits.
+
+/// What runs within limits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LimitedCommand {
+    Import,
+    Align,
+}
+
+impl LimitedCommand {
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Import => "import",
+            Self::Align => "align",
+        }
+    }
+}
