@@ -103,8 +103,7 @@ impl GraphLocaliser {
     }
 
     fn find_nearest(&self, site: &Site, pose: &Pose) -> Option<NodeId> {
-        let distance =
-            |node: &Node| super::route_graph::distance_m(node.map_from_node.position, pose.position);
+        let distance = |node: &Node| super::distance::distance_m(node.map_from_node.position, pose.position);
         let on_floor =
             site.nodes().filter(|node| !self.is_on_other_floor(node.map_from_node.position, pose.position));
         let nearest = on_floor.min_by(|a, b| distance(a).total_cmp(&distance(b)))?;

@@ -1,5 +1,6 @@
 //! Planning on the topological map.
 
+mod distance;
 mod edge_blocks;
 mod graph_localiser;
 mod route_graph;

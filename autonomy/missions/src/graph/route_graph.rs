@@ -1,7 +1,8 @@
 //! The topological map as a graph with costs: what can be walked now, and how long it takes.
 
+use super::distance::distance_m;
+use super::is_blocked;
 use super::zones::{ZoneRules, rules_on_edge};
-use super::{is_blocked, route_tree::RouteTree};
 use site_model::{Edge, EdgeBlock, EdgeCost, EdgeId, LocalTime, NodeId, Site, Traversal, ZoneId};
 use std::collections::BTreeMap;
 use vocab::{Stamp, Vec3};
@@ -151,11 +152,6 @@ impl RouteGraph {
         self.index.contains_key(&node)
     }
 
-    /// The cheapest routes from all nodes to one. None if there is no such node.
-    pub fn routes_to(&self, goal: NodeId) -> Option<RouteTree<'_>> {
-        Some(RouteTree::new(self, self.index_of(goal)?))
-    }
-
     /// Greatest speed on an edge, m/s: the least of the robot's, the edge's and that of its zones.
     pub fn speed_m_s(&self, edge: EdgeId) -> Option<f64> {
         Some(self.edges[*self.edge_index.get(&edge)?].speed_m_s)
@@ -214,9 +210,4 @@ fn to_microseconds(seconds: f64) -> u64 {
 
 pub(super) fn to_seconds(microseconds: u64) -> f64 {
     microseconds as f64 * 1e-6
-}
-
-pub(super) fn distance_m(a: Vec3, b: Vec3) -> f64 {
-    let (x, y, z) = (a.x - b.x, a.y - b.y, a.z - b.z);
-    (x * x + y * y + z * z).sqrt()
 }

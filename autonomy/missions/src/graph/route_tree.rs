@@ -44,6 +44,13 @@ pub enum NoRoute {
     NotConnected,
 }
 
+impl RouteGraph {
+    /// The cheapest routes from all nodes to one. None if there is no such node.
+    pub fn routes_to(&self, goal: NodeId) -> Option<RouteTree<'_>> {
+        Some(RouteTree::new(self, self.index_of(goal)?))
+    }
+}
+
 impl<'a> RouteTree<'a> {
     /// Dijkstra's algorithm from the goal backwards.
     pub(super) fn new(graph: &'a RouteGraph, goal: usize) -> Self {

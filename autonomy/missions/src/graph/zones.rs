@@ -20,7 +20,7 @@ pub(super) fn rules_on_edge(
     step_m: f64,
 ) -> ZoneRules {
     let mut rules = ZoneRules { keep_out: None, speed_limit_m_s: None, penalty: 1.0 };
-    let length_m = super::route_graph::distance_m(from, to);
+    let length_m = super::distance::distance_m(from, to);
     let steps = (length_m / step_m.max(0.01)).ceil().clamp(1.0, 10_000.0) as u32;
     for zone in site.zones().filter(|zone| holds(zone, time_of_day)) {
         let mut points = (0..=steps).map(|step| between(from, to, f64::from(step) / f64::from(steps)));

@@ -3,8 +3,10 @@
 mod mission_order;
 mod tour;
 mod tour_heuristic;
+mod tour_problem;
 #[cfg(test)]
 mod tour_tests;
 
 pub use mission_order::{OrderPreview, WayCost, node_of, order_tasks};
-pub use tour::{Tour, TourConfig, TourError, TourProblem, solve};
+pub use tour::solve;
+pub use tour_problem::{Tour, TourConfig, TourError, TourProblem};

@@ -20,6 +20,7 @@ mod scheduler;
 #[cfg(test)]
 mod swarm_tests;
 mod table;
+mod table_text;
 mod task_steps;
 #[cfg(test)]
 mod testing;
@@ -40,5 +41,6 @@ pub use runner_config::RunnerConfig;
 pub use scheduler::{DueSlot, Scheduler, SchedulerConfig};
 pub use table::{
     RUN_TABLE, RunAction, RunTransition, RunTrigger, TASK_TABLE, TaskAction, TaskGuard, TaskTransition,
-    TaskTrigger, to_markdown,
+    TaskTrigger,
 };
+pub use table_text::to_markdown;

@@ -5,7 +5,8 @@
 //! at once, unless they are held. Goals are numbered `g1`, `g2` and calls `c1`, `c2` as they first occur.
 
 use super::interface::{ActionResult, GoalRequest, GoalResult, MissionEffect, MissionInput};
-use super::table::{RUN_TABLE, TASK_TABLE, TaskGuard, to_markdown};
+use super::table::{RUN_TABLE, TASK_TABLE, TaskGuard};
+use super::table_text::to_markdown;
 use super::testing::*;
 use super::transcript_words::{parse_local, parse_mission, parse_monitor, parse_schedule};
 use crate::calendar::SiteZone;
