@@ -29,12 +29,12 @@ fn escape_stops() {
 #[test]
 fn the_question_mark_opens_the_list_of_shortcuts_and_its_button_closes_it() {
     let mut harness = TestClient::connected().shown(1440.0, 900.0);
-    assert!(harness.query_by_label("Undo: the view, loops").is_none());
+    assert!(harness.query_by_label("Undo: the view, loops, the site").is_none());
     harness.key_press(egui::Key::Questionmark);
     harness.run_steps(2);
-    assert!(harness.query_by_label("Undo: the view, loops").is_some());
+    assert!(harness.query_by_label("Undo: the view, loops, the site").is_some());
     click(&mut harness, "Close");
-    assert!(harness.query_by_label("Undo: the view, loops").is_none());
+    assert!(harness.query_by_label("Undo: the view, loops, the site").is_none());
 }
 
 #[test]

@@ -23,7 +23,7 @@ pub(super) const SHORTCUTS: [(&str, &str); 12] = [
     ("Orbit", "drag, or one finger"),
     ("Pan", "right drag, or two fingers"),
     ("Zoom", "wheel, or pinch"),
-    ("Undo: the view, loops", "Ctrl Z"),
+    ("Undo: the view, loops, the site", "Ctrl Z"),
     ("Redo", "Ctrl Shift Z"),
     ("These shortcuts", "?"),
 ];
