@@ -265,11 +265,12 @@ fn no_edge_cuts_the_corner_of_an_obstacle() {
 
 #[test]
 fn a_doorway_that_is_narrower_than_the_turning_circle_is_a_way_where_it_was_walked() {
+    // A wall has two faces.
     let room = |width: f64| {
-        hall()
-            .wall([5.0, -10.0], [5.0, -width / 2.0], 0.0, 2.0)
-            .wall([5.0, width / 2.0], [5.0, 20.0], 0.0, 2.0)
-            .walk(&[at(0.0, 0.0), at(10.0, 0.0)])
+        let walls = [5.0, 5.1].into_iter().fold(hall(), |drawn, x| {
+            drawn.wall([x, -10.0], [x, -width / 2.0], 0.0, 2.0).wall([x, width / 2.0], [x, 20.0], 0.0, 2.0)
+        });
+        walls.walk(&[at(0.0, 0.0), at(10.0, 0.0)])
     };
     let made = room(0.72).generate();
     assert_eq!(made.pieces, 1, "{:?}", made.blocked);
