@@ -1,8 +1,8 @@
 //! Sites for tests: nodes and edges by number.
 
 use site_model::{
-    Corridor, Dock, DockId, Edge, EdgeCost, EdgeId, EditId, LocalTime, Node, NodeId, NodeKind, Object,
-    PoseTolerance, Site, TravelDirection, Traversal, Zone, ZoneEffect, ZoneId,
+    Dock, DockId, Edge, EdgeCost, EdgeId, EditId, LocalTime, Node, NodeId, NodeKind, Object, PoseTolerance,
+    Site, Zone, ZoneEffect, ZoneId,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use uuid::Uuid;
@@ -105,20 +105,5 @@ impl SiteBuilder {
 }
 
 fn edge(id: EdgeId, from: u128, to: u128) -> Edge {
-    Edge {
-        id,
-        from: node_id(from),
-        to: node_id(to),
-        traversal: Traversal::Walk,
-        cost: EdgeCost::Length,
-        max_speed_m_s: None,
-        corridor: Corridor::default(),
-        direction: TravelDirection::Forward,
-        on_enter: Vec::new(),
-        during: Vec::new(),
-        on_leave: Vec::new(),
-        fail_policy: Vec::new(),
-        mutex_group: None,
-        is_enabled: true,
-    }
+    Edge::walk(id, node_id(from), node_id(to))
 }

@@ -7,8 +7,8 @@ use crate::way_graph::{LinkKind, PlaceKind, WayGraph};
 use crate::{GeneratedMap, TopomapConfig, TopomapInput};
 use geometry::{Isometry, Rotation, Vector3};
 use site_model::{
-    Anchor, Corridor, Dock, DockId, Edge, EdgeCost, EdgeFailStep, EdgeId, Node, NodeId, NodeKind,
-    PoseTolerance, TravelDirection, Traversal,
+    Anchor, Corridor, Dock, DockId, Edge, EdgeFailStep, EdgeId, Node, NodeId, NodeKind, PoseTolerance,
+    TravelDirection, Traversal,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use uuid::Uuid;
@@ -87,25 +87,17 @@ pub(crate) fn objects(
         for (number, (from, to, corridor)) in [(a, b, corridor), (b, a, back)].into_iter().enumerate() {
             let leads_onto_dock = matches!(graph.places[to].kind, PlaceKind::Dock(_));
             let (from_id, to_id) = (ids[&from], ids[&to]);
+            let id = EdgeId(joined_id(input.map, "edge", &[from_id.0, to_id.0]));
             made.edges.push(Edge {
-                id: EdgeId(joined_id(input.map, "edge", &[from_id.0, to_id.0])),
-                from: from_id,
-                to: to_id,
                 traversal: match kind {
                     LinkKind::Stairs(_) => Traversal::Stairs,
                     LinkKind::Dock if leads_onto_dock => Traversal::Dock,
                     LinkKind::Walk | LinkKind::Dock => Traversal::Walk,
                 },
-                cost: EdgeCost::Length,
-                max_speed_m_s: None,
                 corridor,
                 direction: direction(graph, *kind, number, from, to),
-                on_enter: Vec::new(),
-                during: Vec::new(),
-                on_leave: Vec::new(),
                 fail_policy: vec![EdgeFailStep::Retry(1), EdgeFailStep::Replan, EdgeFailStep::Fail],
-                mutex_group: None,
-                is_enabled: true,
+                ..Edge::walk(id, from_id, to_id)
             });
         }
     }

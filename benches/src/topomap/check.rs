@@ -19,8 +19,10 @@ const WALL_LEVEL: f64 = 0.3;
 const REACH_M: f64 = 0.7;
 /// Highest ledge that the simulated robot steps over, metres.
 const LEDGE_MAX_M: f64 = 0.27;
-/// Distances of the ground probes above and below the expected ground, metres.
-const PROBE_M: (f64, f64) = (0.5, 0.6);
+/// Height above the expected ground at which the ground is looked for, metres.
+const PROBE_ABOVE_M: f64 = 0.5;
+/// Depth below the expected ground down to which it is looked for, metres.
+const PROBE_BELOW_M: f64 = 0.6;
 /// The ground over this distance says whether an edge has stairs, metres, ...
 const STAIRS_WINDOW_STEPS: usize = 8;
 /// ... which are steeper than this: 20 degrees.
@@ -111,8 +113,9 @@ impl SolidCheck<'_> {
         let mut height = from.z;
         for step in 0..=steps {
             let mut at = from.lerp(to, step as f64 / steps as f64);
-            let top = Vector3::new(at.x, at.y, height + PROBE_M.0);
-            let Some((down, _)) = self.site.cast_ray(&top, &-Vector3::z(), PROBE_M.0 + PROBE_M.1) else {
+            let top = Vector3::new(at.x, at.y, height + PROBE_ABOVE_M);
+            let Some((down, _)) = self.site.cast_ray(&top, &-Vector3::z(), PROBE_ABOVE_M + PROBE_BELOW_M)
+            else {
                 return (f64::NEG_INFINITY, heights);
             };
             let ground = top.z - down;

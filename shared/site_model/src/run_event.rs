@@ -293,3 +293,24 @@ pub enum SkipReason {
     /// Another slot of the schedule is due at the same instant, as where clocks go forward.
     SameInstant,
 }
+
+impl MissionEventKind {
+    /// The run that the event is of, if it is of one.
+    pub fn run(&self) -> Option<RunId> {
+        match self {
+            Self::RunQueued { run, .. }
+            | Self::RunBegan { run, .. }
+            | Self::RunChanged { run, .. }
+            | Self::RunEnding { run, .. }
+            | Self::RunSetOutToEnd { run, .. }
+            | Self::RunEnded { run, .. }
+            | Self::Task { run, .. }
+            | Self::QuestionAnswered { run, .. } => Some(*run),
+            Self::ScheduleAdopted { .. }
+            | Self::SlotDecided { .. }
+            | Self::SlotsMissed { .. }
+            | Self::MonitorChanged { .. }
+            | Self::DockingBegan { .. } => None,
+        }
+    }
+}

@@ -126,6 +126,28 @@ pub struct Edge {
     pub is_enabled: bool,
 }
 
+impl Edge {
+    /// An edge that is walked, open to routes, with the default of everything else.
+    pub fn walk(id: EdgeId, from: NodeId, to: NodeId) -> Self {
+        Self {
+            id,
+            from,
+            to,
+            traversal: Traversal::Walk,
+            cost: EdgeCost::Length,
+            max_speed_m_s: None,
+            corridor: Corridor::default(),
+            direction: TravelDirection::Forward,
+            on_enter: Vec::new(),
+            during: Vec::new(),
+            on_leave: Vec::new(),
+            fail_policy: Vec::new(),
+            mutex_group: None,
+            is_enabled: true,
+        }
+    }
+}
+
 /// How an edge is traversed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

@@ -5,7 +5,7 @@ use client_model::{Model, Selection};
 use glam::DVec3;
 use panels::theme::{Tokens, mix};
 use scene::{Colour, Marker, Polyline, STANDING_HEIGHT_M, Shape};
-use site_model::{Edge, Node, NodeId, NodeKind, Site};
+use site_model::{Node, NodeId, NodeKind, Site};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Parameters of the overlay.
@@ -69,13 +69,15 @@ impl GraphOverlay {
             site.nodes().map(|node| (node.id, floor(position(node)))).collect();
         let ways: BTreeSet<[NodeId; 2]> = site.edges().map(|edge| [edge.from, edge.to]).collect();
         let blocked: BTreeSet<_> = site.edge_blocks().map(|block| block.edge).collect();
+        let selected_way = match model.selection() {
+            Some(Selection::Edge(edge)) => site.edge(edge).map(|edge| [edge.from, edge.to]),
+            _ => None,
+        };
         for edge in site.edges() {
             let is_pair = ways.contains(&[edge.to, edge.from]);
             let is_selected = model.selection() == Some(Selection::Edge(edge.id));
             // One of a pair stands for both, unless the other one is selected.
-            let back = |it: &Edge| [it.from, it.to] == [edge.to, edge.from];
-            let back_is_selected =
-                site.edges().any(|it| back(it) && model.selection() == Some(Selection::Edge(it.id)));
+            let back_is_selected = selected_way == Some([edge.to, edge.from]);
             if is_pair && !is_selected && (back_is_selected || edge.from > edge.to) {
                 continue;
             }

@@ -40,7 +40,7 @@ enum Kind {
         first_day: i64,
         last_day: i64,
     },
-    /// By local time: every so many days.
+    /// At times of day in local time, a fixed number of days apart.
     EveryDays {
         first: i64,
         minutes: i64,

@@ -51,23 +51,8 @@ pub fn events_for_restart<'a>(
         MissionEventKind::RunQueued { run, .. } | MissionEventKind::RunEnded { run, .. } => {
             !ended.contains(run) || remembered.contains(run)
         }
-        kind => run_of(kind).is_none_or(|run| !ended.contains(&run)),
+        kind => kind.run().is_none_or(|run| !ended.contains(&run)),
     };
     let kept = events.into_iter().enumerate().filter(|(index, event)| is_needed((*index, event)));
     kept.map(|(_, event)| event.clone()).collect()
-}
-
-/// The run of an event.
-fn run_of(kind: &MissionEventKind) -> Option<RunId> {
-    match kind {
-        MissionEventKind::RunQueued { run, .. }
-        | MissionEventKind::RunBegan { run, .. }
-        | MissionEventKind::RunChanged { run, .. }
-        | MissionEventKind::RunEnding { run, .. }
-        | MissionEventKind::RunSetOutToEnd { run, .. }
-        | MissionEventKind::RunEnded { run, .. }
-        | MissionEventKind::Task { run, .. }
-        | MissionEventKind::QuestionAnswered { run, .. } => Some(*run),
-        _ => None,
-    }
 }

@@ -351,7 +351,7 @@ impl View<'_> {
         std::array::from_fn(|lane| {
             let hit = &hits[lane];
             let Some(light) = &local[lane] else { return SKY.map(|c| c * hit.light) };
-            let Finish { albedo, gloss } = self.finish(hit, points[lane]);
+            let Finish { albedo, gloss } = self.finish(hit);
             let up = 0.5 + 0.5 * hit.normal[2];
             let ambient = AMBIENT_DOWN + (AMBIENT_UP - AMBIENT_DOWN) * up;
             let rest = UNSHADOWED * dot(light.rest, hit.normal).max(0.0);
@@ -360,7 +360,7 @@ impl View<'_> {
         })
     }
 
-    fn finish(&self, hit: &Hit, px: [f32; 2]) -> Finish {
+    fn finish(&self, hit: &Hit) -> Finish {
         match hit.target {
             Target::Nothing => Finish { albedo: SKY, gloss: 0.0 },
             Target::Solid(material) | Target::Person(material) => finish(material, hit.point),
@@ -370,10 +370,8 @@ impl View<'_> {
                 let eye = self.site_from_camera.translation.vector;
                 let eye = [eye.x as f32, eye.y as f32, eye.z as f32];
                 let pixel_m = length(subtract(hit.point, eye)) / self.intrinsics.focal_px as f32;
-                let turn = (hash([px[0] as u32, px[1] as u32, 7]) & 1) as f32;
                 let mut albedo = [0.0; 3];
                 for [dx, dy] in SUBPIXELS {
-                    let [dx, dy] = if turn > 0.0 { [dy, dx] } else { [dx, dy] };
                     let point = [at[0] + (dx - 0.5) * pixel_m, at[1] + (dy - 0.5) * pixel_m];
                     let colour = faces::colour(fixture, point, self.seconds);
                     for i in 0..3 {

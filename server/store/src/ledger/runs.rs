@@ -9,7 +9,7 @@ use api::{MAX_PAGE, StoredResult, StoredRun, StoredStep};
 use messages::{FiringRecord, LEDGER_BODY_VERSION, LedgerEvent, ResultRecord, RunRecord, StepRecord};
 use rusqlite::types::Value;
 use rusqlite::{Params, params};
-use site_model::{MissionEvent, MissionEventKind, RunId, ScheduleId};
+use site_model::{MissionEvent, RunId, ScheduleId};
 use vocab::Stamp;
 
 /// A run that has not ended, with its steps. It goes on after a restart.
@@ -120,7 +120,7 @@ impl LedgerWriter<'_> {
     fn put_mission_event(&self, event: &MissionEvent, at: Stamp) -> Result<(), Fault> {
         let values = [
             self.next_seq(MISSION_EVENTS.name)?,
-            or_null(run_of(&event.kind).map(|run| run.to_string())),
+            or_null(event.kind.run().map(|run| run.to_string())),
             Value::from(i64::from(LEDGER_BODY_VERSION)),
             Value::from(json(event)),
             Value::from(at.nanos()),
@@ -267,24 +267,5 @@ impl Ledger {
             })
         };
         STEPS.read(&self.connection, rest, parameters, take).map_err(|fault| self.error(fault))
-    }
-}
-
-/// The run that an event is of, if it is of one.
-fn run_of(event: &MissionEventKind) -> Option<RunId> {
-    match event {
-        MissionEventKind::RunQueued { run, .. }
-        | MissionEventKind::RunBegan { run, .. }
-        | MissionEventKind::RunChanged { run, .. }
-        | MissionEventKind::RunEnding { run, .. }
-        | MissionEventKind::RunSetOutToEnd { run, .. }
-        | MissionEventKind::RunEnded { run, .. }
-        | MissionEventKind::Task { run, .. }
-        | MissionEventKind::QuestionAnswered { run, .. } => Some(*run),
-        MissionEventKind::ScheduleAdopted { .. }
-        | MissionEventKind::SlotDecided { .. }
-        | MissionEventKind::SlotsMissed { .. }
-        | MissionEventKind::MonitorChanged { .. }
-        | MissionEventKind::DockingBegan { .. } => None,
     }
 }

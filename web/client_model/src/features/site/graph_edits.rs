@@ -1,10 +1,7 @@
 //! Edits of the topological map as operators make them: each a step of undo.
 
 use super::{SiteEdit, SiteFeature};
-use site_model::{
-    Corridor, Edge, EdgeCost, EdgeId, Node, NodeId, NodeKind, Object, ObjectId, PoseTolerance, Site,
-    SiteSettings, TravelDirection, Traversal,
-};
+use site_model::{Edge, EdgeId, Node, NodeId, NodeKind, Object, ObjectId, PoseTolerance, Site, SiteSettings};
 use vocab::{MapId, Pose, Quat, Vec3};
 
 /// Name of a site that nobody has named.
@@ -101,22 +98,7 @@ impl SiteFeature {
 
     fn new_edges(&self, ends: impl IntoIterator<Item = [NodeId; 2]>) -> Vec<Object> {
         let edge = |(number, [from, to]): (u32, [NodeId; 2])| {
-            Object::Edge(Edge {
-                id: EdgeId(self.new_id(number)),
-                from,
-                to,
-                traversal: Traversal::Walk,
-                cost: EdgeCost::Length,
-                max_speed_m_s: None,
-                corridor: Corridor::default(),
-                direction: TravelDirection::Forward,
-                on_enter: Vec::new(),
-                during: Vec::new(),
-                on_leave: Vec::new(),
-                fail_policy: Vec::new(),
-                mutex_group: None,
-                is_enabled: true,
-            })
+            Object::Edge(Edge::walk(EdgeId(self.new_id(number)), from, to))
         };
         (1..).zip(ends).map(edge).collect()
     }
