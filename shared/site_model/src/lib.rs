@@ -10,6 +10,7 @@
 //! An edit may leave a site that cannot be used yet, such as a task without its node. [`Site::problems`] lists all such problems at once.
 
 mod action;
+mod action_catalogue;
 mod compare;
 mod edit;
 mod finite;
@@ -30,6 +31,7 @@ mod undo;
 mod validation;
 
 pub use action::ActionRequest;
+pub use action_catalogue::{ACTION_CATALOGUE, ActionDescription, MAX_MESSAGE_CHARS, describe_action};
 pub use compare::{MergeConflict, Merged, diff, merge};
 pub use edit::{Applied, Change, Edit, EditError, RevisionChange};
 pub use ids::{

@@ -1,0 +1,216 @@
+//! The actions that come with the platform: one table for the robot, which performs them, and for clients, which draw their forms from the schemas. Further
+//! actions are registered while the robot runs, with the same description.
+//!
+//! Schemas are JSON Schema (draft 2020-12), of one object with plain properties. The name of a property ends with its unit. `title` is the caption of the field,
+//! `description` its hint, and `unit` the unit of its value; forms show degrees for `rad`. Properties with `readOnly` are set by the platform: forms leave them out.
+
+use crate::{Parameter, Parameters};
+
+/// Longest text of a message, characters.
+pub const MAX_MESSAGE_CHARS: u32 = 200;
+
+/// What is known of an action before it is called.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ActionDescription {
+    /// Name under which it is registered.
+    pub name: &'static str,
+    /// Shown to people.
+    pub title: &'static str,
+    /// JSON Schema of its parameters.
+    pub parameter_schema: &'static str,
+    /// How long it is expected to take besides the duration that its parameters give, seconds.
+    pub expected_s: f64,
+    /// The parameter that is a duration, seconds, and its default. It is added to the expected time.
+    pub duration: Option<(&'static str, f64)>,
+    /// Whether it can be repeated without harm.
+    pub is_idempotent: bool,
+}
+
+impl ActionDescription {
+    /// How long it is expected to take with these parameters, seconds.
+    pub fn expected_time_s(&self, parameters: &Parameters) -> f64 {
+        let duration_s = self.duration.map_or(0.0, |(name, default_s)| match parameters.get(name) {
+            Some(Parameter::Number(given_s)) => given_s.max(0.0),
+            Some(Parameter::Integer(given_s)) => (*given_s as f64).max(0.0),
+            _ => default_s,
+        });
+        self.expected_s + duration_s
+    }
+}
+
+/// The actions that come with the platform, in the order of menus.
+pub const ACTION_CATALOGUE: &[ActionDescription] = &[
+    ActionDescription {
+        name: "photo",
+        title: "Photo",
+        parameter_schema: r#"{
+            "type": "object",
+            "properties": {
+                "pan_rad": { "type": "number", "title": "Pan", "unit": "rad", "minimum": -2.9671, "maximum": 2.9671,
+                    "description": "To the left. Not used where the task has a target." },
+                "target_m": { "type": "array", "items": { "type": "number" }, "minItems": 3, "maxItems": 3, "readOnly": true,
+                    "title": "Target", "unit": "m", "description": "Map frame. That of the inspection point." },
+                "tilt_rad": { "type": "number", "title": "Tilt", "unit": "rad", "minimum": -0.6981, "maximum": 1.3963,
+                    "description": "Upwards. Not used where the task has a target." },
+                "zoom": { "type": "number", "title": "Zoom", "minimum": 1, "maximum": 20, "default": 1 }
+            },
+            "additionalProperties": false
+        }"#,
+        expected_s: 6.0,
+        duration: None,
+        is_idempotent: true,
+    },
+    ActionDescription {
+        name: "thermal_photo",
+        title: "Thermal photo",
+        parameter_schema: r#"{
+            "type": "object",
+            "properties": {
+                "pan_rad": { "type": "number", "title": "Pan", "unit": "rad", "minimum": -2.9671, "maximum": 2.9671,
+                    "description": "To the left. Not used where the task has a target." },
+                "target_m": { "type": "array", "items": { "type": "number" }, "minItems": 3, "maxItems": 3, "readOnly": true,
+                    "title": "Target", "unit": "m", "description": "Map frame. That of the inspection point." },
+                "tilt_rad": { "type": "number", "title": "Tilt", "unit": "rad", "minimum": -0.6981, "maximum": 1.3963,
+                    "description": "Upwards. Not used where the task has a target." }
+            },
+            "additionalProperties": false
+        }"#,
+        expected_s: 6.0,
+        duration: None,
+        is_idempotent: true,
+    },
+    ActionDescription {
+        name: "point_cloud",
+        title: "Point cloud",
+        parameter_schema: r#"{
+            "type": "object",
+            "properties": {
+                "duration_s": { "type": "number", "title": "Duration", "unit": "s", "minimum": 0.1, "maximum": 60, "default": 2 }
+            },
+            "additionalProperties": false
+        }"#,
+        expected_s: 1.0,
+        duration: Some(("duration_s", 2.0)),
+        is_idempotent: true,
+    },
+    ActionDescription {
+        name: "temperature_humidity",
+        title: "Temperature and humidity",
+        parameter_schema: r#"{
+            "type": "object",
+            "properties": {
+                "duration_s": { "type": "number", "title": "Averaged over", "unit": "s", "minimum": 1, "maximum": 600, "default": 5 }
+            },
+            "additionalProperties": false
+        }"#,
+        expected_s: 1.0,
+        duration: Some(("duration_s", 5.0)),
+        is_idempotent: true,
+    },
+    ActionDescription {
+        name: "gamma_spectrum",
+        title: "Gamma spectrum",
+        parameter_schema: r#"{
+            "type": "object",
+            "properties": {
+                "duration_s": { "type": "number", "title": "Counting time", "unit": "s", "minimum": 1, "maximum": 3600, "default": 60 }
+            },
+            "additionalProperties": false
+        }"#,
+        expected_s: 2.0,
+        duration: Some(("duration_s", 60.0)),
+        is_idempotent: true,
+    },
+    ActionDescription {
+        name: "wait",
+        title: "Wait",
+        parameter_schema: r#"{
+            "type": "object",
+            "properties": {
+                "duration_s": { "type": "number", "title": "Time", "unit": "s", "minimum": 1, "maximum": 86400, "default": 10 }
+            },
+            "additionalProperties": false
+        }"#,
+        expected_s: 0.0,
+        duration: Some(("duration_s", 10.0)),
+        is_idempotent: true,
+    },
+    ActionDescription {
+        name: "message",
+        title: "Message",
+        parameter_schema: r#"{
+            "type": "object",
+            "properties": {
+                "text": { "type": "string", "title": "Text", "minLength": 1, "maxLength": 200,
+                    "description": "Shown to all operators." }
+            },
+            "required": ["text"],
+            "additionalProperties": false
+        }"#,
+        expected_s: 1.0,
+        duration: None,
+        // Whoever reads it twice may act twice.
+        is_idempotent: false,
+    },
+];
+
+/// The description of an action; none if the platform does not come with it.
+pub fn describe_action(name: &str) -> Option<&'static ActionDescription> {
+    ACTION_CATALOGUE.iter().find(|action| action.name == name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::Value;
+
+    fn schema(action: &ActionDescription) -> Value {
+        serde_json::from_str(action.parameter_schema).expect(action.name)
+    }
+
+    #[test]
+    fn every_schema_is_of_one_object_with_plain_properties_and_defaults_within_their_range() {
+        for (index, action) in ACTION_CATALOGUE.iter().enumerate() {
+            assert_eq!(ACTION_CATALOGUE.iter().position(|it| it.name == action.name), Some(index), "unique");
+            let schema = schema(action);
+            assert_eq!((&schema["type"], &schema["additionalProperties"]), (&"object".into(), &false.into()));
+            for (name, property) in schema["properties"].as_object().expect(action.name) {
+                assert!(property["title"].is_string(), "{}: {name} has a title", action.name);
+                let unit = property["unit"].as_str();
+                assert!(
+                    unit.is_none_or(|unit| name.ends_with(&format!("_{unit}"))),
+                    "{name} ends with its unit"
+                );
+                if let Some(default) = property["default"].as_f64() {
+                    let within = property["minimum"].as_f64().is_none_or(|min| default >= min)
+                        && property["maximum"].as_f64().is_none_or(|max| default <= max);
+                    assert!(within, "{}: {name}", action.name);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_duration_is_a_property_and_has_the_default_of_the_schema() {
+        for action in ACTION_CATALOGUE {
+            if let Some((name, default_s)) = action.duration {
+                assert_eq!(schema(action)["properties"][name]["default"].as_f64(), Some(default_s));
+            }
+        }
+        let schema = schema(describe_action("message").expect("listed"));
+        assert_eq!(schema["properties"]["text"]["maxLength"], MAX_MESSAGE_CHARS);
+    }
+
+    #[test]
+    fn the_expected_time_includes_the_duration_that_is_asked_for() {
+        let gamma = describe_action("gamma_spectrum").expect("listed");
+        assert_eq!(gamma.expected_time_s(&Parameters::new()), 62.0);
+        let of = |value| Parameters::from([("duration_s".to_owned(), value)]);
+        assert_eq!(gamma.expected_time_s(&of(Parameter::Integer(120))), 122.0);
+        assert_eq!(gamma.expected_time_s(&of(Parameter::Number(0.5))), 2.5);
+        assert_eq!(
+            describe_action("photo").expect("listed").expected_time_s(&of(Parameter::Integer(9))),
+            6.0
+        );
+    }
+}
