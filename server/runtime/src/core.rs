@@ -196,7 +196,7 @@ impl Core {
             clock: Arc::clone(&clock),
             jobs: jobs.clone(),
             live_map: LiveMap::new(LiveMapConfig::default(), Arc::clone(&store)),
-            platform: PlatformProbe::new(link.boot().profile.name, link.site(), store.recordings(), restarts),
+            platform: PlatformProbe::new(link.boot().profile, link.site(), store.recordings(), restarts),
             battery: BatteryForecast::default(),
             persistence: PosePersistence::new(PosePersistenceConfig::default(), Arc::clone(&store)),
             goals: Vec::new(),

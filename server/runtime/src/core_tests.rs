@@ -6,7 +6,7 @@ use api::{CommandOutcome, CoreMessage, Event, GatewayMessage, Import, ImportStag
 use crossbeam_channel::Receiver;
 use messages::{
     BootRecord, Command, CommandKind, Drive, GraphDelta, ImuSample, Input, PoseGraph, Principal, Publication,
-    RobotProfile, Sensor,
+    RobotProfile, Sensor, SpeedLimits,
 };
 use ports::{Arrival, Journal, JournalError, RobotEvent, Segment, SegmentWriter, SimulatedFault};
 use std::io::{Read, Write};
@@ -34,7 +34,11 @@ struct FakeLink {
 impl RobotLink for FakeLink {
     fn boot(&self) -> BootRecord {
         BootRecord {
-            profile: RobotProfile { name: "Fake".to_owned(), ..RobotProfile::default() },
+            profile: RobotProfile {
+                name: "Fake".to_owned(),
+                manual_limits: SpeedLimits { forward_mps: 0.7, sideways_mps: 0.0, turn_radps: 0.6 },
+                ..RobotProfile::default()
+            },
             ..BootRecord::default()
         }
     }
@@ -658,6 +662,17 @@ fn clients_are_told_why_robot_and_core_were_started_again() {
     });
     let roles: Vec<_> = restarts.iter().map(|restart| restart.process).collect();
     assert_eq!(roles, [api::ProcessRole::SimulatedRobot, api::ProcessRole::Core]);
+}
+
+#[test]
+fn clients_are_told_the_limits_of_the_robots_profile() {
+    let bench = bench(usize::MAX);
+    bench.clock(0);
+    let limits = bench.gateway().event(|_, event| match event {
+        Event::Platform(platform) => platform.manual_limits,
+        _ => None,
+    });
+    assert_eq!(limits, api::SpeedLimits { forward_mps: 0.7, sideways_mps: 0.0, turn_radps: 0.6 });
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! State of the server itself and of the battery, as clients see it.
 
-use api::{Battery, Platform, ProcessRestart};
-use messages::BatteryState;
+use api::{Battery, Platform, ProcessRestart, SpeedLimits};
+use messages::{BatteryState, RobotProfile};
 use std::fs;
 use std::time::Instant;
 use store::Recordings;
@@ -10,6 +10,7 @@ use vocab::{Span, Stamp};
 /// Measures the resources of this process. Values that the system does not give are zero.
 pub struct PlatformProbe {
     robot: String,
+    manual_limits: SpeedLimits,
     site: Option<String>,
     recordings: Recordings,
     restarts: Vec<ProcessRestart>,
@@ -24,14 +25,16 @@ struct Reading {
 }
 
 impl PlatformProbe {
-    /// For a robot of this name, at this simulated site if it is simulated.
+    /// For a robot of this profile, at this simulated site if it is simulated.
     pub fn new(
-        robot: String,
+        profile: RobotProfile,
         site: Option<String>,
         recordings: Recordings,
         restarts: Vec<ProcessRestart>,
     ) -> Self {
-        Self { robot, site, recordings, restarts, previous: None }
+        let messages::SpeedLimits { forward_mps, sideways_mps, turn_radps } = profile.manual_limits;
+        let manual_limits = SpeedLimits { forward_mps, sideways_mps, turn_radps };
+        Self { robot: profile.name, manual_limits, site, recordings, restarts, previous: None }
     }
 
     /// The state now; rates are since the last call.
@@ -56,6 +59,7 @@ impl PlatformProbe {
             clients: 0,
             // The gateway adds its own.
             restarts: self.restarts.clone(),
+            manual_limits: Some(self.manual_limits),
         }
     }
 }

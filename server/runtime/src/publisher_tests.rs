@@ -6,6 +6,7 @@ use crate::pose_persistence::PosePersistenceConfig;
 use crate::testing::{MAP, SESSION, keyframe};
 use messages::{
     GoalKind, GoalProgress, GoalStatus, GoalUpdate, LocalisationState, MappingState, Notice, Principal,
+    RobotProfile,
 };
 use store::Store;
 use uuid::Uuid;
@@ -32,7 +33,7 @@ fn rig() -> Rig {
         clock,
         jobs,
         live_map: LiveMap::new(LiveMapConfig::default(), Arc::clone(&store)),
-        platform: PlatformProbe::new("Rex".to_owned(), None, store.recordings(), Vec::new()),
+        platform: PlatformProbe::new(RobotProfile::default(), None, store.recordings(), Vec::new()),
         battery: BatteryForecast::default(),
         persistence: PosePersistence::new(PosePersistenceConfig::default(), Arc::clone(&store)),
         goals: Vec::new(),

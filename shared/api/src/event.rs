@@ -517,6 +517,19 @@ pub struct Platform {
     pub clients: u32,
     /// Processes that failed since the platform was started and run again, each with its last failure.
     pub restarts: Vec<ProcessRestart>,
+    /// Speed limits while a person drives the robot, of its profile. None while no core has told them: the robot cannot be driven then.
+    pub manual_limits: Option<SpeedLimits>,
+}
+
+/// Greatest speeds of the base in its own frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SpeedLimits {
+    /// Forwards and backwards, m/s.
+    pub forward_mps: f64,
+    /// To either side, m/s.
+    pub sideways_mps: f64,
+    /// Turning to either side, rad/s.
+    pub turn_radps: f64,
 }
 
 /// A process that failed and was started again.

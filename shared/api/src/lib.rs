@@ -45,7 +45,7 @@ pub use site::{
 pub use socket::{ClientMessage, MAX_UNACKNOWLEDGED, ScanFrame, ServerMessage, StreamRequest};
 
 /// Version of everything in this crate. Server and client refuse each other when it differs, and say so.
-pub const VERSION: u16 = 16;
+pub const VERSION: u16 = 17;
 
 /// Time for which a deleted map is kept in the bin.
 pub const BIN_RETENTION: vocab::Span = vocab::Span::from_millis(7 * 24 * 3_600_000);

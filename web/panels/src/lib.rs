@@ -79,6 +79,7 @@ mod map_name;
 mod message;
 mod paint;
 mod screens;
+mod status_line;
 mod text_input;
 mod widgets;
 

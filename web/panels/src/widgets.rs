@@ -64,12 +64,17 @@ pub fn fact_with_note(
 
 /// Says in the accessible tree that `response` is a status of this name and value.
 pub fn status_node(response: &Response, name: &str, value: &str) {
+    let Rect { min, max } = response.rect;
     response.ctx.accesskit_node_builder(response.id, |node| {
         node.set_role(Role::Status);
+        node.set_bounds(egui::accesskit::Rect::new(min.x.into(), min.y.into(), max.x.into(), max.y.into()));
         node.set_label(name);
         node.set_value(value);
     });
 }
+
+/// Distance between the parts of a [`status_line`], points.
+pub(crate) const STATUS_PART_GAP: f32 = 6.0;
 
 /// Icons and texts in a row: one status in the accessible tree. Returns its response.
 pub fn status_line(ui: &mut Ui, name: &str, value: &str, parts: &[(&str, f32, Weight, Color32)]) -> Response {
@@ -80,12 +85,13 @@ pub fn status_line(ui: &mut Ui, name: &str, value: &str, parts: &[(&str, f32, We
             (ui.painter().layout_no_wrap(text.to_owned(), font(size, weight), colour), colour)
         })
         .collect();
-    let width: f32 = galleys.iter().map(|(galley, _)| galley.size().x + 6.0).sum::<f32>() - 6.0;
+    let width: f32 = galleys.iter().map(|(galley, _)| galley.size().x + STATUS_PART_GAP).sum::<f32>();
+    let width = width - STATUS_PART_GAP;
     let (rect, response) = ui.allocate_exact_size(vec2(width.max(0.0), 32.0), Sense::hover());
     let mut x = rect.left();
     for (galley, colour) in galleys {
         let at = egui::pos2(x, rect.center().y - 0.5 * galley.size().y);
-        x += galley.size().x + 6.0;
+        x += galley.size().x + STATUS_PART_GAP;
         ui.painter().galley(at, galley, colour);
     }
     status_node(&response, name, value);

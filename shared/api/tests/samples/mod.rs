@@ -298,6 +298,7 @@ pub fn events() -> Vec<Event> {
             restarts: [ProcessRole::Core, ProcessRole::Gateway, ProcessRole::SimulatedRobot]
                 .map(|process| ProcessRestart { process, cause: name(), count: 3 })
                 .into(),
+            manual_limits: Some(SpeedLimits { forward_mps: 1.25, sideways_mps: 0.5, turn_radps: 1.0 }),
         }),
         Event::Docks(vec![Dock { map: MAP, map_from_base: pose() }]),
         Event::GraphChanged(graph_changed()),

@@ -4,9 +4,10 @@ use super::texts;
 use crate::button::{Button, Kind};
 use crate::feature_panel::PanelContext;
 use crate::features::{connection, control, driving, localisation, platform, robot};
+use crate::icon;
 use crate::layout::{self, Width};
+use crate::status_line::{StatusDetail, StatusLine};
 use crate::theme::{self, Weight};
-use crate::{icon, widgets};
 use egui::{Align, Context, Order, Ui, Vec2, vec2};
 
 /// Shows the bar.
@@ -18,11 +19,9 @@ pub(super) fn show(ctx: &Context, cx: &mut PanelContext<'_>) {
             let inside = rect.size() - vec2(18.0, 2.0) - Vec2::splat(2.0 * tokens.line_width);
             ui.set_min_size(inside);
             ui.set_max_size(inside);
-            ui.spacing_mut().item_spacing.x = if cx.layout.width == Width::Wide { 18.0 } else { 10.0 };
             ui.with_layout(egui::Layout::right_to_left(Align::Center), |ui| {
-                let spacing = std::mem::replace(&mut ui.spacing_mut().item_spacing.x, 8.0);
+                ui.spacing_mut().item_spacing.x = 8.0;
                 show_buttons(ui, cx);
-                ui.spacing_mut().item_spacing.x = spacing;
                 ui.with_layout(egui::Layout::left_to_right(Align::Center), |ui| {
                     let room = ui.max_rect();
                     ui.shrink_clip_rect(room);
@@ -62,20 +61,37 @@ fn show_drawer_button(ui: &mut Ui, cx: &mut PanelContext<'_>) {
     }
 }
 
-/// From left to right.
+/// From left to right, in as much detail as there is room for. Where even the least is too wide, the last ones are cut.
 fn show_statuses(ui: &mut Ui, cx: &PanelContext<'_>) {
-    let is_narrow = cx.layout.width == Width::Narrow;
-    if cx.layout.width == Width::Wide {
-        let name = (texts::PRODUCT_NAME, theme::HEAD, Weight::SemiBold, cx.tokens.text);
-        widgets::status_line(ui, texts::PRODUCT, texts::PRODUCT_NAME, &[name]);
+    let room = ui.available_width();
+    for detail in StatusDetail::ALL {
+        let statuses = statuses(cx, detail);
+        let gaps = statuses.len().saturating_sub(1) as f32 * detail.spacing();
+        let width = statuses.iter().map(|status| status.width(ui)).sum::<f32>() + gaps;
+        if width <= room || detail == StatusDetail::Least {
+            ui.spacing_mut().item_spacing.x = detail.spacing();
+            for status in &statuses {
+                status.show(ui);
+            }
+            return;
+        }
     }
-    if !is_narrow {
-        platform::show_robot_status(ui, cx);
-    }
-    localisation::show_status(ui, cx);
-    robot::show_battery_status(ui, cx);
-    connection::show_status(ui, cx);
-    if !is_narrow {
-        control::show_status(ui, cx);
-    }
+}
+
+fn statuses(cx: &PanelContext<'_>, detail: StatusDetail) -> Vec<StatusLine> {
+    let product = (detail == StatusDetail::Full).then(|| {
+        let line = StatusLine::new(texts::PRODUCT, texts::PRODUCT_NAME);
+        line.part(texts::PRODUCT_NAME, theme::HEAD, Weight::SemiBold, cx.tokens.text)
+    });
+    [
+        product,
+        platform::robot_status(cx, detail),
+        Some(localisation::status(cx, detail)),
+        robot::battery_status(cx, detail),
+        Some(connection::status(cx, detail)),
+        control::status(cx, detail),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }

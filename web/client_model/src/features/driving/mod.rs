@@ -2,8 +2,6 @@
 
 mod teleoperation;
 
-pub use teleoperation::TeleoperationConfig;
-
 use super::Feature;
 use crate::features::selection::PointerMode;
 use crate::shared::Context;

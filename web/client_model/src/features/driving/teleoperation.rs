@@ -3,20 +3,16 @@
 use crate::ClientTime;
 use vocab::Twist;
 
-/// Limits and rate of driving by hand.
+/// Rate of driving by hand. Its speed limits are those of the robot's profile, see [`api::Platform`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TeleoperationConfig {
+pub(crate) struct TeleoperationConfig {
     /// Time between two velocity commands, seconds. The robot stops 0.5 s after the last one.
-    pub period_s: f64,
-    /// Fastest walk, metres per second.
-    pub speed_max_mps: f64,
-    /// Fastest turn, radians per second.
-    pub turn_max_radps: f64,
+    pub(crate) period_s: f64,
 }
 
 impl Default for TeleoperationConfig {
     fn default() -> Self {
-        Self { period_s: 0.1, speed_max_mps: 0.9, turn_max_radps: 1.0 }
+        Self { period_s: 0.1 }
     }
 }
 

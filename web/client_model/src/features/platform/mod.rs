@@ -3,7 +3,7 @@
 use super::Feature;
 use crate::shared::Context;
 use crate::{Aged, ClientCommand};
-use api::Platform;
+use api::{Platform, SpeedLimits};
 
 /// The last report of the robot's computer.
 #[derive(Clone, Debug, Default)]
@@ -15,6 +15,11 @@ impl PlatformFeature {
     /// The last report; `None` before the first one.
     pub fn report(&self) -> Option<&Platform> {
         self.platform.as_ref().map(|platform| &platform.value)
+    }
+
+    /// Speed limits while a person drives the robot; `None` until it has told them.
+    pub fn manual_limits(&self) -> Option<SpeedLimits> {
+        self.report().and_then(|report| report.manual_limits)
     }
 }
 

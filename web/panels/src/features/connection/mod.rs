@@ -7,8 +7,8 @@ mod texts;
 use crate::button::Button;
 use crate::feature_panel::{FeaturePanel, PanelContext};
 use crate::message::show_message;
-use crate::theme::{self, Weight};
-use crate::{Width, format, icon, widgets};
+use crate::status_line::{StatusDetail, StatusLine};
+use crate::{format, icon};
 use client_model::{ClientCommand, Model, SocketState};
 use egui::{Color32, Ui};
 
@@ -47,22 +47,17 @@ impl FeaturePanel for ConnectionPanel {
     }
 }
 
-/// Shows the link in the top bar: the data rate, or the age of the data when it is not live.
-pub(crate) fn show_status(ui: &mut Ui, cx: &PanelContext<'_>) {
+/// The link for the top bar: the data rate, or the age of the data when it is not live.
+pub(crate) fn status(cx: &PanelContext<'_>, detail: StatusDetail) -> StatusLine {
     let tokens = cx.tokens;
     let (icon, colour, state) = link_state(cx);
     let age_s = cx.model.data_age_s().filter(|age_s| *age_s <= LIVE_AGE_S && cx.model.is_connected());
-    let age = age_s.filter(|_| cx.layout.width == Width::Wide).map(format::age).unwrap_or_default();
-    let value = format!("{state} {age}");
-    // On a narrow window the message below says it in words.
-    let shown = if cx.layout.width == Width::Narrow { "" } else { state.as_str() };
-    let parts = [
-        (icon, theme::ICON, Weight::Regular, colour),
-        (shown, theme::BODY, Weight::Regular, tokens.text),
-        (age.as_str(), theme::BODY, Weight::Regular, tokens.dim),
-    ];
-    let response = widgets::status_line(ui, texts::LINK, value.trim(), &parts);
-    response.on_hover_text(texts::link_hint(cx.model.connection().clock().round_trip_s()));
+    let age = age_s.filter(|_| detail == StatusDetail::Full).map(format::age).unwrap_or_default();
+    // Where there is least room, the message below the bar says it in words.
+    let shown = if detail == StatusDetail::Least { "" } else { state.as_str() };
+    let line = StatusLine::new(texts::LINK, &format!("{state} {age}"));
+    let line = line.icon(icon, colour).text(shown, tokens.text).text(&age, tokens.dim);
+    line.hint(texts::link_hint(cx.model.connection().clock().round_trip_s()))
 }
 
 /// Icon, colour and words of the link.

@@ -6,6 +6,7 @@ mod texts;
 
 use crate::button::{Button, Kind};
 use crate::feature_panel::PanelContext;
+use crate::status_line::{StatusDetail, StatusLine};
 use crate::theme::{self, Weight};
 use crate::{Width, icon, widgets};
 use client_model::ClientCommand;
@@ -41,8 +42,8 @@ pub(crate) fn show_controlled_by_other(ui: &mut Ui, cx: &mut PanelContext<'_>) {
     }
 }
 
-/// Shows in the top bar who controls the robot.
-pub(crate) fn show_status(ui: &mut Ui, cx: &PanelContext<'_>) {
+/// Who controls the robot, for the top bar; `None` where there is no room.
+pub(crate) fn status(cx: &PanelContext<'_>, detail: StatusDetail) -> Option<StatusLine> {
     let (model, tokens) = (cx.model, cx.tokens);
     let holder = match model.control().owner() {
         None => texts::NOBODY,
@@ -50,11 +51,11 @@ pub(crate) fn show_status(ui: &mut Ui, cx: &PanelContext<'_>) {
         Some(_) => model.control().holder_name(),
     };
     let colour = if model.has_control() { tokens.accent } else { tokens.text };
-    let (icon, label) = if cx.layout.width == Width::Wide { ("", texts::CONTROL) } else { (icon::USER, "") };
-    let parts = [
-        (icon, theme::ICON, Weight::Regular, tokens.dim),
-        (label, theme::BODY, Weight::Regular, tokens.dim),
-        (holder, theme::BODY, Weight::Medium, colour),
-    ];
-    widgets::status_line(ui, texts::CONTROL, holder, &parts);
+    let line = StatusLine::new(texts::CONTROL, holder);
+    let line = match detail {
+        StatusDetail::Least => return None,
+        StatusDetail::Full => line.text(texts::CONTROL, tokens.dim),
+        StatusDetail::Normal | StatusDetail::Short => line.icon(icon::USER, tokens.dim),
+    };
+    Some(line.part(holder, theme::BODY, Weight::Medium, colour))
 }

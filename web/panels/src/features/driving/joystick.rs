@@ -1,11 +1,10 @@
 //! The joystick on the screen.
 
-use super::{texts, velocity};
+use super::{Deflection, speed_limits, texts};
 use crate::theme::{self, Tokens};
 use crate::{icon, paint};
 use client_model::Model;
 use egui::{Sense, Stroke, Ui, Vec2, vec2};
-use vocab::Twist;
 
 /// Radius of the joystick, points.
 const RADIUS: f32 = 62.0;
@@ -17,7 +16,7 @@ const DEAD_ZONE: f32 = 0.12;
 /// Shows the joystick. Returns its deflection while it is held, at most 1, x to the right and y down.
 pub(super) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens) -> Option<Vec2> {
     let (rect, response) = ui.allocate_exact_size(Vec2::splat(2.0 * RADIUS + 4.0), Sense::drag());
-    let is_enabled = !model.is_controlled_by_other() && !model.is_stopped();
+    let is_enabled = speed_limits(model).is_some();
     let is_held = is_enabled && response.is_pointer_button_down_on();
     let centre = rect.center();
     let deflection = response.interact_pointer_pos().filter(|_| is_held).map(|pointer| {
@@ -51,13 +50,13 @@ fn paint(ui: &Ui, tokens: &Tokens, centre: egui::Pos2, deflection: Vec2, is_enab
     paint::icon_at(ui, knob_centre, icon, theme::ICON, tokens.on_filled);
 }
 
-/// The velocity of a deflection: up walks ahead, sideways turns. Squared, so that small deflections are slow.
-pub(super) fn velocity_of(deflection: Vec2) -> Twist {
-    let length = deflection.length();
+/// What a position of the knob commands: up walks ahead, sideways turns. Squared, so that small deflections are slow.
+pub(super) fn shaped(position: Vec2) -> Deflection {
+    let length = position.length();
     if length < DEAD_ZONE {
-        return Twist::default();
+        return Deflection::default();
     }
     let strength = ((length - DEAD_ZONE) / (1.0 - DEAD_ZONE)).powi(2);
-    let scaled = deflection / length * strength;
-    velocity(f64::from(-scaled.y), 0.0, f64::from(-scaled.x))
+    let scaled = position / length * strength;
+    Deflection { ahead: f64::from(-scaled.y), left: 0.0, turn_left: f64::from(-scaled.x) }
 }

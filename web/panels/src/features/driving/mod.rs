@@ -10,13 +10,11 @@ use crate::feature_panel::{FeaturePanel, PanelContext};
 use crate::features::{control, goals, robot};
 use crate::theme::{self, Weight, font};
 use crate::{Width, icon, layout, widgets};
-use api::Motion;
-use client_model::{ClientCommand, TeleoperationConfig};
+use api::{Motion, SpeedLimits};
+use client_model::{ClientCommand, Model};
 use egui::{Align2, Context, InputState, Key, Ui, Vec2};
 use vocab::{Twist, Vec3};
 
-/// Sideways speed as a share of the forward speed: walking robots are slower sideways.
-const SIDEWAYS_FACTOR: f64 = 0.5;
 /// Share of the full speed while Shift is held, for narrow passages.
 const SLOW_FACTOR: f64 = 0.4;
 /// Width of the texts and buttons beside the joystick, points.
@@ -60,11 +58,13 @@ impl DrivingPanel {
     /// joystick.
     fn emit_velocity(&self, ctx: &Context, cx: &mut PanelContext<'_>) {
         let model = cx.model;
-        let is_allowed =
-            !model.is_controlled_by_other() && !model.is_stopped() && model.viewed_map().is_none();
-        let from_keys = if ctx.egui_wants_keyboard_input() { None } else { ctx.input(velocity_of_keys) };
-        let from_joystick = || self.deflection.map(joystick::velocity_of);
-        let commanded = from_keys.or_else(from_joystick).filter(|_| is_allowed);
+        let limits = speed_limits(model).filter(|_| model.viewed_map().is_none());
+        let commanded = limits.and_then(|limits| {
+            let from_keys =
+                if ctx.egui_wants_keyboard_input() { None } else { ctx.input(deflection_of_keys) };
+            let from_joystick = || self.deflection.map(joystick::shaped);
+            from_keys.or_else(from_joystick).map(|deflection| deflection.velocity(&limits))
+        });
         if commanded.is_some() || model.driven_velocity().is_some() {
             cx.commands.push(ClientCommand::SetVelocity(commanded));
         }
@@ -81,29 +81,41 @@ fn is_stop_pressed(ctx: &Context, is_name_entered: bool) -> bool {
     })
 }
 
-/// Velocity of the keys held down; `None` if there are none or the window lacks the focus.
-fn velocity_of_keys(input: &InputState) -> Option<Twist> {
+/// The limits within which this client may drive the robot now; `None` while it may not, or the robot has not told its limits yet.
+fn speed_limits(model: &Model) -> Option<SpeedLimits> {
+    let is_allowed = !model.is_controlled_by_other() && !model.is_stopped();
+    model.platform.manual_limits().filter(|_| is_allowed)
+}
+
+/// What keys or joystick command, as shares of the greatest speeds, -1 to 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Deflection {
+    ahead: f64,
+    left: f64,
+    turn_left: f64,
+}
+
+impl Deflection {
+    fn velocity(self, limits: &SpeedLimits) -> Twist {
+        let linear = Vec3::new(self.ahead * limits.forward_mps, self.left * limits.sideways_mps, 0.0);
+        Twist { linear, angular: Vec3::new(0.0, 0.0, self.turn_left * limits.turn_radps) }
+    }
+}
+
+/// Deflection of the keys held down; `None` if there are none or the window lacks the focus.
+fn deflection_of_keys(input: &InputState) -> Option<Deflection> {
     if !input.focused || input.modifiers.command || input.modifiers.alt {
         return None;
     }
     let held = |keys: &[Key]| f64::from(u8::from(keys.iter().any(|key| input.key_down(*key))));
     let ahead = held(&[Key::W, Key::ArrowUp]) - held(&[Key::S, Key::ArrowDown]);
     let left = held(&[Key::A]) - held(&[Key::D]);
-    let turn = held(&[Key::Q, Key::ArrowLeft]) - held(&[Key::E, Key::ArrowRight]);
-    if (ahead, left, turn) == (0.0, 0.0, 0.0) {
+    let turn_left = held(&[Key::Q, Key::ArrowLeft]) - held(&[Key::E, Key::ArrowRight]);
+    if (ahead, left, turn_left) == (0.0, 0.0, 0.0) {
         return None;
     }
     let pace = if input.modifiers.shift { SLOW_FACTOR } else { 1.0 };
-    Some(velocity(pace * ahead, pace * left, pace * turn))
-}
-
-/// Velocity from shares of the greatest: ahead, to the left, turning left.
-fn velocity(ahead: f64, left: f64, turn: f64) -> Twist {
-    let limits = TeleoperationConfig::default();
-    Twist {
-        linear: Vec3::new(ahead * limits.speed_max_mps, left * limits.speed_max_mps * SIDEWAYS_FACTOR, 0.0),
-        angular: Vec3::new(0.0, 0.0, turn * limits.turn_max_radps),
-    }
+    Some(Deflection { ahead: pace * ahead, left: pace * left, turn_left: pace * turn_left })
 }
 
 /// What the robot does, and the buttons of its goals.
@@ -119,6 +131,9 @@ fn show_state(ui: &mut Ui, cx: &mut PanelContext<'_>) {
     if model.is_controlled_by_other() {
         control::show_controlled_by_other(ui, cx);
     } else {
+        if model.is_connected() && model.platform.manual_limits().is_none() {
+            widgets::remark(ui, tokens, texts::LIMITS_UNKNOWN);
+        }
         goals::show_walk_button(ui, cx);
     }
 }

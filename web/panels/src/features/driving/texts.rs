@@ -6,6 +6,7 @@ pub(super) const CARD: &str = "Drive";
 pub(super) const JOYSTICK: &str = "Joystick";
 pub(super) const JOYSTICK_HINT: &str =
     "Drag: up walks ahead, sideways turns. The keys W, A, S, D, Q and E do the same.";
+pub(super) const LIMITS_UNKNOWN: &str = "The robot has not told its speed limits yet.";
 pub(super) const STOP: &str = "Stop motion";
 pub(super) const STOP_SHORT: &str = "Stop";
 pub(super) const STOP_HINT: &str = "Stops the robot now. Esc or Space";

@@ -7,8 +7,9 @@ mod texts;
 use crate::button::Button;
 use crate::feature_panel::{FeaturePanel, PanelContext};
 use crate::message::show_message;
-use crate::theme::{self, Weight};
-use crate::{Width, format, icon, widgets};
+use crate::status_line::{StatusDetail, StatusLine};
+use crate::theme;
+use crate::{format, icon, widgets};
 use api::{Command, Localisation, MapSummary, Motion};
 use client_model::{ClientCommand, Model, position_sigma_m};
 use egui::Ui;
@@ -88,8 +89,8 @@ fn position_quality(model: &Model) -> PositionQuality {
     }
 }
 
-/// Shows in the top bar how far the position can be trusted, with its accuracy.
-pub(crate) fn show_status(ui: &mut Ui, cx: &PanelContext<'_>) {
+/// How far the position can be trusted, with its accuracy, for the top bar.
+pub(crate) fn status(cx: &PanelContext<'_>, detail: StatusDetail) -> StatusLine {
     let (model, tokens) = (cx.model, cx.tokens);
     let quality = position_quality(model);
     let (icon, colour, text) = match quality {
@@ -101,19 +102,14 @@ pub(crate) fn show_status(ui: &mut Ui, cx: &PanelContext<'_>) {
         PositionQuality::Good => (icon::GPS_FIX, tokens.good, texts::LOCALISED),
     };
     let figure = position_figure(model, quality);
-    let value = format!("{text} {figure}");
-    let (shown_text, shown_figure) = match (cx.layout.width, quality) {
-        (Width::Narrow, PositionQuality::Uncertain) => (texts::POSITION_UNCERTAIN_SHORT, ""),
-        (Width::Narrow, _) => (text, ""),
+    let line = StatusLine::new(texts::POSITION, &format!("{text} {figure}"));
+    let (shown_text, shown_figure) = match (detail, quality) {
+        (StatusDetail::Least, PositionQuality::Uncertain) => (texts::POSITION_UNCERTAIN_SHORT, ""),
+        (StatusDetail::Least | StatusDetail::Short, _) => (text, ""),
         _ => (text, figure.as_str()),
     };
-    let parts = [
-        (icon, theme::ICON, Weight::Regular, colour),
-        (shown_text, theme::BODY, Weight::Regular, tokens.text),
-        (shown_figure, theme::BODY, Weight::Regular, tokens.dim),
-    ];
-    let response = widgets::status_line(ui, texts::POSITION, value.trim(), &parts);
-    response.on_hover_text(texts::POSITION_HINT);
+    let line = line.icon(icon, colour).text(shown_text, tokens.text).text(shown_figure, tokens.dim);
+    line.hint(texts::POSITION_HINT.to_owned())
 }
 
 /// The age of an outdated position, the accuracy of one that is known; else nothing.

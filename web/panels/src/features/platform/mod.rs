@@ -7,7 +7,7 @@ mod texts;
 use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
 use crate::features::tabs;
 use crate::format;
-use crate::theme::{self, Weight};
+use crate::status_line::{StatusDetail, StatusLine};
 use crate::widgets::{self, fact};
 use egui::Ui;
 
@@ -41,13 +41,12 @@ impl FeaturePanel for PlatformPanel {
     }
 }
 
-/// Shows the robot's name, and the site of a simulated one, in the top bar.
-pub(crate) fn show_robot_status(ui: &mut Ui, cx: &PanelContext<'_>) {
-    let Some(platform) = cx.model.platform.report() else { return };
+/// The robot's name, and the site of a simulated one, for the top bar; `None` where there is no room.
+pub(crate) fn robot_status(cx: &PanelContext<'_>, detail: StatusDetail) -> Option<StatusLine> {
+    let platform = cx.model.platform.report().filter(|_| detail >= StatusDetail::Normal)?;
     let name = match &platform.site {
         Some(site) => texts::robot_in_site(&platform.robot, site),
         None => platform.robot.clone(),
     };
-    let text = (name.as_str(), theme::BODY, Weight::Regular, cx.tokens.text);
-    widgets::status_line(ui, texts::ROBOT, &name, &[text]);
+    Some(StatusLine::new(texts::ROBOT, &name).text(&name, cx.tokens.text))
 }

@@ -6,9 +6,10 @@ mod texts;
 
 use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
 use crate::features::{connection, localisation, tabs};
-use crate::theme::{self, Tokens, Weight};
+use crate::status_line::{StatusDetail, StatusLine};
+use crate::theme::Tokens;
 use crate::widgets::{self, fact, fact_with_note};
-use crate::{Width, format, icon};
+use crate::{format, icon};
 use client_model::{Model, position_sigma_m};
 use egui::{Color32, Ui};
 
@@ -73,21 +74,16 @@ fn show_estimate(ui: &mut Ui, cx: &PanelContext<'_>) {
     fact(ui, tokens, texts::DISTANCE, &format::distance(estimate.value.distance_m));
 }
 
-/// Shows the battery in the top bar.
-pub(crate) fn show_battery_status(ui: &mut Ui, cx: &PanelContext<'_>) {
-    let Some(battery) = &cx.model.robot.battery else { return };
+/// The battery for the top bar.
+pub(crate) fn battery_status(cx: &PanelContext<'_>, detail: StatusDetail) -> Option<StatusLine> {
+    let battery = cx.model.robot.battery.as_ref()?;
     let tokens = cx.tokens;
     let (icon, colour) = battery_icon(&battery.value, tokens);
     let charge = format::percent(battery.value.charge);
     let time_left = texts::battery_time_left(&battery.value).unwrap_or_default();
-    let value = format!("{charge} {time_left}");
-    let shown_time = if cx.layout.width == Width::Wide { time_left.as_str() } else { "" };
-    let parts = [
-        (icon, theme::ICON, Weight::Regular, colour),
-        (charge.as_str(), theme::BODY, Weight::Regular, tokens.text),
-        (shown_time, theme::BODY, Weight::Regular, tokens.dim),
-    ];
-    widgets::status_line(ui, texts::BATTERY, value.trim(), &parts);
+    let line = StatusLine::new(texts::BATTERY, &format!("{charge} {time_left}"));
+    let shown_time = if detail == StatusDetail::Full { time_left.as_str() } else { "" };
+    Some(line.icon(icon, colour).text(&charge, tokens.text).text(shown_time, tokens.dim))
 }
 
 fn battery_icon(battery: &api::Battery, tokens: &Tokens) -> (&'static str, Color32) {
