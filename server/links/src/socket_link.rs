@@ -242,7 +242,14 @@ impl ArrivalReceiver {
             sender.send(Arrival { at: self.clock, event: lost })?;
             match self.reconnect(sender)? {
                 Some(again) => reader = again,
-                None => return Ok(()),
+                None => {
+                    // In the order in which they are seen: that the link ends is no failure of its thread.
+                    let ended = RobotEvent::Ended(texts::ANOTHER_ROBOT.to_owned());
+                    sender.send(Arrival { at: self.clock, event: ended })?;
+                    // The channel has room for the only message.
+                    let _ = self.restarted.try_send(());
+                    return Ok(());
+                }
             }
             sender.send(Arrival { at: self.clock, event: RobotEvent::Reconnected })?;
         }
@@ -287,11 +294,7 @@ impl ArrivalReceiver {
             sender.stop.sleep(pause)?;
             pause = (2 * pause).min(self.config.max_retry_pause);
             match greet(&self.path, &self.config) {
-                Ok((_, identity)) if identity.run != self.run => {
-                    // The channel has room for the only message.
-                    let _ = self.restarted.try_send(());
-                    return Ok(None);
-                }
+                Ok((_, identity)) if identity.run != self.run => return Ok(None),
                 Ok((reader, _)) => match self.connection.install(reader.get_ref()) {
                     Ok(()) => return Ok(Some(reader)),
                     Err(error) => tracing::debug!("the robot is not connected: {error}"),

@@ -6,6 +6,9 @@ use std::fmt::Display;
 pub(crate) const RECORDING_ENDED: &str =
     "The recording has been played to its end. The map so far can be saved.";
 
+/// Another robot answers where the robot was. A sentence.
+pub(crate) const ANOTHER_ROBOT: &str = "The robot was started again, so its place and its clock may have changed. The platform begins anew with it.";
+
 /// The robot closed the connection.
 pub(crate) const CONNECTION_CLOSED: &str = "it closed the connection";
 /// The robot does not read what the core sends.

@@ -77,7 +77,7 @@ pub trait RobotLink: Send {
     }
 
     /// Gets a message when another robot answers at the other end of the link, for example because the robot's process was restarted: its
-    /// clock and its place may have changed. The link then has ended, and its owner must begin anew.
+    /// clock and its place may have changed. The link has ended then, with a [`RobotEvent::Ended`] before the message, and its owner must begin anew.
     fn robot_restarted(&self) -> Receiver<()> {
         crossbeam_channel::never()
     }

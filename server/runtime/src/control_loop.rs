@@ -176,10 +176,7 @@ impl Running {
                     Ok(arrival) => self.arrival(arrival),
                     // Commands and jobs go on, and so does time.
                     Err(_) => {
-                        // Whoever started this core handles a robot that was restarted.
-                        let is_expected =
-                            self.has_link_ended || !self.parts.link.robot_restarted().is_empty();
-                        if !is_expected {
+                        if !self.has_link_ended {
                             heartbeat.report_end_of(LINK_THREAD);
                         }
                         arrivals = &silent;

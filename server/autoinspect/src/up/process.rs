@@ -130,7 +130,11 @@ impl Process {
                 Some((status, running.failure.take()))
             }
             None => match running.exceeded_silence() {
-                Some(limit) => Some((running.kill()?, Some(texts::did_not_answer(limit)))),
+                // A process that has said why it ends, and takes too long for it, ends for that cause.
+                Some(limit) => {
+                    let status = running.kill()?;
+                    Some((status, running.failure.take().or_else(|| Some(texts::did_not_answer(limit)))))
+                }
                 None => None,
             },
         };
