@@ -30,7 +30,7 @@ const OURS: &[(&str, &[&str])] = &[
     ("localisation", &["geometry", "mapping", "points", "registration", "vocab"]),
     ("navigation", &["geometry", "points", "vocab"]),
     ("topomap", &["geometry", "mapping", "navigation", "site_model", "vocab"]),
-    ("executive", &["geometry", "localisation", "messages", "navigation", "vocab"]),
+    ("executive", &["geometry", "localisation", "messages", "navigation", "site_model", "vocab"]),
     ("missions", &["site_model", "vocab"]),
     (
         "stack",
@@ -55,7 +55,7 @@ const OURS: &[(&str, &[&str])] = &[
     ("formats", &["messages", "vocab"]),
     ("links", &["geometry", "messages", "ports", "scan_codec", "sim", "vocab"]),
     ("site_files", &["geometry", "sim", "vocab"]),
-    ("recorder", &["formats", "geometry", "messages", "ports", "scan_codec", "vocab"]),
+    ("recorder", &["formats", "geometry", "messages", "ports", "scan_codec", "site_model", "vocab"]),
     (
         "store",
         &[

@@ -3,15 +3,16 @@
 use crate::table::{Action, Guard, TABLE};
 use crate::texts;
 use crate::{
-    Behaviour, BehaviourContext, Frames, ManualDriving, RelocalisationBehaviour, RelocalisationConfig,
-    StandStill, Surroundings, SurroundingsConfig, WalkBehaviour, WalkConfig,
+    Behaviour, BehaviourContext, Frames, ManualDriving, PoseWalkBehaviour, PoseWalkConfig,
+    RelocalisationBehaviour, RelocalisationConfig, StandStill, Surroundings, SurroundingsConfig,
+    WalkBehaviour, WalkConfig,
 };
 use geometry::{Vector3, pose_from_isometry, vec_from_plain, vec_to_plain};
 use localisation::ExplorationHint;
 use messages::{
     CancelCause, Drive, ExecutiveEvent, ExecutiveState, ExecutiveStatus, GoalAttempt, GoalFailure, GoalKind,
-    GoalResult, GoalStatus, GoalUpdate, MotionState, Principal, Publication, RobotProfile, StackEffect,
-    WaitReason,
+    GoalResult, GoalStatus, GoalUpdate, MotionState, PoseGoal, Principal, Publication, RobotProfile,
+    StackEffect, WaitReason,
 };
 use std::collections::VecDeque;
 use std::task::Poll;
@@ -24,6 +25,8 @@ pub struct ExecutiveConfig {
     pub max_recent_goals: usize,
     /// Parameters of walks.
     pub walk: WalkConfig,
+    /// Parameters of the last steps into a pose.
+    pub pose_walk: PoseWalkConfig,
     /// Parameters of the search for the pose.
     pub relocalisation: RelocalisationConfig,
     /// Parameters of the terrain around the robot.
@@ -37,6 +40,7 @@ impl ExecutiveConfig {
         Self {
             max_recent_goals: 64,
             walk,
+            pose_walk: PoseWalkConfig::default(),
             relocalisation: RelocalisationConfig::new(&walk),
             surroundings: SurroundingsConfig::default(),
         }
@@ -280,7 +284,8 @@ impl Executive {
     fn motion(&self, at: Stamp, frames: &Frames) -> MotionState {
         let point = self.goal.as_ref().and_then(|goal| match goal.kind {
             GoalKind::WalkTo(point) => Some(point),
-            GoalKind::Relocalise => None,
+            GoalKind::WalkToPose(pose) => Some(pose.map_from_goal.position),
+            GoalKind::Relocalise | GoalKind::GoToNode(_) | GoalKind::GoToDock(_) | GoalKind::Undock => None,
         });
         match (self.state, point, &self.behaviour) {
             (ExecutiveState::Stopped, ..) => MotionState::Stopped { by: self.stopped_by },
@@ -309,12 +314,21 @@ impl Executive {
     /// The behaviour of a new goal.
     fn begin(&self, at: Stamp, kind: GoalKind, situation: &Situation) -> Result<Box<dyn Behaviour>, String> {
         match kind {
-            GoalKind::WalkTo(_) if situation.is_pose_unconfirmed => Err(texts::NOT_LOCALISED.to_owned()),
+            GoalKind::WalkTo(_) | GoalKind::WalkToPose(_) if situation.is_pose_unconfirmed => {
+                Err(texts::NOT_LOCALISED.to_owned())
+            }
             GoalKind::WalkTo(point) if !point.is_finite() => Err(texts::POINT_NOT_FINITE.to_owned()),
             GoalKind::WalkTo(point) => {
                 let (terrain, frames) = (self.surroundings.terrain(), &situation.frames);
                 let walk = WalkBehaviour::begin(self.config.walk, at, terrain, frames, vec_from_plain(point));
                 walk.map(|walk| Box::new(walk) as Box<dyn Behaviour>).map_err(|error| error.to_string())
+            }
+            GoalKind::WalkToPose(pose) => {
+                self.pose_walk(at, &pose, situation).ok_or_else(|| texts::POINT_NOT_FINITE.to_owned())
+            }
+            // Whoever knows the topological map asks for the poses on the way.
+            GoalKind::GoToNode(_) | GoalKind::GoToDock(_) | GoalKind::Undock => {
+                Err(texts::NEEDS_TOPOLOGICAL_MAP.to_owned())
             }
             GoalKind::Relocalise if !situation.is_pose_unconfirmed => Err(texts::NO_POSE_TO_FIND.to_owned()),
             GoalKind::Relocalise => Ok(self.search(at)),
@@ -331,8 +345,23 @@ impl Executive {
                 &situation.frames,
                 vec_from_plain(point),
             )),
-            GoalKind::Relocalise => self.search(at),
+            // It was a pose when the goal began.
+            GoalKind::WalkToPose(pose) => {
+                self.pose_walk(at, &pose, situation).unwrap_or_else(|| Box::new(StandStill))
+            }
+            // Goals of the other kinds are refused.
+            GoalKind::Relocalise | GoalKind::GoToNode(_) | GoalKind::GoToDock(_) | GoalKind::Undock => {
+                self.search(at)
+            }
         }
+    }
+
+    /// A walk into a pose; none if that is not finite.
+    fn pose_walk(&self, at: Stamp, goal: &PoseGoal, situation: &Situation) -> Option<Box<dyn Behaviour>> {
+        let (config, limits) = (self.config.pose_walk, &self.profile.autonomous_limits);
+        let (terrain, frames) = (self.surroundings.terrain(), &situation.frames);
+        let walk = PoseWalkBehaviour::new(config, self.config.walk, limits, at, terrain, frames, goal)?;
+        Some(Box::new(walk))
     }
 
     fn search(&self, at: Stamp) -> Box<dyn Behaviour> {
@@ -360,7 +389,9 @@ impl Executive {
                 && row.event == event
                 && match row.guard {
                     Guard::Always => true,
-                    Guard::GoalNeedsPose => in_map && matches!(kind, Some(GoalKind::WalkTo(_))),
+                    Guard::GoalNeedsPose => {
+                        in_map && matches!(kind, Some(GoalKind::WalkTo(_) | GoalKind::WalkToPose(_)))
+                    }
                     Guard::GoalFindsPose => in_map && kind == Some(GoalKind::Relocalise),
                     Guard::InSavedMap => in_map,
                     Guard::NotInSavedMap => !in_map,

@@ -7,6 +7,7 @@
 mod behaviour;
 mod executive;
 mod manual_driving;
+mod pose_walk;
 mod relocalisation;
 mod surroundings;
 mod table;
@@ -20,6 +21,7 @@ mod walk;
 pub use behaviour::{Behaviour, BehaviourContext, Frames, Outcome};
 pub use executive::{Executive, ExecutiveConfig, Situation};
 pub use manual_driving::{ManualDriving, StandStill};
+pub use pose_walk::{PoseWalkBehaviour, PoseWalkConfig};
 pub use relocalisation::{RelocalisationBehaviour, RelocalisationConfig};
 pub use surroundings::{Surroundings, SurroundingsConfig};
 pub use table::{Action, Guard, TABLE, Transition, to_markdown};

@@ -8,6 +8,7 @@ pub(crate) const NOT_LOCALISED: &str =
 pub(crate) const NO_POSE_TO_FIND: &str =
     "The robot does not search for its pose in a map. Choose \"Use this map\" on a saved map first.";
 pub(crate) const MOTION_STOPPED: &str = "Motion is stopped. Press \"Allow motion\" first.";
+pub(crate) const NEEDS_TOPOLOGICAL_MAP: &str = "Nodes and docks are reached over the topological map, which is not in use. Make one on the Site screen first.";
 pub(crate) const POINT_NOT_FINITE: &str = "That point is not on the map. Choose another.";
 
 /// Why a goal failed, with what to do.
@@ -18,5 +19,9 @@ pub(crate) fn failure(reason: GoalFailure) -> &'static str {
             "The robot searched for its pose in the map and did not find it. Set the pose on the map, or drive the robot to a part where the map is right."
         }
         GoalFailure::MapReplaced => "The map was replaced. Choose a point of the new one.",
+        GoalFailure::NoSuchPlace => "The topological map has no such place. Choose another.",
+        GoalFailure::NoRoute => "No open route leads there. Open edges that are disabled or blocked.",
+        GoalFailure::NotDocked => "The robot was not charged. Look at the dock and its place on the map.",
+        GoalFailure::NotUndocked => "The robot could not leave its dock. Clear the way in front of it.",
     }
 }

@@ -117,7 +117,16 @@ impl Stack {
                 effects.push(notice(at, Severity::Error, texts::NO_BOOT_RECORD.to_owned()));
             }
             // Nothing in the stack depends on these inputs yet. They are part of the log's schema.
-            (Some(_), Input::WallClock { .. } | Input::ActionFeedback { .. } | Input::ActionDone { .. })
+            (
+                Some(_),
+                Input::WallClock { .. }
+                | Input::ActionFeedback { .. }
+                | Input::ActionDone { .. }
+                | Input::Site(_)
+                | Input::SiteEdited(_)
+                | Input::MissionsRestored(_)
+                | Input::ActionsRegistered(_),
+            )
             | (None, _) => {}
         }
     }
@@ -544,6 +553,7 @@ impl Running {
                 self.executive.cancel_goal(at, *goal, command.by.clone(), &situation, effects);
                 Ok(())
             }
+            CommandKind::Mission(_) => Err(texts::NO_MISSIONS.to_owned()),
             CommandKind::StopMotion => {
                 let situation = self.situation(self.frames(self.last.as_deref()));
                 self.executive.stop(at, command.by.clone(), &situation, effects);

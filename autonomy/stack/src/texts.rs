@@ -71,3 +71,6 @@ pub(crate) fn mounting_not_finite(sensor: &str) -> String {
 pub(crate) fn sensor_silent(sensor: &str, seconds: f64) -> String {
     format!("The {sensor} has been silent for {seconds:.0} s.")
 }
+
+/// A command of missions without a site.
+pub(crate) const NO_MISSIONS: &str = "The site has not been read yet. Try again in a moment.";

@@ -13,7 +13,7 @@ use api::{
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-const LATEST_KINDS: usize = UPLOADS + 1;
+const LATEST_KINDS: usize = ROUTE + 1;
 const TILES: usize = LATEST_KINDS;
 const NOTICES: usize = LATEST_KINDS + 1;
 const LOOPS: usize = LATEST_KINDS + 2;
@@ -380,8 +380,10 @@ const GOALS: usize = 14;
 const DAMAGED_MAPS: usize = 15;
 const INTERRUPTED_SESSIONS: usize = 16;
 const BINNED_MAPS: usize = 17;
-/// The last of them.
 const UPLOADS: usize = 18;
+const MISSIONS: usize = 19;
+/// The last of them.
+const ROUTE: usize = 20;
 
 /// Place of events of which only the last counts.
 fn latest_kind(event: &Event) -> Option<usize> {
@@ -405,6 +407,8 @@ fn latest_kind(event: &Event) -> Option<usize> {
         Event::InterruptedSessions(_) => Some(INTERRUPTED_SESSIONS),
         Event::BinnedMaps(_) => Some(BINNED_MAPS),
         Event::Uploads(_) => Some(UPLOADS),
+        Event::Missions(_) => Some(MISSIONS),
+        Event::Route(_) => Some(ROUTE),
         Event::GraphChanged(_)
         | Event::GraphPart(_)
         | Event::Tiles(_)

@@ -1,8 +1,8 @@
-//! Reads journals of earlier programs: versions 3 to 6 of `messages::Input`, which programs up to November 2026 wrote.
+//! Reads journals of earlier programs: versions 3 to 7 of `messages::Input`, which programs up to November 2026 wrote.
 //!
 //! It holds frozen copies of the types that have changed since, with their conversions to the present types. Unchanged types are those of
 //! `messages`. Before the layout of one of them changes, copy it to this file. Recordings in `tests/fixtures` and the bytes in
-//! `tests/journal_layout_v4.txt` to `tests/journal_layout_v6.txt` test this.
+//! `tests/journal_layout_v4.txt` to `tests/journal_layout_v7.txt` test this.
 
 use messages::{
     ActionOutcome, BootRecord, Command, CommandKind, ComparedRevisit, DisambiguationPlan, GoalKind, Input,
@@ -12,6 +12,9 @@ use messages::{
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use vocab::{ActionCallId, ClientId, CommandId, GoalId, KeyframeId, MapId, Pose, SessionId, Twist, Vec3};
+
+/// Name of the schema of version 7. Its entries are as those of version 8, which has further ones: of the site, of missions and of registered actions.
+pub(crate) const INPUT_SCHEMA_V7: &str = "autoinspect.Input.v7";
 
 /// Name of the schema of version 6. Its entries are as those of version 7, beside which sweeps may be range images, which programs of version 6 do not know.
 pub(crate) const INPUT_SCHEMA_V6: &str = "autoinspect.Input.v6";
@@ -372,6 +375,14 @@ mod tests {
             read.push(input.into());
         }
         read
+    }
+
+    #[test]
+    fn the_bytes_of_version_7_are_read_as_they_were_written() {
+        let read = read_lines::<Input>(include_str!("../tests/journal_layout_v7.txt"), INPUT_SCHEMA_V7);
+        let Input::Boot(record) = &read[0] else { panic!("no boot record") };
+        assert_eq!((record.profile.name.as_str(), record.stop_latch.is_some()), ("Rex", true));
+        assert_eq!(read.len(), 32);
     }
 
     #[test]

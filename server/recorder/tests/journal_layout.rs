@@ -5,14 +5,19 @@
 
 use expect_test::expect_file;
 use messages::{
-    ActionOutcome, BootRecord, Command, CommandKind, GoalKind, Input, JobDone, JobId, JobOwner, JobResult,
-    LoopEvidence, LoopRejection, LoopSource, LoopTask, MapQuality, PlaceComparison, PoseCorrection,
-    PoseInMap, Principal, RobotProfile, StopLatch, VerifiedLoop,
+    ActionOutcome, Approach, BootRecord, Command, CommandKind, GoalKind, Input, JobDone, JobId, JobOwner,
+    JobResult, LoopEvidence, LoopRejection, LoopSource, LoopTask, MapQuality, PlaceComparison,
+    PoseCorrection, PoseGoal, PoseInMap, Principal, RegisteredAction, RobotProfile, SiteSnapshot, StopLatch,
+    VerifiedLoop,
+};
+use site_model::{
+    Change, DockId, Edit, EditId, MissionCommandKind, MissionEvent, MissionEventKind, NodeId, Object,
+    ObjectId, PoseTolerance, Revision, RunId, RunState, SiteSettings, Utc, Versioned,
 };
 use std::fmt::Write;
 use uuid::Uuid;
 use vocab::{
-    Aabb, ActionCallId, ClientId, CommandId, GoalId, KeyframeId, MapId, Pose, SessionId, Twist, Vec3,
+    Aabb, ActionCallId, ClientId, CommandId, GoalId, KeyframeId, MapId, Pose, SessionId, Span, Twist, Vec3,
 };
 
 fn id(number: u128) -> Uuid {
@@ -33,6 +38,13 @@ fn inputs() -> Vec<Input> {
     let stop_latch = Some(StopLatch { by: Some(by.clone()) });
     let boot = BootRecord { profile, last_pose: Some(place), docks, stop_latch, ..BootRecord::default() };
     let (from, to) = (KeyframeId(3), KeyframeId(300));
+    let pose_goal = PoseGoal {
+        map_from_goal: Pose::IDENTITY,
+        tolerance: Some(PoseTolerance::default()),
+        speed_max_m_s: Some(0.5),
+        approach: Approach::Straight,
+    };
+    let run = RunId(id(11));
     let kinds = [
         CommandKind::TakeControl { name: "Ada".to_owned() },
         CommandKind::ReleaseControl,
@@ -51,6 +63,11 @@ fn inputs() -> Vec<Input> {
         CommandKind::ExtendMap { session: SessionId(id(2)), map },
         CommandKind::Localise { map, at: None },
         CommandKind::LeaveMap,
+        CommandKind::StartGoal { goal: GoalId(id(4)), kind: GoalKind::WalkToPose(pose_goal) },
+        CommandKind::StartGoal { goal: GoalId(id(4)), kind: GoalKind::GoToNode(NodeId(id(9))) },
+        CommandKind::StartGoal { goal: GoalId(id(4)), kind: GoalKind::GoToDock(DockId(id(10))) },
+        CommandKind::StartGoal { goal: GoalId(id(4)), kind: GoalKind::Undock },
+        CommandKind::Mission(MissionCommandKind::Pause(run)),
     ];
     let command = |kind| Input::Command(Command { id: CommandId(id(6)), by: by.clone(), kind });
     let call = ActionCallId(id(8));
@@ -73,6 +90,23 @@ fn inputs() -> Vec<Input> {
     };
     let compared = PlaceComparison::Loop(Box::new(verified));
     let failed = ActionOutcome::Failed { reason: "no".to_owned() };
+    let node = ObjectId::Node(NodeId(id(9)));
+    let settings = Object::Settings(SiteSettings {
+        name: "Hall".to_owned(),
+        time_zone: "Europe/London".to_owned(),
+        map: Some(map),
+    });
+    let settings = Versioned { revision: Revision(2), object: settings };
+    let edit = Edit {
+        id: EditId(id(12)),
+        changes: vec![Change::Remove { base: Revision(2), object: ObjectId::Settings }],
+    };
+    let ended = MissionEventKind::RunEnded { run, outcome: RunState::Succeeded };
+    let photo = RegisteredAction {
+        name: "photo".to_owned(),
+        is_idempotent: true,
+        expected: Span::from_millis(2_000),
+    };
     let others = [
         Input::JobDone(JobDone { number: 300, result: JobResult::MapSaving(Ok(map)) }),
         Input::JobDone(JobId { owner: JobOwner::LoopClosing, number: 301 }.failed("why")),
@@ -87,6 +121,10 @@ fn inputs() -> Vec<Input> {
         Input::ActionDone { call, outcome: ActionOutcome::Cancelled },
         Input::GraphRequested,
         Input::JobDone(JobDone { number: 6, result: JobResult::LoopClosing(Ok(compared)) }),
+        Input::Site(Box::new(SiteSnapshot { objects: vec![settings], removed: vec![(node, Revision(3))] })),
+        Input::SiteEdited(Box::new(edit)),
+        Input::MissionsRestored(vec![MissionEvent { utc: Some(Utc(5)), command: None, kind: ended }]),
+        Input::ActionsRegistered(vec![photo]),
     ];
     [Input::Boot(Box::new(boot)), Input::Tick].into_iter().chain(kinds.map(command)).chain(others).collect()
 }

@@ -9,6 +9,7 @@ use messages::{
     Publication,
 };
 use ports::SimulatedFault;
+use std::sync::Arc;
 use vocab::{Span, UploadId};
 
 /// A client's command, by the part that handles it.
@@ -78,6 +79,7 @@ pub fn route(command: Command) -> RoutedCommand {
         Command::ProposeLoop { from, to, guess } => CommandKind::ProposeLoop { from, to, guess },
         Command::Localise { map, at } => CommandKind::Localise { map, at },
         Command::LeaveMap => CommandKind::LeaveMap,
+        Command::Mission(command) => CommandKind::Mission(command),
     })
 }
 
@@ -236,6 +238,8 @@ pub fn event(publication: Publication) -> Option<Event> {
             Event::Loops(LoopsChanged { reset: false, added: vec![loop_decision(decision)] })
         }
         Publication::Quality(quality) => Event::Quality(self::quality(quality)),
+        Publication::Missions(status) => Event::Missions(Arc::unwrap_or_clone(status)),
+        Publication::Route(status) => Event::Route(Arc::unwrap_or_clone(status)),
         Publication::Notice(notice) => Event::Notice(api::Notice {
             at: notice.at,
             severity: severity(notice.severity),
@@ -280,6 +284,9 @@ fn goal_kind(kind: api::GoalKind) -> messages::GoalKind {
     match kind {
         api::GoalKind::WalkTo(point) => messages::GoalKind::WalkTo(point),
         api::GoalKind::Relocalise => messages::GoalKind::Relocalise,
+        api::GoalKind::GoToNode(node) => messages::GoalKind::GoToNode(node),
+        api::GoalKind::GoToDock(dock) => messages::GoalKind::GoToDock(dock),
+        api::GoalKind::Undock => messages::GoalKind::Undock,
     }
 }
 
@@ -290,6 +297,11 @@ pub fn goal(update: messages::GoalUpdate) -> api::Goal {
         kind: match update.kind {
             messages::GoalKind::WalkTo(point) => api::GoalKind::WalkTo(point),
             messages::GoalKind::Relocalise => api::GoalKind::Relocalise,
+            // People ask for nodes; poses are steps of routes, which are not published one by one.
+            messages::GoalKind::WalkToPose(pose) => api::GoalKind::WalkTo(pose.map_from_goal.position),
+            messages::GoalKind::GoToNode(node) => api::GoalKind::GoToNode(node),
+            messages::GoalKind::GoToDock(dock) => api::GoalKind::GoToDock(dock),
+            messages::GoalKind::Undock => api::GoalKind::Undock,
         },
         by: update.by.client,
         accepted: update.accepted,
@@ -317,6 +329,10 @@ fn goal_status(status: messages::GoalStatus) -> api::GoalStatus {
                 GoalFailure::PathBlocked => api::GoalFailure::PathBlocked,
                 GoalFailure::PoseNotFound => api::GoalFailure::PoseNotFound,
                 GoalFailure::MapReplaced => api::GoalFailure::MapReplaced,
+                GoalFailure::NoSuchPlace => api::GoalFailure::NoSuchPlace,
+                GoalFailure::NoRoute => api::GoalFailure::NoRoute,
+                GoalFailure::NotDocked => api::GoalFailure::NotDocked,
+                GoalFailure::NotUndocked => api::GoalFailure::NotUndocked,
             },
             tried: tried
                 .into_iter()

@@ -2,6 +2,7 @@
 
 use crate::GoalKind;
 use serde::{Deserialize, Serialize};
+use site_model::MissionCommandKind;
 use vocab::{GoalId, KeyframeId, MapId, Pose, SessionId, Span, Twist, UploadId, Vec3};
 
 /// A command from a person or program at a client.
@@ -133,6 +134,8 @@ pub enum Command {
     DeleteMapPermanently(MapId),
     /// Delete an uploaded file. Refused while it is imported. Needs no lease.
     DeleteUpload(UploadId),
+    /// Ask something of missions: start, pause, resume, skip, redo, cancel, answer.
+    Mission(MissionCommandKind),
 }
 
 /// Pairs of points of [`Command::AlignMap`] at most.

@@ -5,6 +5,7 @@ use crate::{
     MapSummary, SiteChanged, SitePart, TileEntry,
 };
 use serde::{Deserialize, Serialize};
+use site_model::{MissionStatus, RouteStatus};
 use vocab::{
     ClientId, CommandId, Covariance6, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Twist, UploadId, Vec3,
 };
@@ -73,6 +74,10 @@ pub enum Event {
     SiteChanged(SiteChanged),
     /// Answer to an edit, to the client that sent it only.
     EditDone(EditDone),
+    /// State of missions.
+    Missions(MissionStatus),
+    /// Where the robot is on the topological map, and the route that it follows.
+    Route(RouteStatus),
 }
 
 /// An uploaded file that no map was made of yet.

@@ -1,6 +1,7 @@
 //! Goals of the robot and the state of its executive, as clients see them.
 
 use serde::{Deserialize, Serialize};
+use site_model::{DockId, NodeId};
 use vocab::{ClientId, GoalId, Pose, Span, Stamp, Vec3};
 
 /// Goals in [`crate::Event::Goals`] at most.
@@ -13,6 +14,12 @@ pub enum GoalKind {
     WalkTo(Vec3),
     /// Find the robot's pose in the saved map in use, walking a little where nothing else helps.
     Relocalise,
+    /// Go to a node over the edges of the topological map, and stand in its pose.
+    GoToNode(NodeId),
+    /// Go to a dock and be charged in it.
+    GoToDock(DockId),
+    /// Leave the dock.
+    Undock,
 }
 
 /// A goal and how far it is.
@@ -96,6 +103,14 @@ pub enum GoalFailure {
     PoseNotFound,
     /// The map or its frame was replaced, so that a point in it means nothing any more.
     MapReplaced,
+    /// The topological map has no such place.
+    NoSuchPlace,
+    /// No route leads there over edges that are open.
+    NoRoute,
+    /// The robot was not charged after all attempts to dock.
+    NotDocked,
+    /// The robot could not leave its dock.
+    NotUndocked,
 }
 
 /// Something that was tried for a goal that failed.

@@ -4,6 +4,7 @@
 
 use crate::Principal;
 use serde::{Deserialize, Serialize};
+use site_model::{DockId, NodeId, PoseTolerance};
 use vocab::{GoalId, Pose, Span, Stamp, Vec3};
 
 /// What the robot is to reach. Further kinds are added at the end.
@@ -13,6 +14,36 @@ pub enum GoalKind {
     WalkTo(Vec3),
     /// Find the robot's pose in the saved map in use: stand and look, then walk a little where nothing else helps.
     Relocalise,
+    /// Walk to this pose and stand in it, round obstacles that are seen on the way.
+    WalkToPose(PoseGoal),
+    /// Go to a node over the edges of the topological map, and stand in its pose.
+    GoToNode(NodeId),
+    /// Go to a dock and be charged in it.
+    GoToDock(DockId),
+    /// Leave the dock.
+    Undock,
+}
+
+/// A pose that is to be reached.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PoseGoal {
+    /// The base at the goal.
+    pub map_from_goal: Pose,
+    /// Which poses count as reached. None: the robot passes by, and need not slow down or turn.
+    pub tolerance: Option<PoseTolerance>,
+    /// Greatest speed, m/s; none: that of the robot.
+    pub speed_max_m_s: Option<f64>,
+    /// How it goes there.
+    pub approach: Approach,
+}
+
+/// How the robot goes to a pose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Approach {
+    /// On a path round obstacles, facing where it goes.
+    Path,
+    /// Straight, slowly and without turning first, in any direction: into and out of a dock, where the dock itself looks like an obstacle.
+    Straight,
 }
 
 /// State of one goal.
@@ -100,6 +131,14 @@ pub enum GoalFailure {
     PoseNotFound,
     /// The map or its frame was replaced, so that a point in it means nothing any more.
     MapReplaced,
+    /// The topological map has no such place.
+    NoSuchPlace,
+    /// No route leads there over edges that are open.
+    NoRoute,
+    /// The robot was not charged after all attempts to dock.
+    NotDocked,
+    /// The robot could not leave its dock.
+    NotUndocked,
 }
 
 /// Something that was tried for a goal that failed.

@@ -2,8 +2,9 @@
 
 use crate::{GoalKind, JobDone, RobotProfile, Sensor};
 use serde::{Deserialize, Serialize};
+use site_model::{Edit, MissionCommandKind, MissionEvent, ObjectId, Revision, Versioned};
 use std::sync::Arc;
-use vocab::{ActionCallId, ClientId, CommandId, GoalId, KeyframeId, MapId, Pose, SessionId, Twist};
+use vocab::{ActionCallId, ClientId, CommandId, GoalId, KeyframeId, MapId, Pose, SessionId, Span, Twist};
 
 /// One step's input. A log of these, with their `at`, is all that is needed to repeat a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -48,6 +49,34 @@ pub enum Input {
     },
     /// The shell's copy of the pose graph is not the one that a [`crate::GraphDelta`] applies to: it needs the whole graph.
     GraphRequested,
+    /// The site as the ledger has it: once after the boot record, and whenever the ledger was opened anew.
+    Site(Box<SiteSnapshot>),
+    /// An edit of the site, by a person or by the robot itself. It is durable.
+    SiteEdited(Box<Edit>),
+    /// What earlier programs committed and this one needs to take up runs, schedules and monitors. Comes before [`Self::Site`].
+    MissionsRestored(Vec<MissionEvent>),
+    /// The actions that can be called now. It replaces those before.
+    ActionsRegistered(Vec<RegisteredAction>),
+}
+
+/// All objects of a site.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SiteSnapshot {
+    /// The objects with their revisions.
+    pub objects: Vec<Versioned>,
+    /// Revisions at which objects were removed.
+    pub removed: Vec<(ObjectId, Revision)>,
+}
+
+/// An action that can be called.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RegisteredAction {
+    /// Its name, such as `photo`.
+    pub name: String,
+    /// Whether it can be repeated without harm.
+    pub is_idempotent: bool,
+    /// How long it is expected to take.
+    pub expected: Span,
 }
 
 /// How an action ended.
@@ -248,4 +277,6 @@ pub enum CommandKind {
     },
     /// Be in no map any more.
     LeaveMap,
+    /// Ask something of missions.
+    Mission(MissionCommandKind),
 }

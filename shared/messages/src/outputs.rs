@@ -5,6 +5,7 @@ use crate::{
     Reanchored,
 };
 use serde::{Deserialize, Serialize};
+use site_model::{MissionStatus, RouteStatus};
 use std::sync::Arc;
 use vocab::{
     ActionCallId, ClientId, CommandId, Covariance6, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Twist,
@@ -115,6 +116,10 @@ pub enum Publication {
     Notice(Notice),
     /// The pose graph changed: keyframes and edges were added or removed, or poses moved.
     GraphDelta(Arc<GraphDelta>),
+    /// State of missions: when it changes.
+    Missions(Arc<MissionStatus>),
+    /// Place on the topological map and route: when they change.
+    Route(Arc<RouteStatus>),
 }
 
 /// Estimate of the robot's pose with its covariance.

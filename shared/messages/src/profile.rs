@@ -49,7 +49,7 @@ impl Default for RobotProfile {
             clearance_height_m: 0.95,
             standing_height_m: 0.55,
             step_height_m: 0.22,
-            autonomous_limits: SpeedLimits { forward_mps: 0.9, sideways_mps: 0.0, turn_radps: 0.9 },
+            autonomous_limits: SpeedLimits { forward_mps: 0.9, sideways_mps: 0.25, turn_radps: 0.9 },
             manual_limits: SpeedLimits { forward_mps: 1.2, sideways_mps: 0.5, turn_radps: 1.0 },
             manual_watchdog: Span::from_millis(500),
             self_filter: None,

@@ -16,6 +16,7 @@ mod edit;
 mod finite;
 mod ids;
 mod mission;
+mod mission_status;
 mod monitor;
 mod object;
 mod parameters;
@@ -39,6 +40,9 @@ pub use ids::{
     ScheduleId, TaskId, ZoneId,
 };
 pub use mission::{AskDefault, FailurePolicy, FailureStep, Mission, MissionEnd, Task, TaskOrder, TaskPlace};
+pub use mission_status::{
+    EndedRun, MAX_ENDED_RUNS, MissionStatus, RouteProgress, RouteStatus, RunStatus, TaskStatus,
+};
 pub use monitor::{Monitor, MonitorCondition, MonitorResponse, Resumption};
 pub use object::{Object, Revision, Versioned};
 pub use parameters::{Parameter, Parameters};

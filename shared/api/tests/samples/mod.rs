@@ -46,6 +46,9 @@ pub fn commands() -> Vec<Command> {
         Command::Teleoperate(twist()),
         Command::StartGoal { goal: GOAL, kind: GoalKind::WalkTo(AT) },
         Command::StartGoal { goal: GOAL, kind: GoalKind::Relocalise },
+        Command::StartGoal { goal: GOAL, kind: GoalKind::GoToNode(site::NODE) },
+        Command::StartGoal { goal: GOAL, kind: GoalKind::GoToDock(site::DOCK) },
+        Command::StartGoal { goal: GOAL, kind: GoalKind::Undock },
         Command::CancelGoal(GOAL),
         Command::StopMotion,
         Command::AllowMotion,
@@ -83,6 +86,9 @@ pub fn commands() -> Vec<Command> {
         Command::DeleteMapPermanently(MAP),
         Command::DeleteUpload(UPLOAD),
     ]
+    .into_iter()
+    .chain(site::mission_commands().map(Command::Mission))
+    .collect()
 }
 
 fn goals() -> Vec<Goal> {
@@ -100,6 +106,10 @@ fn goals() -> Vec<Goal> {
         failed(GoalFailure::PathBlocked, GoalAttempt::WaitedForPath(SECOND)),
         failed(GoalFailure::PoseNotFound, GoalAttempt::SearchedForPose(SECOND)),
         failed(GoalFailure::MapReplaced, GoalAttempt::ExploredPaths(2)),
+        failed(GoalFailure::NoSuchPlace, GoalAttempt::ExploredPaths(2)),
+        failed(GoalFailure::NoRoute, GoalAttempt::ExploredPaths(2)),
+        failed(GoalFailure::NotDocked, GoalAttempt::ExploredPaths(2)),
+        failed(GoalFailure::NotUndocked, GoalAttempt::ExploredPaths(2)),
         cancelled(CancelCause::Requested),
         cancelled(CancelCause::MotionStopped),
         cancelled(CancelCause::DrivenByHand),

@@ -1,16 +1,19 @@
 //! Messages about the site: an object of every kind, with a value in every field that may be empty.
 
-use super::{AT, CLIENT, NOW, SECOND, name, pose};
+use super::{AT, CLIENT, COMMAND, NOW, SECOND, name, pose};
 use api::*;
 use site_model::*;
 use std::collections::BTreeMap;
 use uuid::Uuid;
-use vocab::{KeyframeId, MapId, Stamp};
+use vocab::{GoalId, KeyframeId, MapId, Stamp};
 
 const ID: Uuid = Uuid::from_u128(20);
 const OTHER: Uuid = Uuid::from_u128(21);
 const EDIT: EditId = EditId(Uuid::from_u128(22));
 const RUN: RunId = RunId(Uuid::from_u128(23));
+const TASK: TaskId = TaskId(Uuid::from_u128(24));
+pub const NODE: NodeId = NodeId(ID);
+pub const DOCK: DockId = DockId(ID);
 
 fn request() -> ActionRequest {
     let nested = Parameters::from([("width".to_owned(), Parameter::Integer(640))]);
@@ -231,7 +234,90 @@ pub fn events() -> Vec<Event> {
         refused(EditRefusal::Invalid(errors)),
         refused(EditRefusal::Rejected(name())),
         refused(EditRefusal::Unavailable(name())),
+        Event::Missions(missions()),
+        Event::Route(RouteStatus {
+            at: Some(NODE),
+            nearest: Some(NODE),
+            on: Some(EdgeId(ID)),
+            docked: Some(DOCK),
+            route: Some(RouteProgress {
+                goal: GoalId(ID),
+                target: NODE,
+                edges: vec![EdgeId(ID)],
+                remaining_s: 2.5,
+                remaining_m: 1.5,
+            }),
+        }),
     ]
+}
+
+/// Every command of missions.
+pub fn mission_commands() -> impl Iterator<Item = MissionCommandKind> {
+    let start = |mode| MissionCommandKind::Start { run: RUN, mission: MissionId(ID), mode };
+    let answer = |answer| MissionCommandKind::Answer(RUN, TASK, answer);
+    [
+        start(StartMode::Now),
+        start(StartMode::Queue),
+        MissionCommandKind::Pause(RUN),
+        MissionCommandKind::Resume(RUN),
+        MissionCommandKind::SkipTask(RUN, TASK),
+        MissionCommandKind::RedoTask(RUN, TASK),
+        MissionCommandKind::Cancel(RUN),
+        MissionCommandKind::Abort(RUN),
+        answer(QuestionAnswer::TryAgain),
+        answer(QuestionAnswer::Skip),
+        answer(QuestionAnswer::EndAtDock),
+        answer(QuestionAnswer::EndHere),
+    ]
+    .into_iter()
+}
+
+/// Runs with every cause, and tasks with every state and failure.
+fn missions() -> MissionStatus {
+    let failures = [
+        TaskFailure::NotReached(ReachFailure::NoSuchPlace),
+        TaskFailure::NotReached(ReachFailure::NoRoute { closed: vec![EdgeId(ID)] }),
+        TaskFailure::NotReached(ReachFailure::PathBlocked),
+        TaskFailure::NotReached(ReachFailure::PoseNotFound),
+        TaskFailure::NotReached(ReachFailure::MapReplaced),
+        TaskFailure::NotReached(ReachFailure::NotUndocked),
+        TaskFailure::NotReached(ReachFailure::NotDocked),
+        TaskFailure::ActionFailed(name()),
+        TaskFailure::ActionUnavailable,
+        TaskFailure::ActionTimedOut,
+        TaskFailure::OutcomeUnknown,
+    ];
+    let failures = failures.into_iter().map(Some).chain([None]);
+    let tasks = failures.zip(TaskState::ALL.into_iter().cycle()).map(|(failure, state)| TaskStatus {
+        task: TASK,
+        node: Some(NODE),
+        action: Some("photo".to_owned()),
+        state,
+        attempt: 2,
+        failure,
+    });
+    let tasks: Vec<TaskStatus> = tasks.collect();
+    let causes = [
+        RunCause::Command(COMMAND),
+        RunCause::Schedule { schedule: ScheduleId(ID), slot: local() },
+        RunCause::Monitor(MonitorId(ID)),
+    ];
+    let runs = causes.into_iter().cycle().zip(RunState::ALL).map(|(cause, state)| RunStatus {
+        run: RUN,
+        mission: MissionId(ID),
+        cause,
+        state,
+        outcome: Some(state),
+        began: Some(Utc(5)),
+        tasks: tasks.clone(),
+        question: Some(TASK),
+    });
+    MissionStatus {
+        runs: runs.collect(),
+        ended: vec![EndedRun { run: RUN, mission: MissionId(ID), outcome: RunState::Cancelled }],
+        blocked_by: Some(MonitorId(ID)),
+        monitors: vec![MonitorId(ID)],
+    }
 }
 
 pub fn queries() -> impl Iterator<Item = Query> {

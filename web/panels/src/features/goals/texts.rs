@@ -32,6 +32,9 @@ pub(super) fn goal(kind: GoalKind) -> String {
     match kind {
         GoalKind::WalkTo(point) => format!("Walking to {}", format::position(&point)),
         GoalKind::Relocalise => "Relocalising".to_owned(),
+        GoalKind::GoToNode(_) => "Going to a node".to_owned(),
+        GoalKind::GoToDock(_) => "Going to a dock".to_owned(),
+        GoalKind::Undock => "Leaving the dock".to_owned(),
     }
 }
 
@@ -58,7 +61,11 @@ pub(super) fn outcome(goal: &Goal) -> String {
         GoalStatus::Succeeded { took, .. } => {
             let took = format::duration(took.secs_f64());
             match goal.kind {
-                GoalKind::WalkTo(_) => format!("The robot reached its goal in {took}."),
+                GoalKind::WalkTo(_) | GoalKind::GoToNode(_) => {
+                    format!("The robot reached its goal in {took}.")
+                }
+                GoalKind::GoToDock(_) => format!("The robot is charged after {took}."),
+                GoalKind::Undock => format!("The robot left its dock in {took}."),
                 GoalKind::Relocalise => format!("The robot is localised after {took}."),
             }
         }
@@ -68,6 +75,12 @@ pub(super) fn outcome(goal: &Goal) -> String {
                 "The robot was not localised in time. Drive it to a part that the map shows, or set its pose."
             }
             GoalFailure::MapReplaced => "The map changed meanwhile. Choose the goal again.",
+            GoalFailure::NoSuchPlace => "The topological map has no such place any more. Choose another.",
+            GoalFailure::NoRoute => {
+                "No open route leads there. Open edges that are disabled or blocked, or connect the place."
+            }
+            GoalFailure::NotDocked => "The robot was not charged. Look at the dock and its place on the map.",
+            GoalFailure::NotUndocked => "The robot could not leave its dock. Clear the way in front of it.",
         }
         .to_owned(),
         GoalStatus::Cancelled { cause, .. } => match cause {

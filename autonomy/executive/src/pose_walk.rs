@@ -1,0 +1,235 @@
+//! Walking into a pose: along a path to its point, then with small steps in any direction until position and heading are right.
+
+use crate::{Behaviour, BehaviourContext, Frames, Outcome, WalkBehaviour, WalkConfig};
+use geometry::{Isometry, Vector3, isometry_from_pose};
+use messages::{Approach, GoalAttempt, GoalFailure, GoalProgress, PoseGoal, SpeedLimits, WaitReason};
+use navigation::ElevationMap;
+use site_model::PoseTolerance;
+use std::task::Poll;
+use vocab::{Span, Stamp, Twist, Vec3};
+
+/// Parameters of [`PoseWalkBehaviour`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PoseWalkConfig {
+    /// Distance at which a pose that is only passed by counts as reached, metres. Less than the width of a doorway, so that the robot does not cut corners of walls.
+    pub passing_distance_m: f64,
+    /// Share of the tolerance within which the last steps end. The rest is for the error of localisation.
+    pub tolerance_share: f64,
+    /// Speed for each metre of distance in the last steps, 1/s.
+    pub position_gain_per_s: f64,
+    /// Turning speed for each radian of heading error, 1/s.
+    pub heading_gain_per_s: f64,
+    /// Greatest speed of the last steps, m/s.
+    pub step_speed_max_m_s: f64,
+    /// Greatest turning speed of the last steps, rad/s.
+    pub step_turn_max_radps: f64,
+    /// The robot stands in the pose for this time before the goal has succeeded, so that nothing of its motion is left.
+    pub settle_time: Span,
+    /// Beyond this distance the robot walks on a path again, metres. It may have been pushed.
+    pub walk_again_m: f64,
+    /// Time for the last steps, and in straight approaches for each metre.
+    pub step_time_limit: Span,
+}
+
+impl Default for PoseWalkConfig {
+    fn default() -> Self {
+        Self {
+            passing_distance_m: 0.35,
+            tolerance_share: 0.4,
+            position_gain_per_s: 1.2,
+            heading_gain_per_s: 1.5,
+            step_speed_max_m_s: 0.25,
+            step_turn_max_radps: 0.5,
+            settle_time: Span::from_millis(400),
+            walk_again_m: 0.6,
+            step_time_limit: Span::from_millis(20_000),
+        }
+    }
+}
+
+/// A walk into a pose of the map.
+#[derive(Debug)]
+pub struct PoseWalkBehaviour {
+    config: PoseWalkConfig,
+    walk_config: WalkConfig,
+    limits: SpeedLimits,
+    map_from_goal: Isometry,
+    /// None: the pose is passed by.
+    tolerance: Option<PoseTolerance>,
+    approach: Approach,
+    phase: Phase,
+    /// Attempts of walks that have ended.
+    attempts: Vec<GoalAttempt>,
+}
+
+#[derive(Debug)]
+enum Phase {
+    Walking(Box<WalkBehaviour>),
+    Stepping {
+        deadline: Stamp,
+        /// Since when the robot stands in the pose.
+        in_pose_since: Option<Stamp>,
+        is_blind: bool,
+    },
+}
+
+/// Distance that is left, in the frame of the base.
+struct Offset {
+    forward_m: f64,
+    left_m: f64,
+    turn_rad: f64,
+}
+
+impl PoseWalkBehaviour {
+    /// Walks into the pose of `goal`. If there is no path now, the robot waits for one. None if the pose is not a pose.
+    pub fn new(
+        config: PoseWalkConfig,
+        mut walk_config: WalkConfig,
+        limits: &SpeedLimits,
+        at: Stamp,
+        terrain: &ElevationMap,
+        frames: &Frames,
+        goal: &PoseGoal,
+    ) -> Option<Self> {
+        let map_from_goal = isometry_from_pose(&goal.map_from_goal)?;
+        let speed_m_s = goal.speed_max_m_s.filter(|speed| *speed > 0.0).unwrap_or(f64::INFINITY);
+        walk_config.follower.speed_max_mps = walk_config.follower.speed_max_mps.min(speed_m_s);
+        if goal.tolerance.is_none() {
+            walk_config.follower.end_speed_mps = walk_config.follower.speed_max_mps;
+            walk_config.follower.goal_tolerance_m = config.passing_distance_m;
+        }
+        let mut behaviour = Self {
+            config,
+            walk_config,
+            limits: *limits,
+            map_from_goal,
+            tolerance: goal.tolerance,
+            approach: goal.approach,
+            phase: Phase::Stepping { deadline: at, in_pose_since: None, is_blind: false },
+            attempts: Vec::new(),
+        };
+        match goal.approach {
+            Approach::Path => behaviour.walk(at, terrain, frames),
+            Approach::Straight => behaviour.step(at, frames),
+        }
+        Some(behaviour)
+    }
+
+    fn walk(&mut self, at: Stamp, terrain: &ElevationMap, frames: &Frames) {
+        let goal = self.map_from_goal.translation.vector;
+        let walk = WalkBehaviour::resume(self.walk_config, at, terrain, frames, goal);
+        self.phase = Phase::Walking(Box::new(walk));
+    }
+
+    fn step(&mut self, at: Stamp, frames: &Frames) {
+        let offset = self.offset(frames);
+        let metres = offset.forward_m.hypot(offset.left_m).ceil().clamp(1.0, 10.0);
+        let deadline = at + self.config.step_time_limit * metres as i64;
+        self.phase = Phase::Stepping { deadline, in_pose_since: None, is_blind: false };
+    }
+
+    fn offset(&self, frames: &Frames) -> Offset {
+        let base_from_goal = frames.map_from_base().inverse() * self.map_from_goal;
+        let ahead = base_from_goal.rotation * Vector3::x();
+        let to_goal = base_from_goal.translation.vector;
+        Offset { forward_m: to_goal.x, left_m: to_goal.y, turn_rad: ahead.y.atan2(ahead.x) }
+    }
+
+    /// Whether the base is within a share of the tolerance.
+    fn is_in_pose(&self, offset: &Offset, share: f64) -> bool {
+        let Some(tolerance) = &self.tolerance else {
+            return offset.forward_m.hypot(offset.left_m) <= self.config.passing_distance_m;
+        };
+        // The ellipse lies in the frame of the goal.
+        let (sin, cos) = offset.turn_rad.sin_cos();
+        let along_m = cos * offset.forward_m + sin * offset.left_m;
+        let across_m = cos * offset.left_m - sin * offset.forward_m;
+        let radius = (along_m / (tolerance.along_m * share)).hypot(across_m / (tolerance.across_m * share));
+        radius <= 1.0 && offset.turn_rad.abs() <= tolerance.yaw_rad * share
+    }
+
+    fn update_steps(&mut self, context: &mut BehaviourContext<'_>) -> Poll<Outcome> {
+        let offset = self.offset(&context.frames);
+        let (is_ending, is_in_pose) =
+            (self.is_in_pose(&offset, self.config.tolerance_share), self.is_in_pose(&offset, 1.0));
+        let Phase::Stepping { deadline, in_pose_since, is_blind } = &mut self.phase else {
+            return Poll::Pending;
+        };
+        let at = context.at;
+        *is_blind = !context.sees_ground;
+        if *is_blind {
+            *in_pose_since = None;
+            return Poll::Pending;
+        }
+        if at >= *deadline {
+            return Poll::Ready(if is_in_pose { Ok(()) } else { Err(GoalFailure::PathBlocked) });
+        }
+        if is_ending || (in_pose_since.is_some() && is_in_pose) {
+            let since = *in_pose_since.get_or_insert(at);
+            let is_settled = at - since >= self.config.settle_time;
+            return if is_settled { Poll::Ready(Ok(())) } else { Poll::Pending };
+        }
+        *in_pose_since = None;
+        let is_far = offset.forward_m.hypot(offset.left_m) > self.config.walk_again_m;
+        if is_far && self.approach == Approach::Path {
+            self.walk(at, context.terrain, &context.frames);
+            return Poll::Pending;
+        }
+        context.velocity = self.step_velocity(&offset);
+        Poll::Pending
+    }
+
+    /// Towards the pose, within the limits. A robot that cannot walk sideways turns to the point first.
+    fn step_velocity(&self, offset: &Offset) -> Twist {
+        let PoseWalkConfig { position_gain_per_s, heading_gain_per_s, .. } = self.config;
+        let clamp = |value: f64, limit: f64, own: f64| {
+            let limit = limit.min(own);
+            value.clamp(-limit, limit)
+        };
+        let (speed_m_s, turn_radps) = (self.config.step_speed_max_m_s, self.config.step_turn_max_radps);
+        let forward = clamp(position_gain_per_s * offset.forward_m, speed_m_s, self.limits.forward_mps);
+        let left = clamp(position_gain_per_s * offset.left_m, speed_m_s, self.limits.sideways_mps);
+        let turn = clamp(heading_gain_per_s * offset.turn_rad, turn_radps, self.limits.turn_radps);
+        Twist { linear: Vec3::new(forward, left, 0.0), angular: Vec3::new(0.0, 0.0, turn) }
+    }
+}
+
+impl Behaviour for PoseWalkBehaviour {
+    fn update(&mut self, context: &mut BehaviourContext<'_>) -> Poll<Outcome> {
+        let Phase::Walking(walk) = &mut self.phase else {
+            return self.update_steps(context);
+        };
+        match walk.update(context) {
+            Poll::Ready(Ok(())) if self.tolerance.is_some() => {
+                self.attempts.extend(walk.attempts());
+                self.step(context.at, &context.frames);
+                self.update_steps(context)
+            }
+            result => result,
+        }
+    }
+
+    fn progress(&self, odom_from_base: &Isometry) -> GoalProgress {
+        match &self.phase {
+            Phase::Walking(walk) => walk.progress(odom_from_base),
+            Phase::Stepping { is_blind, .. } => {
+                GoalProgress { remaining_m: Some(0.0), waits_for: is_blind.then_some(WaitReason::Sight) }
+            }
+        }
+    }
+
+    fn path(&self) -> &[Vector3] {
+        match &self.phase {
+            Phase::Walking(walk) => walk.path(),
+            Phase::Stepping { .. } => &[],
+        }
+    }
+
+    fn attempts(&self) -> Vec<GoalAttempt> {
+        let mut attempts = self.attempts.clone();
+        if let Phase::Walking(walk) = &self.phase {
+            attempts.extend(walk.attempts());
+        }
+        attempts
+    }
+}
