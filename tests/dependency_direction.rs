@@ -12,7 +12,8 @@ use crate::support::workspace_root;
 /// For each of our crates, the others of ours that it may depend on.
 ///
 /// The absent ones matter: `sim` and `stack` do not depend on each other, so the stack cannot use the ground truth. In `server` only the
-/// program and the runtime depend on `stack`. `web` depends on plain data only.
+/// program and the runtime depend on `stack`. `web` depends on plain data, and on `missions`, which plans and previews in the browser as on
+/// the robot.
 const OURS: &[(&str, &[&str])] = &[
     ("vocab", &[]),
     ("messages", &["site_model", "vocab"]),
@@ -117,9 +118,9 @@ const OURS: &[(&str, &[&str])] = &[
         ],
     ),
     //
-    ("client_model", &["api", "site_model", "vocab"]),
+    ("client_model", &["api", "missions", "site_model", "vocab"]),
     ("scene", &["vocab"]),
-    ("panels", &["api", "client_model", "site_model", "vocab"]),
+    ("panels", &["api", "client_model", "missions", "site_model", "vocab"]),
     ("app", &["api", "client_model", "map_codec", "panels", "scene", "site_model", "vocab"]),
     //
     ("bundler", &[]),

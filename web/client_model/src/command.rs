@@ -1,8 +1,8 @@
 //! What operators ask for, as views emit it.
 
 use crate::{
-    CameraMove, GraphTool, LoopInitialGuess, LoopPair, NoticeId, ScanOverlay, Screen, Selection, SiteEdit,
-    ViewSettings,
+    CameraMove, GraphTool, LoopInitialGuess, LoopPair, MissionEditorCommand, NoticeId, ScanOverlay, Screen,
+    Selection, SiteEdit, ViewSettings,
 };
 use api::SimulatedFault;
 use vocab::{GoalId, MapId, Pose, SessionId, Twist, UploadId, Vec3};
@@ -127,6 +127,8 @@ pub enum ClientCommand {
     UseGraphTool(Option<GraphTool>),
     /// Change objects of the site together.
     EditSite(SiteEdit),
+    /// Change what is shown of a mission that is edited.
+    MissionEditor(MissionEditorCommand),
     /// Undo the last edit of the view or the site, decision on a loop or deletion of a map, whichever came last.
     Undo,
     /// Do it again.

@@ -41,6 +41,11 @@ pub use features::map_management::{MapDeletion, MapManagement};
 pub use features::map_view::{Loading, MapView, TilePlanConfig, TileSet, TileState, Viewpoint};
 pub use features::mapping::MappingFeature;
 pub use features::maps::SavedMaps;
+pub use features::missions::{
+    DraggedTasks, EndProblem, MissionEditor, MissionEditorCommand, MissionPlan, NewTask, OrderGain,
+    ParameterField, ParameterKind, ParameterProblem, PlanStart, PlannedEnd, PlannedStop, StopProblem,
+    TaskDrag, move_tasks, parameter_fields, parameter_problem, put_in_order, request_of, users_of_mission,
+};
 pub use features::notices::{NoticeId, Notices, ShownNotice};
 pub use features::platform::PlatformFeature;
 pub use features::quality::QualityFeature;

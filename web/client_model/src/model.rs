@@ -8,6 +8,7 @@ use crate::features::history::LoopEdit;
 use crate::features::loops::{LoopPick, ScanComparison};
 use crate::features::map_view::MapView;
 use crate::features::maps::SavedMaps;
+use crate::features::missions::PlanConditions;
 use crate::features::notices::Notices;
 use crate::features::selection::{GraphTool, PointerMode, Selection};
 use crate::features::view_settings::ViewFeature;
@@ -50,6 +51,18 @@ impl Model {
         }
         self.dispatch(effects, &mut changes, |feature, cx| feature.after_event(cx));
         self.shared.map_views.plan(now, effects);
+        let conditions = self.plan_conditions();
+        self.missions.update(&self.site, &conditions);
+    }
+
+    /// What plans of missions depend on besides the site.
+    fn plan_conditions(&self) -> PlanConditions {
+        let is_there = self.viewed_map().is_none() && self.is_site_on_screen();
+        let estimate = self.robot.estimate.as_ref().filter(|_| is_there);
+        PlanConditions {
+            now: self.connection().clock().stamp_at(self.now()),
+            robot: estimate.map(|estimate| estimate.value.map_from_base.position),
+        }
     }
 
     /// A message of the server. Only an event that follows the last one reaches the slices.

@@ -30,6 +30,7 @@ pub(crate) mod map_management;
 pub(crate) mod map_view;
 pub(crate) mod mapping;
 pub(crate) mod maps;
+pub(crate) mod missions;
 pub(crate) mod notices;
 pub(crate) mod platform;
 pub(crate) mod quality;
@@ -124,6 +125,8 @@ model_of! {
     loops: loops::Loops,
     /// The documents of the site.
     site: site::SiteFeature,
+    /// The mission that is edited.
+    missions: missions::MissionEditor,
     /// Quality of the map under construction.
     quality: quality::QualityFeature,
     /// Aligning one saved map to another.

@@ -198,7 +198,7 @@ fn scans_lie_as_found_as_in_the_graph_or_not_at_all() {
     assert_eq!(at(&client), Some([2.0, 0.3, 0.0]));
     client.command(ClientCommand::SetScanOverlay(ScanOverlay::Graph));
     assert_eq!(at(&client), Some([9.0, 0.0, 0.0]));
-    assert_eq!(fetched(&mut client), [], "they are here already");
+    assert_eq!(fetched(&mut client), Vec::<u32>::new(), "they are here already");
     client.apply(ClientEvent::CloudFetched { session: SESSION, keyframe: KeyframeId(2), result: Ok(()) });
     assert_eq!(client.model.cloud(KeyframeId(2)), Some(&CloudState::Ready));
     assert_eq!(client.model.cloud(KeyframeId(9)), Some(&CloudState::Loading));

@@ -1,0 +1,371 @@
+use crate::testing::TestClient;
+use crate::{
+    ClientCommand, DraggedTasks, EndProblem, MissionEditorCommand, MissionPlan, NewTask, ParameterKind,
+    ParameterProblem, PlanStart, SiteEdit, StopProblem, TaskDrag, parameter_fields, users_of_mission,
+};
+use api::{SiteParts, SiteState};
+use missions::NoRoute;
+use site_model::{
+    ActionRequest, Dock, DockId, Edge, EdgeId, EditId, InspectionPoint, InspectionPointId, LocalDate,
+    LocalDateTime, LocalTime, MissionId, Node, NodeId, NodeKind, Object, ObjectId, Parameter, Parameters,
+    PoseTolerance, Recurrence, Schedule, ScheduleId, Site, TaskId, TaskOrder, TaskPlace,
+};
+use std::collections::BTreeSet;
+use std::sync::Arc;
+use uuid::Uuid;
+use vocab::{Pose, Span, Vec3};
+
+fn node_id(number: u128) -> NodeId {
+    NodeId(Uuid::from_u128(number))
+}
+
+fn put(site: &mut Site, object: Object) {
+    let edit = site.put(EditId(Uuid::nil()), object);
+    site.apply(&edit, EditId(Uuid::nil())).expect("of this state");
+}
+
+fn add_node(site: &mut Site, number: u128, x: f64) {
+    put(
+        site,
+        Object::Node(Node {
+            id: node_id(number),
+            name: format!("N{number}"),
+            kind: NodeKind::Waypoint,
+            map_from_node: Pose { position: Vec3::new(x, 0.0, 0.5), ..Pose::IDENTITY },
+            anchor: None,
+            tolerance: PoseTolerance::default(),
+            influence_area_m: Vec::new(),
+            floor: 0,
+            tags: Default::default(),
+            properties: Default::default(),
+        }),
+    );
+}
+
+/// Nodes 1 to 5 in a row, 7 m apart (10 s), joined both ways; a dock on node 1 and an inspection point at each node from 2 on. Node 9 is joined to none.
+fn site() -> Site {
+    let mut site = Site::default();
+    for number in 1..=5 {
+        add_node(&mut site, number, 7.0 * number as f64);
+        for (from, to) in [(number - 1, number), (number, number - 1)] {
+            if number > 1 {
+                let id = EdgeId(Uuid::from_u128(100 * from + to));
+                put(&mut site, Object::Edge(Edge::walk(id, node_id(from), node_id(to))));
+            }
+        }
+        if number > 1 {
+            put(
+                &mut site,
+                Object::InspectionPoint(InspectionPoint {
+                    id: InspectionPointId(Uuid::from_u128(number)),
+                    name: format!("P{number}"),
+                    asset: None,
+                    node: node_id(number),
+                    target_m: Vec3::new(0.0, 2.0, 1.0),
+                    request: ActionRequest { action: "photo".to_owned(), parameters: Parameters::new() },
+                    limits: None,
+                }),
+            );
+        }
+    }
+    add_node(&mut site, 9, 100.0);
+    let (id, name) = (DockId(Uuid::from_u128(1)), "Dock".to_owned());
+    put(&mut site, Object::Dock(Dock { id, name, node: node_id(1), approach: node_id(1) }));
+    site
+}
+
+fn point(number: u128) -> NewTask {
+    NewTask::InspectionPoint(InspectionPointId(Uuid::from_u128(number)))
+}
+
+impl TestClient {
+    fn with(site: Site) -> Self {
+        let mut client = Self::connected();
+        let state = SiteState { site, ..SiteState::default() };
+        let part = SiteParts::new(Arc::new(state)).next_part();
+        client.event(api::Event::SitePart(part));
+        client
+    }
+
+    /// Edits a mission of these entries of the palette.
+    fn with_mission(tasks: &[NewTask]) -> Self {
+        let mut client = Self::with(site());
+        let (mission, edit) = client.model.site.adding_mission();
+        client.command(ClientCommand::EditSite(edit));
+        client.edit(MissionEditorCommand::Open(Some(mission)));
+        for task in tasks {
+            let (_, edit) = client.model.missions.adding(*task, &client.model.site);
+            client.command(ClientCommand::EditSite(edit));
+        }
+        client
+    }
+
+    fn edit(&mut self, command: MissionEditorCommand) {
+        self.command(ClientCommand::MissionEditor(command));
+    }
+
+    fn mission(&self) -> MissionId {
+        self.model.missions.open().expect("open")
+    }
+
+    fn tasks(&self) -> Vec<TaskId> {
+        let mission = self.model.site.site().and_then(|site| site.mission(self.mission()));
+        mission.expect("there").tasks.iter().map(|task| task.id).collect()
+    }
+
+    /// The places of the tasks, by the number of the inspection point or node.
+    fn places(&self) -> Vec<u128> {
+        let mission = self.model.site.site().and_then(|site| site.mission(self.mission()));
+        let number = |place: &TaskPlace| match place {
+            TaskPlace::InspectionPoint(point) => point.0.as_u128(),
+            TaskPlace::Node { node, .. } => node.0.as_u128(),
+        };
+        mission.expect("there").tasks.iter().map(|task| number(&task.place)).collect()
+    }
+
+    fn plan(&self) -> &MissionPlan {
+        self.model.missions.plan().expect("of the open mission")
+    }
+
+    fn drag(&mut self, what: DraggedTasks, index: Option<usize>) {
+        self.edit(MissionEditorCommand::Drag(TaskDrag { what, index }));
+    }
+
+    fn drop_tasks(&mut self) {
+        let edit = self.model.missions.dropping(&self.model.site);
+        if edit != SiteEdit::default() {
+            self.command(ClientCommand::EditSite(edit));
+        }
+        self.edit(MissionEditorCommand::EndDrag);
+    }
+
+    fn change(&mut self, change: impl FnOnce(&mut site_model::Mission)) {
+        let edit = self.model.site.changing_mission(self.mission(), change);
+        self.command(ClientCommand::EditSite(edit));
+    }
+}
+
+#[test]
+fn a_drag_shows_its_way_at_once_changes_nothing_until_it_is_dropped_and_is_one_undo() {
+    let mut client = TestClient::with_mission(&[point(2), point(3), point(4)]);
+    let before_m = client.plan().length_m;
+    assert!((before_m - 42.0).abs() < 1e-6, "dock, three points and back: {before_m}");
+    let first = client.tasks()[0];
+    let one = DraggedTasks::Listed(BTreeSet::from([first]));
+    for index in [0, 1, 2] {
+        client.drag(one.clone(), Some(index));
+    }
+    assert_eq!(client.places(), [2, 3, 4], "nothing is changed yet");
+    assert_eq!(client.plan().mission.tasks[2].id, first);
+    assert!((client.plan().length_m - 42.0).abs() < 1e-6, "on the way back: {}", client.plan().length_m);
+    client.drop_tasks();
+    assert_eq!(client.places(), [3, 4, 2]);
+    client.command(ClientCommand::Undo);
+    assert_eq!(client.places(), [2, 3, 4]);
+    client.command(ClientCommand::Redo);
+    assert_eq!(client.places(), [3, 4, 2]);
+}
+
+#[test]
+fn a_drag_that_is_cancelled_or_ends_outside_the_list_changes_nothing() {
+    let mut client = TestClient::with_mission(&[point(2), point(3)]);
+    let first = DraggedTasks::Listed(BTreeSet::from([client.tasks()[0]]));
+    client.drag(first.clone(), Some(1));
+    client.edit(MissionEditorCommand::EndDrag);
+    assert_eq!(client.plan().mission.tasks[0].id, client.tasks()[0]);
+    client.drag(first, None);
+    client.drop_tasks();
+    client.drag(DraggedTasks::New(point(4)), None);
+    assert_eq!(client.plan().stops.len(), 2);
+    client.drop_tasks();
+    assert_eq!(client.places(), [2, 3]);
+    client.command(ClientCommand::Undo);
+    assert_eq!(client.places(), [2], "the drags left no step");
+}
+
+#[test]
+fn an_entry_of_the_palette_is_dropped_where_it_is_shown_and_an_action_takes_the_place_before_it() {
+    let mut client = TestClient::with_mission(&[point(2), point(5)]);
+    client.drag(DraggedTasks::New(NewTask::Node(node_id(3))), Some(1));
+    assert_eq!(client.plan().stops.len(), 3);
+    client.drop_tasks();
+    assert_eq!(client.places(), [2, 3, 5]);
+    client.drag(DraggedTasks::New(NewTask::Action("wait")), Some(2));
+    let stop = client.plan().stops[2].clone();
+    assert_eq!((stop.node, stop.action_s, stop.walk.length_m), (Some(node_id(3)), 10.0, 0.0));
+    client.drop_tasks();
+    assert_eq!(client.places(), [2, 3, 3, 5]);
+}
+
+#[test]
+fn several_tasks_move_together_and_are_duplicated_and_deleted_together() {
+    let mut client = TestClient::with_mission(&[point(2), point(3), point(4), point(5)]);
+    let tasks = client.tasks();
+    let two = BTreeSet::from([tasks[0], tasks[2]]);
+    client.edit(MissionEditorCommand::Select(two.clone()));
+    client.drag(DraggedTasks::Listed(two.clone()), Some(2));
+    client.drop_tasks();
+    assert_eq!(client.places(), [3, 5, 2, 4]);
+    for (towards_end, places) in [(false, [3, 2, 4, 5]), (true, [3, 5, 2, 4]), (true, [3, 5, 2, 4])] {
+        let edit = client.model.missions.moving_selected(towards_end, &client.model.site);
+        client.command(ClientCommand::EditSite(edit));
+        assert_eq!(client.places(), places);
+    }
+    client.change(|mission| mission.order_constraints.push([tasks[0], tasks[1]]));
+    let (copies, edit) = client.model.site.duplicating_tasks(client.mission(), &two);
+    client.command(ClientCommand::EditSite(edit));
+    assert_eq!((client.places(), copies.len()), (vec![3, 5, 2, 4, 2, 4], 2));
+    let edit = client.model.site.deleting_tasks(client.mission(), &two);
+    client.command(ClientCommand::EditSite(edit));
+    assert_eq!(client.places(), [3, 5, 2, 4]);
+    let mission = client.model.site.site().and_then(|site| site.mission(client.mission())).expect("there");
+    assert!(mission.order_constraints.is_empty(), "no constraint names a task that is gone");
+    assert!(client.model.missions.selected().is_empty());
+}
+
+#[test]
+fn time_and_length_include_the_actions_and_the_way_from_the_dock_and_back() {
+    let client = TestClient::with_mission(&[point(3)]);
+    let plan = client.plan();
+    assert!(matches!(plan.start, Some((PlanStart::Dock(_), _))));
+    assert!((plan.length_m - 28.0).abs() < 1e-6, "{}", plan.length_m);
+    assert!((plan.time_s - 46.0).abs() < 1e-6, "40 s of walking and a photo: {}", plan.time_s);
+    assert_eq!(plan.end.way.len(), 3);
+    assert_eq!(plan.gain, None);
+}
+
+#[test]
+fn what_cannot_be_reached_says_why_and_the_others_are_planned_all_the_same() {
+    let mut client = TestClient::with_mission(&[
+        point(2),
+        NewTask::Node(node_id(9)),
+        point(3),
+        NewTask::Action("message"),
+    ]);
+    let problems =
+        |client: &TestClient| client.plan().stops.iter().map(|stop| stop.problem.clone()).collect::<Vec<_>>();
+    let found = problems(&client);
+    assert!(
+        matches!(&found[1], Some(StopProblem::NoWay(from, NoRoute::NotConnected)) if *from == node_id(2))
+    );
+    assert!(
+        matches!(&found[3], Some(StopProblem::Parameter(field, ParameterProblem::Missing)) if field.name == "text")
+    );
+    assert_eq!((&found[0], &found[2]), (&None, &None));
+    assert!((client.plan().length_m - 28.0).abs() < 1e-6, "{}", client.plan().length_m);
+
+    // An edge on the way is closed: what is behind it cannot be reached any more.
+    let edge = EdgeId(Uuid::from_u128(203));
+    let edit = client.model.site.changing_edge(edge, |edge| edge.is_enabled = false);
+    client.command(ClientCommand::EditSite(edit));
+    let found = problems(&client);
+    assert!(
+        matches!(&found[2], Some(StopProblem::NoWay(_, NoRoute::Closed { edges })) if edges[0].0 == edge)
+    );
+
+    let removed = vec![ObjectId::InspectionPoint(InspectionPointId(Uuid::from_u128(2)))];
+    client.command(ClientCommand::EditSite(SiteEdit { put: Vec::new(), removed }));
+    assert_eq!(problems(&client)[0], Some(StopProblem::NoPlace));
+    client.command(ClientCommand::EditSite(SiteEdit {
+        put: Vec::new(),
+        removed: vec![ObjectId::Dock(DockId(Uuid::from_u128(1)))],
+    }));
+    assert_eq!(client.plan().end.problem, Some(EndProblem::NoDock));
+    assert!(matches!(client.plan().start, Some((PlanStart::FirstTask, _))));
+}
+
+#[test]
+fn the_shortest_order_is_shown_before_it_is_chosen_and_can_be_declined() {
+    let mut client = TestClient::with_mission(&[point(5), point(2), point(4)]);
+    let gain = client.plan().gain.clone().expect("the list goes to and fro");
+    assert!(gain.is_shortest && (gain.saved.length_m - 28.0).abs() < 1e-6, "{gain:?}");
+    client.edit(MissionEditorCommand::ProposeOrder(true));
+    assert!((client.plan().length_m - 56.0).abs() < 1e-6, "{}", client.plan().length_m);
+    assert_eq!(client.places(), [5, 2, 4], "only shown");
+    client.edit(MissionEditorCommand::ProposeOrder(false));
+    assert!((client.plan().length_m - 84.0).abs() < 1e-6, "{}", client.plan().length_m);
+
+    client.edit(MissionEditorCommand::ProposeOrder(true));
+    let edit = client.model.missions.accepting_order(&client.model.site);
+    client.command(ClientCommand::EditSite(edit));
+    client.edit(MissionEditorCommand::ProposeOrder(false));
+    assert_eq!(client.places().len(), 3);
+    assert_eq!((client.plan().gain.clone(), client.plan().length_m), (None, 56.0));
+    client.command(ClientCommand::Undo);
+    assert_eq!(client.places(), [5, 2, 4]);
+
+    // Always the shortest order: the list stays, the way is the shortest one from the first task on.
+    client.change(|mission| mission.order = TaskOrder::Shortest { keep_first: true, keep_last: false });
+    assert_eq!(client.plan().stops[0].task, client.tasks()[0]);
+    assert!((client.plan().length_m - 56.0).abs() < 1e-6, "{}", client.plan().length_m);
+}
+
+#[test]
+fn a_copy_has_tasks_of_its_own_and_a_mission_takes_its_schedules_with_it() {
+    let mut client = TestClient::with_mission(&[point(2), point(3)]);
+    let original = client.mission();
+    let tasks = client.tasks();
+    client.change(|mission| mission.order_constraints.push([tasks[0], tasks[1]]));
+    let date = LocalDate { year: 2026, month: 11, day: 24 };
+    let schedule = Schedule {
+        id: ScheduleId(Uuid::from_u128(1)),
+        name: "Daily".to_owned(),
+        mission: original,
+        recurrence: Recurrence::Once(LocalDateTime { date, time: LocalTime { hour: 11, minute: 0 } }),
+        is_paused: false,
+        skipped: Vec::new(),
+        grace: Span::ZERO,
+        missed: Default::default(),
+        overlap: Default::default(),
+        priority: 0,
+    };
+    client.command(ClientCommand::EditSite(SiteEdit {
+        put: vec![Object::Schedule(schedule)],
+        removed: Vec::new(),
+    }));
+    let (copy, edit) = client.model.site.duplicating_mission(original).expect("there");
+    client.command(ClientCommand::EditSite(edit));
+    let site = client.model.site.site().expect("loaded");
+    let copied = site.mission(copy).expect("made");
+    assert_eq!((copied.name.as_str(), copied.tasks.len()), ("Mission 1 copy", 2));
+    assert!(copied.tasks.iter().all(|task| !tasks.contains(&task.id)));
+    assert_eq!(copied.order_constraints, [[copied.tasks[0].id, copied.tasks[1].id]]);
+    assert_eq!(users_of_mission(site, original), (vec!["Daily"], vec![]));
+    assert_eq!(users_of_mission(site, copy), (vec![], vec![]));
+
+    client.command(ClientCommand::EditSite(client.model.site.removing_mission(original)));
+    assert_eq!(client.model.missions.open(), None, "it is gone");
+    assert_eq!(client.model.site.site().map(|site| site.schedules().count()), Some(0));
+    client.command(ClientCommand::Undo);
+    let site = client.model.site.site().expect("loaded");
+    assert!(site.mission(original).is_some() && site.schedules().count() == 1, "one step brings back both");
+}
+
+#[test]
+fn forms_have_the_fields_of_the_schema_and_find_what_is_wrong() {
+    let photo = parameter_fields("photo");
+    assert_eq!(
+        photo.iter().map(|field| field.name.as_str()).collect::<Vec<_>>(),
+        ["pan_rad", "tilt_rad", "zoom"]
+    );
+    let zoom = &photo[2];
+    assert_eq!(
+        (&zoom.kind, &zoom.default),
+        (&ParameterKind::Number(1.0, 20.0), &Some(Parameter::Integer(1)))
+    );
+    let with = |value| Parameters::from([("zoom".to_owned(), value)]);
+    assert_eq!(zoom.problem(&Parameters::new()), None);
+    assert_eq!(zoom.problem(&with(Parameter::Integer(20))), None);
+    assert_eq!(zoom.problem(&with(Parameter::Number(20.5))), Some(ParameterProblem::OutOfRange(1.0, 20.0)));
+    assert_eq!(
+        zoom.problem(&with(Parameter::Number(f64::NAN))),
+        Some(ParameterProblem::OutOfRange(1.0, 20.0))
+    );
+    assert_eq!(zoom.problem(&with(Parameter::Text("2".to_owned()))), Some(ParameterProblem::WrongType));
+    let text = &parameter_fields("message")[0];
+    let with = |value: &str| Parameters::from([("text".to_owned(), Parameter::Text(value.to_owned()))]);
+    assert_eq!(text.problem(&with("  ")), Some(ParameterProblem::Missing));
+    assert_eq!(text.problem(&with(&"x".repeat(201))), Some(ParameterProblem::TooLong(200)));
+    assert_eq!(text.problem(&with("The door is open.")), None);
+    assert!(parameter_fields("unknown").is_empty());
+}
