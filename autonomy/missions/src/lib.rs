@@ -15,7 +15,10 @@ mod runs;
 mod testing;
 mod texts;
 
-pub use calendar::{ClockChange, RecurrenceRule, RuleError, SiteZone, Slot, Slots, ZoneError};
+pub use calendar::{
+    ClockChange, MINUTES_A_DAY, RecurrenceRule, RuleError, SiteZone, Slot, Slots, ZoneError, date_of,
+    day_number, local_of, minute_number, weekday_of,
+};
 pub use graph::{
     Closure, EdgeBlockConfig, GraphLocaliser, GraphLocaliserConfig, GraphPlace, LearnedTime, LearnedTimes,
     NoRoute, Route, RouteConditions, RouteConfig, RouteGraph, RouteTree, is_blocked, next_block,

@@ -35,6 +35,24 @@ pub struct Schedule {
     pub priority: i32,
 }
 
+impl Schedule {
+    /// A schedule that is held, with the usual policies.
+    pub fn new(id: ScheduleId, name: String, mission: MissionId, recurrence: Recurrence) -> Self {
+        Self {
+            id,
+            name,
+            mission,
+            recurrence,
+            is_paused: false,
+            skipped: Vec::new(),
+            grace: default_grace(),
+            missed: MissedSlots::default(),
+            overlap: OverlapPolicy::default(),
+            priority: 0,
+        }
+    }
+}
+
 /// 15 minutes.
 fn default_grace() -> Span {
     Span::from_millis(15 * 60 * 1000)

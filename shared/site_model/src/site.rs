@@ -4,7 +4,7 @@ use crate::finite::is_finite;
 use crate::{
     Applied, Change, Dock, Edge, EdgeBlock, EdgeId, Edit, EditError, EditId, InspectionPoint,
     InspectionPointId, Mission, MissionId, Monitor, Node, NodeId, Object, ObjectId, Revision, RevisionChange,
-    Schedule, SiteSettings, Task, TaskPlace, Versioned, Zone,
+    Schedule, ScheduleId, SiteSettings, Task, TaskPlace, Versioned, Zone,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -74,6 +74,14 @@ impl Site {
     pub fn mission(&self, id: MissionId) -> Option<&Mission> {
         match &self.get(ObjectId::Mission(id))?.object {
             Object::Mission(mission) => Some(mission),
+            _ => None,
+        }
+    }
+
+    /// A schedule.
+    pub fn schedule(&self, id: ScheduleId) -> Option<&Schedule> {
+        match &self.get(ObjectId::Schedule(id))?.object {
+            Object::Schedule(schedule) => Some(schedule),
             _ => None,
         }
     }

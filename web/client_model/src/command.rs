@@ -1,10 +1,11 @@
 //! What operators ask for, as views emit it.
 
 use crate::{
-    CameraMove, GraphTool, LoopInitialGuess, LoopPair, MissionEditorCommand, NoticeId, ScanOverlay, Screen,
-    Selection, SiteEdit, ViewSettings,
+    CameraMove, GraphTool, LoopInitialGuess, LoopPair, MissionEditorCommand, NoticeId, ScanOverlay,
+    ScheduleSelection, Screen, Selection, SiteEdit, ViewSettings,
 };
 use api::SimulatedFault;
+use site_model::{LocalDate, MissionCommandKind, MissionId};
 use vocab::{GoalId, MapId, Pose, SessionId, Twist, UploadId, Vec3};
 
 /// A command of the operator at this client. Views emit these; only [`crate::Model::handle_event`] acts on them.
@@ -129,6 +130,23 @@ pub enum ClientCommand {
     EditSite(SiteEdit),
     /// Change what is shown of a mission that is edited.
     MissionEditor(MissionEditorCommand),
+    /// Run a mission.
+    StartMission {
+        /// Which.
+        mission: MissionId,
+        /// Whether it waits until those before it have ended; else it begins now or not at all.
+        is_queued: bool,
+    },
+    /// Ask something of a run: pause, resume, skip, redo, cancel, abort, answer.
+    Run(MissionCommandKind),
+    /// Save missions and schedules as a file of the operator's machine.
+    SavePlanFile,
+    /// Open the file dialogue for a file of missions and schedules, and put what it has into the site.
+    LoadPlanFile,
+    /// Select a schedule, or nothing.
+    SelectSchedule(Option<ScheduleSelection>),
+    /// Show the week of this day; `None`: the current one.
+    ShowWeek(Option<LocalDate>),
     /// Undo the last edit of the view or the site, decision on a loop or deletion of a map, whichever came last.
     Undo,
     /// Do it again.

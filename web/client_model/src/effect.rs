@@ -3,6 +3,7 @@
 use crate::LoopPair;
 use crate::features::view_settings::{Bookmark, ViewSettings};
 use api::{ClientMessage, Command, StreamRequest, TileHash};
+use site_model::PlanFile;
 use vocab::{KeyframeId, MapId, SessionId, UploadId};
 
 /// One of the two sockets.
@@ -55,6 +56,10 @@ pub enum ClientEffect {
     },
     /// Open the file dialogue, and upload the chosen file.
     OpenFileDialog,
+    /// Open the file dialogue for a file of missions and schedules, and read the chosen file.
+    OpenPlanFile,
+    /// Save missions and schedules as a file of the operator's machine.
+    SavePlanFile(PlanFile),
     /// Cancel an upload.
     CancelUpload(UploadId),
     /// Cancel the fetch of a tile.

@@ -2,6 +2,7 @@
 
 use crate::{ClientCommand, Socket, Viewpoint};
 use api::{Graph, ScanFrame, ServerMessage, TileHash, TileList};
+use site_model::PlanFile;
 use vocab::{KeyframeId, MapId, SessionId, UploadId};
 
 /// Something that happened. Nothing else changes the model.
@@ -90,6 +91,13 @@ pub enum ClientEvent {
         upload: UploadId,
         /// A sentence that says why it failed, if it did.
         result: Result<(), String>,
+    },
+    /// A file of missions and schedules was read.
+    PlanFileRead {
+        /// The file's name.
+        name: String,
+        /// Its content, or a sentence that says why it could not be read.
+        result: Result<PlanFile, String>,
     },
     /// The camera moved.
     ViewpointChanged(Viewpoint),

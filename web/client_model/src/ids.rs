@@ -1,6 +1,6 @@
 //! Ids that the client makes.
 
-use site_model::EditId;
+use site_model::{EditId, RunId};
 use uuid::Uuid;
 use vocab::{CommandId, GoalId, MapId, SessionId};
 
@@ -39,6 +39,11 @@ impl Ids {
     /// For an edit of the site.
     pub fn edit(&mut self) -> EditId {
         EditId(self.draw())
+    }
+
+    /// For a run of a mission.
+    pub fn run(&mut self) -> RunId {
+        RunId(self.draw())
     }
 
     /// For a map version.

@@ -1,6 +1,7 @@
 //! Sentences of the model that operators read, by key. English; a translation replaces this file.
 
 use api::{Command, GoalKind};
+use site_model::LocalDate;
 
 /// Shown when the stop command could not be sent.
 pub(crate) const STOP_NOT_SENT: &str = "Not connected: the stop has not reached the robot yet. It is sent as soon as the link is back. Use the stop button on the robot.";
@@ -34,6 +35,26 @@ pub(crate) fn edit_rejected(reason: &str) -> String {
 /// Shown when a step could not be undone or redone. `reason` is a sentence without its full stop.
 pub(crate) fn undo_refused(reason: &str) -> String {
     format!("This cannot be undone: {reason}.")
+}
+
+/// Shown when a file of missions and schedules cannot be loaded. `reason` is a sentence without its full stop.
+pub(crate) fn plan_file_unusable(name: &str, reason: &str) -> String {
+    format!("{name} was not loaded: {reason}.")
+}
+
+/// Shown when a file has nothing that the site lacks.
+pub(crate) fn plan_file_known(name: &str) -> String {
+    format!("The site has all missions and schedules of {name} already.")
+}
+
+/// Months, short.
+const MONTHS: [&str; 12] =
+    ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"];
+
+/// Name of a schedule that one occurrence of `schedule` was made into. `day`: that of the occurrence.
+pub(crate) fn single_occurrence(schedule: &str, day: LocalDate) -> String {
+    let month = MONTHS.get(usize::from(day.month.wrapping_sub(1))).copied().unwrap_or_default();
+    format!("{schedule}, instead of {} {month}", day.day)
 }
 
 /// Name of this client for other operators. `number` is part of its id.

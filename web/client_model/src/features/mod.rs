@@ -35,6 +35,8 @@ pub(crate) mod notices;
 pub(crate) mod platform;
 pub(crate) mod quality;
 pub(crate) mod robot;
+pub(crate) mod runs;
+pub(crate) mod schedule;
 pub(crate) mod selection;
 pub(crate) mod site;
 pub(crate) mod trajectory;
@@ -127,6 +129,10 @@ model_of! {
     site: site::SiteFeature,
     /// The mission that is edited.
     missions: missions::MissionEditor,
+    /// Runs of missions.
+    runs: runs::Runs,
+    /// Schedules, as the operator works on them.
+    schedule: schedule::ScheduleFeature,
     /// Quality of the map under construction.
     quality: quality::QualityFeature,
     /// Aligning one saved map to another.

@@ -13,17 +13,16 @@ pub use edits::users_of_mission;
 pub use parameter_fields::{
     ParameterField, ParameterKind, ParameterProblem, parameter_fields, parameter_problem,
 };
-pub(crate) use plan::PlanConditions;
 pub use plan::{
     EndProblem, MissionPlan, OrderGain, PlanStart, PlannedEnd, PlannedStop, StopProblem, put_in_order,
     request_of,
 };
+pub(crate) use plan::{PlanConditions, PlanOrder, plan as plan_mission};
 
 use super::Feature;
 use super::site::{SiteEdit, SiteFeature};
 use crate::ClientCommand;
 use crate::shared::Context;
-use plan::PlanOrder;
 use site_model::{MissionId, NodeId, Object, Site, TaskId};
 use std::collections::BTreeSet;
 

@@ -8,6 +8,7 @@
 mod edit;
 mod graph_edits;
 mod pending;
+mod plan_file;
 
 pub use edit::SiteEdit;
 
@@ -266,17 +267,23 @@ impl Feature for SiteFeature {
     }
 
     fn on_client_event(&mut self, event: &ClientEvent, cx: &mut Context<'_>) {
-        if matches!(event, ClientEvent::Tick) {
-            let now = cx.now();
-            if self.retry_at.take_if(|at| now.since(*at) >= 0.0).is_some() {
-                self.send(cx);
+        match event {
+            ClientEvent::Tick => {
+                let now = cx.now();
+                if self.retry_at.take_if(|at| now.since(*at) >= 0.0).is_some() {
+                    self.send(cx);
+                }
             }
+            ClientEvent::PlanFileRead { name, result } => self.on_plan_file(name, result, cx),
+            _ => {}
         }
     }
 
     fn on_command(&mut self, command: &ClientCommand, cx: &mut Context<'_>) {
         match command {
             ClientCommand::EditSite(edit) => self.edit(edit, cx),
+            ClientCommand::SavePlanFile => self.save_plan_file(cx),
+            ClientCommand::LoadPlanFile => cx.effects.push(ClientEffect::OpenPlanFile),
             ClientCommand::UseGraphTool(Some(tool)) => {
                 cx.shared.selected.enter(PointerMode::EditGraph(*tool));
             }
