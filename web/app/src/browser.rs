@@ -1,6 +1,8 @@
 //! The browser's page: elements, storage, time, randomness, address. Events and timers are those of `gloo`;
 //! docs/decisions/browser-wrappers.md explains why its other modules are not used.
 
+use panels::PageClock;
+use site_model::Utc;
 use wasm_bindgen::JsCast;
 use web_sys::{Document, HtmlElement, Storage, Window};
 
@@ -52,9 +54,20 @@ pub(crate) fn socket_url(path: &str) -> Option<String> {
     Some(format!("{scheme}://{}{path}", location.host().ok()?))
 }
 
-/// Offset of local time from UTC, s.
-pub(crate) fn utc_offset_s() -> i64 {
-    -60 * js_sys::Date::new_0().get_timezone_offset() as i64
+/// The calendar clock, and the time zone of the operator's machine.
+pub(crate) fn clock() -> PageClock {
+    let format = js_sys::Intl::DateTimeFormat::new(&js_sys::Array::new(), &js_sys::Object::new());
+    let zone = js_sys::Reflect::get(&format.resolved_options(), &"timeZone".into());
+    PageClock {
+        utc: utc(),
+        utc_offset_s: -60 * js_sys::Date::new_0().get_timezone_offset() as i64,
+        zone: zone.ok().and_then(|zone| zone.as_string()).unwrap_or_default(),
+    }
+}
+
+/// The calendar clock, to the millisecond.
+pub(crate) fn utc() -> Utc {
+    Utc(js_sys::Date::now() as i64 * 1_000_000)
 }
 
 /// Whether the operator's system asks for reduced motion.

@@ -93,7 +93,7 @@ impl ClientApp {
         Ok(Box::new(Self {
             config: ClientAppConfig::default(),
             runtime,
-            panels: PanelState::for_page(browser::utc_offset_s()),
+            panels: PanelState::for_page(browser::clock()),
             scene,
             viewport: Viewport::new(ViewportConfig::default(), frame_pacer),
             text_inputs: TextInputElements::new(ctx.clone()),
@@ -222,6 +222,7 @@ impl eframe::App for ClientApp {
             ctx.request_repaint();
         } else {
             panels::show_labels(ui, &tokens, &self.viewport.labels(&runtime.model), &mut commands);
+            self.panels.clock.utc = browser::utc();
             panels::show(&ctx, &runtime.model, &mut self.panels, &mut commands);
             self.text_inputs.update(&self.panels.text_inputs, &tokens);
         }

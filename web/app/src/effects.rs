@@ -6,6 +6,7 @@
 use crate::decode_queue::DecodeQueue;
 use crate::downloads::Downloads;
 use crate::inbox::Inbox;
+use crate::plan_files::{self, PlanFiles};
 use crate::sockets::SocketConnections;
 use crate::storage;
 use crate::uploads::Uploads;
@@ -18,6 +19,7 @@ pub(crate) struct EffectExecutor {
     sockets: SocketConnections,
     downloads: Downloads,
     uploads: Uploads,
+    plan_files: PlanFiles,
     scene_effects: VecDeque<SceneEffect>,
 }
 
@@ -36,6 +38,7 @@ impl EffectExecutor {
             sockets: SocketConnections::new(inbox.clone()),
             downloads: Downloads::new(inbox.clone()),
             uploads: Uploads::new(inbox.clone()),
+            plan_files: PlanFiles::new(inbox.clone()),
             scene_effects: VecDeque::new(),
         }
     }
@@ -57,6 +60,8 @@ impl EffectExecutor {
                 self.downloads.fetch_keyframe_scan(session, keyframe);
             }
             ClientEffect::OpenFileDialog => self.uploads.open_file_dialog(),
+            ClientEffect::OpenPlanFile => self.plan_files.open_file_dialog(),
+            ClientEffect::SavePlanFile(file) => plan_files::save(&file),
             ClientEffect::CancelUpload(upload) => self.uploads.cancel(upload),
             ClientEffect::SaveSettings(settings) => storage::save_view_settings(&settings),
             ClientEffect::RemoveTile(hash) => self.scene_effects.push_back(SceneEffect::RemoveTile(hash)),

@@ -14,6 +14,14 @@ pub(crate) const UPLOAD_UNSUPPORTED: &str = "This browser cannot send files.";
 pub(crate) const UPLOAD_INCOMPLETE: &str =
     "The robot's server did not take all of it. Check the network, then try again.";
 
+pub(crate) const PLAN_FILE_TOO_LONG: &str = "it is longer than any plan";
+pub(crate) const PLAN_FILE_NO_TEXT: &str = "the browser could not read it as text";
+
+/// A file of missions and schedules that cannot be read. `reason` is a sentence without its full stop.
+pub(crate) fn plan_file_unreadable(name: &str, reason: &str) -> String {
+    format!("{name} is no file of missions and schedules that this page can read: {reason}.")
+}
+
 /// A response without an explanation, with its HTTP status.
 pub(crate) fn server_error(status: u16) -> String {
     format!("The robot's server answered with error {status}. Try again.")

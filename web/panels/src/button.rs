@@ -1,6 +1,6 @@
 //! The button: one widget for everything that is pressed, with a name in the accessible tree.
 
-use crate::paint::{focus_ring, icon_at};
+use crate::paint::{self, focus_ring, icon_at};
 use crate::theme::{self, Tokens, Weight, font};
 use egui::{
     Color32, CornerRadius, Galley, Pos2, Rect, Response, Role, Sense, Stroke, StrokeKind, Ui, Vec2,
@@ -41,7 +41,9 @@ pub struct Button<'a> {
     size: Vec2,
     hint: Option<&'a str>,
     stacked: bool,
-    slim: bool,
+    /// Room left and right of the content together, points.
+    padding: f32,
+    left: bool,
 }
 
 impl<'a> Button<'a> {
@@ -57,7 +59,8 @@ impl<'a> Button<'a> {
             size: vec2(0.0, theme::TOUCH),
             hint: None,
             stacked: false,
-            slim: false,
+            padding: PADDING,
+            left: false,
         }
     }
 
@@ -114,7 +117,17 @@ impl<'a> Button<'a> {
 
     /// With little room beside its text, for several side by side.
     pub fn slim(self) -> Self {
-        Self { slim: true, ..self }
+        Self { padding: 8.0, ..self }
+    }
+
+    /// With no room beside its text, for a row of seven days.
+    pub fn tight(self) -> Self {
+        Self { padding: 0.0, ..self }
+    }
+
+    /// With its content at the left, for rows of a list.
+    pub fn left(self) -> Self {
+        Self { left: true, ..self }
     }
 
     /// The icon above a small text.
@@ -126,10 +139,18 @@ impl<'a> Button<'a> {
     pub fn show(self, ui: &mut Ui, tokens: &Tokens) -> Response {
         let (fill, ink, border) = self.colours(tokens);
         let text_size = if self.stacked { theme::SMALL - 1.0 } else { theme::BODY };
-        let lay_out =
-            |text: &str| ui.painter().layout_no_wrap(text.to_owned(), font(text_size, Weight::Medium), ink);
-        let text = self.text.map(lay_out);
         let icon = self.icon.is_some();
+        let lay_out = |text: &str| {
+            let text_font = font(text_size, Weight::Medium);
+            // A row of a list is no wider than the list; what does not fit is left out.
+            let room = self.size.x - self.padding - self.icon_width_beside_text(icon);
+            if self.left && room > 0.0 {
+                paint::one_line(ui, text, text_font, ink, room)
+            } else {
+                ui.painter().layout_no_wrap(text.to_owned(), text_font, ink)
+            }
+        };
+        let text = self.text.map(lay_out);
         let (rect, response) = self.allocate(ui, text.as_deref(), icon);
         if !ui.is_rect_visible(rect) {
             return response;
@@ -166,8 +187,7 @@ impl<'a> Button<'a> {
     /// Takes the room and says in the accessible tree what it is.
     fn allocate(&self, ui: &mut Ui, text: Option<&Galley>, icon: bool) -> (Rect, Response) {
         let text_width = text.map_or(0.0, |galley| galley.size().x);
-        let padding = if self.slim { 8.0 } else { PADDING };
-        let width = if self.stacked { 0.0 } else { self.icon_width(text, icon) + text_width + padding };
+        let width = if self.stacked { 0.0 } else { self.icon_width(text, icon) + text_width + self.padding };
         let least = if text.is_some() { width } else { 0.0 };
         let sense = if self.enabled { Sense::click() } else { Sense::hover() };
         let (rect, response) = ui.allocate_exact_size(self.size.max(vec2(least, 0.0)), sense);
@@ -187,6 +207,10 @@ impl<'a> Button<'a> {
         if icon { self.icon_size() + gap } else { 0.0 }
     }
 
+    fn icon_width_beside_text(&self, icon: bool) -> f32 {
+        if icon { self.icon_size() + ICON_GAP } else { 0.0 }
+    }
+
     /// Centres of icon and text.
     fn positions(&self, rect: Rect, text: Option<&Galley>, icon: bool) -> (Pos2, Pos2) {
         let middle = rect.center();
@@ -195,7 +219,7 @@ impl<'a> Button<'a> {
         }
         let icon_width = self.icon_width(text, icon);
         let content = icon_width + text.map_or(0.0, |galley| galley.size().x);
-        let left = middle.x - 0.5 * content;
+        let left = if self.left { rect.left() + 0.5 * PADDING } else { middle.x - 0.5 * content };
         let text_middle = left + icon_width + 0.5 * (content - icon_width);
         (pos2(left + 0.5 * self.icon_size(), middle.y), pos2(text_middle, middle.y))
     }

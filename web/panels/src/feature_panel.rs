@@ -1,6 +1,7 @@
 //! The interface between the frame and the panels of features: what a panel may show, and what it reads and writes meanwhile.
 
 use crate::layout::{Layout, Width};
+use crate::page_clock::PageClock;
 use crate::screens;
 use crate::text_input::TextInputs;
 use crate::theme::Tokens;
@@ -17,6 +18,8 @@ pub(crate) struct PanelContext<'a> {
     pub(crate) layout: &'a Layout,
     /// The client's offset from UTC, seconds.
     pub(crate) utc_offset_s: i64,
+    /// The calendar clock and time zone of the operator's machine.
+    pub(crate) clock: &'a PageClock,
     /// The bridge to the text inputs of the page.
     pub(crate) text_inputs: &'a mut TextInputs,
     /// Which tab is open and what is unfolded.
@@ -29,6 +32,11 @@ impl PanelContext<'_> {
     /// The screen that is shown.
     pub(crate) fn screen(&self) -> Screen {
         self.model.view.screen().unwrap_or(screens::FIRST)
+    }
+
+    /// Whether a card of the screen lies over the scene, so that nothing of it can be seen or driven.
+    pub(crate) fn is_scene_covered(&self) -> bool {
+        screens::covers_scene(self.screen())
     }
 
     /// Whether the side card covers the cards at the left: on narrow windows it is a sheet over the whole width.
@@ -57,8 +65,9 @@ pub(crate) struct FrameState {
     pub(crate) drawer_open: bool,
     /// Whether the list of keyboard shortcuts is shown.
     pub(crate) help_open: bool,
-    /// Whether a field for a name was shown in the last frame. Escape then keeps the old name and does nothing else.
-    pub(crate) is_name_entered: bool,
+    /// Whether Escape belongs to something that was shown in the last frame, such as a field for a name, a drag or a question. It then ends that and does nothing
+    /// else.
+    pub(crate) is_escape_taken: bool,
     /// The tab that was opened last on each screen.
     open_tabs: Vec<Tab>,
 }

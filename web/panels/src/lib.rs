@@ -15,7 +15,7 @@
 //! | button | `Stop motion` | top bar, always |
 //! | button | `Allow motion` | top bar, while motion is stopped |
 //! | button | `Take control`, `Release control` | top bar |
-//! | button (toggled) | `Live`, `Map`, `Site` | rail |
+//! | button (toggled) | `Live`, `Map`, `Site`, `Schedule`, `Settings` | rail |
 //! | button (toggled) | `Add nodes`, `Connect nodes` | Site: what a click in the scene does |
 //! | status | `Nodes`, `Edges`, `Not confirmed` | Site |
 //! | textbox | `Node name`, with the button `Rename node` | Site, while a node is selected |
@@ -25,6 +25,17 @@
 //! | button (toggled) | `Routes may use it`, `Both ways` | Site, while an edge is selected |
 //! | button | `Split edge`, `Delete edge` | Site, while an edge is selected |
 //! | button | the sentence itself | Site: a problem; selects its object |
+//! | button (toggled) | `Week`, `Agenda` | Schedule: how occurrences are shown |
+//! | button | `Earlier week`, `This week`, `Later week` | Schedule |
+//! | status | `Site time`, `Your time` | Schedule: the second where the time zones differ |
+//! | button | `NAME, DAY TIME, STATE` | Schedule: an occurrence. A click selects it, a drag moves it; arrow keys move it too, Enter drops it, Escape cancels |
+//! | button | `Schedule mission NAME` | Schedule: drag it into the week, or press it |
+//! | button | `Open schedule NAME` | Schedule |
+//! | group | `Which occurrences?` with `This one`, `This and following`, `All`, `Cancel` | Schedule: after a drag, or for a deletion |
+//! | button | `All schedules`, `Pause schedule`, `Resume schedule`, `Skip next`, `Delete schedule` | Schedule: the one that is open |
+//! | button | `Save to a file`, `Load from a file` | Schedule: missions and schedules together |
+//! | textbox | `Site name`, `Find a time zone` | Settings |
+//! | button (toggled) | `Time zone NAME` | Settings |
 //! | button | `Open panel`, `Close panel` | top bar below 1100 px: the right card as a drawer; below 700 px the bar at the bottom opens it |
 //! | button | `Start mapping` | Map, while not mapping |
 //! | textbox | `Map name` | Map, while mapping |
@@ -77,6 +88,7 @@ mod frame;
 mod layout;
 mod map_name;
 mod message;
+mod page_clock;
 mod paint;
 mod screens;
 mod status_line;
@@ -88,6 +100,7 @@ mod test_support;
 
 pub use features::scene_labels::{SceneLabel, show_labels};
 pub(crate) use layout::{Layout, Width};
+pub use page_clock::PageClock;
 pub use text_input::{
     TextInput, TextInputEvent, TextInputKind, TextInputRequest, TextInputResponse, TextInputs,
 };
@@ -102,8 +115,8 @@ use theme::Tokens;
 pub struct PanelState {
     /// The bridge to the page's text inputs.
     pub text_inputs: TextInputs,
-    /// The client's offset from UTC, seconds: for dates.
-    utc_offset_s: i64,
+    /// The calendar clock and time zone of the operator's machine.
+    pub clock: PageClock,
     /// Which tabs are open and what is unfolded.
     frame: FrameState,
     /// What the panels of features keep.
@@ -112,8 +125,8 @@ pub struct PanelState {
 
 impl PanelState {
     /// For a page that lays its own inputs over the text fields.
-    pub fn for_page(utc_offset_s: i64) -> Self {
-        Self { utc_offset_s, text_inputs: TextInputs::new(true), ..Self::default() }
+    pub fn for_page(clock: PageClock) -> Self {
+        Self { clock, text_inputs: TextInputs::new(true), ..Self::default() }
     }
 
     /// The part of the scene in a window that no card covers: maps are fitted into it.
@@ -134,7 +147,8 @@ pub fn show(ctx: &egui::Context, model: &Model, state: &mut PanelState, commands
         model,
         tokens: &Tokens::of(model.view_settings().theme),
         layout: &Layout::of(ctx.content_rect()),
-        utc_offset_s: state.utc_offset_s,
+        utc_offset_s: state.clock.utc_offset_s,
+        clock: &state.clock,
         text_inputs: &mut state.text_inputs,
         frame: &mut state.frame,
         commands,

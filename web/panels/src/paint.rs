@@ -1,7 +1,9 @@
 //! Painting that buttons and other widgets share: the outline of the focused control, and icons.
 
 use crate::theme::{self, Tokens, Weight, font};
-use egui::{Color32, CornerRadius, Rect, Stroke, StrokeKind, Ui};
+use egui::text::LayoutJob;
+use egui::{Color32, CornerRadius, FontId, Galley, Rect, Stroke, StrokeKind, Ui};
+use std::sync::Arc;
 
 /// Outline of the control that has the keyboard focus.
 pub(crate) fn focus_ring(ui: &Ui, rect: Rect, tokens: &Tokens) {
@@ -13,4 +15,24 @@ pub(crate) fn focus_ring(ui: &Ui, rect: Rect, tokens: &Tokens) {
 pub(crate) fn icon_at(ui: &Ui, centre: egui::Pos2, icon: &str, size: f32, colour: Color32) {
     let galley = ui.painter().layout_no_wrap(icon.to_owned(), font(size, Weight::Regular), colour);
     ui.painter().galley(centre - galley.mesh_bounds.center().to_vec2(), galley, colour);
+}
+
+/// A text in one line; what does not fit into `room`, points, is left out, and a sign says so.
+pub(crate) fn one_line(ui: &Ui, text: &str, font: FontId, colour: Color32, room: f32) -> Arc<Galley> {
+    lines(ui, text, font, colour, room, 1)
+}
+
+/// A text in so many lines of this width, points, at most; what does not fit is left out, and a sign says so.
+pub(crate) fn lines(
+    ui: &Ui,
+    text: &str,
+    font: FontId,
+    colour: Color32,
+    width: f32,
+    max_rows: usize,
+) -> Arc<Galley> {
+    let mut job = LayoutJob::simple(text.to_owned(), font, colour, width);
+    job.wrap.max_rows = max_rows;
+    job.wrap.break_anywhere = max_rows == 1;
+    ui.painter().layout_job(job)
 }

@@ -295,5 +295,11 @@ pub fn card(tokens: &Tokens) -> egui::Frame {
         .inner_margin(Margin::same(PADDING))
 }
 
+/// The shadow of what is dragged. Nothing else has one.
+pub fn drag_shadow(tokens: &Tokens) -> egui::Shadow {
+    let alpha = if tokens.dark { 150 } else { 70 };
+    egui::Shadow { offset: [0, 4], blur: 16, spread: 0, color: Color32::from_black_alpha(alpha) }
+}
+
 #[cfg(test)]
 mod tests;

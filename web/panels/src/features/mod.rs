@@ -30,10 +30,12 @@ pub(crate) mod platform;
 pub(crate) mod quality;
 pub(crate) mod robot;
 pub(crate) mod scene_labels;
+pub(crate) mod schedule;
 pub(crate) mod selection;
 pub(crate) mod sensors;
 pub(crate) mod simulated_faults;
 pub(crate) mod site_graph;
+pub(crate) mod site_settings;
 pub(crate) mod tabs;
 pub(crate) mod view_settings;
 
@@ -93,6 +95,10 @@ panels_of! {
     map_management: map_management::MapManagementPanel,
     /// The topological map.
     site_graph: site_graph::SiteGraphPanel,
+    /// When missions run.
+    schedule: schedule::SchedulePanel,
+    /// What holds for the whole site.
+    site_settings: site_settings::SiteSettingsPanel,
     /// Notices.
     notices: notices::NoticesPanel,
     /// What is selected.

@@ -22,7 +22,7 @@ pub(crate) fn show(ctx: &Context, panels: &mut FeaturePanels, cx: &mut PanelCont
         panel.update(ctx, cx);
     }
     // Set again by whoever shows one.
-    cx.frame.is_name_entered = false;
+    cx.frame.is_escape_taken = false;
     top_bar::show(ctx, cx);
     rail::show(ctx, cx);
     for panel in panels.iter_mut() {

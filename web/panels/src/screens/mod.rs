@@ -9,6 +9,8 @@
 
 mod live;
 mod map;
+mod schedule;
+mod settings;
 mod site;
 
 use client_model::Screen;
@@ -48,6 +50,15 @@ screens_of! {
     MAP: map,
     /// The topological map.
     SITE: site,
+    /// When missions run.
+    SCHEDULE: schedule,
+    /// What holds for the whole site.
+    SETTINGS: settings,
+}
+
+/// Whether a card of the screen lies over the whole scene.
+pub(crate) fn covers_scene(screen: Screen) -> bool {
+    [SCHEDULE].contains(&screen)
 }
 
 /// The description of a screen; that of the first one where there is no such screen.

@@ -29,13 +29,13 @@ pub(crate) struct DrivingPanel {
 
 impl FeaturePanel for DrivingPanel {
     fn update(&mut self, ctx: &Context, cx: &mut PanelContext<'_>) {
-        if !ctx.egui_wants_keyboard_input() && is_stop_pressed(ctx, cx.frame.is_name_entered) {
+        if !ctx.egui_wants_keyboard_input() && is_stop_pressed(ctx, cx.frame.is_escape_taken) {
             cx.commands.push(ClientCommand::StopMotion);
         }
     }
 
     fn show_card(&mut self, ctx: &Context, cx: &mut PanelContext<'_>) {
-        if cx.is_covered_by_sheet() || cx.model.viewed_map().is_some() {
+        if cx.is_covered_by_sheet() || cx.is_scene_covered() || cx.model.viewed_map().is_some() {
             self.deflection = None;
         } else {
             let position = cx.layout.drive;
@@ -58,7 +58,7 @@ impl DrivingPanel {
     /// joystick.
     fn emit_velocity(&self, ctx: &Context, cx: &mut PanelContext<'_>) {
         let model = cx.model;
-        let limits = speed_limits(model).filter(|_| model.viewed_map().is_none());
+        let limits = speed_limits(model).filter(|_| model.viewed_map().is_none() && !cx.is_scene_covered());
         let commanded = limits.and_then(|limits| {
             let from_keys =
                 if ctx.egui_wants_keyboard_input() { None } else { ctx.input(deflection_of_keys) };
@@ -71,12 +71,12 @@ impl DrivingPanel {
     }
 }
 
-/// Escape stops whatever else it does, except while a name is entered: whoever keeps a name has no danger in mind. Space stops unless it presses the focused
-/// button.
-fn is_stop_pressed(ctx: &Context, is_name_entered: bool) -> bool {
+/// Escape stops whatever else it does, except where it keeps a name, ends a drag or closes a question: whoever does that has no danger in mind. Space stops unless
+/// it presses the focused button.
+fn is_stop_pressed(ctx: &Context, is_escape_taken: bool) -> bool {
     let is_nothing_focused = ctx.memory(|memory| memory.focused().is_none());
     ctx.input(|input| {
-        (!is_name_entered && input.key_pressed(Key::Escape))
+        (!is_escape_taken && input.key_pressed(Key::Escape))
             || (is_nothing_focused && input.key_pressed(Key::Space))
     })
 }

@@ -24,7 +24,7 @@ pub(crate) struct ViewTools {
 impl FeaturePanel for ViewTools {
     /// The tool column at the left edge.
     fn show_card(&mut self, ctx: &Context, cx: &mut PanelContext<'_>) {
-        if cx.is_covered_by_sheet() {
+        if cx.is_covered_by_sheet() || cx.is_scene_covered() {
             return;
         }
         let (tokens, position) = (cx.tokens, cx.layout.tools);

@@ -1,0 +1,101 @@
+//! Missions and schedules as files of the operator's machine: read from one that is chosen in the browser's dialogue, or saved as a download.
+
+use crate::browser;
+use crate::inbox::Inbox;
+use crate::texts;
+use client_model::ClientEvent;
+use gloo_events::EventListener;
+use site_model::PlanFile;
+use wasm_bindgen::{JsCast, JsValue};
+use wasm_bindgen_futures::JsFuture;
+use web_sys::{Blob, File, HtmlAnchorElement, HtmlInputElement, Url};
+
+/// File types that the dialogue offers first.
+const FILE_TYPES: &str = ".json";
+/// Id of the page's file input.
+const INPUT_ID: &str = "plan-file";
+/// Name that a saved file is given.
+const FILE_NAME: &str = "autoinspect-plan.json";
+/// Largest file that is read, bytes. Missions and schedules of a site are a few hundred kilobytes.
+const MAX_FILE_BYTES: f64 = 16e6;
+
+/// The dialogue for files of missions and schedules.
+pub(crate) struct PlanFiles {
+    inbox: Inbox,
+    input: Option<HtmlInputElement>,
+}
+
+impl PlanFiles {
+    /// `inbox` receives what was read.
+    pub(crate) fn new(inbox: Inbox) -> Self {
+        Self { inbox, input: None }
+    }
+
+    /// Opens the browser's file dialogue; the chosen file is read.
+    pub(crate) fn open_file_dialog(&mut self) {
+        if self.input.is_none() {
+            self.input = self.create_input();
+        }
+        match &self.input {
+            Some(input) => {
+                // Otherwise the browser reports no change when the same file is chosen again.
+                input.set_value("");
+                input.click();
+            }
+            None => browser::log_warning("the page has no input for files"),
+        }
+    }
+
+    fn create_input(&self) -> Option<HtmlInputElement> {
+        let input: HtmlInputElement = browser::create("input")?.dyn_into().ok()?;
+        input.set_type("file");
+        input.set_id(INPUT_ID);
+        input.set_accept(FILE_TYPES);
+        input.set_hidden(true);
+        let (inbox, source) = (self.inbox.clone(), input.clone());
+        let on_change = move |_: &web_sys::Event| {
+            if let Some(file) = source.files().and_then(|files| files.get(0)) {
+                let inbox = inbox.clone();
+                wasm_bindgen_futures::spawn_local(async move {
+                    let (name, result) = (file.name(), read(&file).await);
+                    inbox.push_event(ClientEvent::PlanFileRead { name, result });
+                });
+            }
+        };
+        browser::document()?.body()?.append_child(&input).ok()?;
+        // The input exists as long as the page.
+        EventListener::new(&input, "change", on_change).forget();
+        Some(input)
+    }
+}
+
+async fn read(file: &File) -> Result<PlanFile, String> {
+    let unreadable = |reason: &str| texts::plan_file_unreadable(&file.name(), reason);
+    if file.size() > MAX_FILE_BYTES {
+        return Err(unreadable(texts::PLAN_FILE_TOO_LONG));
+    }
+    let text = JsFuture::from(file.text()).await.ok().and_then(|text| text.as_string());
+    let text = text.ok_or_else(|| unreadable(texts::PLAN_FILE_NO_TEXT))?;
+    serde_json::from_str(&text).map_err(|error| unreadable(&error.to_string()))
+}
+
+/// Saves a file as a download of the browser.
+pub(crate) fn save(file: &PlanFile) {
+    let saved = serde_json::to_string_pretty(file).ok().and_then(|text| download(&text));
+    if saved.is_none() {
+        browser::log_warning("missions and schedules could not be saved");
+    }
+}
+
+fn download(text: &str) -> Option<()> {
+    let parts = js_sys::Array::of1(&JsValue::from_str(text));
+    let blob = Blob::new_with_str_sequence(&parts).ok()?;
+    let url = Url::create_object_url_with_blob(&blob).ok()?;
+    let link: HtmlAnchorElement = browser::create("a")?.dyn_into().ok()?;
+    link.set_href(&url);
+    link.set_download(FILE_NAME);
+    link.click();
+    // The browser keeps the data until the download has ended.
+    let _ = Url::revoke_object_url(&url);
+    Some(())
+}
