@@ -41,15 +41,17 @@ const OURS: &[(&str, &[&str])] = &[
             "localisation",
             "mapping",
             "messages",
+            "missions",
             "navigation",
             "odometry",
             "points",
             "registration",
+            "site_model",
             "vocab",
         ],
     ),
     ("sim", &["geometry", "messages", "vocab"]),
-    ("lockstep", &["geometry", "messages", "scan_codec", "sim", "stack", "vocab"]),
+    ("lockstep", &["geometry", "messages", "scan_codec", "sim", "site_model", "stack", "vocab"]),
     //
     ("ports", &["api", "messages", "vocab"]),
     ("watchdog", &[]),
@@ -170,6 +172,9 @@ const AUTONOMY_MAY_USE: &[&str] = &[
     "thiserror",
     // Ids; random ones need a feature that no crate of the core enables.
     "uuid",
+    // Bodies of the ledger's rows and parameters of actions as JSON. Maps are written in a fixed order.
+    "serde",
+    "serde_json",
 ];
 
 /// Words that the core's code may not contain, with the reason or replacement.

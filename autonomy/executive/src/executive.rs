@@ -257,6 +257,16 @@ impl Executive {
         }
     }
 
+    /// What moves the robot.
+    pub fn state(&self) -> ExecutiveState {
+        self.state
+    }
+
+    /// The goal that is executed or waits, if any.
+    pub fn goal(&self) -> Option<GoalId> {
+        self.goal.as_ref().map(|goal| goal.id)
+    }
+
     /// Whether a goal waits until the pose is found.
     pub fn is_recovering(&self) -> bool {
         self.state == ExecutiveState::Recovering

@@ -37,9 +37,9 @@ impl Default for PoseWalkConfig {
             passing_distance_m: 0.35,
             tolerance_share: 0.4,
             position_gain_per_s: 1.2,
-            heading_gain_per_s: 1.5,
+            heading_gain_per_s: 1.8,
             step_speed_max_m_s: 0.25,
-            step_turn_max_radps: 0.5,
+            step_turn_max_radps: 0.8,
             settle_time: Span::from_millis(400),
             walk_again_m: 0.6,
             step_time_limit: Span::from_millis(20_000),
@@ -83,7 +83,7 @@ struct Offset {
 impl PoseWalkBehaviour {
     /// Walks into the pose of `goal`. If there is no path now, the robot waits for one. None if the pose is not a pose.
     pub fn new(
-        config: PoseWalkConfig,
+        mut config: PoseWalkConfig,
         mut walk_config: WalkConfig,
         limits: &SpeedLimits,
         at: Stamp,
@@ -94,6 +94,7 @@ impl PoseWalkBehaviour {
         let map_from_goal = isometry_from_pose(&goal.map_from_goal)?;
         let speed_m_s = goal.speed_max_m_s.filter(|speed| *speed > 0.0).unwrap_or(f64::INFINITY);
         walk_config.follower.speed_max_mps = walk_config.follower.speed_max_mps.min(speed_m_s);
+        config.step_speed_max_m_s = config.step_speed_max_m_s.min(speed_m_s);
         if goal.tolerance.is_none() {
             walk_config.follower.end_speed_mps = walk_config.follower.speed_max_mps;
             walk_config.follower.goal_tolerance_m = config.passing_distance_m;

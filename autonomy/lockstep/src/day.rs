@@ -7,6 +7,7 @@ use messages::{
     MotionState, PoseGraph, PoseInMap, Principal, PriorMap, Publication, RelocalisationTask, StackEffect,
 };
 use sim::{Route, RouteFollower, SimConfig, Site, SiteName, Start};
+use site_model::{MissionStatus, RouteStatus};
 use std::sync::{Arc, OnceLock};
 use uuid::Uuid;
 use vocab::{ClientId, CommandId, GoalId, MapId, Pose, SessionId, Span};
@@ -28,6 +29,8 @@ pub(crate) struct Day {
     pub(crate) localisations: Vec<LocalisationState>,
     pub(crate) docks: Arc<[PoseInMap]>,
     pub(crate) motion: MotionState,
+    pub(crate) missions: Arc<MissionStatus>,
+    pub(crate) route: Arc<RouteStatus>,
     pub(crate) refusals: Vec<String>,
     /// The newest relocalisation request, with its job.
     pub(crate) asked: Option<(JobId, RelocalisationTask)>,
@@ -65,6 +68,8 @@ impl Day {
             localisations: Vec::new(),
             docks: Arc::default(),
             motion: MotionState::Idle,
+            missions: Arc::default(),
+            route: Arc::default(),
             refusals: Vec::new(),
             asked: None,
             finished: None,
@@ -96,6 +101,8 @@ impl Day {
             localisations,
             docks,
             motion,
+            missions,
+            route,
             refusals,
             asked,
             finished,
@@ -117,6 +124,8 @@ impl Day {
             }
             StackEffect::Publish(Publication::Docks(now)) => *docks = Arc::clone(now),
             StackEffect::Publish(Publication::Motion(now)) => *motion = now.clone(),
+            StackEffect::Publish(Publication::Missions(now)) => *missions = Arc::clone(now),
+            StackEffect::Publish(Publication::Route(now)) => *route = Arc::clone(now),
             StackEffect::StartJob { job, work: Job::Relocalise(task) } => *asked = Some((*job, *task)),
             StackEffect::StartJob { work: Job::SaveMap(map), .. } => *finished = Some(Arc::clone(map)),
             StackEffect::Answer { refused: Some(reason), .. } => refusals.push(reason.clone()),

@@ -4,7 +4,7 @@ mod digest;
 mod walk;
 
 pub use digest::{Digest, Stepper, replay};
-pub use walk::{JobPace, Lockstep};
+pub use walk::{CalledAction, JobPace, Lockstep};
 
 #[cfg(test)]
 mod day;
@@ -22,5 +22,7 @@ mod job_tests;
 mod localise_tests;
 #[cfg(test)]
 mod loops_tests;
+#[cfg(test)]
+mod mission_tests;
 #[cfg(test)]
 mod tests;

@@ -2,15 +2,17 @@
 
 use crate::Digest;
 use messages::{
-    Input, Job, JobDone, JobId, JobResult, Keyframe, PriorKeyframe, PriorMap, Publication, StackEffect,
-    TICK_PERIOD,
+    ActionOutcome, Input, Job, JobDone, JobId, JobResult, Keyframe, LedgerEvent, PriorKeyframe, PriorMap,
+    Publication, RegisteredAction, SiteSnapshot, SiteWrite, StackEffect, TICK_PERIOD,
 };
 use scan_codec::{PreparationConfig, ScanPreparation};
-use sim::{SimConfig, SimEvent, Simulator};
+use sim::{GroundTruth, SimConfig, SimEvent, Simulator};
+use site_model::{ACTION_CATALOGUE, Change, Edit, EditId, Site};
 use stack::{ComputeJob, Stack};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
-use vocab::{MapId, SessionId, Stamp};
+use uuid::Uuid;
+use vocab::{ActionCallId, MapId, SessionId, Span, Stamp};
 
 /// When the results of jobs arrive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -21,7 +23,24 @@ pub struct JobPace {
     pub newest_first: bool,
 }
 
-/// Simulator and stack in one thread. Saving a map always succeeds, and a saved map can be used and extended.
+/// An action that the stack called.
+#[derive(Clone, Debug)]
+pub struct CalledAction {
+    /// The call.
+    pub call: ActionCallId,
+    /// Name of the action.
+    pub action: String,
+    /// Its parameters as JSON.
+    pub parameters: String,
+    /// The robot when it was called, for scoring.
+    pub truth: GroundTruth,
+}
+
+/// Ticks that an action takes.
+const ACTION_TICKS: u32 = 20;
+
+/// Simulator and stack in one thread. Saving a map always succeeds, and a saved map can be used and extended. Everything is durable at the next tick. Actions succeed
+/// after a second.
 pub struct Lockstep {
     simulator: Simulator,
     /// What the link of a robot does with sweeps.
@@ -34,6 +53,12 @@ pub struct Lockstep {
     /// Results with their remaining ticks.
     working: Vec<(u32, JobDone)>,
     maps: BTreeMap<MapId, Arc<PriorMap>>,
+    /// The site as a ledger would have it.
+    site: Site,
+    edits: u64,
+    calls: Vec<CalledAction>,
+    /// Calls that are performed, with their remaining ticks.
+    acting: Vec<(u32, ActionCallId)>,
     /// Keyframe contents of the running session.
     keyframes: Vec<PriorKeyframe>,
     events: Vec<SimEvent>,
@@ -57,6 +82,10 @@ impl Lockstep {
             pace: JobPace::default(),
             working: Vec::new(),
             maps: BTreeMap::new(),
+            site: Site::default(),
+            edits: 0,
+            calls: Vec::new(),
+            acting: Vec::new(),
             keyframes: Vec::new(),
             events: Vec::new(),
             effects: Vec::new(),
@@ -113,6 +142,10 @@ impl Lockstep {
                 }
                 self.step(next, Input::JobDone(done), watch);
             }
+            for call in self.finished_actions() {
+                let outcome = ActionOutcome::Succeeded { result: "{}".to_owned() };
+                self.step(next, Input::ActionDone { call, outcome }, watch);
+            }
             self.step(next, Input::Tick, watch);
         }
     }
@@ -125,6 +158,30 @@ impl Lockstep {
     /// Adds a map as if it had been saved.
     pub fn keep_map(&mut self, map: Arc<PriorMap>) {
         self.maps.insert(map.map, map);
+    }
+
+    /// Gives the stack a site, and the actions that come with the platform.
+    pub fn give_site(&mut self, site: Site) {
+        let objects = site.objects().cloned().collect();
+        let snapshot = SiteSnapshot { objects, removed: site.removed().collect() };
+        self.site = site;
+        let action = |action: &site_model::ActionDescription| RegisteredAction {
+            name: action.name.to_owned(),
+            is_idempotent: action.is_idempotent,
+            expected: Span::from_secs_f64(action.expected_s),
+        };
+        self.give(Input::ActionsRegistered(ACTION_CATALOGUE.iter().map(action).collect()));
+        self.give(Input::Site(Box::new(snapshot)));
+    }
+
+    /// The site, with what the robot has changed.
+    pub fn site(&self) -> &Site {
+        &self.site
+    }
+
+    /// All actions that were called.
+    pub fn calls(&self) -> &[CalledAction] {
+        &self.calls
     }
 
     /// Digest of all effects so far.
@@ -179,14 +236,55 @@ impl Lockstep {
                     self.working.push((self.pace.ticks, done));
                 }
                 StackEffect::Publish(Publication::Keyframe(keyframe)) => self.keep_keyframe(&keyframe),
-                StackEffect::Commit { seq, .. } => self.waiting.push_back(Input::Committed { seq }),
-                StackEffect::Publish(_)
-                | StackEffect::Answer { .. }
-                | StackEffect::CallAction { .. }
-                | StackEffect::CancelAction(_) => {}
+                StackEffect::Commit { seq, events } => {
+                    for event in events {
+                        if let LedgerEvent::Site(write) = event {
+                            self.write_site(write);
+                        }
+                    }
+                    self.waiting.push_back(Input::Committed { seq });
+                }
+                StackEffect::CallAction { call, action, parameters } => {
+                    let truth = self.simulator.truth();
+                    self.calls.push(CalledAction { call, action, parameters, truth });
+                    self.acting.push((ACTION_TICKS, call));
+                }
+                StackEffect::CancelAction(call) => {
+                    if self.acting.iter().any(|(_, acting)| *acting == call) {
+                        self.acting.retain(|(_, acting)| *acting != call);
+                        let outcome = ActionOutcome::Cancelled;
+                        self.waiting.push_back(Input::ActionDone { call, outcome });
+                    }
+                }
+                StackEffect::Publish(_) | StackEffect::Answer { .. } => {}
             }
         }
         self.effects = effects;
+    }
+
+    /// Applies what the robot itself changes, as a ledger does, and tells the stack.
+    fn write_site(&mut self, write: SiteWrite) {
+        let site = &self.site;
+        let put =
+            write.put.into_iter().map(|object| Change::Put { base: site.revision(object.id()), object });
+        let removed = write
+            .removed
+            .into_iter()
+            .filter_map(|object| Some(Change::Remove { base: site.revision(object)?, object }));
+        let changes: Vec<Change> = put.chain(removed).collect();
+        self.edits += 1;
+        let edit = Edit { id: EditId(Uuid::from_u128(self.edits.into())), changes };
+        if self.site.apply(&edit, edit.id).is_ok() {
+            self.waiting.push_back(Input::SiteEdited(Box::new(edit)));
+        }
+    }
+
+    /// Calls that end now.
+    fn finished_actions(&mut self) -> Vec<ActionCallId> {
+        self.acting.iter_mut().for_each(|(ticks, _)| *ticks = ticks.saturating_sub(1));
+        let done = self.acting.iter().filter(|(ticks, _)| *ticks == 0).map(|(_, call)| *call).collect();
+        self.acting.retain(|(ticks, _)| *ticks > 0);
+        done
     }
 
     fn read_map(&mut self, job: JobId, map: MapId) {

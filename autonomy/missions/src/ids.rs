@@ -29,6 +29,11 @@ pub(crate) fn errand_goal_id(number: u64) -> GoalId {
     GoalId(derive("errand", &[u128::from(number)]))
 }
 
+/// The walk of this number of a goal on the topological map.
+pub(crate) fn leg_goal_id(goal: GoalId, number: u64) -> GoalId {
+    GoalId(derive("leg", &[goal.0.as_u128(), u128::from(number)]))
+}
+
 /// The run of a slot.
 pub(crate) fn slot_run_id(schedule: ScheduleId, slot: LocalDateTime) -> RunId {
     let minute = crate::calendar::minute_number(slot);

@@ -10,6 +10,7 @@ mod calendar;
 mod graph;
 mod ids;
 mod order;
+mod routes;
 mod runs;
 #[cfg(test)]
 mod testing;
@@ -27,10 +28,12 @@ pub use order::{
     OrderPreview, Tour, TourConfig, TourError, TourProblem, WayCost, node_of, order_tasks,
     solve as solve_tour,
 };
+pub use routes::{LegResult, LegWalk, RouteEffect, RouteExecutor, RouteExecutorConfig, RouteView};
 pub use runs::{
-    ActionInfo, ActionResult, BatteryConfig, DueSlot, GoalRequest, GoalResult, MissionEffect, MissionInput,
-    MissionNotice, MissionRunner, MonitorBank, RUN_TABLE, Records, Run, RunAction, RunTransition, RunTrigger,
-    RunnerConfig, Scheduler, SchedulerConfig, Situation, TASK_TABLE, TaskAction, TaskGuard, TaskRecord,
-    TaskTransition, TaskTrigger, battery_monitors, events_for_restart, time_to_dock_p95_s, to_markdown,
+    ActionInfo, ActionResult, BatteryConfig, CHARGE_SIGNAL, DueSlot, GoalRequest, GoalResult, MissionEffect,
+    MissionInput, MissionNotice, MissionRunner, MonitorBank, RUN_TABLE, Records, Run, RunAction,
+    RunTransition, RunTrigger, RunnerConfig, Scheduler, SchedulerConfig, Situation, TASK_TABLE, TaskAction,
+    TaskGuard, TaskRecord, TaskTransition, TaskTrigger, battery_monitors, events_for_restart,
+    time_to_dock_p95_s, to_markdown,
 };
 pub use texts::{notice, reach_failure, skip_reason, task_failure};

@@ -19,6 +19,13 @@ pub(crate) const CANCELLED_BY_PROGRAM: &str = "The program that offers the actio
 pub(crate) const RESUME_WHEN_FREE: &str =
     "Motion is stopped, or somebody drives. Allow motion first, then resume.";
 
+pub(crate) const WAY_BLOCKED: &str = "The way was blocked.";
+
+/// Where the robot stood when the way stayed blocked.
+pub(crate) fn way_blocked(at: vocab::Vec3) -> String {
+    format!("The way stayed blocked when the robot stood at x {:.1} m, y {:.1} m.", at.x, at.y)
+}
+
 /// What a notice says.
 pub fn notice(notice: MissionNotice) -> String {
     match notice {

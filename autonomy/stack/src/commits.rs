@@ -20,13 +20,19 @@ pub(crate) struct Commits {
 impl Commits {
     /// Asks for a commit of what a command changed. Its answer waits.
     pub fn begin(&mut self, command: &Command, event: LedgerEvent) -> StackEffect {
-        let seq = self.next;
-        self.next += 1;
+        let (seq, commit) = self.begin_events(vec![event]);
         if self.waiting.len() == WAITING_MAX {
             self.waiting.pop_front();
         }
         self.waiting.push_back((seq, command.id, command.by.client));
-        StackEffect::Commit { seq, events: vec![event] }
+        commit
+    }
+
+    /// Asks for a commit for which no answer waits. Returns its number.
+    pub fn begin_events(&mut self, events: Vec<LedgerEvent>) -> (u64, StackEffect) {
+        let seq = self.next;
+        self.next += 1;
+        (seq, StackEffect::Commit { seq, events })
     }
 
     /// Whether the answer to this command waits.

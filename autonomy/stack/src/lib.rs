@@ -12,6 +12,7 @@ mod map_name;
 mod mapping_events;
 mod mapping_messages;
 mod mapping_phase;
+mod mission_phase;
 mod odometry_adapter;
 mod prior_map;
 mod quality_schedule;
@@ -35,10 +36,11 @@ use mapping_events::{MapUpdate, MappingEvents};
 use mapping_messages::rows;
 use mapping_phase::MappingPhase;
 use messages::{
-    BootRecord, Command, CommandKind, CorrectedScan, Estimate, ExecutiveEvent, Finding, Input, JobDone,
-    JobId, JobOwner, JobResult, LedgerEvent, Notice, Publication, RobotProfile, Sensor, Severity,
+    BootRecord, Command, CommandKind, CorrectedScan, Estimate, ExecutiveEvent, Finding, GoalKind, Input,
+    JobDone, JobId, JobOwner, JobResult, LedgerEvent, Notice, Publication, RobotProfile, Sensor, Severity,
     StackEffect, StopLatch,
 };
+use mission_phase::MissionPhase;
 use odometry_adapter::{LocatedScan, OdometryAdapter, OdometryEvent};
 use sensor_monitor::SensorMonitor;
 use std::sync::Arc;
@@ -76,6 +78,7 @@ struct Running {
     localisation: LocalisationPhase,
     docks: DockRegistry,
     executive: Executive,
+    missions: MissionPhase,
     /// Number of the next job.
     jobs: u64,
     /// A saved map that the next step may get.
@@ -96,6 +99,7 @@ impl Stack {
 
     /// Handles one input. `at` is the only clock and never decreases. Effects are appended in the order in which they must be executed.
     pub fn step(&mut self, at: Stamp, input: Input, effects: &mut Vec<StackEffect>) {
+        let from = effects.len();
         if let Some(running) = &mut self.running {
             running.process_waypoint(at, effects);
         }
@@ -111,23 +115,16 @@ impl Stack {
             (Some(running), Input::GraphRequested) => {
                 effects.extend(running.mapping.whole_graph().map(StackEffect::Publish));
             }
-            (Some(running), Input::Committed { seq }) => running.committed(seq, effects),
+            (Some(running), Input::Committed { seq }) => running.committed(at, seq, effects),
             (None, _) if !self.has_warned => {
                 self.has_warned = true;
                 effects.push(notice(at, Severity::Error, texts::NO_BOOT_RECORD.to_owned()));
             }
-            // Nothing in the stack depends on these inputs yet. They are part of the log's schema.
-            (
-                Some(_),
-                Input::WallClock { .. }
-                | Input::ActionFeedback { .. }
-                | Input::ActionDone { .. }
-                | Input::Site(_)
-                | Input::SiteEdited(_)
-                | Input::MissionsRestored(_)
-                | Input::ActionsRegistered(_),
-            )
-            | (None, _) => {}
+            (Some(running), input) => running.mission_input(at, input, effects),
+            (None, _) => {}
+        }
+        if let Some(running) = &mut self.running {
+            running.settle_missions(at, from, effects);
         }
     }
 
@@ -193,6 +190,7 @@ impl Running {
             localisation,
             docks: dock_registry(&record.docks),
             executive,
+            missions: MissionPhase::default(),
             jobs: 0,
             prepared_map: None,
             points_used: 0,
@@ -217,6 +215,7 @@ impl Running {
         if let Sensor::Battery(battery) = sensor {
             self.docks.set_charging(battery.charging);
             publish(effects, Publication::Battery(*battery));
+            self.mission_battery(at, *battery, effects);
         }
         let mut events = Vec::new();
         self.odometry.update(sensor, &mut events);
@@ -388,6 +387,7 @@ impl Running {
             publish(effects, Publication::Estimate(self.estimate(&located, &frames.map_from_base())));
         }
         self.mapping.close(at, &mut self.jobs, effects);
+        self.tick_missions(at, &frames, effects);
         self.publish_changes(at, effects);
         self.report(at, effects);
     }
@@ -452,14 +452,15 @@ impl Running {
     }
 
     /// What commands changed is durable: they are answered.
-    fn committed(&mut self, seq: u64, effects: &mut Vec<StackEffect>) {
+    fn committed(&mut self, at: Stamp, seq: u64, effects: &mut Vec<StackEffect>) {
         for (id, client) in self.commits.end(seq) {
             self.answer(id, client, None, effects);
         }
+        self.missions_committed(at, seq, effects);
     }
 
     fn answer_command(&mut self, at: Stamp, command: &Command, effects: &mut Vec<StackEffect>) {
-        if self.commits.is_waiting(command.id) {
+        if self.commits.is_waiting(command.id) || self.missions.is_waiting(command.id) {
             return;
         }
         let owner = self.control.state().owner;
@@ -480,6 +481,8 @@ impl Running {
             }
         };
         match (refused, latch_change(command)) {
+            // The runner answers it.
+            (None, None) if matches!(command.kind, CommandKind::Mission(_)) => {}
             (None, Some(event)) => effects.push(self.commits.begin(command, event)),
             (refused, _) => self.answer(command.id, command.by.client, refused, effects),
         }
@@ -543,17 +546,22 @@ impl Running {
                 let situation = self.situation(self.frames(self.last.as_deref()));
                 self.executive.drive(at, *velocity, command.by.clone(), &situation, effects)
             }
+            CommandKind::StartGoal {
+                goal,
+                kind: kind @ (GoalKind::GoToNode(_) | GoalKind::GoToDock(_) | GoalKind::Undock),
+            } => self.start_route(at, (*goal, *kind, command.by.clone()), effects),
             CommandKind::StartGoal { goal, kind } => {
                 let situation = self.situation(self.frames(self.last.as_deref()));
                 let goal = (*goal, *kind, command.by.clone());
                 self.executive.start_goal(at, goal, &situation, effects)
             }
+            CommandKind::CancelGoal(goal) if self.cancel_route(at, *goal, &command.by, effects) => Ok(()),
             CommandKind::CancelGoal(goal) => {
                 let situation = self.situation(self.frames(self.last.as_deref()));
                 self.executive.cancel_goal(at, *goal, command.by.clone(), &situation, effects);
                 Ok(())
             }
-            CommandKind::Mission(_) => Err(texts::NO_MISSIONS.to_owned()),
+            CommandKind::Mission(kind) => self.mission_command(at, command, *kind, effects),
             CommandKind::StopMotion => {
                 let situation = self.situation(self.frames(self.last.as_deref()));
                 self.executive.stop(at, command.by.clone(), &situation, effects);

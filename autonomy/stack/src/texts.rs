@@ -72,5 +72,9 @@ pub(crate) fn sensor_silent(sensor: &str, seconds: f64) -> String {
     format!("The {sensor} has been silent for {seconds:.0} s.")
 }
 
-/// A command of missions without a site.
-pub(crate) const NO_MISSIONS: &str = "The site has not been read yet. Try again in a moment.";
+/// A command of missions or a goal on the topological map before the site is known.
+pub(crate) const NO_SITE: &str = "The site has not been read yet. Try again in a moment.";
+/// A goal on the topological map while motion is stopped.
+pub(crate) const MOTION_IS_STOPPED: &str = "Motion is stopped. Press \"Allow motion\" first.";
+/// A goal on the topological map while the pose in its map is not known.
+pub(crate) const NOT_LOCALISED_IN_SITE: &str = "The robot is not localised in the map of the site. Choose \"Use this map\" on that map, and wait until it is localised.";

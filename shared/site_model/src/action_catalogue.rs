@@ -26,7 +26,15 @@ pub struct ActionDescription {
     pub is_idempotent: bool,
 }
 
+/// Parameter that tells what an action is aimed at, metres, map frame. The platform sets it from the inspection point.
+pub const TARGET_PARAMETER: &str = "target_m";
+
 impl ActionDescription {
+    /// Whether it is aimed at something.
+    pub fn takes_target(&self) -> bool {
+        self.parameter_schema.contains("\"target_m\"")
+    }
+
     /// How long it is expected to take with these parameters, seconds.
     pub fn expected_time_s(&self, parameters: &Parameters) -> f64 {
         let duration_s = self.duration.map_or(0.0, |(name, default_s)| match parameters.get(name) {

@@ -32,7 +32,9 @@ mod undo;
 mod validation;
 
 pub use action::ActionRequest;
-pub use action_catalogue::{ACTION_CATALOGUE, ActionDescription, MAX_MESSAGE_CHARS, describe_action};
+pub use action_catalogue::{
+    ACTION_CATALOGUE, ActionDescription, MAX_MESSAGE_CHARS, TARGET_PARAMETER, describe_action,
+};
 pub use compare::{MergeConflict, Merged, diff, merge};
 pub use edit::{Applied, Change, Edit, EditError, RevisionChange};
 pub use ids::{

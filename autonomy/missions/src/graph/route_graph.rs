@@ -168,6 +168,13 @@ impl RouteGraph {
         self.edges[*self.edge_index.get(&edge)?].closure.as_ref()
     }
 
+    /// Closes an edge that is open. Unknown ones change nothing.
+    pub fn close(&mut self, edge: EdgeId, closure: Closure) {
+        if let Some(index) = self.edge_index.get(&edge) {
+            self.edges[*index].closure.get_or_insert(closure);
+        }
+    }
+
     pub(super) fn index_of(&self, node: NodeId) -> Option<usize> {
         self.index.get(&node).copied()
     }

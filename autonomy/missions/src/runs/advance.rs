@@ -7,9 +7,11 @@ use super::table::{RunTrigger, TaskTrigger};
 use crate::ids::{errand_goal_id, goal_id};
 use crate::order::{node_of, order_tasks};
 use site_model::{
-    AskDefault, DockId, EndPlace, Mission, MissionEventKind, ObjectId, PlannedTask, QuestionAnswer,
-    Resumption, RunCause, RunChangeReason, RunId, RunPlan, RunState, Site, Task, TaskPlace,
+    ActionDescription, ActionRequest, AskDefault, DockId, EndPlace, InspectionPoint, Mission,
+    MissionEventKind, ObjectId, Parameter, PlannedTask, QuestionAnswer, Resumption, RunCause,
+    RunChangeReason, RunId, RunPlan, RunState, Site, Task, TaskPlace, describe_action,
 };
+use vocab::Vec3;
 
 /// Steps that one update takes at most. Each is a change of state, and no input leads to more than a few.
 const STEPS_MAX: usize = 10_000;
@@ -236,9 +238,7 @@ impl MissionRunner {
 
     fn plan_task(&self, site: &Site, task: &Task) -> PlannedTask {
         let request = match &task.place {
-            TaskPlace::InspectionPoint(point) => {
-                site.inspection_point(*point).map(|point| point.request.clone())
-            }
+            TaskPlace::InspectionPoint(point) => site.inspection_point(*point).map(aimed_request),
             TaskPlace::Node { request, .. } => request.clone(),
         };
         let info = request.as_ref().and_then(|request| self.actions.get(&request.action));
@@ -323,6 +323,19 @@ impl MissionRunner {
         let stopped = matches!(&self.activity, Some(Activity::Action(acting)) if acting.stop.is_some());
         (steps, self.records.runs.len() + usize::from(stopped))
     }
+}
+
+/// The action of an inspection point, with its target where it is aimed at one.
+fn aimed_request(point: &InspectionPoint) -> ActionRequest {
+    let mut request = point.request.clone();
+    let known = describe_action(&request.action);
+    if !known.is_none_or(ActionDescription::takes_target) {
+        return request;
+    }
+    let Vec3 { x, y, z } = point.target_m;
+    let target = Parameter::List([x, y, z].map(Parameter::Number).into());
+    request.parameters.insert(site_model::TARGET_PARAMETER.to_owned(), target);
+    request
 }
 
 fn default_answer(default: AskDefault) -> QuestionAnswer {

@@ -29,7 +29,7 @@ mod transcript_tests;
 #[cfg(test)]
 mod transcript_words;
 
-pub use battery::{BatteryConfig, battery_monitors, time_to_dock_p95_s};
+pub use battery::{BatteryConfig, CHARGE_SIGNAL, battery_monitors, time_to_dock_p95_s};
 pub use durable::events_for_restart;
 pub use interface::{
     ActionInfo, ActionResult, GoalRequest, GoalResult, MissionEffect, MissionInput, MissionNotice, Situation,

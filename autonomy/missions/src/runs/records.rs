@@ -57,6 +57,8 @@ pub struct Run {
     pub priority: i32,
     /// Its state.
     pub state: RunState,
+    /// When it began, by the calendar clock; none while it is queued, or if the time was not known.
+    pub began: Option<Utc>,
     /// Its plan. None while it is queued.
     pub plan: Option<RunPlan>,
     /// Its tasks in the order of the plan.
@@ -266,6 +268,7 @@ impl Records {
                     cause: *cause,
                     priority: *priority,
                     state: RunState::Queued,
+                    began: None,
                     plan: None,
                     tasks: Vec::new(),
                     ending: None,
@@ -298,15 +301,16 @@ impl Records {
             | MissionEventKind::RunSetOutToEnd { run, .. }
             | MissionEventKind::RunEnded { run, .. }
             | MissionEventKind::Task { run, .. }
-            | MissionEventKind::QuestionAnswered { run, .. } => self.apply_to_run(*run, &event.kind),
+            | MissionEventKind::QuestionAnswered { run, .. } => self.apply_to_run(*run, event),
         }
     }
 
-    fn apply_to_run(&mut self, id: RunId, event: &MissionEventKind) {
+    fn apply_to_run(&mut self, id: RunId, event: &MissionEvent) {
         let Some(run) = self.runs.get_mut(&id) else { return };
         run.steps += 1;
-        match event {
+        match &event.kind {
             MissionEventKind::RunBegan { plan, .. } => {
+                run.began = event.utc;
                 run.state = RunState::Running;
                 run.tasks = plan.tasks.iter().cloned().map(TaskRecord::new).collect();
                 run.plan = Some(plan.clone());

@@ -218,6 +218,13 @@ impl MissionRunner {
         &self.route_site
     }
 
+    /// The graph of [`Self::route_site`], with the blocks, zones and times that hold now. Linear in nodes and edges.
+    pub fn route_graph(&mut self, at: Stamp) -> &RouteGraph {
+        self.at = at;
+        self.rebuild_graph();
+        &self.graph
+    }
+
     /// The schedules as they are followed, for previews.
     pub fn scheduler(&self) -> &Scheduler {
         &self.scheduler

@@ -1,0 +1,516 @@
+//! Brings the robot to nodes and docks: plans a route, walks it edge by edge, blocks what cannot be walked, and plans anew.
+//!
+//! An edge that stays blocked is left out of routes for a time that doubles with each failure ([`next_block`]); the edge back is left out with it, because
+//! what stands in the way stands there for both. That the robot is charged is the only proof that it has docked.
+
+use super::interface::{LegResult, LegWalk, RouteEffect, RouteView};
+use super::journey::{Journey, Leg, Target};
+use crate::graph::{Closure, EdgeBlockConfig, NoRoute, RouteGraph, next_block};
+use crate::ids::leg_goal_id;
+use crate::runs::{GoalRequest, GoalResult};
+use crate::texts;
+use site_model::{
+    Edge, EdgeBlock, EdgeFailStep, EdgeId, Node, NodeId, ObjectId, PoseTolerance, ReachFailure,
+    RouteProgress, Site,
+};
+use std::collections::BTreeMap;
+use vocab::{GoalId, Pose, Span, Stamp};
+
+/// Parameters of [`RouteExecutor`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RouteExecutorConfig {
+    /// How long edges are left out.
+    pub blocks: EdgeBlockConfig,
+    /// Attempts to dock, before another dock is tried.
+    pub dock_attempts_max: u32,
+    /// Pose in which contacts of a dock touch. Those of common docks allow for 3 cm and 3 degrees.
+    pub dock_tolerance: PoseTolerance,
+    /// Speed onto and out of docks, m/s.
+    pub dock_speed_m_s: f64,
+    /// Time within which the charging current has to flow.
+    pub charge_time_limit: Span,
+    /// Speed by which ways beside the graph are compared with ways on it, m/s. Slower than on edges, which were checked for passage.
+    pub off_graph_speed_m_s: f64,
+}
+
+impl Default for RouteExecutorConfig {
+    fn default() -> Self {
+        Self {
+            blocks: EdgeBlockConfig::default(),
+            dock_attempts_max: 3,
+            dock_tolerance: PoseTolerance { along_m: 0.03, across_m: 0.03, yaw_rad: 0.0524 },
+            dock_speed_m_s: 0.2,
+            charge_time_limit: Span::from_millis(4_000),
+            off_graph_speed_m_s: 0.35,
+        }
+    }
+}
+
+/// The executor. It has one goal at a time.
+#[derive(Clone, Debug, Default)]
+pub struct RouteExecutor {
+    config: RouteExecutorConfig,
+    journey: Option<Journey>,
+    /// Blocks that the site may not show yet.
+    blocks: BTreeMap<EdgeId, EdgeBlock>,
+    effects: Vec<RouteEffect>,
+}
+
+impl RouteExecutor {
+    /// Without a goal.
+    pub fn new(config: RouteExecutorConfig) -> Self {
+        Self { config, ..Self::default() }
+    }
+
+    /// The goal that is under way.
+    pub fn goal(&self) -> Option<GoalId> {
+        self.journey.as_ref().map(|journey| journey.goal)
+    }
+
+    /// The walk of the executive that is under way for it.
+    pub fn walk(&self) -> Option<GoalId> {
+        let (walk, leg) = self.journey.as_ref()?.leg?;
+        leg.is_walk().then_some(walk)
+    }
+
+    /// The route that is left.
+    pub fn progress(&self, graph: &RouteGraph) -> Option<RouteProgress> {
+        let journey = self.journey.as_ref()?;
+        let target = match journey.target {
+            Target::Node(node) | Target::Dock { node, .. } => node,
+            Target::OutOfDock => return None,
+        };
+        let costs = journey.route.iter().filter_map(|edge| graph.cost(*edge));
+        let (remaining_s, remaining_m) =
+            costs.fold((0.0, 0.0), |(time_s, length_m), (s, m)| (time_s + s, length_m + m));
+        let edges = journey.route.clone();
+        Some(RouteProgress { goal: journey.goal, target, edges, remaining_s, remaining_m })
+    }
+
+    /// Begins a goal. One that is under way ends as cancelled.
+    pub fn begin(
+        &mut self,
+        at: Stamp,
+        goal: GoalId,
+        request: GoalRequest,
+        view: &RouteView<'_>,
+    ) -> Vec<RouteEffect> {
+        self.end(GoalResult::Cancelled);
+        let target = match request {
+            GoalRequest::Route(node) => view.site.node(node).map(|node| Target::Node(node.id)),
+            GoalRequest::Dock(dock) => view
+                .site
+                .docks()
+                .find(|known| known.id == dock)
+                .map(|dock| Target::Dock { dock: dock.id, node: dock.node, approach: dock.approach }),
+            GoalRequest::Undock => Some(Target::OutOfDock),
+        };
+        match target {
+            None => {
+                let missing = GoalResult::Failed(ReachFailure::NoSuchPlace);
+                self.effects.push(RouteEffect::Ended(goal, missing));
+            }
+            Some(target) => {
+                self.journey = Some(Journey::new(at, goal, target));
+                self.next_leg(at, view);
+            }
+        }
+        std::mem::take(&mut self.effects)
+    }
+
+    /// Ends a goal, if it is the one that is under way.
+    pub fn cancel(&mut self, goal: GoalId) -> Vec<RouteEffect> {
+        if self.goal() == Some(goal) {
+            self.end(GoalResult::Cancelled);
+        }
+        std::mem::take(&mut self.effects)
+    }
+
+    /// A walk of the executive has ended. Walks that are not under way change nothing.
+    pub fn end_leg(
+        &mut self,
+        at: Stamp,
+        walk: GoalId,
+        result: LegResult,
+        view: &RouteView<'_>,
+    ) -> Vec<RouteEffect> {
+        let leg = match &mut self.journey {
+            Some(journey) if journey.leg.is_some_and(|(known, _)| known == walk) => journey.leg.take(),
+            _ => None,
+        };
+        if let Some((_, leg)) = leg {
+            match result {
+                LegResult::Reached => self.handle_reached(at, leg, view),
+                LegResult::Failed(ReachFailure::PathBlocked) => self.handle_blocked(at, leg, view),
+                LegResult::Failed(reason) => self.end(GoalResult::Failed(reason)),
+                LegResult::MotionTaken => self.end(GoalResult::MotionTaken),
+            }
+        }
+        std::mem::take(&mut self.effects)
+    }
+
+    /// Time has passed, or the site has changed.
+    pub fn tick(&mut self, at: Stamp, view: &RouteView<'_>) -> Vec<RouteEffect> {
+        let Some(Journey { leg: Some((walk, leg)), target, .. }) = &self.journey else { return Vec::new() };
+        let (walk, leg, target) = (*walk, *leg, *target);
+        match leg {
+            Leg::OntoDock | Leg::Charge { .. } if is_charged(target, view) => {
+                if leg.is_walk() {
+                    self.effects.push(RouteEffect::CancelWalk(walk));
+                }
+                self.end_as_reached();
+            }
+            Leg::Charge { until } if at >= until => self.handle_no_charge(at, view),
+            Leg::Wait { edge, until } if at >= until => {
+                self.drop_leg();
+                self.walk_edge(at, edge, view);
+            }
+            Leg::Edge(edge) if self.is_closed(edge, view) => {
+                // Somebody has closed or deleted it.
+                self.effects.push(RouteEffect::CancelWalk(walk));
+                self.drop_leg();
+                self.forget_place();
+                self.next_leg(at, view);
+            }
+            _ => {}
+        }
+        std::mem::take(&mut self.effects)
+    }
+
+    fn drop_leg(&mut self) {
+        if let Some(journey) = &mut self.journey {
+            journey.leg = None;
+        }
+    }
+
+    /// The robot is not at the node that it reached last any more.
+    fn forget_place(&mut self) {
+        if let Some(journey) = &mut self.journey {
+            (journey.current, journey.is_at_end) = (None, false);
+            journey.route.clear();
+        }
+    }
+
+    fn end(&mut self, result: GoalResult) {
+        let Some(journey) = self.journey.take() else { return };
+        if let Some((walk, leg)) = journey.leg
+            && leg.is_walk()
+        {
+            self.effects.push(RouteEffect::CancelWalk(walk));
+        }
+        self.effects.push(RouteEffect::Ended(journey.goal, result));
+    }
+
+    fn end_as_reached(&mut self) {
+        self.drop_leg();
+        self.end(GoalResult::Reached);
+    }
+
+    fn handle_reached(&mut self, at: Stamp, leg: Leg, view: &RouteView<'_>) {
+        let Some(journey) = &mut self.journey else { return };
+        match leg {
+            Leg::ToGraph(node) | Leg::OutOfDock(node) => {
+                journey.current = Some(node);
+                if journey.target == Target::OutOfDock {
+                    return self.end_as_reached();
+                }
+            }
+            Leg::IntoPose(node) => (journey.current, journey.is_at_end) = (Some(node), true),
+            Leg::Edge(edge) => {
+                let end = view.site.edge(edge).map(|edge| edge.to);
+                journey.is_at_end = end.is_some() && end == journey.target.route_end();
+                (journey.current, journey.edge_failures) = (end, 0);
+                journey.unreachable.clear();
+                self.effects.push(RouteEffect::Traversed(edge, at - journey.leg_began));
+                let was_blocked = self.blocks.remove(&edge).is_some();
+                if was_blocked || view.site.get(ObjectId::EdgeBlock(edge)).is_some() {
+                    self.effects.push(RouteEffect::Unblock(edge));
+                }
+            }
+            Leg::OntoDock => {
+                let until = at + self.config.charge_time_limit;
+                let walk = leg_goal_id(journey.goal, journey.walks);
+                journey.leg = Some((walk, Leg::Charge { until }));
+                return;
+            }
+            Leg::BackOff(node) => {
+                (journey.current, journey.is_at_end) = (Some(node), true);
+                if journey.dock_failures >= self.config.dock_attempts_max {
+                    return self.end(GoalResult::Failed(ReachFailure::NotDocked));
+                }
+            }
+            Leg::Charge { .. } | Leg::Wait { .. } => {}
+        }
+        self.next_leg(at, view);
+    }
+
+    fn handle_blocked(&mut self, at: Stamp, leg: Leg, view: &RouteView<'_>) {
+        let Some(journey) = &mut self.journey else { return };
+        match leg {
+            Leg::Edge(edge) => return self.handle_blocked_edge(at, edge, view),
+            Leg::ToGraph(node) | Leg::IntoPose(node) => {
+                let is_new = journey.unreachable.insert(node);
+                if !is_new || Some(node) == journey.target.route_end() {
+                    return self.end(GoalResult::Failed(ReachFailure::PathBlocked));
+                }
+                self.forget_place();
+            }
+            Leg::OutOfDock(_) => return self.end(GoalResult::Failed(ReachFailure::NotUndocked)),
+            Leg::OntoDock => return self.handle_no_charge(at, view),
+            Leg::BackOff(_) => return self.end(GoalResult::Failed(ReachFailure::NotDocked)),
+            Leg::Charge { .. } | Leg::Wait { .. } => {}
+        }
+        self.next_leg(at, view);
+    }
+
+    /// Follows the edge's policy: tries again, waits, takes another route, or gives up.
+    fn handle_blocked_edge(&mut self, at: Stamp, id: EdgeId, view: &RouteView<'_>) {
+        let Some(journey) = &mut self.journey else { return };
+        let edge = view.site.edge(id);
+        let step = edge.map_or(EdgeFailStep::Replan, |edge| policy_step(edge, journey.edge_failures));
+        journey.edge_failures += 1;
+        match step {
+            EdgeFailStep::Retry(_) => self.walk_edge(at, id, view),
+            EdgeFailStep::Wait(time) => {
+                let walk = leg_goal_id(journey.goal, journey.walks);
+                journey.leg = Some((walk, Leg::Wait { edge: id, until: at + time }));
+            }
+            EdgeFailStep::Fail => self.end(GoalResult::Failed(ReachFailure::PathBlocked)),
+            EdgeFailStep::Replan => {
+                journey.edge_failures = 0;
+                let back = edge.and_then(|edge| {
+                    view.site.edges().find(|back| (back.from, back.to) == (edge.to, edge.from))
+                });
+                for blocked in [Some(id), back.map(|back| back.id)].into_iter().flatten() {
+                    self.block(at, blocked, view);
+                }
+                self.forget_place();
+                self.next_leg(at, view);
+            }
+        }
+    }
+
+    fn block(&mut self, at: Stamp, edge: EdgeId, view: &RouteView<'_>) {
+        let known = view.site.edge_blocks().find(|block| block.edge == edge);
+        let previous = self.blocks.get(&edge).or(known);
+        let reason = match view.map_from_base {
+            Some(pose) => texts::way_blocked(pose.position),
+            None => texts::WAY_BLOCKED.to_owned(),
+        };
+        let block = next_block(edge, previous, at, reason, &self.config.blocks);
+        self.effects.push(RouteEffect::Block(block.clone()));
+        self.blocks.insert(edge, block);
+    }
+
+    /// The dock does not charge, or was not reached: the robot backs off and tries again.
+    fn handle_no_charge(&mut self, at: Stamp, view: &RouteView<'_>) {
+        let Some(journey) = &mut self.journey else { return };
+        journey.dock_failures += 1;
+        let Target::Dock { approach, .. } = journey.target else { return };
+        let Some(node) = view.site.node(approach) else {
+            return self.end(GoalResult::Failed(ReachFailure::NotDocked));
+        };
+        self.begin_walk(at, Leg::BackOff(approach), self.straight_walk(node.map_from_node, node.tolerance));
+    }
+
+    /// Whether an edge cannot be used now.
+    fn is_closed(&self, edge: EdgeId, view: &RouteView<'_>) -> bool {
+        view.graph.cost(edge).is_none()
+            || matches!(view.graph.closure(edge), Some(Closure::Disabled | Closure::KeepOut(_)))
+    }
+
+    /// Decides what is done next for the goal.
+    fn next_leg(&mut self, at: Stamp, view: &RouteView<'_>) {
+        let Some(journey) = &self.journey else { return };
+        let target = journey.target;
+        if is_charged(target, view) {
+            return self.end_as_reached();
+        }
+        if let Some(dock) = view.docked {
+            return match view.site.docks().find(|known| known.id == dock) {
+                Some(dock) if journey.walks == 0 => self.leave_dock(at, dock.approach, view),
+                _ => self.end(GoalResult::Failed(ReachFailure::NotUndocked)),
+            };
+        }
+        let Some(end) = target.route_end() else { return self.end_as_reached() };
+        if journey.is_at_end {
+            return match target {
+                Target::Dock { node, .. } => self.walk_onto_dock(at, node, view),
+                _ => self.end_as_reached(),
+            };
+        }
+        let mut graph = view.graph.clone();
+        for block in self.blocks.values().filter(|block| at < block.until) {
+            graph.close(block.edge, Closure::Blocked(block.clone()));
+        }
+        match journey.current.or(view.place.at) {
+            Some(node) if node == end => self.walk_into_pose(at, end, view),
+            Some(node) => self.walk_next_edge(at, node, end, &graph, view),
+            None => self.walk_to_graph(at, end, &graph, view),
+        }
+    }
+
+    fn walk_next_edge(
+        &mut self,
+        at: Stamp,
+        from: NodeId,
+        end: NodeId,
+        graph: &RouteGraph,
+        view: &RouteView<'_>,
+    ) {
+        let Some(tree) = graph.routes_to(end) else {
+            return self.end(GoalResult::Failed(ReachFailure::NoSuchPlace));
+        };
+        match tree.route(from) {
+            Err(reason) => self.end(GoalResult::Failed(no_route(reason))),
+            Ok(route) => {
+                let Some(edge) = route.edges.first().copied() else { return };
+                if let Some(journey) = &mut self.journey {
+                    (journey.current, journey.route) = (Some(from), route.edges);
+                }
+                self.walk_edge(at, edge, view);
+            }
+        }
+    }
+
+    fn walk_edge(&mut self, at: Stamp, edge: EdgeId, view: &RouteView<'_>) {
+        let Some(journey) = &self.journey else { return };
+        let end = journey.target.route_end();
+        let Some(node) = view.site.edge(edge).and_then(|edge| view.site.node(edge.to)) else {
+            self.forget_place();
+            return self.next_leg(at, view);
+        };
+        let is_last = Some(node.id) == end;
+        let walk = LegWalk {
+            map_from_goal: node.map_from_node,
+            tolerance: is_last.then_some(node.tolerance),
+            speed_max_m_s: view.graph.speed_m_s(edge).filter(|_| self.limits_speed(edge, view.site)),
+            is_straight: false,
+        };
+        self.begin_walk(at, Leg::Edge(edge), walk);
+    }
+
+    /// Whether an edge is walked more slowly than the robot walks by itself.
+    fn limits_speed(&self, edge: EdgeId, site: &Site) -> bool {
+        use site_model::Traversal::{Door, Slow, Stairs};
+        let is_slow =
+            |edge: &Edge| edge.max_speed_m_s.is_some() || matches!(edge.traversal, Stairs | Slow | Door);
+        site.edge(edge).is_some_and(is_slow) || site.zones().next().is_some()
+    }
+
+    /// From beside the graph, or the middle of an edge: to the node from which the end is reached soonest.
+    fn walk_to_graph(&mut self, at: Stamp, end: NodeId, graph: &RouteGraph, view: &RouteView<'_>) {
+        let Some(journey) = &self.journey else { return };
+        let Some(tree) = graph.routes_to(end) else {
+            return self.end(GoalResult::Failed(ReachFailure::NoSuchPlace));
+        };
+        let nearest = view.place.nearest;
+        let on = view.place.on.and_then(|edge| view.site.edge(edge));
+        let ends = on.into_iter().flat_map(|edge| {
+            let is_open = graph.closure(edge.id).is_none();
+            [is_open.then_some(edge.to), Some(edge.from)]
+        });
+        let candidates = ends.flatten().chain(nearest.filter(|_| on.is_none()));
+        let candidates = candidates.filter(|node| !journey.unreachable.contains(node));
+        let cost_s = |node: NodeId| {
+            let way_m = match (view.map_from_base, view.site.node(node)) {
+                (Some(base), Some(node)) => distance_m(&base, &node.map_from_node),
+                _ => 0.0,
+            };
+            Some(way_m / self.config.off_graph_speed_m_s + tree.cost_s(node)?)
+        };
+        let best =
+            candidates.filter_map(|node| Some((cost_s(node)?, node))).min_by(|(a, _), (b, _)| a.total_cmp(b));
+        let reason = match (best, nearest) {
+            (Some((_, node)), _) => {
+                let Some(node) = view.site.node(node) else { return };
+                let is_last = node.id == end;
+                let (goal, tolerance) = (node.map_from_node, is_last.then_some(node.tolerance));
+                let leg = if is_last { Leg::IntoPose(node.id) } else { Leg::ToGraph(node.id) };
+                return self.begin_walk(at, leg, path_walk(goal, tolerance));
+            }
+            (None, Some(_)) if !journey.unreachable.is_empty() => ReachFailure::PathBlocked,
+            (None, Some(nearest)) => match tree.route(nearest) {
+                Err(reason) => no_route(reason),
+                Ok(_) => ReachFailure::PathBlocked,
+            },
+            (None, None) => ReachFailure::NoRoute { closed: Vec::new() },
+        };
+        self.end(GoalResult::Failed(reason));
+    }
+
+    fn walk_into_pose(&mut self, at: Stamp, node: NodeId, view: &RouteView<'_>) {
+        let Some(node) = view.site.node(node) else {
+            return self.end(GoalResult::Failed(ReachFailure::NoSuchPlace));
+        };
+        let Node { id, map_from_node, tolerance, .. } = node;
+        self.begin_walk(at, Leg::IntoPose(*id), path_walk(*map_from_node, Some(*tolerance)));
+    }
+
+    fn walk_onto_dock(&mut self, at: Stamp, node: NodeId, view: &RouteView<'_>) {
+        let Some(node) = view.site.node(node) else {
+            return self.end(GoalResult::Failed(ReachFailure::NoSuchPlace));
+        };
+        let walk = self.straight_walk(node.map_from_node, self.config.dock_tolerance);
+        if let Some(journey) = &mut self.journey {
+            journey.route.clear();
+        }
+        self.begin_walk(at, Leg::OntoDock, walk);
+    }
+
+    fn leave_dock(&mut self, at: Stamp, approach: NodeId, view: &RouteView<'_>) {
+        let Some(node) = view.site.node(approach) else {
+            return self.end(GoalResult::Failed(ReachFailure::NotUndocked));
+        };
+        let walk = self.straight_walk(node.map_from_node, node.tolerance);
+        self.begin_walk(at, Leg::OutOfDock(approach), walk);
+    }
+
+    fn straight_walk(&self, map_from_goal: Pose, tolerance: PoseTolerance) -> LegWalk {
+        let speed_max_m_s = Some(self.config.dock_speed_m_s);
+        LegWalk { map_from_goal, tolerance: Some(tolerance), speed_max_m_s, is_straight: true }
+    }
+
+    fn begin_walk(&mut self, at: Stamp, leg: Leg, walk: LegWalk) {
+        let Some(journey) = &mut self.journey else { return };
+        let id = leg_goal_id(journey.goal, journey.walks);
+        journey.walks += 1;
+        journey.leg_began = at;
+        journey.leg = Some((id, leg));
+        self.effects.push(RouteEffect::Walk(id, walk));
+    }
+}
+
+fn path_walk(map_from_goal: Pose, tolerance: Option<PoseTolerance>) -> LegWalk {
+    LegWalk { map_from_goal, tolerance, speed_max_m_s: None, is_straight: false }
+}
+
+/// Whether the robot is charged in the dock of the target.
+fn is_charged(target: Target, view: &RouteView<'_>) -> bool {
+    matches!(target, Target::Dock { dock, .. } if view.docked == Some(dock))
+}
+
+/// The step of an edge's policy after this number of failures. Without a policy, and at its end, another route is taken.
+fn policy_step(edge: &Edge, failures: u32) -> EdgeFailStep {
+    let steps = edge.fail_policy.iter().flat_map(|step| match step {
+        EdgeFailStep::Retry(times) => std::iter::repeat_n(*step, usize::from(*times)),
+        step => std::iter::repeat_n(*step, 1),
+    });
+    let index = usize::try_from(failures).unwrap_or(usize::MAX);
+    steps.into_iter().nth(index).unwrap_or(EdgeFailStep::Replan)
+}
+
+fn no_route(reason: NoRoute) -> ReachFailure {
+    match reason {
+        NoRoute::NoSuchNode(_) => ReachFailure::NoSuchPlace,
+        NoRoute::Closed { edges } => {
+            ReachFailure::NoRoute { closed: edges.into_iter().map(|(edge, _)| edge).collect() }
+        }
+        NoRoute::NotConnected => ReachFailure::NoRoute { closed: Vec::new() },
+    }
+}
+
+fn distance_m(a: &Pose, b: &Pose) -> f64 {
+    let (x, y) = (a.position.x - b.position.x, a.position.y - b.position.y);
+    x.hypot(y)
+}

@@ -1,0 +1,62 @@
+//! What enters and leaves the route executor.
+
+use crate::graph::{GraphPlace, RouteGraph};
+use crate::runs::GoalResult;
+use site_model::{DockId, EdgeBlock, EdgeId, PoseTolerance, ReachFailure, Site};
+use vocab::{GoalId, Pose, Span};
+
+/// What the executor sees at each update.
+#[derive(Clone, Copy, Debug)]
+pub struct RouteView<'a> {
+    /// The site on which routes are planned.
+    pub site: &'a Site,
+    /// Its graph, with the blocks and times that hold now.
+    pub graph: &'a RouteGraph,
+    /// The base in the map; none before the robot is localised.
+    pub map_from_base: Option<Pose>,
+    /// Where that is on the graph.
+    pub place: GraphPlace,
+    /// The dock in which the robot is charged.
+    pub docked: Option<DockId>,
+}
+
+/// A walk that the executive is to do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LegWalk {
+    /// The base at its end.
+    pub map_from_goal: Pose,
+    /// Which poses count as reached; none: the robot passes by.
+    pub tolerance: Option<PoseTolerance>,
+    /// Greatest speed, m/s; none: that of the robot.
+    pub speed_max_m_s: Option<f64>,
+    /// Whether it goes straight and in any direction, as into and out of a dock.
+    pub is_straight: bool,
+}
+
+/// How a walk ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum LegResult {
+    /// It reached its pose.
+    Reached,
+    /// It did not.
+    Failed(ReachFailure),
+    /// Motion was stopped, somebody drives, or asked for another goal.
+    MotionTaken,
+}
+
+/// An effect of the executor.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RouteEffect {
+    /// Begin a walk. It ends with [`super::RouteExecutor::end_leg`], unless it is cancelled.
+    Walk(GoalId, LegWalk),
+    /// End a walk. Its result is not waited for.
+    CancelWalk(GoalId),
+    /// A goal has ended.
+    Ended(GoalId, GoalResult),
+    /// An edge could not be walked: it is not used for a while.
+    Block(EdgeBlock),
+    /// An edge that could not be walked before was walked: its record is removed.
+    Unblock(EdgeId),
+    /// An edge was walked.
+    Traversed(EdgeId, Span),
+}

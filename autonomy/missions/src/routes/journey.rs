@@ -1,0 +1,92 @@
+//! A goal on the topological map that is under way: where it leads, and what is done for it now.
+
+use site_model::{DockId, EdgeId, NodeId};
+use std::collections::BTreeSet;
+use vocab::{GoalId, Stamp};
+
+/// Where a goal leads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Target {
+    Node(NodeId),
+    Dock { dock: DockId, node: NodeId, approach: NodeId },
+    OutOfDock,
+}
+
+impl Target {
+    /// The node to which the route leads.
+    pub fn route_end(self) -> Option<NodeId> {
+        match self {
+            Self::Node(node) | Self::Dock { approach: node, .. } => Some(node),
+            Self::OutOfDock => None,
+        }
+    }
+}
+
+/// What is done now.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Leg {
+    /// From a place beside the graph, or in the middle of an edge, to a node.
+    ToGraph(NodeId),
+    /// Along an edge.
+    Edge(EdgeId),
+    /// Into the pose of a node at which the robot is nearly.
+    IntoPose(NodeId),
+    /// Out of a dock, to the node in front of it.
+    OutOfDock(NodeId),
+    /// From the node in front of a dock onto it.
+    OntoDock,
+    /// The robot stands on the dock, and waits for the charging current.
+    Charge { until: Stamp },
+    /// Away from a dock that does not charge, to the node in front of it.
+    BackOff(NodeId),
+    /// It waits before it tries an edge again.
+    Wait { edge: EdgeId, until: Stamp },
+}
+
+impl Leg {
+    /// Whether the executive walks for it.
+    pub fn is_walk(self) -> bool {
+        !matches!(self, Self::Charge { .. } | Self::Wait { .. })
+    }
+}
+
+/// A goal that is under way.
+#[derive(Clone, Debug)]
+pub(super) struct Journey {
+    pub goal: GoalId,
+    pub target: Target,
+    pub leg: Option<(GoalId, Leg)>,
+    pub leg_began: Stamp,
+    /// The node that was reached last on the route.
+    pub current: Option<NodeId>,
+    /// Whether the robot has stood in the pose of the route's end.
+    pub is_at_end: bool,
+    /// Walks so far, from which their ids are made.
+    pub walks: u64,
+    /// Steps of the fail policy of the present edge that were taken.
+    pub edge_failures: u32,
+    /// Nodes to which there was no way from beside the graph.
+    pub unreachable: BTreeSet<NodeId>,
+    /// Attempts to dock that failed.
+    pub dock_failures: u32,
+    /// Edges that are left, the present one first.
+    pub route: Vec<EdgeId>,
+}
+
+impl Journey {
+    pub fn new(at: Stamp, goal: GoalId, target: Target) -> Self {
+        Self {
+            goal,
+            target,
+            leg: None,
+            leg_began: at,
+            current: None,
+            is_at_end: false,
+            walks: 0,
+            edge_failures: 0,
+            unreachable: BTreeSet::new(),
+            dock_failures: 0,
+            route: Vec::new(),
+        }
+    }
+}

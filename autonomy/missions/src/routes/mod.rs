@@ -1,0 +1,10 @@
+//! Following routes: a goal on the topological map is walked edge by edge, each edge a goal of the executive.
+
+mod executor;
+mod interface;
+mod journey;
+#[cfg(test)]
+mod tests;
+
+pub use executor::{RouteExecutor, RouteExecutorConfig};
+pub use interface::{LegResult, LegWalk, RouteEffect, RouteView};

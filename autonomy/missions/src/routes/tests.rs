@@ -1,0 +1,298 @@
+//! The executor with a world around it, in which walks end as each test says.
+
+use super::{LegResult, LegWalk, RouteEffect, RouteExecutor, RouteExecutorConfig, RouteView};
+use crate::graph::{GraphPlace, RouteConditions, RouteConfig, RouteGraph};
+use crate::runs::{GoalRequest, GoalResult};
+use crate::testing::{SiteBuilder, edge_id, node_id};
+use site_model::{DockId, EdgeBlock, EdgeFailStep, EdgeId, NodeId, ObjectId, ReachFailure};
+use std::collections::VecDeque;
+use uuid::Uuid;
+use vocab::{GoalId, Pose, Span, Stamp, Vec3};
+
+const GOAL: GoalId = GoalId(Uuid::from_u128(500));
+const DOCK: DockId = DockId(Uuid::from_u128(91));
+
+/// A robot that is where its last walk ended.
+struct World {
+    builder: SiteBuilder,
+    executor: RouteExecutor,
+    at: Stamp,
+    pose: Pose,
+    place: GraphPlace,
+    docked: Option<DockId>,
+    /// Walks that are under way.
+    walks: VecDeque<(GoalId, LegWalk)>,
+    cancelled: usize,
+    blocks: Vec<EdgeBlock>,
+    unblocked: Vec<EdgeId>,
+    traversed: Vec<EdgeId>,
+    ended: Vec<GoalResult>,
+}
+
+impl World {
+    /// Nodes 1 to 4 along x, 10 m apart, and a way round by node 5; dock 91 at node 1 with node 2 in front of it.
+    fn new() -> Self {
+        let mut builder = SiteBuilder::new();
+        for number in 1..=4 {
+            builder.node(number, 10.0 * number as f64, 0.0);
+        }
+        builder.node(5, 30.0, 30.0);
+        builder.pair(1, 2).pair(2, 3).pair(3, 4).pair(2, 5).pair(5, 4).dock(91, 1, 2);
+        let mut world = Self {
+            builder,
+            executor: RouteExecutor::new(RouteExecutorConfig::default()),
+            at: Stamp::from_nanos(0),
+            pose: Pose::IDENTITY,
+            place: GraphPlace::default(),
+            docked: None,
+            walks: VecDeque::new(),
+            cancelled: 0,
+            blocks: Vec::new(),
+            unblocked: Vec::new(),
+            traversed: Vec::new(),
+            ended: Vec::new(),
+        };
+        world.stand_at(2);
+        world
+    }
+
+    fn stand_at(&mut self, number: u128) {
+        let id = node_id(number);
+        self.pose = self.builder.site().node(id).expect("a node").map_from_node;
+        self.place = GraphPlace { at: Some(id), nearest: Some(id), on: None };
+    }
+
+    /// Between the nodes of an edge.
+    fn stand_on(&mut self, from: u128, to: u128) {
+        let site = self.builder.site();
+        let x = |number| site.node(node_id(number)).expect("a node").map_from_node.position.x;
+        self.pose.position = Vec3::new((x(from) + x(to)) / 2.0, 0.0, 0.0);
+        self.place = GraphPlace { at: None, nearest: Some(node_id(from)), on: Some(edge_id(from, to)) };
+    }
+
+    fn with<T>(&mut self, call: impl FnOnce(&mut RouteExecutor, Stamp, &RouteView<'_>) -> T) -> T {
+        let site = self.builder.site();
+        let conditions = RouteConditions { now: self.at, time_of_day: None, learned: None };
+        let graph = RouteGraph::new(&site, &conditions, &RouteConfig::default());
+        let view = RouteView {
+            site: &site,
+            graph: &graph,
+            map_from_base: Some(self.pose),
+            place: self.place,
+            docked: self.docked,
+        };
+        call(&mut self.executor, self.at, &view)
+    }
+
+    fn take(&mut self, effects: Vec<RouteEffect>) {
+        for effect in effects {
+            match effect {
+                RouteEffect::Walk(walk, leg) => self.walks.push_back((walk, leg)),
+                RouteEffect::CancelWalk(walk) => {
+                    self.cancelled += 1;
+                    self.walks.retain(|(known, _)| *known != walk);
+                }
+                RouteEffect::Ended(GOAL, result) => self.ended.push(result),
+                RouteEffect::Ended(goal, _) => panic!("another goal: {goal:?}"),
+                RouteEffect::Block(block) => self.blocks.push(block),
+                RouteEffect::Unblock(edge) => self.unblocked.push(edge),
+                RouteEffect::Traversed(edge, _) => self.traversed.push(edge),
+            }
+        }
+    }
+
+    fn begin(&mut self, request: GoalRequest) {
+        let effects = self.with(|executor, at, view| executor.begin(at, GOAL, request, view));
+        self.take(effects);
+    }
+
+    fn wait(&mut self, seconds: i64) {
+        self.at += Span::from_millis(seconds * 1_000);
+        let effects = self.with(|executor, at, view| executor.tick(at, view));
+        self.take(effects);
+    }
+
+    /// The walk under way ends after 5 s. Returns where it led.
+    fn end_walk(&mut self, result: LegResult) -> Vec3 {
+        let (walk, leg) = self.walks.pop_front().expect("a walk");
+        assert!(self.walks.is_empty(), "one walk at a time");
+        self.at += Span::from_millis(5_000);
+        if result == LegResult::Reached {
+            self.pose = leg.map_from_goal;
+            let site = self.builder.site();
+            let node = site.nodes().find(|node| node.map_from_node.position == self.pose.position);
+            let id: Option<NodeId> = node.map(|node| node.id);
+            self.place = GraphPlace { at: id, nearest: id, on: None };
+        }
+        let effects = self.with(|executor, at, view| executor.end_leg(at, walk, result, view));
+        self.take(effects);
+        leg.map_from_goal.position
+    }
+
+    /// All walks are reached until the goal has ended.
+    fn walk_to_the_end(&mut self) -> Vec<f64> {
+        let mut ends = Vec::new();
+        while self.ended.is_empty() && !self.walks.is_empty() {
+            ends.push(self.end_walk(LegResult::Reached).x);
+        }
+        ends
+    }
+}
+
+fn blocked() -> LegResult {
+    LegResult::Failed(ReachFailure::PathBlocked)
+}
+
+#[test]
+fn a_route_passes_its_nodes_and_stands_in_the_last() {
+    let mut world = World::new();
+    world.begin(GoalRequest::Route(node_id(4)));
+    assert!(world.walks[0].1.tolerance.is_none(), "node 3 is passed");
+    let progress = world.with(|executor, _, view| executor.progress(view.graph)).expect("a route");
+    assert_eq!(progress.edges, [edge_id(2, 3), edge_id(3, 4)]);
+    assert!((progress.remaining_m - 20.0).abs() < 1e-9);
+    world.end_walk(LegResult::Reached);
+    assert!(world.walks[0].1.tolerance.is_some(), "node 4 is the end");
+    world.walk_to_the_end();
+    assert_eq!(world.ended, [GoalResult::Reached]);
+    assert_eq!(world.traversed, [edge_id(2, 3), edge_id(3, 4)]);
+}
+
+#[test]
+fn a_blocked_edge_is_left_out_both_ways_and_the_route_goes_round() {
+    let mut world = World::new();
+    world.begin(GoalRequest::Route(node_id(4)));
+    world.end_walk(LegResult::Reached);
+    world.stand_on(3, 4);
+    world.end_walk(blocked());
+    let edges: Vec<EdgeId> = world.blocks.iter().map(|block| block.edge).collect();
+    assert_eq!(edges, [edge_id(3, 4), edge_id(4, 3)]);
+    assert!(world.blocks[0].reason.contains("35.0 m"), "{}", world.blocks[0].reason);
+    // Back to node 3, and by node 5, although the site does not show the block yet.
+    assert_eq!(world.walk_to_the_end(), [30.0, 20.0, 30.0, 40.0]);
+    assert_eq!(world.ended, [GoalResult::Reached]);
+}
+
+#[test]
+fn the_time_of_a_block_doubles_and_a_walk_ends_it() {
+    let mut world = World::new();
+    // Without the way round.
+    for (from, to) in [(2, 5), (5, 4)] {
+        world.builder.change_edge(from, to, |edge| edge.is_enabled = false);
+    }
+    let mut times = Vec::new();
+    for _ in 0..2 {
+        world.stand_at(3);
+        world.ended.clear();
+        world.begin(GoalRequest::Route(node_id(4)));
+        world.end_walk(blocked());
+        let closed = vec![edge_id(3, 4)];
+        assert_eq!(world.ended, [GoalResult::Failed(ReachFailure::NoRoute { closed })]);
+        let block = world.blocks.iter().rev().find(|block| block.edge == edge_id(3, 4)).expect("a block");
+        times.push((block.until - world.at).secs_f64());
+        world.at = block.until;
+    }
+    assert_eq!(times, [60.0, 120.0]);
+    world.stand_at(3);
+    world.ended.clear();
+    world.begin(GoalRequest::Route(node_id(4)));
+    world.walk_to_the_end();
+    assert_eq!(
+        (world.ended.as_slice(), world.unblocked.as_slice()),
+        ([GoalResult::Reached].as_slice(), [edge_id(3, 4)].as_slice())
+    );
+}
+
+#[test]
+fn the_fail_policy_of_an_edge_is_followed_in_turn() {
+    let mut world = World::new();
+    world.builder.change_edge(2, 3, |edge| {
+        edge.fail_policy =
+            vec![EdgeFailStep::Retry(1), EdgeFailStep::Wait(Span::from_millis(30_000)), EdgeFailStep::Fail];
+    });
+    world.begin(GoalRequest::Route(node_id(3)));
+    world.end_walk(blocked());
+    assert_eq!(world.walks.len(), 1, "tried again at once");
+    world.end_walk(blocked());
+    assert!(world.walks.is_empty(), "it waits");
+    world.wait(29);
+    assert!(world.walks.is_empty());
+    world.wait(1);
+    world.end_walk(blocked());
+    assert_eq!(world.ended, [GoalResult::Failed(ReachFailure::PathBlocked)]);
+    assert!(world.blocks.is_empty());
+}
+
+#[test]
+fn an_edge_that_is_closed_under_way_is_not_walked_to_its_end() {
+    let mut world = World::new();
+    world.begin(GoalRequest::Route(node_id(4)));
+    world.end_walk(LegResult::Reached);
+    world.stand_on(3, 4);
+    world.builder.change_edge(3, 4, |edge| edge.is_enabled = false);
+    world.wait(1);
+    assert_eq!(world.cancelled, 1);
+    assert_eq!(world.walk_to_the_end(), [30.0, 20.0, 30.0, 40.0]);
+    assert_eq!(world.ended, [GoalResult::Reached]);
+}
+
+#[test]
+fn only_the_charging_current_proves_that_the_robot_has_docked() {
+    let mut world = World::new();
+    world.begin(GoalRequest::Dock(DOCK));
+    // Into the pose in front of the dock, then onto it, three times. Between them it backs off.
+    for attempt in 1..=3 {
+        if attempt == 1 {
+            assert_eq!(world.end_walk(LegResult::Reached).x, 20.0);
+        }
+        assert!(world.walks[0].1.is_straight);
+        assert_eq!(world.end_walk(LegResult::Reached).x, 10.0);
+        world.wait(3);
+        assert!(world.walks.is_empty() && world.ended.is_empty(), "it waits for the current");
+        world.wait(1);
+        assert_eq!(world.end_walk(LegResult::Reached).x, 20.0);
+    }
+    assert_eq!(world.ended, [GoalResult::Failed(ReachFailure::NotDocked)]);
+
+    let mut world = World::new();
+    world.begin(GoalRequest::Dock(DOCK));
+    world.end_walk(LegResult::Reached);
+    world.docked = Some(DOCK);
+    world.wait(1);
+    assert_eq!((world.ended.as_slice(), world.cancelled), ([GoalResult::Reached].as_slice(), 1));
+}
+
+#[test]
+fn a_docked_robot_leaves_its_dock_first() {
+    let mut world = World::new();
+    world.stand_at(1);
+    world.docked = Some(DOCK);
+    world.begin(GoalRequest::Route(node_id(3)));
+    assert!(world.walks[0].1.is_straight);
+    world.docked = None;
+    assert_eq!(world.walk_to_the_end(), [20.0, 30.0]);
+    assert_eq!(world.ended, [GoalResult::Reached]);
+
+    let mut world = World::new();
+    world.stand_at(1);
+    world.docked = Some(DOCK);
+    world.begin(GoalRequest::Undock);
+    world.end_walk(blocked());
+    assert_eq!(world.ended, [GoalResult::Failed(ReachFailure::NotUndocked)]);
+}
+
+#[test]
+fn what_takes_the_robot_ends_the_goal_and_a_late_result_changes_nothing() {
+    let mut world = World::new();
+    world.begin(GoalRequest::Route(node_id(4)));
+    let (walk, _) = world.walks[0];
+    world.end_walk(LegResult::MotionTaken);
+    assert_eq!(world.ended, [GoalResult::MotionTaken]);
+    let late = world.with(|executor, at, view| executor.end_leg(at, walk, LegResult::Reached, view));
+    assert!(late.is_empty());
+
+    let mut world = World::new();
+    world.begin(GoalRequest::Route(node_id(99)));
+    assert_eq!(world.ended, [GoalResult::Failed(ReachFailure::NoSuchPlace)]);
+    assert!(world.builder.site().get(ObjectId::Node(node_id(99))).is_none());
+}

@@ -1,0 +1,193 @@
+//! What the ledger keeps of an event of missions: the event itself, from which the runner is made again, and the rows that people ask for: runs, steps, results and
+//! slots of schedules.
+
+use messages::{FiringRecord, LedgerEvent, ResultRecord, RunRecord, StepRecord};
+use missions::Records;
+use serde::Serialize;
+use serde_json::{Value, json};
+use site_model::{
+    MissionEvent, MissionEventKind, MissionId, ObjectId, Revision, RunId, RunState, SlotDecision, TaskId,
+    TaskStep,
+};
+use vocab::{Covariance6, Pose};
+
+/// What is recorded with each result: where the robot was, as it knew.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(super) struct Whereabouts {
+    /// Base in the map.
+    pub map_from_base: Option<Pose>,
+    /// Its covariance.
+    pub covariance: Option<Covariance6>,
+    /// Whether the pose was known with nothing speaking against it.
+    pub is_localised: bool,
+}
+
+/// The rows of an event. `records` are those after it.
+pub(super) fn ledger_events(
+    event: &MissionEvent,
+    records: &Records,
+    time_zone: &str,
+    whereabouts: &Whereabouts,
+) -> Vec<LedgerEvent> {
+    let mut events = vec![LedgerEvent::Mission(event.clone())];
+    let run = event.kind.run();
+    match &event.kind {
+        MissionEventKind::RunQueued { .. }
+        | MissionEventKind::RunBegan { .. }
+        | MissionEventKind::RunChanged { .. }
+        | MissionEventKind::RunEnding { .. }
+        | MissionEventKind::RunSetOutToEnd { .. }
+        | MissionEventKind::QuestionAnswered { .. } => {
+            events.extend(run.and_then(|run| run_record(records, run, None)));
+        }
+        MissionEventKind::RunEnded { outcome, .. } => {
+            events.extend(run.and_then(|run| run_record(records, run, Some(*outcome))));
+        }
+        MissionEventKind::Task { run, task, attempt, step } => {
+            events.extend(task_records(
+                event,
+                records,
+                (*run, *task),
+                *attempt,
+                step,
+                time_zone,
+                whereabouts,
+            ));
+        }
+        MissionEventKind::SlotDecided { schedule, slot, due, decision } => {
+            let (run, outcome) = match decision {
+                SlotDecision::Run(run) => (Some(*run), "run".to_owned()),
+                SlotDecision::Skipped(reason) => (None, name_of(reason)),
+            };
+            let body = json!({ "slot": slot, "decision": decision }).to_string();
+            let (schedule, due_utc_ns) = (*schedule, due.0);
+            events.push(LedgerEvent::Firing(FiringRecord { schedule, due_utc_ns, run, outcome, body }));
+        }
+        MissionEventKind::SlotsMissed { schedule, first, last, last_due, count } => {
+            let body = json!({ "first": first, "last": last, "count": count }).to_string();
+            events.push(LedgerEvent::Firing(FiringRecord {
+                schedule: *schedule,
+                due_utc_ns: last_due.0,
+                run: None,
+                outcome: "missed".to_owned(),
+                body,
+            }));
+        }
+        MissionEventKind::ScheduleAdopted { .. }
+        | MissionEventKind::MonitorChanged { .. }
+        | MissionEventKind::DockingBegan { .. } => {}
+    }
+    events
+}
+
+fn run_record(records: &Records, id: RunId, ended: Option<RunState>) -> Option<LedgerEvent> {
+    let run = records.runs.get(&id);
+    let mission = run.map(|run| run.mission).or_else(|| ended_mission(records, id))?;
+    let state = ended.or(run.map(|run| run.state))?;
+    let body = run.map_or(Value::Null, |run| {
+        json!({
+            "cause": run.cause,
+            "began": run.began,
+            "tasks": run.tasks.len(),
+            "outcome": run.ending.map(|(outcome, _)| outcome),
+            "revisions": run.plan.as_ref().map(|plan| pinned(&plan.revisions)),
+        })
+    });
+    Some(LedgerEvent::Run(RunRecord {
+        run: id,
+        mission,
+        state: name_of(&state),
+        is_ended: state.is_outcome(),
+        body: body.to_string(),
+    }))
+}
+
+fn ended_mission(records: &Records, id: RunId) -> Option<MissionId> {
+    records.ended.iter().rev().find(|(run, ..)| *run == id).map(|(_, mission, _)| *mission)
+}
+
+/// Objects with their revisions, as people and programs read them.
+fn pinned(revisions: &[(ObjectId, Revision)]) -> Vec<Value> {
+    let entry = |(object, revision): &(ObjectId, Revision)| json!({ "kind": object.kind().name(), "id": object.uuid(), "revision": revision });
+    revisions.iter().map(entry).collect()
+}
+
+fn task_records(
+    event: &MissionEvent,
+    records: &Records,
+    (run, task): (RunId, TaskId),
+    attempt: u32,
+    step: &TaskStep,
+    time_zone: &str,
+    whereabouts: &Whereabouts,
+) -> Vec<LedgerEvent> {
+    let Some(known) = records.runs.get(&run) else { return Vec::new() };
+    let Some(index) = known.index_of(task) else { return Vec::new() };
+    let planned = &known.tasks[index].planned;
+    let number = u32::try_from(index).unwrap_or(u32::MAX);
+    let state = step.state();
+    let action = planned.request.as_ref().map(|request| request.action.as_str());
+    let body = json!({
+        "task": task,
+        "node": planned.node,
+        "action": action,
+        "step": step_without_result(step),
+        "utc": event.utc,
+    });
+    let mut events = vec![LedgerEvent::Step(StepRecord {
+        run,
+        step: number,
+        attempt,
+        state: name_of(&state),
+        is_done: state.is_outcome(),
+        body: body.to_string(),
+    })];
+    if let TaskStep::Succeeded { result: Some(result) } = step {
+        let value: Value = serde_json::from_str(result).unwrap_or_else(|_| Value::String(result.clone()));
+        let blob = value.get("blob").and_then(Value::as_str).and_then(parse_hash);
+        let revisions = known.plan.as_ref().map(|plan| pinned(&plan.revisions));
+        let body = json!({
+            "task": task,
+            "node": planned.node,
+            "parameters": planned.request.as_ref().map(|request| &request.parameters),
+            "value": value,
+            "utc": event.utc,
+            "time_zone": time_zone,
+            "whereabouts": whereabouts,
+            "revisions": revisions,
+        });
+        events.push(LedgerEvent::Result(ResultRecord {
+            run,
+            step: number,
+            attempt,
+            kind: action.unwrap_or_default().to_owned(),
+            blob,
+            body: body.to_string(),
+        }));
+    }
+    events
+}
+
+/// The step without the result of the action, which has a row of its own.
+fn step_without_result(step: &TaskStep) -> Value {
+    match step {
+        TaskStep::Succeeded { .. } => json!("succeeded"),
+        step => serde_json::to_value(step).unwrap_or(Value::Null),
+    }
+}
+
+/// The name of a state or reason, as JSON has it; of a reason with data, its kind.
+fn name_of(value: &impl Serialize) -> String {
+    match serde_json::to_value(value) {
+        Ok(Value::String(name)) => name,
+        Ok(Value::Object(object)) => object.keys().next().cloned().unwrap_or_default(),
+        _ => String::new(),
+    }
+}
+
+/// A BLAKE3 hash in hexadecimal digits.
+fn parse_hash(text: &str) -> Option<[u8; 32]> {
+    let bytes: Option<Vec<u8>> =
+        (0..text.len()).step_by(2).map(|at| u8::from_str_radix(text.get(at..at + 2)?, 16).ok()).collect();
+    bytes?.try_into().ok()
+}

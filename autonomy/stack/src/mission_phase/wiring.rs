@@ -1,0 +1,535 @@
+//! Connects missions with the rest of the stack: what happens becomes an input of the runner or the executor, and what they want becomes goals of the executive,
+//! commits, calls of actions, answers and notices.
+
+use super::ledger_events::{Whereabouts, ledger_events};
+use super::status::mission_status;
+use super::{action_info, action_result, platform};
+use crate::{Running, notice, publish, texts};
+use executive::Frames;
+use geometry::pose_from_isometry;
+use messages::{
+    Approach, CancelCause, Command, ExecutiveState, GoalFailure, GoalKind, GoalProgress, GoalResult,
+    GoalStatus, GoalUpdate, Input, LedgerEvent, PoseGoal, Principal, Publication, Severity, SiteWrite,
+    StackEffect,
+};
+use missions::{
+    CHARGE_SIGNAL, GoalRequest, LegResult, LegWalk, MissionEffect, MissionInput, MissionNotice, RouteEffect,
+    RouteView, Situation,
+};
+use site_model::{
+    MissionCommand, MissionCommandKind, Object, ObjectId, ReachFailure, RouteStatus, RunState, Utc,
+};
+use std::collections::VecDeque;
+use std::sync::Arc;
+use vocab::{Covariance6, GoalId, Stamp};
+
+impl Running {
+    /// An input that concerns missions only: the calendar time, actions, the site. Others change nothing.
+    pub(crate) fn mission_input(&mut self, at: Stamp, input: Input, effects: &mut Vec<StackEffect>) {
+        let input = match input {
+            Input::WallClock { utc_ns, synchronised } => {
+                MissionInput::Clock { utc: Utc(utc_ns), is_synchronised: synchronised }
+            }
+            Input::ActionDone { call, outcome } => {
+                MissionInput::Action { call, result: action_result(outcome) }
+            }
+            Input::ActionsRegistered(actions) if self.missions.runner.is_none() => {
+                self.missions.actions = action_info(actions);
+                return;
+            }
+            Input::ActionsRegistered(actions) => MissionInput::Actions(action_info(actions)),
+            Input::MissionsRestored(events) => {
+                self.missions.restored = events;
+                return;
+            }
+            Input::Site(snapshot) => MissionInput::Site(self.missions.take_site(*snapshot)),
+            Input::SiteEdited(edit) => match self.missions.take_edit(&edit) {
+                Some(site) => MissionInput::Site(site),
+                None => return,
+            },
+            _ => return,
+        };
+        self.update_missions(at, input, effects);
+    }
+
+    /// A command of missions. It is answered once what it leads to is durable.
+    ///
+    /// # Errors
+    /// Before the site is known.
+    pub(crate) fn mission_command(
+        &mut self,
+        at: Stamp,
+        command: &Command,
+        kind: MissionCommandKind,
+        effects: &mut Vec<StackEffect>,
+    ) -> Result<(), String> {
+        if self.missions.runner.is_none() {
+            return Err(texts::NO_SITE.to_owned());
+        }
+        if self.missions.waiting.len() >= self.missions.config.waiting_max {
+            self.missions.waiting.pop_first();
+        }
+        self.missions.waiting.insert(command.id, command.by.client);
+        let command = MissionCommand { id: command.id, kind };
+        self.update_missions(at, MissionInput::Command(command), effects);
+        Ok(())
+    }
+
+    /// Somebody asks for a goal on the topological map.
+    ///
+    /// # Errors
+    /// Why it cannot begin, with what to do.
+    pub(crate) fn start_route(
+        &mut self,
+        at: Stamp,
+        (id, kind, by): (GoalId, GoalKind, Principal),
+        effects: &mut Vec<StackEffect>,
+    ) -> Result<(), String> {
+        if self.missions.goal.as_ref().is_some_and(|goal| goal.id == id) {
+            return Ok(());
+        }
+        let request = match kind {
+            GoalKind::GoToNode(node) => GoalRequest::Route(node),
+            GoalKind::GoToDock(dock) => GoalRequest::Dock(dock),
+            _ => GoalRequest::Undock,
+        };
+        if self.missions.runner.is_none() {
+            return Err(texts::NO_SITE.to_owned());
+        }
+        if self.executive.state() == ExecutiveState::Stopped {
+            return Err(texts::MOTION_IS_STOPPED.to_owned());
+        }
+        if !self.is_localised_in_site() {
+            return Err(texts::NOT_LOCALISED_IN_SITE.to_owned());
+        }
+        // A run that uses the robot is paused by this, as by any other goal of a person.
+        self.missions.cancelled = Some((by.clone(), CancelCause::Replaced(id)));
+        self.end_route_as_taken(at, effects);
+        self.begin_route(at, id, request, kind, by, effects);
+        Ok(())
+    }
+
+    /// Somebody cancels a goal. Whether it was one on the topological map.
+    pub(crate) fn cancel_route(
+        &mut self,
+        at: Stamp,
+        goal: GoalId,
+        by: &Principal,
+        effects: &mut Vec<StackEffect>,
+    ) -> bool {
+        if self.missions.executor.goal() != Some(goal) {
+            return false;
+        }
+        self.missions.cancelled = Some((by.clone(), CancelCause::Requested));
+        let ended = self.missions.executor.cancel(goal);
+        // A person has ended what a run wanted: it is paused.
+        let is_of_runner = self.missions.is_of_runner(goal);
+        let ended = ended.into_iter().map(|effect| match effect {
+            RouteEffect::Ended(goal, missions::GoalResult::Cancelled) if is_of_runner => {
+                RouteEffect::Ended(goal, missions::GoalResult::MotionTaken)
+            }
+            effect => effect,
+        });
+        let ended = ended.collect();
+        self.handle_route_effects(at, ended, effects);
+        true
+    }
+
+    /// The charge of the battery and whether it grows.
+    pub(crate) fn mission_battery(
+        &mut self,
+        at: Stamp,
+        battery: messages::BatteryState,
+        effects: &mut Vec<StackEffect>,
+    ) {
+        self.missions.battery = Some(battery);
+        let value = f64::from(battery.charge);
+        self.update_missions(at, MissionInput::Signal { name: CHARGE_SIGNAL.to_owned(), value }, effects);
+    }
+
+    /// Commits of the stack up to this number are durable.
+    pub(crate) fn missions_committed(&mut self, at: Stamp, seq: u64, effects: &mut Vec<StackEffect>) {
+        let count = self.missions.commits.partition_point(|(stack, _)| *stack <= seq);
+        let durable = self.missions.commits.drain(..count).next_back();
+        if let Some((_, number)) = durable {
+            self.update_missions(at, MissionInput::Committed(number), effects);
+        }
+    }
+
+    /// Looks where the robot is on the graph, and lets time pass. To be called with every tick.
+    pub(crate) fn tick_missions(&mut self, at: Stamp, frames: &Frames, effects: &mut Vec<StackEffect>) {
+        let period = self.missions.config.place_period;
+        if self.missions.runner.is_none() || self.missions.looked_at.is_some_and(|last| at - last < period) {
+            return;
+        }
+        self.missions.looked_at = Some(at);
+        let is_localised = self.is_localised_in_site();
+        self.missions.map_from_base = is_localised.then(|| pose_from_isometry(&frames.map_from_base()));
+        let Some(runner) = &mut self.missions.runner else { return };
+        let graph = runner.route_graph(at).clone();
+        let site = Arc::clone(runner.route_site());
+        if let Some(pose) = &self.missions.map_from_base {
+            self.missions.localiser.update(&site, &graph, pose);
+        }
+        let situation = Situation {
+            place: self.missions.localiser.place(),
+            is_localised,
+            can_move: self.can_move_for_missions(),
+            docked: self.missions.docked(),
+        };
+        if situation != self.missions.situation {
+            self.missions.situation = situation;
+            self.update_missions(at, MissionInput::Situation(situation), effects);
+        }
+        self.update_missions(at, MissionInput::Tick, effects);
+        let route = self.with_view(at, |executor, view| executor.tick(at, view));
+        self.handle_route_effects(at, route, effects);
+        self.publish_route(at, effects);
+    }
+
+    /// Handles what goals of the executive have come to since `from`, the number of effects before this step. Walks of routes are not published one by one: the
+    /// goal that they belong to is.
+    pub(crate) fn settle_missions(&mut self, at: Stamp, from: usize, effects: &mut Vec<StackEffect>) {
+        loop {
+            let ended = self.take_walk_updates(from, effects);
+            if ended.is_empty() && self.missions.pending.is_empty() {
+                break;
+            }
+            for (walk, result) in ended {
+                let route = self.with_view(at, |executor, view| executor.end_leg(at, walk, result, view));
+                self.handle_route_effects(at, route, effects);
+            }
+            self.drain_missions(at, effects);
+        }
+        if std::mem::take(&mut self.missions.is_changed)
+            && let Some(runner) = &self.missions.runner
+        {
+            let status = mission_status(runner);
+            if self.missions.published.as_deref() != Some(&status) {
+                let status = Arc::new(status);
+                self.missions.published = Some(Arc::clone(&status));
+                publish(effects, Publication::Missions(status));
+            }
+        }
+    }
+
+    /// Takes the updates of walks out of the effects. Returns those that have ended.
+    fn take_walk_updates(&mut self, from: usize, effects: &mut Vec<StackEffect>) -> Vec<(GoalId, LegResult)> {
+        let (walk, goal) = (self.missions.executor.walk(), self.missions.executor.goal());
+        let mut ended = Vec::new();
+        let mut index = from;
+        while let Some(effect) = effects.get_mut(index) {
+            match effect {
+                StackEffect::Publish(Publication::Executive(status)) if status.goal == walk => {
+                    status.goal = goal;
+                }
+                StackEffect::Publish(Publication::Goal(update)) if is_walk(update) => {
+                    if let GoalStatus::Cancelled { by, cause } = &update.status {
+                        self.missions.cancelled = Some((by.clone(), *cause));
+                    }
+                    ended.extend(leg_result(&update.status).map(|result| (update.id, result)));
+                    match (&update.status, &mut self.missions.goal) {
+                        (GoalStatus::Running(progress), Some(goal)) if walk == Some(update.id) => {
+                            goal.status = GoalStatus::Running(*progress);
+                            *effect = StackEffect::Publish(Publication::Goal(goal.clone()));
+                        }
+                        _ => {
+                            effects.remove(index);
+                            continue;
+                        }
+                    }
+                }
+                _ => {}
+            }
+            index += 1;
+        }
+        ended
+    }
+
+    fn update_missions(&mut self, at: Stamp, input: MissionInput, effects: &mut Vec<StackEffect>) {
+        self.missions.pending.push_back(input);
+        self.drain_missions(at, effects);
+    }
+
+    /// Gives the runner its inputs, one after the other: the effects of one are handled before the next, so that commits are in the order of their numbers.
+    fn drain_missions(&mut self, at: Stamp, effects: &mut Vec<StackEffect>) {
+        while let Some(input) = self.missions.pending.pop_front() {
+            let Some(runner) = &mut self.missions.runner else { continue };
+            self.missions.is_changed |= !matches!(input, MissionInput::Tick | MissionInput::Situation(_));
+            let wanted = runner.update(at, input);
+            self.missions.is_changed |= !wanted.is_empty();
+            for effect in wanted {
+                self.handle_mission_effect(at, effect, effects);
+            }
+        }
+    }
+
+    fn handle_mission_effect(&mut self, at: Stamp, effect: MissionEffect, effects: &mut Vec<StackEffect>) {
+        match effect {
+            MissionEffect::Commit { number, events } => {
+                let Some(runner) = &self.missions.runner else { return };
+                let settings = self.missions.site.settings();
+                let time_zone = settings.map(|settings| settings.time_zone.as_str()).unwrap_or_default();
+                let whereabouts = Whereabouts {
+                    map_from_base: self.missions.map_from_base,
+                    covariance: self
+                        .localisation
+                        .covariance()
+                        .map(|matrix| Covariance6(crate::rows(&matrix))),
+                    is_localised: self.missions.situation.is_localised,
+                };
+                let records = runner.records();
+                let rows =
+                    events.iter().flat_map(|event| ledger_events(event, records, time_zone, &whereabouts));
+                let (seq, commit) = self.commits.begin_events(rows.collect());
+                self.missions.commits.push_back((seq, number));
+                effects.push(commit);
+            }
+            MissionEffect::RequestGoal { goal, request } => {
+                if self.can_move_for_missions() {
+                    let kind = goal_kind(request);
+                    self.begin_route(at, goal, request, kind, platform(), effects);
+                } else {
+                    let result = missions::GoalResult::MotionTaken;
+                    self.missions.pending.push_back(MissionInput::Goal { goal, result });
+                }
+            }
+            MissionEffect::CancelGoal(goal) => {
+                self.missions.cancelled = Some((platform(), CancelCause::Requested));
+                let ended = self.missions.executor.cancel(goal);
+                self.handle_route_effects(at, ended, effects);
+            }
+            MissionEffect::CallAction { call, request, .. } => {
+                // Maps and lists of plain values are always written.
+                let parameters = serde_json::to_string(&request.parameters).unwrap_or_default();
+                effects.push(StackEffect::CallAction { call, action: request.action, parameters });
+            }
+            MissionEffect::CancelAction(call) => effects.push(StackEffect::CancelAction(call)),
+            MissionEffect::Answer { command, refused } => {
+                if let Some(client) = self.missions.waiting.remove(&command) {
+                    self.answer(command, client, refused, effects);
+                }
+            }
+            MissionEffect::Notice(told) => {
+                effects.push(notice(at, severity(told), missions::notice(told)));
+            }
+        }
+    }
+
+    fn begin_route(
+        &mut self,
+        at: Stamp,
+        goal: GoalId,
+        request: GoalRequest,
+        kind: GoalKind,
+        by: Principal,
+        effects: &mut Vec<StackEffect>,
+    ) {
+        let status = GoalStatus::Accepted;
+        let update = GoalUpdate { id: goal, kind, by, accepted: at, status };
+        publish(effects, Publication::Goal(update.clone()));
+        self.missions.goal = Some(update);
+        let route = self.with_view(at, |executor, view| executor.begin(at, goal, request, view));
+        self.handle_route_effects(at, route, effects);
+        self.publish_route(at, effects);
+    }
+
+    /// Ends the goal that is under way, because somebody else wants the robot.
+    fn end_route_as_taken(&mut self, at: Stamp, effects: &mut Vec<StackEffect>) {
+        let Some(goal) = self.missions.executor.goal() else { return };
+        let ended = self.missions.executor.cancel(goal).into_iter().map(|effect| match effect {
+            RouteEffect::Ended(goal, _) => RouteEffect::Ended(goal, missions::GoalResult::MotionTaken),
+            effect => effect,
+        });
+        let ended = ended.collect();
+        self.handle_route_effects(at, ended, effects);
+    }
+
+    fn handle_route_effects(&mut self, at: Stamp, route: Vec<RouteEffect>, effects: &mut Vec<StackEffect>) {
+        let mut route = VecDeque::from(route);
+        while let Some(effect) = route.pop_front() {
+            match effect {
+                RouteEffect::Walk(walk, leg) => {
+                    let situation = self.situation(self.frames(self.last.as_deref()));
+                    let goal = (walk, GoalKind::WalkToPose(pose_goal(&leg)), platform());
+                    if self.executive.start_goal(at, goal, &situation, effects).is_err() {
+                        let result = match self.executive.state() {
+                            ExecutiveState::Stopped | ExecutiveState::ManualDriving => LegResult::MotionTaken,
+                            _ => LegResult::Failed(ReachFailure::PoseNotFound),
+                        };
+                        let more =
+                            self.with_view(at, |executor, view| executor.end_leg(at, walk, result, view));
+                        route.extend(more);
+                    }
+                }
+                RouteEffect::CancelWalk(walk) => {
+                    let situation = self.situation(self.frames(self.last.as_deref()));
+                    self.executive.cancel_goal(at, walk, platform(), &situation, effects);
+                }
+                RouteEffect::Ended(goal, result) => self.end_route(at, goal, result, effects),
+                RouteEffect::Block(block) => {
+                    let write = SiteWrite { put: vec![Object::EdgeBlock(block)], removed: Vec::new() };
+                    self.commit_site_write(write, effects);
+                }
+                RouteEffect::Unblock(edge) => {
+                    let write = SiteWrite { put: Vec::new(), removed: vec![ObjectId::EdgeBlock(edge)] };
+                    self.commit_site_write(write, effects);
+                }
+                RouteEffect::Traversed(edge, took) => {
+                    self.missions.pending.push_back(MissionInput::Traversed { edge, took });
+                }
+            }
+        }
+        self.publish_route(at, effects);
+    }
+
+    fn commit_site_write(&mut self, write: SiteWrite, effects: &mut Vec<StackEffect>) {
+        let (_, commit) = self.commits.begin_events(vec![LedgerEvent::Site(write)]);
+        effects.push(commit);
+    }
+
+    /// Publishes the outcome of a goal, and tells the runner if it is its own.
+    fn end_route(
+        &mut self,
+        at: Stamp,
+        goal: GoalId,
+        result: missions::GoalResult,
+        effects: &mut Vec<StackEffect>,
+    ) {
+        let is_of_runner = self.missions.is_of_runner(goal);
+        if let Some(mut update) = self.missions.goal.take_if(|known| known.id == goal) {
+            let (by, cause) =
+                self.missions.cancelled.take().unwrap_or((update.by.clone(), CancelCause::Requested));
+            let frames = self.frames(self.last.as_deref());
+            update.status = match &result {
+                missions::GoalResult::Reached => GoalStatus::Succeeded(GoalResult {
+                    map_from_base: pose_from_isometry(&frames.map_from_base()),
+                    took: at - update.accepted,
+                }),
+                missions::GoalResult::Failed(reason) => {
+                    GoalStatus::Failed { reason: goal_failure(reason), tried: Vec::new() }
+                }
+                missions::GoalResult::MotionTaken | missions::GoalResult::Cancelled => {
+                    GoalStatus::Cancelled { by, cause }
+                }
+            };
+            publish(effects, Publication::Goal(update));
+        }
+        if is_of_runner {
+            self.missions.pending.push_back(MissionInput::Goal { goal, result });
+        }
+    }
+
+    fn publish_route(&mut self, at: Stamp, effects: &mut Vec<StackEffect>) {
+        let Some(runner) = &mut self.missions.runner else { return };
+        let route = match self.missions.executor.goal() {
+            Some(_) => self.missions.executor.progress(runner.route_graph(at)),
+            None => None,
+        };
+        let place = self.missions.place();
+        let docked = self.missions.situation.docked;
+        let status = RouteStatus { at: place.at, nearest: place.nearest, on: place.on, docked, route };
+        if self.missions.published_route.as_deref() != Some(&status) {
+            let status = Arc::new(status);
+            self.missions.published_route = Some(Arc::clone(&status));
+            publish(effects, Publication::Route(status));
+        }
+    }
+
+    /// Calls the executor with what it sees. Without a site it has nothing to do.
+    fn with_view(
+        &mut self,
+        at: Stamp,
+        call: impl FnOnce(&mut missions::RouteExecutor, &RouteView<'_>) -> Vec<RouteEffect>,
+    ) -> Vec<RouteEffect> {
+        let missions = &mut self.missions;
+        let Some(runner) = &mut missions.runner else { return Vec::new() };
+        let site = Arc::clone(runner.route_site());
+        let view = RouteView {
+            site: &site,
+            graph: runner.route_graph(at),
+            map_from_base: missions.map_from_base,
+            place: missions.situation.place,
+            docked: missions.situation.docked,
+        };
+        call(&mut missions.executor, &view)
+    }
+
+    /// Whether the robot is localised in the map of the site, or in any if the site names none.
+    fn is_localised_in_site(&self) -> bool {
+        let wanted = self.missions.site.settings().and_then(|settings| settings.map);
+        let map = self.localisation.localised_map();
+        map.is_some() && (wanted.is_none() || map == wanted)
+    }
+
+    /// Whether missions may move the robot: motion is not stopped, nobody drives, and no goal of a person is executed.
+    fn can_move_for_missions(&self) -> bool {
+        match self.executive.state() {
+            ExecutiveState::Stopped | ExecutiveState::ManualDriving => false,
+            ExecutiveState::Idle => {
+                self.missions.executor.goal().is_none_or(|goal| self.missions.is_of_runner(goal))
+            }
+            ExecutiveState::Executing | ExecutiveState::Recovering => {
+                let goal = self.executive.goal();
+                let is_own = goal.is_some() && goal == self.missions.executor.walk();
+                is_own && self.missions.executor.goal().is_some_and(|goal| self.missions.is_of_runner(goal))
+            }
+        }
+    }
+}
+
+/// Whether an update is of a walk of a route.
+fn is_walk(update: &GoalUpdate) -> bool {
+    update.by == platform() && matches!(update.kind, GoalKind::WalkToPose(_))
+}
+
+/// How a walk ended; none while it has not.
+fn leg_result(status: &GoalStatus) -> Option<LegResult> {
+    match status {
+        GoalStatus::Accepted | GoalStatus::Running(GoalProgress { .. }) => None,
+        GoalStatus::Succeeded(_) => Some(LegResult::Reached),
+        GoalStatus::Failed { reason, .. } => Some(LegResult::Failed(match reason {
+            GoalFailure::PoseNotFound => ReachFailure::PoseNotFound,
+            GoalFailure::MapReplaced => ReachFailure::MapReplaced,
+            _ => ReachFailure::PathBlocked,
+        })),
+        GoalStatus::Cancelled { .. } => Some(LegResult::MotionTaken),
+    }
+}
+
+fn pose_goal(leg: &LegWalk) -> PoseGoal {
+    PoseGoal {
+        map_from_goal: leg.map_from_goal,
+        tolerance: leg.tolerance,
+        speed_max_m_s: leg.speed_max_m_s,
+        approach: if leg.is_straight { Approach::Straight } else { Approach::Path },
+    }
+}
+
+fn goal_kind(request: GoalRequest) -> GoalKind {
+    match request {
+        GoalRequest::Route(node) => GoalKind::GoToNode(node),
+        GoalRequest::Dock(dock) => GoalKind::GoToDock(dock),
+        GoalRequest::Undock => GoalKind::Undock,
+    }
+}
+
+fn goal_failure(reason: &ReachFailure) -> GoalFailure {
+    match reason {
+        ReachFailure::NoSuchPlace => GoalFailure::NoSuchPlace,
+        ReachFailure::NoRoute { .. } => GoalFailure::NoRoute,
+        ReachFailure::PathBlocked => GoalFailure::PathBlocked,
+        ReachFailure::PoseNotFound => GoalFailure::PoseNotFound,
+        ReachFailure::MapReplaced => GoalFailure::MapReplaced,
+        ReachFailure::NotUndocked => GoalFailure::NotUndocked,
+        ReachFailure::NotDocked => GoalFailure::NotDocked,
+    }
+}
+
+fn severity(told: MissionNotice) -> Severity {
+    match told {
+        MissionNotice::RunEnded(_, RunState::Succeeded | RunState::Cancelled) => Severity::Info,
+        MissionNotice::PlanKept(_) => Severity::Info,
+        _ => Severity::Warning,
+    }
+}
