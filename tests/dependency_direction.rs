@@ -68,6 +68,7 @@ const OURS: &[(&str, &[&str])] = &[
             "map_codec",
             "mapping",
             "messages",
+            "missions",
             "ports",
             "site_model",
             "topomap",

@@ -74,8 +74,8 @@ pub struct Sources {
     pub commands: Receiver<LoopRequest>,
     /// From the threads of both job lanes.
     pub finished: Receiver<FinishedJob>,
-    /// Numbers of commits that are durable.
-    pub committed: Receiver<u64>,
+    /// From the ledger: commits that are durable, the site and its edits.
+    pub ledger: Receiver<Input>,
     /// Disconnected when it is time to end.
     pub stop: Receiver<()>,
 }
@@ -194,8 +194,8 @@ impl Running {
                     }
                     self.feed(Input::JobDone(done));
                 },
-                recv(sources.committed) -> seq => if let Ok(seq) = seq {
-                    self.feed(Input::Committed { seq });
+                recv(sources.ledger) -> input => if let Ok(input) = input {
+                    self.feed(input);
                 },
                 recv(sources.stop) -> _ => return,
                 default(CONFIG.silence_timeout) => self.tick_until(self.now + span(heard.elapsed())),

@@ -39,11 +39,11 @@ use watchdog::Watchdog;
 struct QueueLimits {
     /// Commands that may wait for the control loop. While the queue is full, the thread that reads from the gateway waits.
     max_commands: usize,
-    /// Numbers of durable commits that may wait for the control loop. While the queue is full, the ledger waits.
-    max_committed: usize,
+    /// Inputs of the ledger that may wait for the control loop. While the queue is full, the ledger waits.
+    max_ledger_inputs: usize,
 }
 
-const QUEUE_LIMITS: QueueLimits = QueueLimits { max_commands: 64, max_committed: 16 };
+const QUEUE_LIMITS: QueueLimits = QueueLimits { max_commands: 64, max_ledger_inputs: 64 };
 
 /// Parts of a core that its caller provides.
 pub struct CoreConfig {
@@ -108,9 +108,11 @@ impl Core {
         publish_uploads(&store, &state_publisher, calendar).map_err(StartError::Maps)?;
         let map_usage = Arc::new(MapUsage::new(last_pose.map(|pose| pose.map)));
 
+        let (ledger_sender, ledger_inputs) = crossbeam_channel::bounded(QUEUE_LIMITS.max_ledger_inputs);
         let site = SiteKeeper::open(
             Arc::clone(&store),
             Arc::clone(&state_publisher),
+            ledger_sender.clone(),
             Arc::clone(&mailbox),
             Arc::clone(&clock),
             LedgerConfig::default().retry_period,
@@ -180,12 +182,11 @@ impl Core {
             mailbox: Arc::clone(&mailbox),
             clock: Arc::clone(&clock),
         };
-        let (committed_sender, committed) = crossbeam_channel::bounded(QUEUE_LIMITS.max_committed);
         let ledger_worker = LedgerWorker {
             store: Arc::clone(&store),
             inbox: Arc::clone(&inbox),
             site,
-            committed: committed_sender,
+            inputs: ledger_sender,
             mailbox: Arc::clone(&mailbox),
             clock: Arc::clone(&clock),
         };
@@ -235,7 +236,8 @@ impl Core {
             clock: Arc::clone(&clock),
             stop: stopped.clone(),
         };
-        let sources = Sources { arrivals: link.arrivals(), commands, finished, committed, stop: stopped };
+        let sources =
+            Sources { arrivals: link.arrivals(), commands, finished, ledger: ledger_inputs, stop: stopped };
         let gateway = GatewayLink::listen(
             GatewayLinkConfig::default(),
             &socket,

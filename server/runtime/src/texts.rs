@@ -299,3 +299,10 @@ pub fn session_not_saved(reason: &str) -> String {
 pub fn session_not_discarded(reason: &str) -> String {
     format!("The interrupted session was not discarded: {reason}.")
 }
+
+/// What earlier programs have committed of runs could not be read for `reason`, a clause. A sentence.
+pub fn runs_not_restored(reason: &str) -> String {
+    format!(
+        "Runs of before the restart cannot be taken up: {reason}. They are kept in the ledger. Start their missions again."
+    )
+}

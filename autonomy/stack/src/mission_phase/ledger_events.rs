@@ -84,7 +84,8 @@ fn run_record(records: &Records, id: RunId, ended: Option<RunState>) -> Option<L
     let run = records.runs.get(&id);
     let mission = run.map(|run| run.mission).or_else(|| ended_mission(records, id))?;
     let state = ended.or(run.map(|run| run.state))?;
-    let body = run.map_or(Value::Null, |run| {
+    // A run that has ended is not among the records any more: the row keeps what it says.
+    let body = run.map(|run| {
         json!({
             "cause": run.cause,
             "began": run.began,
@@ -92,13 +93,14 @@ fn run_record(records: &Records, id: RunId, ended: Option<RunState>) -> Option<L
             "outcome": run.ending.map(|(outcome, _)| outcome),
             "revisions": run.plan.as_ref().map(|plan| pinned(&plan.revisions)),
         })
+        .to_string()
     });
     Some(LedgerEvent::Run(RunRecord {
         run: id,
         mission,
         state: name_of(&state),
         is_ended: state.is_outcome(),
-        body: body.to_string(),
+        body: body.unwrap_or_default(),
     }))
 }
 
@@ -144,7 +146,9 @@ fn task_records(
     })];
     if let TaskStep::Succeeded { result: Some(result) } = step {
         let value: Value = serde_json::from_str(result).unwrap_or_else(|_| Value::String(result.clone()));
-        let blob = value.get("blob").and_then(Value::as_str).and_then(parse_hash);
+        // The first file is the most important one.
+        let file = value.get("files").and_then(|files| files.get(0));
+        let blob = file.and_then(|file| file.get("blob")).and_then(Value::as_str).and_then(parse_hash);
         let revisions = known.plan.as_ref().map(|plan| pinned(&plan.revisions));
         let body = json!({
             "task": task,

@@ -229,7 +229,7 @@ pub struct LedgerWorker {
     pub inbox: Arc<LedgerInbox>,
     pub site: SiteKeeper,
     /// To the control loop. Bounded: the ledger waits while it is full.
-    pub committed: Sender<u64>,
+    pub inputs: Sender<Input>,
     pub mailbox: Arc<Mailbox>,
     pub clock: Arc<RobotClock>,
 }
@@ -246,7 +246,7 @@ impl LedgerWorker {
                 Ok(()) => {
                     is_failing = false;
                     // The control loop may have ended already.
-                    let _ = self.committed.send(newest);
+                    let _ = self.inputs.send(Input::Committed { seq: newest });
                 }
                 Err(reason) => {
                     if !std::mem::replace(&mut is_failing, true) {

@@ -9,7 +9,8 @@ use api::{
     CoreMessage, EditDone, EditOutcome, EditRefusal, Event, MAX_EDIT_CHANGES, MAX_OBJECT_BYTES,
     MAX_SITE_OBJECTS, Query, QueryReply, SiteChanged, SiteState,
 };
-use messages::{LedgerEvent, Principal, Severity, SiteWrite};
+use crossbeam_channel::Sender;
+use messages::{Input, LedgerEvent, Principal, Severity, SiteSnapshot, SiteWrite};
 use ports::error_with_causes;
 use site_model::{Change, Edit, EditId};
 use std::sync::Arc;
@@ -29,6 +30,10 @@ pub struct SiteKeeper {
     retry_at: Instant,
     retry_period: Duration,
     state_publisher: Arc<StatePublisher>,
+    /// What the stack has to know of the site and of earlier runs. Bounded: the ledger waits while it is full.
+    inputs: Sender<Input>,
+    /// Whether the stack was told what earlier programs have committed.
+    are_missions_restored: bool,
     mailbox: Arc<Mailbox>,
     clock: Arc<RobotClock>,
 }
@@ -51,6 +56,7 @@ impl SiteKeeper {
     pub fn open(
         store: Arc<Store>,
         state_publisher: Arc<StatePublisher>,
+        inputs: Sender<Input>,
         mailbox: Arc<Mailbox>,
         clock: Arc<RobotClock>,
         retry_period: Duration,
@@ -62,6 +68,8 @@ impl SiteKeeper {
             retry_at: Instant::now(),
             retry_period,
             state_publisher,
+            inputs,
+            are_missions_restored: false,
             mailbox,
             clock,
         };
@@ -83,6 +91,7 @@ impl SiteKeeper {
             match self.store.open_ledger() {
                 Ok((ledger, state)) => {
                     self.state_publisher.publish_site(&state);
+                    self.tell_stack(&ledger, &state);
                     self.open = Some(Open { ledger, state });
                 }
                 Err(error) => {
@@ -93,6 +102,24 @@ impl SiteKeeper {
             }
         }
         self.open.as_mut().ok_or_else(|| self.problem.clone())
+    }
+
+    /// Gives the stack the site, and once what it needs of earlier runs. Events that cannot be read are told to people: runs are not taken up then.
+    fn tell_stack(&mut self, ledger: &Ledger, state: &SiteState) {
+        if !std::mem::replace(&mut self.are_missions_restored, true) {
+            match ledger.events_for_restart() {
+                // The control loop may have ended already, here and below.
+                Ok(events) => drop(self.inputs.send(Input::MissionsRestored(events))),
+                Err(error) => {
+                    let reason = texts::runs_not_restored(&error_with_causes(&error));
+                    tracing::error!("{reason}");
+                    self.mailbox.notice(self.clock.now(), Severity::Error, reason);
+                }
+            }
+        }
+        let objects = state.site.objects().cloned().collect();
+        let snapshot = SiteSnapshot { objects, removed: state.site.removed().collect() };
+        let _ = self.inputs.send(Input::Site(Box::new(snapshot)));
     }
 
     /// The ledger has failed. It is opened again when it is needed, which also repairs what a damaged file needs.
@@ -177,6 +204,8 @@ impl SiteKeeper {
 
     fn publish(&self, changed: Option<SiteChanged>) {
         let Some(changed) = changed else { return };
+        // The control loop may have ended already.
+        let _ = self.inputs.send(Input::SiteEdited(Box::new(changed.edit.clone())));
         if !self.state_publisher.publish_site_change(changed)
             && let Some(open) = &self.open
         {

@@ -2,7 +2,10 @@ use super::*;
 use crate::state_publisher::StatePublisher;
 use api::{CoreMessage, EditDone, Event, QueryReply, SiteAssembly, SiteState};
 use messages::{RunRecord, SiteWrite};
-use site_model::{Asset, AssetId, Change, EditError, EditId, MissionId, Object, ObjectId, Revision, RunId};
+use site_model::{
+    Asset, AssetId, Change, EditError, EditId, MissionEvent, MissionEventKind, MissionId, MonitorId, Object,
+    ObjectId, Revision, RunId,
+};
 use std::fs;
 use std::thread::{self, JoinHandle};
 use std::time::Instant;
@@ -18,7 +21,7 @@ struct Bench {
     store: Arc<Store>,
     queue: Option<LedgerQueue>,
     inbox: Arc<LedgerInbox>,
-    committed: crossbeam_channel::Receiver<u64>,
+    inputs: crossbeam_channel::Receiver<Input>,
     mailbox: Arc<Mailbox>,
     publisher: Arc<StatePublisher>,
     connection: u64,
@@ -34,13 +37,14 @@ impl Bench {
         let store = Arc::new(Store::open(dir.path()).expect("opens"));
         let config = LedgerConfig { retry_period: Duration::from_millis(1), ..LedgerConfig::default() };
         let (queue, inbox) = LedgerQueue::new(config);
-        let (sender, committed) = crossbeam_channel::bounded(1);
+        let (sender, inputs) = crossbeam_channel::unbounded();
         let mailbox = Arc::<Mailbox>::default();
         let publisher = Arc::<StatePublisher>::default();
         let clock = Arc::<RobotClock>::default();
         let site = SiteKeeper::open(
             Arc::clone(&store),
             Arc::clone(&publisher),
+            sender.clone(),
             Arc::clone(&mailbox),
             Arc::clone(&clock),
             config.retry_period,
@@ -50,12 +54,12 @@ impl Bench {
             store: Arc::clone(&store),
             inbox: Arc::clone(&inbox),
             site,
-            committed: sender,
+            inputs: sender,
             mailbox: Arc::clone(&mailbox),
             clock,
         };
         let thread = Some(thread::spawn(move || worker.run(&Heartbeat::unwatched())));
-        Self { dir, store, queue: Some(queue), inbox, committed, mailbox, publisher, connection, thread }
+        Self { dir, store, queue: Some(queue), inbox, inputs, mailbox, publisher, connection, thread }
     }
 
     fn queue(&self) -> &LedgerQueue {
@@ -67,6 +71,17 @@ impl Bench {
         drop(self.queue.take());
         self.thread.take().expect("running").join().expect("ended");
         self.dir
+    }
+
+    /// The next commit that is durable. What the stack is told of the site is left out.
+    fn committed(&self, patience: Duration) -> Option<u64> {
+        loop {
+            match self.inputs.recv_timeout(patience).ok()? {
+                Input::Committed { seq } => return Some(seq),
+                Input::MissionsRestored(_) | Input::Site(_) | Input::SiteEdited(_) => {}
+                input => panic!("not of the ledger: {input:?}"),
+            }
+        }
     }
 
     fn next(&self) -> CoreMessage {
@@ -139,13 +154,13 @@ fn a_commit_is_answered_once_the_disk_has_taken_it() {
     assert_eq!(bench.queue().commit(3, vec![run(), latch()]), None);
     let mail = bench.mailbox.wait(Instant::now() + PATIENCE);
     assert!(format!("{:?}", mail.ordered).contains("stop.json"), "{:?}", mail.ordered);
-    assert!(bench.committed.try_recv().is_err(), "nothing was written");
+    assert_eq!(bench.committed(Duration::ZERO), None, "nothing was written");
     // What needs no disk waits for what comes before it.
     assert_eq!(bench.queue().commit(4, Vec::new()), None);
     fs::remove_dir(&obstacle).expect("removed");
     let mut newest = 0;
     while newest < 4 {
-        newest = bench.committed.recv_timeout(PATIENCE).expect("committed");
+        newest = bench.committed(PATIENCE).expect("committed");
     }
     assert_eq!(bench.store.stop_latch().latch, Some(StopLatch { by: None }));
     let dir = bench.end();
@@ -241,7 +256,7 @@ fn the_robots_own_changes_need_no_revision() {
     bench.edit(put(2, None, asset(2, "Fan")));
     let write = SiteWrite { put: vec![asset(1, "Pump, hot")], removed: vec![asset_id(2), asset_id(3)] };
     assert_eq!(bench.queue().commit(0, vec![LedgerEvent::Site(write)]), None);
-    assert_eq!(bench.committed.recv_timeout(PATIENCE), Ok(0));
+    assert_eq!(bench.committed(PATIENCE), Some(0));
     let dir = bench.end();
     let (_, state) = Store::open(dir.path()).expect("opens").open_ledger().expect("opens");
     let names: Vec<_> = state.site.objects().map(|it| (it.revision.0, it.object.name())).collect();
@@ -278,4 +293,27 @@ fn what_does_not_fit_the_queue_is_refused_at_once() {
     assert!(matches!(inbox.edit(request()), Err(EditOutcome::Refused(EditRefusal::Unavailable(_)))));
     drop(queue);
     assert_eq!(inbox.query(1, Query::Runs { before: None, limit: 1 }), Err(texts::CORE_ENDS));
+}
+
+#[test]
+fn the_stack_is_told_the_site_its_edits_and_what_earlier_programs_have_committed() {
+    let bench = Bench::start();
+    let told = |bench: &Bench| bench.inputs.recv_timeout(PATIENCE).expect("told");
+    assert_eq!(told(&bench), Input::MissionsRestored(Vec::new()));
+    assert_eq!(told(&bench), Input::Site(Box::default()));
+    let edit = put(1, None, asset(7, "Pump"));
+    bench.edit(edit.clone());
+    assert_eq!(told(&bench), Input::SiteEdited(Box::new(edit)));
+    let holds = MissionEvent {
+        utc: None,
+        command: None,
+        kind: MissionEventKind::MonitorChanged { monitor: MonitorId(Uuid::from_u128(8)), holds: true },
+    };
+    assert_eq!(bench.queue().commit(0, vec![LedgerEvent::Mission(holds.clone())]), None);
+    assert_eq!(told(&bench), Input::Committed { seq: 0 });
+
+    let bench = Bench::on(bench.end());
+    assert_eq!(told(&bench), Input::MissionsRestored(vec![holds]));
+    let Input::Site(site) = told(&bench) else { panic!("the site") };
+    assert_eq!(site.objects.len(), 1);
 }

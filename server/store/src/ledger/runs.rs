@@ -12,6 +12,9 @@ use rusqlite::{Params, params};
 use site_model::{MissionEvent, RunId, ScheduleId};
 use vocab::Stamp;
 
+/// Events of missions that are read at once.
+const EVENTS_OF_PAGE: u32 = 10_000;
+
 /// A run that has not ended, with its steps. It goes on after a restart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnfinishedRun {
@@ -51,12 +54,14 @@ impl LedgerWriter<'_> {
 
     fn put_run(&self, record: &RunRecord, at: Stamp) -> Result<(), Fault> {
         let run = record.run.to_string();
-        let kept = RUNS
-            .read(self.transaction, "WHERE run = ?", [&run], |row| Some((row[0].clone(), row[7].clone())))?;
-        let (seq, began) = match kept.into_iter().next() {
+        let columns = |row: &[Value]| Some((row[0].clone(), row[7].clone(), row[6].clone()));
+        let kept = RUNS.read(self.transaction, "WHERE run = ?", [&run], columns)?;
+        let (seq, began, body) = match kept.into_iter().next() {
             Some(kept) => kept,
-            None => (self.next_seq(RUNS.name)?, Value::from(at.nanos())),
+            None => (self.next_seq(RUNS.name)?, Value::from(at.nanos()), Value::from("null".to_owned())),
         };
+        // A run that has ended says no more of itself than its outcome.
+        let body = if record.body.is_empty() { body } else { Value::from(record.body.clone()) };
         let values = [
             seq,
             Value::from(run),
@@ -64,7 +69,7 @@ impl LedgerWriter<'_> {
             Value::from(record.state.clone()),
             Value::from(i64::from(record.is_ended)),
             Value::from(i64::from(LEDGER_BODY_VERSION)),
-            Value::from(record.body.clone()),
+            body,
             began,
             Value::from(at.nanos()),
         ];
@@ -216,6 +221,23 @@ impl Ledger {
         };
         let rest = "WHERE seq > ? ORDER BY seq LIMIT ?";
         MISSION_EVENTS.read(&self.connection, rest, parameters, take).map_err(|fault| self.error(fault))
+    }
+
+    /// The events that a mission runner needs after a restart, see [`missions::events_for_restart`]. Linear in all events that were ever stored; memory holds
+    /// a page of them beside those that are needed.
+    ///
+    /// # Errors
+    /// When the database cannot be read.
+    pub fn events_for_restart(&self) -> Result<Vec<MissionEvent>, StoreError> {
+        let mut needed = Vec::new();
+        let mut after = 0;
+        loop {
+            let page = self.mission_events(after, EVENTS_OF_PAGE)?;
+            let Some((last, _)) = page.last() else { return Ok(needed) };
+            after = *last;
+            needed.extend(page.into_iter().map(|(_, event)| event));
+            needed = missions::events_for_restart(&needed);
+        }
     }
 
     /// Slots of a schedule from `from` on, in their order.
