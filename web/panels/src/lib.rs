@@ -15,7 +15,7 @@
 //! | button | `Stop motion` | top bar, always |
 //! | button | `Allow motion` | top bar, while motion is stopped |
 //! | button | `Take control`, `Release control` | top bar |
-//! | button (toggled) | `Live`, `Map`, `Site`, `Schedule`, `Settings` | rail |
+//! | button (toggled) | `Live`, `Map`, `Site`, `Schedule`, `Runs`, `Settings` | rail |
 //! | button (toggled) | `Add nodes`, `Connect nodes` | Site: what a click in the scene does |
 //! | status | `Nodes`, `Edges`, `Not confirmed` | Site |
 //! | textbox | `Node name`, with the button `Rename node` | Site, while a node is selected |
@@ -34,6 +34,14 @@
 //! | group | `Which occurrences?` with `This one`, `This and following`, `All`, `Cancel` | Schedule: after a drag, or for a deletion |
 //! | button | `All schedules`, `Pause schedule`, `Resume schedule`, `Skip next`, `Delete schedule` | Schedule: the one that is open |
 //! | button | `Save to a file`, `Load from a file` | Schedule: missions and schedules together |
+//! | button (toggled) | `Now`, `History` | Runs: parts of its card |
+//! | status | `Progress` | Runs, while a mission runs |
+//! | button | `Pause`, `Resume`, `Skip task`, `Cancel run`, `Abort…` | Runs, while a mission runs; the last asks once more |
+//! | button (toggled) | `TASK, STATE` | Runs: unfolds `Skip task TASK` or `Redo task TASK` |
+//! | button | `Try again`, `Skip it`, `End at a dock`, `End here` | Runs, while a run asks what becomes of a task |
+//! | button | `Run MISSION` | Runs, while nothing runs |
+//! | button | `Remove MISSION from the queue` | Runs |
+//! | button (toggled) | `MISSION, OUTCOME, FACTS` | Runs: one that has ended; unfolds its tasks |
 //! | textbox | `Site name`, `Find a time zone` | Settings |
 //! | button (toggled) | `Time zone NAME` | Settings |
 //! | button | `Open panel`, `Close panel` | top bar below 1100 px: the right card as a drawer; below 700 px the bar at the bottom opens it |

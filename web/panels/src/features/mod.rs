@@ -29,6 +29,7 @@ pub(crate) mod notices;
 pub(crate) mod platform;
 pub(crate) mod quality;
 pub(crate) mod robot;
+pub(crate) mod runs;
 pub(crate) mod scene_labels;
 pub(crate) mod schedule;
 pub(crate) mod selection;
@@ -95,6 +96,8 @@ panels_of! {
     map_management: map_management::MapManagementPanel,
     /// The topological map.
     site_graph: site_graph::SiteGraphPanel,
+    /// Runs of missions.
+    runs: runs::RunsPanel,
     /// When missions run.
     schedule: schedule::SchedulePanel,
     /// What holds for the whole site.

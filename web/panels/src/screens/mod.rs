@@ -9,6 +9,7 @@
 
 mod live;
 mod map;
+mod runs;
 mod schedule;
 mod settings;
 mod site;
@@ -52,6 +53,8 @@ screens_of! {
     SITE: site,
     /// When missions run.
     SCHEDULE: schedule,
+    /// Runs of missions.
+    RUNS: runs,
     /// What holds for the whole site.
     SETTINGS: settings,
 }

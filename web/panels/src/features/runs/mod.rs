@@ -1,0 +1,79 @@
+//! Runs of missions: the one under way with its tasks, the queue, and those that have ended.
+
+mod current;
+mod filter;
+mod history;
+mod look;
+mod rows;
+#[cfg(test)]
+mod tests;
+mod texts;
+
+use crate::button::{Button, Kind};
+use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
+use crate::message::show_message;
+use crate::{icon, screens};
+use client_model::{ClientCommand, RunEstimate, estimate_run};
+use current::CurrentRun;
+use egui::{Context, Ui};
+use history::History;
+use site_model::RunId;
+
+/// The tab of the run under way.
+const CURRENT: Tab = Tab { screen: screens::RUNS, name: texts::CURRENT_TAB, scrolls: true, row_spacing: 8.0 };
+/// The tab of runs that have ended.
+const HISTORY: Tab = Tab { screen: screens::RUNS, name: texts::HISTORY_TAB, scrolls: true, row_spacing: 8.0 };
+
+/// What the panel keeps between frames.
+#[derive(Debug, Default)]
+pub(crate) struct RunsPanel {
+    current: CurrentRun,
+    history: History,
+    /// What the run under way takes, with the run and the revision of the site that it was computed for.
+    estimate: Option<(RunId, u64, Option<RunEstimate>)>,
+}
+
+impl FeaturePanel for RunsPanel {
+    fn update(&mut self, _ctx: &Context, cx: &mut PanelContext<'_>) {
+        let model = cx.model;
+        let (Some(run), Some(site)) = (model.runs.current(), model.site.site()) else { return };
+        let revision = model.site.revision();
+        if self.estimate.as_ref().is_none_or(|(of, at, _)| (*of, *at) != (run.run, revision)) {
+            self.estimate = Some((run.run, revision, estimate_run(site, run)));
+        }
+    }
+
+    fn cancel(&mut self, _cx: &mut PanelContext<'_>) -> bool {
+        self.current.cancel()
+    }
+
+    /// A question is asked on every screen, because the run waits for its answer.
+    fn show_messages(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>) {
+        let model = cx.model;
+        let Some(run) = model.runs.current().filter(|run| run.question.is_some()) else { return };
+        if cx.screen() == screens::RUNS {
+            return;
+        }
+        let sentence = texts::question_elsewhere(&look::mission_name(model, run.mission));
+        let (tokens, commands) = (cx.tokens, &mut *cx.commands);
+        show_message(ui, tokens, tokens.warn, icon::QUESTION, &sentence, |ui| {
+            if Button::new(texts::ANSWER).kind(Kind::Primary).show(ui, tokens).clicked() {
+                commands.push(ClientCommand::ShowScreen(screens::RUNS));
+            }
+        });
+    }
+
+    fn tabs(&self) -> &'static [Tab] {
+        &[CURRENT, HISTORY]
+    }
+
+    fn show_section(&mut self, tab: Tab, ui: &mut Ui, cx: &mut PanelContext<'_>) {
+        if tab == HISTORY {
+            return self.history.show(ui, cx);
+        }
+        let run = cx.model.runs.current();
+        let of_run = self.estimate.as_ref().filter(|(of, ..)| run.is_some_and(|run| run.run == *of));
+        let estimate = of_run.and_then(|(.., estimate)| estimate.as_ref());
+        self.current.show(ui, cx, estimate);
+    }
+}

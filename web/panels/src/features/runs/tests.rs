@@ -1,0 +1,217 @@
+//! Runs in the panel.
+
+use crate::screens;
+use crate::test_support::{TestClient, click, value};
+use api::{Event, SiteParts, SiteState};
+use client_model::{ClientCommand, ClientEvent, ClientTime};
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use site_model::{
+    ActionRequest, EditId, EndedRun, Mission, MissionCommandKind, MissionId, MissionStatus, Node, NodeId,
+    NodeKind, Object, PoseTolerance, QuestionAnswer, ReachFailure, RunCause, RunId, RunState, RunStatus, Site,
+    Task, TaskFailure, TaskId, TaskPlace, TaskState, TaskStatus,
+};
+use std::sync::Arc;
+use uuid::Uuid;
+use vocab::{CommandId, Pose};
+
+const MISSION: MissionId = MissionId(Uuid::from_u128(11));
+const RUN: RunId = RunId(Uuid::from_u128(12));
+const NAMES: [&str; 5] = ["Pump hall", "Cable tray", "Gauge east", "Tank", "Door east"];
+
+fn node_id(index: usize) -> NodeId {
+    NodeId(Uuid::from_u128(100 + index as u128))
+}
+
+fn task_id(index: usize) -> TaskId {
+    TaskId(Uuid::from_u128(200 + index as u128))
+}
+
+fn site() -> Site {
+    let nodes = NAMES.iter().enumerate().map(|(index, name)| {
+        Object::Node(Node {
+            id: node_id(index),
+            name: (*name).to_owned(),
+            kind: NodeKind::Inspection,
+            map_from_node: Pose::IDENTITY,
+            anchor: None,
+            tolerance: PoseTolerance::default(),
+            influence_area_m: Vec::new(),
+            floor: 0,
+            tags: Default::default(),
+            properties: Default::default(),
+        })
+    });
+    let photo = || ActionRequest { action: "photo".into(), parameters: Default::default() };
+    let tasks = (0..NAMES.len()).map(|index| Task {
+        id: task_id(index),
+        place: TaskPlace::Node { node: node_id(index), request: Some(photo()) },
+        on_unreachable: Default::default(),
+        on_action_failure: Default::default(),
+    });
+    let mission = Mission {
+        id: MISSION,
+        name: "Round A".into(),
+        tasks: tasks.collect(),
+        order: Default::default(),
+        order_constraints: Vec::new(),
+        end: Default::default(),
+    };
+    let mut site = Site::default();
+    for (number, object) in nodes.chain([Object::Mission(mission)]).enumerate() {
+        let id = EditId(Uuid::from_u128(number as u128));
+        let edit = site.put(id, object);
+        site.apply(&edit, id).unwrap();
+    }
+    site
+}
+
+fn run(state: RunState, tasks: [TaskState; 5]) -> RunStatus {
+    let task = |(index, state): (usize, TaskState)| TaskStatus {
+        task: task_id(index),
+        node: Some(node_id(index)),
+        action: Some("photo".into()),
+        state,
+        attempt: 1,
+        failure: matches!(state, TaskState::Failed | TaskState::Retriable)
+            .then_some(TaskFailure::NotReached(ReachFailure::PathBlocked)),
+    };
+    RunStatus {
+        run: RUN,
+        mission: MISSION,
+        cause: RunCause::Command(CommandId(Uuid::nil())),
+        state,
+        outcome: None,
+        began: None,
+        tasks: tasks.into_iter().enumerate().map(task).collect(),
+        question: None,
+    }
+}
+
+const UNDER_WAY: [TaskState; 5] = [
+    TaskState::Succeeded,
+    TaskState::Failed,
+    TaskState::Navigating,
+    TaskState::Waiting,
+    TaskState::Waiting,
+];
+
+pub(super) fn client(status: MissionStatus) -> TestClient {
+    let state = SiteState { site: site(), ..SiteState::default() };
+    TestClient::connected()
+        .event(Event::SitePart(SiteParts::new(Arc::new(state)).next_part()))
+        .event(Event::Missions(status))
+        .on(screens::RUNS)
+}
+
+fn running() -> MissionStatus {
+    MissionStatus { runs: vec![run(RunState::Running, UNDER_WAY)], ..MissionStatus::default() }
+}
+
+fn asked(harness: &Harness<'_, TestClient>, kind: MissionCommandKind) -> bool {
+    harness.state().emitted(&ClientCommand::Run(kind))
+}
+
+#[test]
+fn the_run_under_way_shows_each_task_with_its_state_in_words() {
+    let harness = client(running()).shown(1440.0, 900.0);
+    for name in ["Pump hall, done", "Cable tray, failed", "Gauge east, on the way", "Tank, waiting"] {
+        assert!(harness.query_by_label(name).is_some(), "{name}");
+    }
+    assert!(value(&harness, "Progress").starts_with("2 of 5"), "{}", value(&harness, "Progress"));
+}
+
+#[test]
+fn a_run_is_paused_resumed_cancelled_and_a_task_skipped_and_done_again() {
+    let mut harness = client(running()).shown(1440.0, 900.0);
+    click(&mut harness, "Pause");
+    assert!(asked(&harness, MissionCommandKind::Pause(RUN)));
+    click(&mut harness, "Skip task");
+    assert!(asked(&harness, MissionCommandKind::SkipTask(RUN, task_id(2))));
+    click(&mut harness, "Cancel run");
+    assert!(asked(&harness, MissionCommandKind::Cancel(RUN)));
+    click(&mut harness, "Cable tray, failed");
+    assert!(harness.query_by_label("The path stayed blocked.").is_some());
+    click(&mut harness, "Redo task Cable tray");
+    assert!(asked(&harness, MissionCommandKind::RedoTask(RUN, task_id(1))));
+    click(&mut harness, "Tank, waiting");
+    click(&mut harness, "Skip task Tank");
+    assert!(asked(&harness, MissionCommandKind::SkipTask(RUN, task_id(3))));
+
+    let paused = MissionStatus { runs: vec![run(RunState::Paused, UNDER_WAY)], ..MissionStatus::default() };
+    let mut harness = client(paused).shown(1440.0, 900.0);
+    click(&mut harness, "Resume");
+    assert!(asked(&harness, MissionCommandKind::Resume(RUN)));
+}
+
+#[test]
+fn to_abort_is_asked_once_more_and_escape_takes_it_back_without_a_stop() {
+    let mut harness = client(running()).shown(1440.0, 900.0);
+    click(&mut harness, "Abort…");
+    assert!(!asked(&harness, MissionCommandKind::Abort(RUN)));
+    harness.key_press(egui::Key::Escape);
+    harness.run_steps(2);
+    assert!(harness.query_by_label("Abort run").is_none());
+    assert!(!harness.state().emitted(&ClientCommand::StopMotion));
+    click(&mut harness, "Abort…");
+    click(&mut harness, "Abort run");
+    assert!(asked(&harness, MissionCommandKind::Abort(RUN)));
+}
+
+#[test]
+fn a_question_is_answered_and_told_on_every_other_screen() {
+    let mut asking = running();
+    asking.runs[0].tasks[2].state = TaskState::Retriable;
+    asking.runs[0].tasks[2].failure = Some(TaskFailure::NotReached(ReachFailure::PathBlocked));
+    asking.runs[0].question = Some(task_id(2));
+    let mut harness = client(asking.clone()).shown(1440.0, 900.0);
+    assert!(harness.query_by_label("Gauge east: The path stayed blocked. What now?").is_some());
+    click(&mut harness, "End at a dock");
+    assert!(asked(&harness, MissionCommandKind::Answer(RUN, task_id(2), QuestionAnswer::EndAtDock)));
+    let mut harness = client(asking).on(screens::MAP).shown(1440.0, 900.0);
+    click(&mut harness, "Answer");
+    assert!(harness.state().emitted(&ClientCommand::ShowScreen(screens::RUNS)));
+}
+
+#[test]
+fn a_mission_is_started_where_none_runs_and_the_queue_is_shortened() {
+    let mut harness = client(MissionStatus::default()).shown(1440.0, 900.0);
+    click(&mut harness, "Run Round A");
+    assert!(harness.state().emitted(&ClientCommand::StartMission { mission: MISSION, is_queued: false }));
+    let mut queued = run(RunState::Queued, UNDER_WAY);
+    queued.tasks.clear();
+    let mut harness =
+        client(MissionStatus { runs: vec![queued], ..MissionStatus::default() }).shown(1440.0, 900.0);
+    click(&mut harness, "Remove Round A from the queue");
+    assert!(asked(&harness, MissionCommandKind::Cancel(RUN)));
+}
+
+#[test]
+fn ended_runs_are_listed_filtered_and_unfolded() {
+    let done = [TaskState::Succeeded; 5];
+    let mut client = client(MissionStatus { runs: vec![run(RunState::Ending, done)], ..MissionStatus::default() });
+    let ended = |run, outcome| EndedRun { run, mission: MISSION, outcome };
+    let other = RunId(Uuid::from_u128(77));
+    let ended = vec![ended(other, RunState::Failed), ended(RUN, RunState::Succeeded)];
+    client = client.event(Event::Missions(MissionStatus { ended, ..MissionStatus::default() }));
+    let mut harness = client.shown(1440.0, 900.0);
+    click(&mut harness, "History");
+    let failed = "Round A, Failed, Not seen by this page";
+    assert!(harness.query_by_label(failed).is_some());
+    click(&mut harness, "Round A, Succeeded, Asked for by a person · 5 of 5 tasks done");
+    assert!(harness.query_by_label("Door east, done").is_some());
+    click(&mut harness, "Succeeded");
+    assert!(harness.query_by_label(failed).is_none());
+}
+
+#[test]
+fn a_run_that_is_blocked_says_by_what_and_runs_fit_a_tablet() {
+    let blocked_by = Some(site_model::MonitorId(Uuid::from_u128(5)));
+    let status = MissionStatus { blocked_by, ..MissionStatus::default() };
+    let mut harness = client(status).shown(1024.0, 768.0);
+    click(&mut harness, "Open panel");
+    assert!(harness.query_by_label_contains("keeps missions from beginning").is_some());
+    let client = harness.state_mut();
+    let event = ClientEvent::Command(ClientCommand::ShowScreen(screens::LIVE));
+    client.model.handle_event(ClientTime(2.0), event, &mut Vec::new());
+}
