@@ -9,6 +9,7 @@
 //! - `low_pass`, `gait`, `locomotion`, `body`: the robot's trajectory;
 //! - `lidar`, `imu`, `legs`, `battery`: the sensors that observe the body; `people`: walking people;
 //! - `camera`: pictures in visible light and of temperatures, taken on request;
+//! - `instruments`: temperature and humidity of the air, and gamma spectra, read on request;
 //! - `faults`: sensor faults and their times;
 //! - `simulator`: the whole simulation in blocks of 10 ms; `route_follower` drives it along a route for recordings.
 
@@ -20,6 +21,7 @@ mod faults;
 mod gait;
 mod ground_truth;
 mod imu;
+mod instruments;
 mod legs;
 mod lidar;
 mod locomotion;
@@ -38,10 +40,14 @@ mod timing;
 pub use body::STANDING_HEIGHT;
 pub use bvh::Bvh;
 pub use camera::{
-    CameraAim, CameraConfig, CameraImage, CameraScene, Face, Fixture, Intrinsics, Reading, ThermalImage,
+    CameraAim, CameraConfig, CameraImage, CameraScene, CameraSnapshot, Face, Fixture, Intrinsics, Reading,
+    ThermalImage,
 };
 pub use faults::ScheduledFault;
 pub use ground_truth::GroundTruth;
+pub use instruments::{
+    AirReading, GammaConfig, GammaField, GammaLine, GammaSource, InstrumentSnapshot, Nuclide, Surroundings,
+};
 pub use lidar::{FULL_COLUMNS, RINGS};
 pub use ray_packet::{LANES, Lane, NO_HIT, RayPacket};
 pub use route::{Route, Start};

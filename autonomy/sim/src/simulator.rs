@@ -2,11 +2,12 @@
 
 use crate::battery::Battery;
 use crate::body::{Body, STANDING_HEIGHT};
-use crate::camera::{CameraAim, CameraConfig, CameraImage, CameraScene, ThermalImage};
+use crate::camera::{CameraAim, CameraConfig, CameraImage, CameraScene, CameraSnapshot, ThermalImage};
 use crate::faults::{FaultSchedule, ScheduledFault};
 use crate::gait::PoseOffset;
 use crate::ground_truth::GroundTruth;
 use crate::imu::Imu;
+use crate::instruments::{InstrumentSnapshot, Surroundings};
 use crate::legs::Legs;
 use crate::lidar::{FULL_COLUMNS, Lidar};
 use crate::people::People;
@@ -161,6 +162,9 @@ pub struct Simulator {
     /// What the cameras see, prepared with the first picture.
     camera_scene: Option<Arc<CameraScene>>,
     camera_rng: Rng,
+    /// What the instruments sense of the site, prepared with the first reading.
+    surroundings: Option<Arc<Surroundings>>,
+    instrument_rng: Rng,
     faults: FaultSchedule,
     /// Number of finished blocks.
     blocks: i64,
@@ -201,6 +205,8 @@ impl Simulator {
             cameras: CameraConfig::default(),
             camera_scene: None,
             camera_rng: tree.child("camera").rng(),
+            surroundings: None,
+            instrument_rng: tree.child("instruments").rng(),
             faults: FaultSchedule::new(config.faults),
             blocks: 0,
             command: None,
@@ -292,27 +298,47 @@ impl Simulator {
         Arc::clone(self.camera_scene.get_or_insert_with(|| Arc::new(CameraScene::new(Arc::clone(site)))))
     }
 
+    /// What the robot's instruments sense of its surroundings besides light: prepared with the first reading.
+    pub fn surroundings(&mut self) -> Arc<Surroundings> {
+        let scene = self.camera_scene();
+        Arc::clone(self.surroundings.get_or_insert_with(|| Arc::new(Surroundings::new(&scene))))
+    }
+
+    /// This instant, for a picture.
+    pub fn camera_snapshot(&mut self) -> CameraSnapshot {
+        CameraSnapshot {
+            cameras: self.cameras,
+            people: self.people.clone(),
+            site_from_base: self.site_from_base(),
+            seconds: self.elapsed().secs_f64(),
+            rng: RngTree::new(self.camera_rng.bits()).rng(),
+        }
+    }
+
+    /// This instant, for a reading of instruments.
+    pub fn instrument_snapshot(&mut self) -> InstrumentSnapshot {
+        InstrumentSnapshot {
+            site_from_base: self.site_from_base(),
+            seconds: self.elapsed().secs_f64(),
+            rng: RngTree::new(self.instrument_rng.bits()).rng(),
+        }
+    }
+
     /// Takes a picture now. The head goes to the nearest aim that it can take.
     pub fn picture(&mut self, aim: &CameraAim) -> CameraImage {
-        let (scene, site_from_camera, aim) = self.prepare_picture(aim);
-        let intrinsics = self.cameras.intrinsics(aim.zoom);
-        let seconds = self.elapsed().secs_f64();
-        scene.picture(&self.people, &site_from_camera, &intrinsics, seconds, &mut self.camera_rng)
+        let scene = self.camera_scene();
+        self.camera_snapshot().picture(&scene, aim)
     }
 
     /// Takes a picture of temperatures now, as [`Self::picture`]. It has no zoom.
     pub fn thermal_picture(&mut self, aim: &CameraAim) -> ThermalImage {
-        let (scene, site_from_camera, _) = self.prepare_picture(aim);
-        let intrinsics = self.cameras.thermal_intrinsics();
-        let seconds = self.elapsed().secs_f64();
-        scene.thermal_picture(&self.people, &site_from_camera, &intrinsics, seconds, &mut self.camera_rng)
+        let scene = self.camera_scene();
+        self.camera_snapshot().thermal_picture(&scene, aim)
     }
 
-    /// The scene, the true pose of the camera, and the aim that the head takes.
-    fn prepare_picture(&mut self, aim: &CameraAim) -> (Arc<CameraScene>, Isometry, CameraAim) {
-        let aim = self.cameras.clamped(aim);
-        let site_from_base = *self.body.motion().at(TICKS_PER_BLOCK as isize);
-        (self.camera_scene(), site_from_base * self.cameras.base_from_camera(&aim), aim)
+    /// True pose of the base now.
+    fn site_from_base(&self) -> Isometry {
+        *self.body.motion().at(TICKS_PER_BLOCK as isize)
     }
 
     /// The time at the end of the last finished block of 10 ms.

@@ -9,7 +9,8 @@
 //! - `lamps`: where light comes from;
 //! - `surfaces`: colour and temperature of what a ray hits;
 //! - `render`: rays of a whole picture;
-//! - `exposure`: from light to bytes.
+//! - `exposure`: from light to bytes;
+//! - `snapshot`: the instant of a picture, which is rendered later.
 
 mod exposure;
 pub(crate) mod faces;
@@ -17,11 +18,14 @@ mod fixtures;
 mod lamps;
 mod optics;
 mod render;
+mod snapshot;
 mod surfaces;
 mod thermal;
 
 pub use fixtures::{Face, Fixture, Reading};
 pub use optics::{CameraAim, CameraConfig, Intrinsics};
+pub use snapshot::CameraSnapshot;
+pub(crate) use surfaces::air_celsius;
 pub use thermal::ThermalImage;
 
 use crate::people::People;
@@ -58,6 +62,11 @@ impl CameraScene {
     /// The fixtures, in the order of the route.
     pub fn fixtures(&self) -> &[Fixture] {
         &self.fixtures
+    }
+
+    /// The site.
+    pub(crate) fn site(&self) -> &Arc<Site> {
+        &self.site
     }
 
     /// Takes a picture. `site_from_camera`: pose of the camera, x right, y down, z ahead. `seconds`: time since the start of the simulation, for gauges.

@@ -95,7 +95,7 @@ pub(super) fn hash([a, b, c]: [u32; 3]) -> u32 {
 }
 
 /// Temperature of the air at a point, degrees Celsius.
-pub(super) fn air_celsius(point: [f32; 3]) -> f32 {
+pub(crate) fn air_celsius(point: [f32; 3]) -> f32 {
     AIR_CELSIUS + RISE_K_PER_M * point[2]
 }
 

@@ -2,6 +2,7 @@
 
 mod cameras;
 mod generated;
+mod instruments;
 mod models;
 mod motion;
 mod rays;
