@@ -91,7 +91,12 @@ async fn map_document(app: &App, id: AnyPath, name: &str, headers: &HeaderMap) -
     let id = map_id(id)?;
     // From the parsed id, so that the path holds hexadecimal digits and hyphens only.
     let file = app.data_dir.join("maps").join(id.to_string()).join(name);
-    let serving = Serving { content_type: "application/json", cache_control: REVALIDATE, etag: None };
+    let serving = Serving {
+        content_type: "application/json",
+        cache_control: REVALIDATE,
+        etag: None,
+        has_ranges: false,
+    };
     let missing = || ProblemResponse::not_found(texts::no_map(id));
     respond(&file, headers, serving).await?.ok_or_else(missing)
 }
@@ -110,8 +115,12 @@ pub(crate) async fn tile(State(app): State<Arc<App>>, hash: AnyPath, headers: He
     let hash: TileHash = text(hash).and_then(|text| text.parse().ok()).ok_or_else(malformed)?;
     let name = hash.to_string();
     let file = app.data_dir.join("tiles").join(&name[..2]).join(&name);
-    let serving =
-        Serving { content_type: "application/octet-stream", cache_control: IMMUTABLE, etag: Some(&name) };
+    let serving = Serving {
+        content_type: "application/octet-stream",
+        cache_control: IMMUTABLE,
+        etag: Some(&name),
+        has_ranges: false,
+    };
     let missing = || ProblemResponse::not_found(texts::no_tile(&name));
     respond(&file, &headers, serving).await?.ok_or_else(missing)
 }
@@ -137,8 +146,12 @@ pub(crate) async fn cloud(State(app): State<Arc<App>>, names: TwoParts, headers:
     let file =
         app.data_dir.join("sessions").join(session.to_string()).join(format!("{:06}.scan", keyframe.0));
     let etag = format!("{session}-{}", keyframe.0);
-    let serving =
-        Serving { content_type: "application/octet-stream", cache_control: IMMUTABLE, etag: Some(&etag) };
+    let serving = Serving {
+        content_type: "application/octet-stream",
+        cache_control: IMMUTABLE,
+        etag: Some(&etag),
+        has_ranges: false,
+    };
     let missing = || ProblemResponse::not_found(texts::no_keyframe_scan(keyframe.0));
     respond(&file, &headers, serving).await?.ok_or_else(missing)
 }

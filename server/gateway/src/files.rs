@@ -1,17 +1,18 @@
 //! Files as responses: streamed, with validators, and precompressed where a `.br` or `.gz` lies beside them.
 
+use crate::byte_range::ByteRange;
 use crate::limits::FIXED;
 use crate::problem::ProblemResponse;
 use crate::texts;
 use axum::body::Body;
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
-use axum::response::Response;
+use axum::response::{IntoResponse, Response};
 use std::fs::Metadata;
-use std::io;
+use std::io::{self, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 use tokio::fs::File;
-use tokio::io::AsyncReadExt;
+use tokio::io::{AsyncReadExt, AsyncSeekExt};
 use tokio_util::io::ReaderStream;
 
 /// The client may keep the file for ever.
@@ -25,6 +26,8 @@ pub(crate) struct Serving<'a> {
     pub(crate) cache_control: &'static str,
     /// Strong validator without quotes; made of time and length if `None`.
     pub(crate) etag: Option<&'a str>,
+    /// Whether a client may ask for a part of it.
+    pub(crate) has_ranges: bool,
 }
 
 /// The file at `path`, or `None` if there is none.
@@ -33,11 +36,8 @@ pub(crate) async fn respond(
     request: &HeaderMap,
     serving: Serving<'_>,
 ) -> Result<Option<Response>, ProblemResponse> {
-    let chosen = choose(path, request).await.map_err(|error| {
-        tracing::warn!(path = %path.display(), %error, "could not read a file");
-        ProblemResponse::new(StatusCode::INTERNAL_SERVER_ERROR, texts::FILE_NOT_READ)
-    })?;
-    let Some(Chosen { file, metadata, encoding }) = chosen else { return Ok(None) };
+    let chosen = choose(path, request).await.map_err(|error| not_read(path, &error))?;
+    let Some(Chosen { mut file, metadata, encoding }) = chosen else { return Ok(None) };
     let etag = match serving.etag {
         Some(name) => format!("\"{name}\""),
         None => validator(&metadata),
@@ -53,15 +53,51 @@ pub(crate) async fn respond(
         *response.status_mut() = StatusCode::NOT_MODIFIED;
         return Ok(Some(response));
     }
+    let length = metadata.len();
+    let range = if serving.has_ranges && encoding.is_none() {
+        headers.insert(header::ACCEPT_RANGES, HeaderValue::from_static("bytes"));
+        ByteRange::of(request, length, &etag)
+    } else {
+        ByteRange::Whole
+    };
+    let (first, count) = match range {
+        ByteRange::Whole => (0, length),
+        ByteRange::Part { first, last } => (first, last - first + 1),
+        ByteRange::Unsatisfiable => return Ok(Some(unsatisfiable(length))),
+    };
+    if let ByteRange::Part { first, last } = range
+        && let Ok(content_range) = HeaderValue::from_str(&format!("bytes {first}-{last}/{length}"))
+    {
+        headers.insert(header::CONTENT_RANGE, content_range);
+    }
     headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(serving.content_type));
-    headers.insert(header::CONTENT_LENGTH, HeaderValue::from(metadata.len()));
+    headers.insert(header::CONTENT_LENGTH, HeaderValue::from(count));
     if let Some(encoding) = encoding {
         headers.insert(header::CONTENT_ENCODING, HeaderValue::from_static(encoding));
     }
+    if let ByteRange::Part { .. } = range {
+        *response.status_mut() = StatusCode::PARTIAL_CONTENT;
+        file.seek(SeekFrom::Start(first)).await.map_err(|error| not_read(path, &error))?;
+    }
     // `take`, because a file that grows meanwhile must not outgrow the length just promised.
     *response.body_mut() =
-        Body::from_stream(ReaderStream::with_capacity(file.take(metadata.len()), FIXED.file_chunk_bytes));
+        Body::from_stream(ReaderStream::with_capacity(file.take(count), FIXED.file_chunk_bytes));
     Ok(Some(response))
+}
+
+/// The answer to a request for a part that the file does not have.
+fn unsatisfiable(length: u64) -> Response {
+    let problem = ProblemResponse::new(StatusCode::RANGE_NOT_SATISFIABLE, texts::no_such_part(length));
+    let mut response = problem.into_response();
+    if let Ok(content_range) = HeaderValue::from_str(&format!("bytes */{length}")) {
+        response.headers_mut().insert(header::CONTENT_RANGE, content_range);
+    }
+    response
+}
+
+fn not_read(path: &Path, error: &io::Error) -> ProblemResponse {
+    tracing::warn!(path = %path.display(), %error, "could not read a file");
+    ProblemResponse::new(StatusCode::INTERNAL_SERVER_ERROR, texts::FILE_NOT_READ)
 }
 
 struct Chosen {

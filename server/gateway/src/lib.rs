@@ -10,6 +10,8 @@
 //! - Every refusal is a sentence that says what to do.
 
 mod app;
+mod blobs;
+mod byte_range;
 mod client_io;
 mod control;
 mod core_link;

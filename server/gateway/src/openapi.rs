@@ -1,7 +1,7 @@
 //! The description of the HTTP interface (OpenAPI 3.1), made from the handlers' own attributes.
 
 use crate::site::handlers as site;
-use crate::{documents, maps, uploads};
+use crate::{blobs, documents, maps, uploads};
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
 use utoipa::OpenApi;
@@ -29,6 +29,7 @@ pub(crate) const PATH: &str = "/api/v1/openapi.json";
         documents::map_graph,
         documents::tile,
         documents::cloud,
+        blobs::blob,
         documents::health,
         uploads::list,
         uploads::put,

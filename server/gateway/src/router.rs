@@ -5,7 +5,7 @@ use crate::limits::FIXED;
 use crate::problem::ProblemResponse;
 use crate::site::handlers as site;
 use crate::texts;
-use crate::{control, documents, maps, openapi, security, static_files, stream, uploads};
+use crate::{blobs, control, documents, maps, openapi, security, static_files, stream, uploads};
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::ws::{WebSocket, WebSocketUpgrade};
 use axum::extract::{DefaultBodyLimit, State};
@@ -39,6 +39,7 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .route(api::paths::MAP_TILES_PATH, get(documents::map_tiles))
         .route(api::paths::MAP_GRAPH_PATH, get(documents::map_graph))
         .route(api::paths::TILE_PATH, get(documents::tile))
+        .route(api::paths::BLOB_PATH, get(blobs::blob))
         .route(api::paths::CLOUD_PATH, get(documents::cloud))
         .route(api::paths::HEALTH_PATH, get(documents::health))
         .route(api::paths::SITE_PATH, get(site::get_site))

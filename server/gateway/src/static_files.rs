@@ -39,6 +39,7 @@ pub(crate) async fn serve(
             REVALIDATE
         },
         etag: None,
+        has_ranges: false,
     };
     match respond(&file, &headers, serving).await? {
         Some(response) => Ok(response),

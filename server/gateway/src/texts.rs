@@ -79,6 +79,7 @@ pub(crate) const MAPS_NOT_LISTED: &str =
     "The robot's core has not sent its list of maps yet. Try again in a moment.";
 pub(crate) const MAP_ID_MALFORMED: &str = "A map is named by a UUID. GET /api/v1/maps lists them.";
 pub(crate) const TILE_HASH_MALFORMED: &str = "A tile is named by 64 hexadecimal digits.";
+pub(crate) const BLOB_HASH_MALFORMED: &str = "A file of an action is named by 64 hexadecimal digits.";
 pub(crate) const KEYFRAME_MALFORMED: &str = "A session is named by a UUID, a keyframe by its number from 0.";
 pub(crate) const FILES_ARE_READ_ONLY: &str = "Files can only be read (GET, HEAD).";
 pub(crate) const PAGE_NOT_INSTALLED: &str =
@@ -109,6 +110,12 @@ pub(crate) fn page_gone(after: &str) -> String {
 }
 pub(crate) fn no_tile(hash: &str) -> String {
     format!("There is no tile {hash}. Ask for the list of tiles anew.")
+}
+pub(crate) fn no_blob(hash: &str) -> String {
+    format!("There is no file {hash}. Ask for the result of the action anew.")
+}
+pub(crate) fn no_such_part(bytes: u64) -> String {
+    format!("The file has no such part. It has {bytes} bytes; ask for a range within them.")
 }
 pub(crate) fn no_keyframe_scan(keyframe: u32) -> String {
     format!(

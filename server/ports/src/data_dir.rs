@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! tiles/ab/<hash>          encoded tiles, named by the BLAKE3 of their bytes, immutable
+//! blobs/ab/<hash>          files that actions have gathered, named by the BLAKE3 of their bytes, immutable
 //! maps/<map id>/           one immutable directory per map version; see the store
 //! maps/.<anything>         incomplete maps, to be deleted
 //! bin/<map id>/            deleted maps, kept for a week; see the store
@@ -22,7 +23,7 @@
 
 use api::TileHash;
 use std::path::{Path, PathBuf};
-use vocab::{MapId, UploadId};
+use vocab::{BlobHash, MapId, UploadId};
 
 /// Longest path of a Unix socket that every system accepts, bytes.
 const SOCKET_PATH_MAX: usize = 100;
@@ -53,6 +54,17 @@ impl DataDir {
     pub fn tile(&self, hash: TileHash) -> PathBuf {
         let name = hash.to_string();
         self.tiles().join(&name[..2]).join(name)
+    }
+
+    /// Directory of all files that actions have gathered.
+    pub fn blobs(&self) -> PathBuf {
+        self.root.join("blobs")
+    }
+
+    /// One of them.
+    pub fn blob(&self, hash: BlobHash) -> PathBuf {
+        let name = hash.to_string();
+        self.blobs().join(&name[..2]).join(name)
     }
 
     /// Directory of all map versions.

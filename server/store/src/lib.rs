@@ -4,6 +4,7 @@
 //! name is complete: it is written under a temporary name, synced, and then renamed. Half-written files that a crash leaves
 //! are removed when the store is opened again.
 
+mod blobs;
 mod checked_json;
 mod checksums;
 mod cloud_files;
@@ -40,6 +41,7 @@ mod topomap_source;
 mod uploads;
 mod viewpoint_clouds;
 
+pub use blobs::{BlobError, BlobsConfig};
 pub use cloud_files::{VirtualKeyframes, copy_viewpoint_files, write_cloud};
 pub use error::StoreError;
 pub use files::write_json;
@@ -92,9 +94,16 @@ impl Store {
     pub fn open(root: impl Into<PathBuf>) -> Result<Self, StoreError> {
         let dir = DataDir::new(root);
         let run = dir.root().join("run");
-        for directory in
-            [dir.tiles(), dir.maps(), dir.bin(), dir.recordings(), dir.sessions(), dir.uploads(), run.clone()]
-        {
+        for directory in [
+            dir.tiles(),
+            dir.blobs(),
+            dir.maps(),
+            dir.bin(),
+            dir.recordings(),
+            dir.sessions(),
+            dir.uploads(),
+            run.clone(),
+        ] {
             files::make_directory(&directory)?;
         }
         let config = OpenConfig::default();
@@ -102,6 +111,7 @@ impl Store {
         let store = Self { dir, _lock: lock, tiles_in_use: RwLock::default(), problems: Mutex::default() };
         store.end_uploads(&config);
         store.remove_temporary_files()?;
+        store.remove_half_written_blobs()?;
         store.remove_half_written_maps()?;
         store.remove_leaving_maps()?;
         store.remove_half_removed_sessions()?;

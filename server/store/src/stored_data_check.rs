@@ -1,5 +1,5 @@
-//! Looks for damage in what is stored: reads the ledger, every file of the maps, their tiles and the clouds of interrupted sessions, and compares it with its
-//! checksum. Nothing is changed.
+//! Looks for damage in what is stored: reads the ledger, every file of the maps, their tiles, the clouds of interrupted sessions and what actions have gathered, and
+//! compares it with its checksum. Nothing is changed.
 
 use crate::checked_json::read_checked_json;
 use crate::checksums::{Checksums, hash_file};
@@ -26,7 +26,7 @@ pub trait StoredDataReport {
 }
 
 impl Store {
-    /// Reads all maps that can be listed, their tiles, and these sessions, none of which runs. Maps of programs that wrote no checksums are
+    /// Reads all maps that can be listed, their tiles, files that actions have gathered, and these sessions, none of which runs. Maps of programs that wrote no checksums are
     /// read too, but only damage that makes a file unreadable is found in them. Time: that of reading everything. Memory: the hashes of all tiles.
     ///
     /// # Errors
@@ -59,6 +59,8 @@ impl Store {
                 return Ok(());
             }
         }
+        // The last thing to be read, so that nothing is left to break off.
+        let _ = self.check_blobs(report)?;
         Ok(())
     }
 

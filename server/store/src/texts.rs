@@ -8,6 +8,8 @@ use std::path::{Path, PathBuf};
 pub(crate) const BROKEN_TILE: &str = "names a broken tile";
 /// A file among tiles whose name is no hash.
 pub(crate) const NO_TILE_NAME: &str = "is not named as a tile is";
+/// A file among those of actions whose name is no hash.
+pub(crate) const NO_BLOB_NAME: &str = "is not named by the BLAKE3 of its bytes, so nothing refers to it";
 /// checksums.b3 with a line that is none.
 pub(crate) const BROKEN_CHECKSUMS: &str = "has a line that is no checksum";
 /// A map's folder without checksums.b3.

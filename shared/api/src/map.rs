@@ -1,9 +1,7 @@
 //! Saved maps and tiles.
 
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use std::fmt;
-use std::str::FromStr;
-use vocab::{Aabb, KeyframeId, MapId, Span, Stamp};
+use serde::{Deserialize, Serialize};
+use vocab::{Aabb, KeyframeId, MapId, Span, Stamp, content_hash};
 
 /// A saved map version, in a list.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -62,68 +60,12 @@ fn walked() -> bool {
     true
 }
 
-/// BLAKE3 of a tile's bytes: its name. Hexadecimal in JSON and paths.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct TileHash(pub [u8; 32]);
-
-/// Text that names no tile.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TileHashError;
-
-impl fmt::Display for TileHashError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a tile is named by 64 hexadecimal digits")
-    }
-}
-
-impl std::error::Error for TileHashError {}
-
-impl fmt::Display for TileHash {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
-    }
-}
-
-impl fmt::Debug for TileHash {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "TileHash({self})")
-    }
-}
-
-impl FromStr for TileHash {
-    type Err = TileHashError;
-    fn from_str(text: &str) -> Result<Self, TileHashError> {
-        let digits = text.as_bytes();
-        if digits.len() != 64 {
-            return Err(TileHashError);
-        }
-        let value = |digit: u8| (digit as char).to_digit(16).ok_or(TileHashError);
-        let mut hash = [0; 32];
-        for (byte, pair) in hash.iter_mut().zip(digits.chunks_exact(2)) {
-            *byte = (value(pair[0])? << 4 | value(pair[1])?) as u8;
-        }
-        Ok(Self(hash))
-    }
-}
-
-impl Serialize for TileHash {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        if serializer.is_human_readable() {
-            serializer.collect_str(self)
-        } else {
-            self.0.serialize(serializer)
-        }
-    }
-}
-
-impl<'de> Deserialize<'de> for TileHash {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        if deserializer.is_human_readable() {
-            String::deserialize(deserializer)?.parse().map_err(serde::de::Error::custom)
-        } else {
-            <[u8; 32]>::deserialize(deserializer).map(Self)
-        }
-    }
+content_hash! {
+    /// BLAKE3 of a tile's bytes: its name. Hexadecimal in JSON and paths.
+    TileHash,
+    /// Text that names no tile.
+    TileHashError,
+    "a tile is named by 64 hexadecimal digits"
 }
 
 /// What a tile's coordinates are relative to.

@@ -22,6 +22,8 @@ pub const MAP_TILES_PATH: &str = "/api/v1/maps/{id}/tiles";
 pub const MAP_GRAPH_PATH: &str = "/api/v1/maps/{id}/graph";
 /// GET with the hash in place of `{hash}`: the bytes of a tile, immutable.
 pub const TILE_PATH: &str = "/api/v1/tiles/{hash}";
+/// GET with the hash in place of `{hash}`: a file that an action has gathered, such as a picture, immutable. Parts of it by `Range`.
+pub const BLOB_PATH: &str = "/api/v1/blobs/{hash}";
 /// GET with a mapping session's id in place of `{session}` and a keyframe's number in place of `{keyframe}`: the whole scan of that
 /// keyframe in its own frame, encoded as a tile is, immutable; there while the session lasts.
 pub const CLOUD_PATH: &str = "/api/v1/sessions/{session}/clouds/{keyframe}";

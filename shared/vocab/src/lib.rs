@@ -3,11 +3,13 @@
 //! Robot and browser both use this crate, so it depends on serde and a UUID type only. Mathematics beyond
 //! component access lives in `autonomy/geometry`, which converts to and from these types.
 
+mod content_hash;
 mod ids;
 mod pose;
 mod text;
 mod time;
 
+pub use content_hash::{BlobHash, BlobHashError};
 pub use ids::{
     ActionCallId, ClientId, CommandId, GoalId, KeyframeId, MAX_MAP_NAME_CHARS, MapId, SessionId, UploadId,
 };

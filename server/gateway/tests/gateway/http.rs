@@ -57,6 +57,45 @@ async fn damaged_maps_are_those_of_the_last_event_for_clients_and_over_http() {
 }
 
 #[tokio::test]
+async fn files_of_actions_are_immutable_have_their_type_and_come_in_parts() {
+    let gateway = Gateway::start().await;
+    let path = |digit: &str| api::paths::BLOB_PATH.replace("{hash}", &digit.repeat(64));
+    let files: [(&str, &[u8], &str); 5] = [
+        ("a", b"\xff\xd8\xff\xe0picture", "image/jpeg"),
+        ("b", b"\x89PNG\r\n\x1a\npicture", "image/png"),
+        ("c", b"# .PCD v0.7 - Point Cloud Data file format", "application/vnd.pcd"),
+        ("d", b"{\"counts\":[]}", "application/json"),
+        ("e", b"<html><script>", "application/octet-stream"),
+    ];
+    for (digit, content, kind) in files {
+        let name = digit.repeat(64);
+        gateway.write(&format!("data/blobs/{}/{name}", digit.repeat(2)), content);
+        let reply = gateway.get(&path(digit), &[]).await;
+        assert_eq!((reply.status, &reply.body[..], reply.header("content-type")), (200, content, kind));
+        assert_eq!(reply.header("cache-control"), "public, max-age=31536000, immutable");
+        assert_eq!(
+            (reply.header("accept-ranges"), reply.header("x-content-type-options")),
+            ("bytes", "nosniff")
+        );
+        let again = gateway.get(&path(digit), &[&format!("if-none-match: {}", reply.header("etag"))]).await;
+        assert_eq!((again.status, again.body.len()), (304, 0));
+        let part = gateway.get(&path(digit), &["range: bytes=2-5"]).await;
+        assert_eq!((part.status, &part.body[..], part.header("content-length")), (206, &content[2..6], "4"));
+        assert_eq!(part.header("content-range"), format!("bytes 2-5/{}", content.len()));
+        let end = gateway.get(&path(digit), &["range: bytes=-3"]).await;
+        assert_eq!((end.status, &end.body[..]), (206, &content[content.len() - 3..]));
+    }
+    let beyond = gateway.get(&path("a"), &["range: bytes=100-"]).await;
+    assert_eq!((beyond.header("content-range"), beyond.status), ("bytes */11", 416));
+    beyond.expect_problem(416);
+    gateway.get(&path("f"), &[]).await.expect_problem(404);
+    gateway.get("/api/v1/blobs/..%2f..%2fledger.db", &[]).await.expect_problem(400);
+    // A directory in its place is no file.
+    gateway.write(&format!("data/blobs/77/{}/file", "7".repeat(64)), b"x");
+    gateway.get(&path("7"), &[]).await.expect_problem(404);
+}
+
+#[tokio::test]
 async fn documents_of_a_map_are_files_with_validators() {
     let gateway = Gateway::start().await;
     gateway.write(&format!("data/maps/{MAP}/tiles.json"), b"{\"tiles\":[]}");
