@@ -56,7 +56,7 @@ const OURS: &[(&str, &[&str])] = &[
     ("ports", &["api", "messages", "vocab"]),
     ("watchdog", &[]),
     ("formats", &["messages", "vocab"]),
-    ("links", &["geometry", "messages", "ports", "scan_codec", "sim", "vocab"]),
+    ("links", &["geometry", "messages", "ports", "scan_codec", "sim", "site_model", "vocab"]),
     ("site_files", &["geometry", "sim", "vocab"]),
     ("recorder", &["formats", "geometry", "messages", "ports", "scan_codec", "site_model", "vocab"]),
     (
@@ -137,6 +137,7 @@ const OURS_IN_TESTS: &[(&str, &[&str])] = &[
     ("lockstep", &["mapping", "points"]),
     ("mapping", &["messages", "odometry", "sim"]),
     ("odometry", &["messages", "sim"]),
+    ("runtime", &["links", "sim"]),
 ];
 
 /// Crates that may depend on all others, because they compare or test the whole.

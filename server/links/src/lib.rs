@@ -5,9 +5,11 @@
 //! which the platform shows as a real-time factor below one. A robot waits for a short time only, see [`SimulatedRobot`]. Sweeps are prepared for the stack on the
 //! thread of the link, see [`scan_codec::ScanPreparation`].
 
+mod current_connection;
 mod pacer;
 mod protocol;
 mod replay;
+mod robot_actions;
 mod simulated_robot;
 mod socket_link;
 mod stoppable_thread;

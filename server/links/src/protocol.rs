@@ -4,17 +4,17 @@
 //! version, [`RobotMessage::Identity`]; arrivals follow. One core is connected at a time: a new one replaces the old one.
 
 use messages::{BootRecord, Drive, Sensor};
-use ports::SimulatedFault;
+use ports::{ActionCall, ActionEvent, ActionRegistration, CameraHead, SimulatedFault};
 use serde::{Deserialize, Serialize};
-use vocab::{CommandId, Stamp};
+use vocab::{ActionCallId, CommandId, Stamp};
 
 /// Version of all messages but the two greetings, which never change. Robot and core refuse each other when it differs.
-pub const PROTOCOL_VERSION: u16 = 1;
+pub const PROTOCOL_VERSION: u16 = 2;
 
-/// Largest message of a robot, bytes: many times the largest scan.
+/// Largest message of a robot, bytes: many times the largest scan, and twice the largest result of an action.
 pub const MAX_ROBOT_MESSAGE_BYTES: usize = 32 << 20;
 
-/// Largest request of a core, bytes: many times a drive command.
+/// Largest request of a core, bytes: many times a drive command, and twice the longest parameters of an action.
 pub const MAX_REQUEST_BYTES: usize = 4 << 10;
 
 /// From the core to the robot.
@@ -34,6 +34,10 @@ pub enum RobotRequest {
         /// The fault.
         fault: SimulatedFault,
     },
+    /// Perform an action. Answered with [`RobotMessage::Action`], the last of which is its end.
+    StartAction(ActionCall),
+    /// End an action. Its end is answered all the same; for a call that the robot does not know, it is a failure.
+    CancelAction(ActionCallId),
 }
 
 /// From the robot to the core.
@@ -62,6 +66,8 @@ pub enum RobotMessage {
         /// One sentence with the reason, if the robot refuses.
         refused: Option<String>,
     },
+    /// What becomes of an action.
+    Action(ActionEvent),
 }
 
 /// Who a robot is and what it can do.
@@ -77,11 +83,15 @@ pub struct RobotIdentity {
     pub site: Option<String>,
     /// What it can do beyond measuring and driving.
     pub capabilities: RobotCapabilities,
+    /// The actions that it performs.
+    pub actions: Vec<ActionRegistration>,
 }
 
 /// What a robot can do beyond measuring and driving.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RobotCapabilities {
     /// Whether it injects simulated faults.
     pub simulated_faults: bool,
+    /// The head of its cameras, if it has one.
+    pub camera_head: Option<CameraHead>,
 }

@@ -1,18 +1,20 @@
 //! The link to a robot in another process, over a Unix socket.
 
+use crate::current_connection::{CurrentConnection, NotConnected};
 use crate::protocol::{MAX_ROBOT_MESSAGE_BYTES, PROTOCOL_VERSION, RobotIdentity, RobotMessage, RobotRequest};
+use crate::robot_actions::RobotActions;
 use crate::stoppable_thread::{ArrivalSender, StoppableThread, Stopped};
 use crate::texts;
 use crossbeam_channel::{Receiver, Sender};
 use messages::{BootRecord, Drive, Scan, Sensor};
 use ports::{
-    Arrival, REAL_ROBOT_HAS_NO_FAULTS, RobotEvent, RobotLink, SimulatedFault, encode_frame, read_frame,
+    ActionServer, Arrival, REAL_ROBOT_HAS_NO_FAULTS, RobotEvent, RobotLink, SimulatedFault, encode_frame,
+    read_frame,
 };
 use std::io::{self, BufReader, Write};
-use std::net::Shutdown;
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 use vocab::{CommandId, Stamp};
 
@@ -63,19 +65,10 @@ pub enum ConnectError {
 pub struct SocketLink {
     identity: RobotIdentity,
     connection: Arc<CurrentConnection>,
+    actions: Arc<RobotActions>,
     arrivals: Receiver<Arrival>,
     restarted: Receiver<()>,
     _thread: StoppableThread,
-}
-
-/// The stream on which requests are written, if the robot is connected.
-#[derive(Default)]
-struct CurrentConnection(Mutex<ConnectionState>);
-
-#[derive(Default)]
-struct ConnectionState {
-    stream: Option<UnixStream>,
-    is_ending: bool,
 }
 
 impl SocketLink {
@@ -89,11 +82,13 @@ impl SocketLink {
         connection.install(reader.get_ref())?;
         let (sender, arrivals) = crossbeam_channel::bounded(config.max_queued_arrivals);
         let (restarted_sender, restarted) = crossbeam_channel::bounded(1);
+        let actions = Arc::new(RobotActions::new(&identity, Arc::clone(&connection)));
         let receiver = ArrivalReceiver {
             config,
             path: path.to_owned(),
             run: identity.run,
             connection: Arc::clone(&connection),
+            actions: Arc::clone(&actions),
             restarted: restarted_sender,
             clock: identity.now,
         };
@@ -101,7 +96,7 @@ impl SocketLink {
             // The link was dropped or the robot was restarted: the thread ends either way.
             let _ = receiver.run(reader, &mut ArrivalSender::new(sender, stop));
         })?;
-        Ok(Self { identity, connection, arrivals, restarted, _thread: thread })
+        Ok(Self { identity, connection, actions, arrivals, restarted, _thread: thread })
     }
 }
 
@@ -138,63 +133,13 @@ impl RobotLink for SocketLink {
             .map_err(|NotConnected| texts::ROBOT_NOT_CONNECTED.to_owned())
     }
 
+    fn action_server(&self) -> Option<Arc<dyn ActionServer>> {
+        let actions = Arc::clone(&self.actions);
+        (!self.identity.actions.is_empty()).then_some(actions as Arc<dyn ActionServer>)
+    }
+
     fn robot_restarted(&self) -> Receiver<()> {
         self.restarted.clone()
-    }
-}
-
-/// Error: the robot is not connected.
-struct NotConnected;
-
-impl CurrentConnection {
-    fn state(&self) -> std::sync::MutexGuard<'_, ConnectionState> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Writes requests to this stream from now on.
-    fn install(&self, stream: &UnixStream) -> io::Result<()> {
-        let mut state = self.state();
-        if state.is_ending {
-            return Err(io::ErrorKind::ConnectionAborted.into());
-        }
-        state.stream = Some(stream.try_clone()?);
-        Ok(())
-    }
-
-    fn send(&self, request: &RobotRequest) -> Result<(), NotConnected> {
-        let mut state = self.state();
-        let Some(stream) = &mut state.stream else {
-            return Err(NotConnected);
-        };
-        let Err(error) = stream.write_all(&encode_frame(request)) else {
-            return Ok(());
-        };
-        if error.kind() == io::ErrorKind::WouldBlock {
-            tracing::warn!("the robot's connection ends: {}", texts::ROBOT_DOES_NOT_READ);
-        }
-        state.close();
-        Err(NotConnected)
-    }
-
-    fn close(&self) {
-        self.state().close();
-    }
-
-    /// Closes the connection for good.
-    fn end(&self) {
-        let mut state = self.state();
-        state.is_ending = true;
-        state.close();
-    }
-}
-
-impl ConnectionState {
-    /// Closes the stream, which also wakes the thread that reads it.
-    fn close(&mut self) {
-        if let Some(stream) = self.stream.take() {
-            // It may be closed already.
-            let _ = stream.shutdown(Shutdown::Both);
-        }
     }
 }
 
@@ -227,6 +172,7 @@ struct ArrivalReceiver {
     /// [`RobotIdentity::run`] of the connected robot.
     run: u64,
     connection: Arc<CurrentConnection>,
+    actions: Arc<RobotActions>,
     restarted: Sender<()>,
     /// The robot's clock at the last arrival.
     clock: Stamp,
@@ -237,6 +183,7 @@ impl ArrivalReceiver {
         loop {
             let error = self.receive(&mut reader, sender)?;
             self.connection.close();
+            self.actions.fail_all();
             tracing::warn!("the robot's connection ends: {error}");
             let lost = RobotEvent::Disconnected(texts::robot_lost(&error));
             sender.send(Arrival { at: self.clock, event: lost })?;
@@ -273,6 +220,10 @@ impl ArrivalReceiver {
                 }
                 Ok(Some(RobotMessage::FaultAnswer { id, refused })) => {
                     (self.clock, RobotEvent::FaultAnswered { id, refused })
+                }
+                Ok(Some(RobotMessage::Action(event))) => {
+                    self.actions.receive(event);
+                    continue;
                 }
                 Ok(Some(RobotMessage::Hello { .. } | RobotMessage::Identity(_))) => {
                     return Ok(io::Error::new(io::ErrorKind::InvalidData, texts::UNEXPECTED_GREETING));

@@ -28,7 +28,8 @@ fn identity(simulated_faults: bool) -> RobotMessage {
         now: Stamp::from_parts(100, 0),
         boot: BootRecord::default(),
         site: None,
-        capabilities: crate::RobotCapabilities { simulated_faults },
+        capabilities: crate::RobotCapabilities { simulated_faults, camera_head: None },
+        actions: Vec::new(),
     }))
 }
 
@@ -98,7 +99,7 @@ fn a_robot_that_does_not_read_is_disconnected_and_never_blocks_the_core() {
     let _robot = robot(&path, vec![HELLO, identity(true)]);
     let link = SocketLink::connect(&path, SocketLinkConfig::default()).expect("connects");
     let start = std::time::Instant::now();
-    while link.connection.state().stream.is_some() {
+    while link.connection.is_connected() {
         link.drive(Drive::default());
         assert!(start.elapsed() < PATIENCE, "still connected");
     }

@@ -9,15 +9,16 @@ use messages::{
     BatteryState, BootRecord, Drive, ExternalOdometry, ImuSample, LegOdometry, Mounting, RobotProfile, Scan,
     Sensor,
 };
-use ports::SimulatedFault;
+use ports::{ActionCall, ActionEnd, ActionEvent, ActionFile, ActionRegistration, CameraHead, SimulatedFault};
 use serde::{Serialize, de::DeserializeOwned};
 use std::fmt::{Debug, Write};
 use std::sync::Arc;
 use uuid::Uuid;
-use vocab::{CommandId, Pose, Span, Stamp, Twist, Vec3};
+use vocab::{ActionCallId, CommandId, Pose, Span, Stamp, Twist, Vec3};
 
 const NOW: Stamp = Stamp::from_nanos(1_700_000_000_123_456_789);
 const COMMAND: CommandId = CommandId(Uuid::from_u128(7));
+const CALL: ActionCallId = ActionCallId(Uuid::from_u128(9));
 const SECOND: Span = Span::from_millis(1_000);
 
 /// At least one request of every kind.
@@ -32,7 +33,13 @@ fn requests() -> Vec<RobotRequest> {
         SimulatedFault::End,
     ];
     let fault = |fault| RobotRequest::InjectFault { id: COMMAND, fault };
-    let others = [RobotRequest::Hello { version: PROTOCOL_VERSION }, RobotRequest::Drive(Drive { velocity })];
+    let call = ActionCall { id: CALL, action: "photo".to_owned(), parameters: "{}".to_owned() };
+    let others = [
+        RobotRequest::Hello { version: PROTOCOL_VERSION },
+        RobotRequest::Drive(Drive { velocity }),
+        RobotRequest::StartAction(call),
+        RobotRequest::CancelAction(CALL),
+    ];
     others.into_iter().chain(faults.map(fault)).collect()
 }
 
@@ -62,7 +69,23 @@ fn robot_messages() -> Vec<RobotMessage> {
             ..BootRecord::default()
         },
         site: Some("b1".to_owned()),
-        capabilities: RobotCapabilities { simulated_faults: true },
+        capabilities: RobotCapabilities {
+            simulated_faults: true,
+            camera_head: Some(CameraHead {
+                base_from_head_m: [0.25, 0.0, 0.125],
+                pan_max_rad: 3.0,
+                tilt_min_rad: -0.5,
+                tilt_max_rad: 1.0,
+                zoom_max: 20.0,
+            }),
+        },
+        actions: vec![ActionRegistration {
+            name: "photo".to_owned(),
+            title: "Photo".to_owned(),
+            parameter_schema: "{}".to_owned(),
+            expected: SECOND,
+            is_idempotent: true,
+        }],
     };
     let sensors = [
         Sensor::Scan(Arc::new(scan)),
@@ -72,7 +95,21 @@ fn robot_messages() -> Vec<RobotMessage> {
         Sensor::Battery(battery),
     ];
     let sensor = |sensor| RobotMessage::Sensor { at: NOW, sensor };
+    let file = ActionFile {
+        name: "a.jpg".to_owned(),
+        media_type: "image/jpeg".to_owned(),
+        bytes: vec![0, 255, 128],
+    };
+    let ended = |end| RobotMessage::Action(ActionEvent::Ended { call: CALL, end });
     let others = [
+        RobotMessage::Action(ActionEvent::Feedback {
+            call: CALL,
+            progress: Some(0.5),
+            text: "half".to_owned(),
+        }),
+        ended(ActionEnd::Succeeded { report: "{}".to_owned(), files: vec![file] }),
+        ended(ActionEnd::Failed { reason: "no".to_owned() }),
+        ended(ActionEnd::Cancelled),
         RobotMessage::Hello { version: PROTOCOL_VERSION },
         RobotMessage::Identity(Box::new(identity)),
         RobotMessage::Clock(NOW),

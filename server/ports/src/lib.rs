@@ -1,12 +1,14 @@
 //! Interfaces between the parts of the server that have more than one implementation or user.
 //!
 //! - [`RobotLink`]: the simulator, a replay and, later, real robots on one side, the runtime on the other;
+//! - [`ActionServer`]: robots and other programs that perform actions on one side, the runtime on the other;
 //! - [`Journal`] and [`SegmentWriter`]: the recorder on one side, the runtime on the other;
 //! - [`MapImporter`]: the program that imports point clouds on one side, the runtime on the other;
 //! - [`encode_frame`], [`read_frame`]: messages on the Unix sockets between processes;
 //! - [`DataDir`]: the layout of the data directory, for the store that writes and the gateway that reads;
 //! - [`error_with_causes`]: an error as a text for people, for all parts that report errors.
 
+mod action_server;
 mod data_dir;
 mod error_text;
 mod frames;
@@ -14,6 +16,10 @@ mod journal;
 mod map_importer;
 mod robot_link;
 
+pub use action_server::{
+    ActionCall, ActionEnd, ActionEvent, ActionFile, ActionRegistration, ActionServer, CameraHead,
+    MAX_ACTION_PARAMETER_BYTES, MAX_ACTION_RESULT_BYTES,
+};
 pub use api::SimulatedFault;
 pub use data_dir::DataDir;
 pub use error_text::error_with_causes;

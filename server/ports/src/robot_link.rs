@@ -1,8 +1,10 @@
 //! Interface to a robot: a source of stamped events and a sink of drive commands.
 
+use crate::ActionServer;
 use api::SimulatedFault;
 use crossbeam_channel::Receiver;
 use messages::{BootRecord, Drive, Sensor};
+use std::sync::Arc;
 use vocab::{CommandId, Stamp};
 
 /// An event from the robot with its time of arrival.
@@ -74,6 +76,11 @@ pub trait RobotLink: Send {
     /// One sentence with the reason why the robot was not asked.
     fn inject_fault(&self, _id: CommandId, _fault: SimulatedFault) -> Result<(), String> {
         Err(REAL_ROBOT_HAS_NO_FAULTS.to_owned())
+    }
+
+    /// Performs the robot's actions, if it has any.
+    fn action_server(&self) -> Option<Arc<dyn ActionServer>> {
+        None
     }
 
     /// Gets a message when another robot answers at the other end of the link, for example because the robot's process was restarted: its

@@ -4,6 +4,7 @@
 //! what arrives. The loop reads the computer's clock only when the link has been silent for [`ControlLoopConfig::silence_timeout`], to go on
 //! ticking: a robot whose sensors have died must still be told to stop.
 
+use crate::actions::ActionQueue;
 use crate::clock::{CalendarTime, RobotClock};
 use crate::incidents::Incident;
 use crate::jobs::{FinishedJob, Jobs};
@@ -16,8 +17,8 @@ use crate::state_publisher::StatePublisher;
 use crate::texts;
 use crossbeam_channel::{Receiver, select};
 use messages::{
-    ActionOutcome, BootRecord, Command, Input, JobDone, MAX_TICK_GAP, PoseInMap, Publication, Severity,
-    StackEffect, TICK_PERIOD,
+    BootRecord, Command, Input, JobDone, MAX_TICK_GAP, PoseInMap, Publication, Severity, StackEffect,
+    TICK_PERIOD,
 };
 use ports::{Arrival, RobotEvent, RobotLink, SimulatedFault};
 use stack::Stack;
@@ -76,6 +77,8 @@ pub struct Sources {
     pub finished: Receiver<FinishedJob>,
     /// From the ledger: commits that are durable, the site and its edits.
     pub ledger: Receiver<Input>,
+    /// Ends and feedback of actions.
+    pub actions: Receiver<Input>,
     /// Disconnected when it is time to end.
     pub stop: Receiver<()>,
 }
@@ -96,6 +99,7 @@ pub struct ControlLoop {
     pub stop_latch: StoredStopLatch,
     pub ledger: LedgerQueue,
     pub session_journal: SessionJournalQueue,
+    pub actions: ActionQueue,
     /// Which maps are in use.
     pub map_usage: Arc<MapUsage>,
     /// Results of jobs that failed at once. The next turn of the loop feeds all of them, so they are never more than one turn starts.
@@ -195,6 +199,9 @@ impl Running {
                     self.feed(Input::JobDone(done));
                 },
                 recv(sources.ledger) -> input => if let Ok(input) = input {
+                    self.feed(input);
+                },
+                recv(sources.actions) -> input => if let Ok(input) = input {
                     self.feed(input);
                 },
                 recv(sources.stop) -> _ => return,
@@ -316,17 +323,16 @@ impl ControlLoop {
                     self.jobs.write_cloud(keyframe.clone());
                 }
                 self.session_journal.record(&publication);
+                self.actions.watch(&publication);
                 self.recorder.watch(self.clock.now(), &publication);
                 self.mailbox.post(publication);
             }
             StackEffect::Answer { id, to, refused } => self.state_publisher.answer(id, to, refused),
             StackEffect::Commit { seq, events } => return self.ledger.commit(seq, events),
-            // There are no action servers, so a call fails at once and has ended when it could be cancelled.
-            StackEffect::CallAction { call, action, parameters: _ } => {
-                let reason = texts::no_action_server(&action);
-                return Some(Input::ActionDone { call, outcome: ActionOutcome::Failed { reason } });
+            StackEffect::CallAction { call, action, parameters } => {
+                return self.actions.call(call, action, parameters);
             }
-            StackEffect::CancelAction(_) => {}
+            StackEffect::CancelAction(call) => self.actions.cancel(call),
         }
         None
     }

@@ -1,5 +1,6 @@
 //! Starts the core's threads with the queues between them, and ends them in order.
 
+use crate::actions::{ActionConfig, ActionQueue, ActionWorker, OpenActions};
 use crate::clock::CalendarTime;
 use crate::control_loop::{ControlLoop, LoopRequest, Sources};
 use crate::gateway_link::{GatewayLink, GatewayLinkConfig};
@@ -31,7 +32,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Instant;
-use store::{InterruptedSessions, Store};
+use store::{BlobsConfig, InterruptedSessions, Store};
 use watchdog::Watchdog;
 
 /// Limits of the core's queues.
@@ -83,6 +84,7 @@ pub struct Core {
     control: Option<JoinHandle<()>>,
     ledger: Option<JoinHandle<()>>,
     session_journal: Option<JoinHandle<()>>,
+    actions: Option<JoinHandle<()>>,
     publisher: Option<JoinHandle<()>>,
     disk: Option<JoinHandle<()>>,
     compute: Option<JoinHandle<()>>,
@@ -182,6 +184,22 @@ impl Core {
             mailbox: Arc::clone(&mailbox),
             clock: Arc::clone(&clock),
         };
+        let action_config = ActionConfig::default();
+        let (actions, action_inbox) = ActionQueue::new(&action_config);
+        let (result_sender, action_results) = crossbeam_channel::bounded(action_config.max_results);
+        let base_from_lidar = link.boot().mounting.base_from_lidar;
+        let action_worker = ActionWorker {
+            config: action_config,
+            blobs: BlobsConfig::default(),
+            store: Arc::clone(&store),
+            robot: link.action_server(),
+            base_from_lidar_m: base_from_lidar.unwrap_or_default().position,
+            inbox: action_inbox,
+            results: result_sender,
+            mailbox: Arc::clone(&mailbox),
+            clock: Arc::clone(&clock),
+            open: OpenActions::default(),
+        };
         let ledger_worker = LedgerWorker {
             store: Arc::clone(&store),
             inbox: Arc::clone(&inbox),
@@ -236,8 +254,14 @@ impl Core {
             clock: Arc::clone(&clock),
             stop: stopped.clone(),
         };
-        let sources =
-            Sources { arrivals: link.arrivals(), commands, finished, ledger: ledger_inputs, stop: stopped };
+        let sources = Sources {
+            arrivals: link.arrivals(),
+            commands,
+            finished,
+            ledger: ledger_inputs,
+            actions: action_results,
+            stop: stopped,
+        };
         let gateway = GatewayLink::listen(
             GatewayLinkConfig::default(),
             &socket,
@@ -262,6 +286,7 @@ impl Core {
             stop_latch,
             ledger,
             session_journal,
+            actions,
             map_usage,
             refused_jobs: Vec::new(),
             problems,
@@ -284,6 +309,9 @@ impl Core {
             session_journal: Some(spawn(&watchdog, "sessions", THREAD_LIMITS.disk, move |beat| {
                 session_journal_worker.run(beat);
             })?),
+            actions: Some(spawn(&watchdog, "actions", THREAD_LIMITS.disk, move |beat| {
+                action_worker.run(beat);
+            })?),
             control: Some(spawn(&watchdog, CONTROL_THREAD, THREAD_LIMITS.control, move |beat| {
                 control.run(&sources, beat);
             })?),
@@ -299,6 +327,7 @@ impl Drop for Core {
         join(self.control.take());
         join(self.ledger.take());
         join(self.session_journal.take());
+        join(self.actions.take());
         self.mailbox.close();
         join(self.publisher.take());
         // It sends requests to the lane of the disk, which ends when nobody can send to it any more.

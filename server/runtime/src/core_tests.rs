@@ -226,7 +226,10 @@ fn every_input_is_recorded_once_in_the_order_of_the_robots_clock() {
             }
             Input::Tick => (millis, "tick"),
             Input::Sensor(_) => (millis, "imu"),
-            Input::WallClock { .. } | Input::MissionsRestored(_) | Input::Site(_) => continue,
+            Input::WallClock { .. }
+            | Input::MissionsRestored(_)
+            | Input::Site(_)
+            | Input::ActionsRegistered(_) => continue,
             other => panic!("{other:?}"),
         });
     }

@@ -9,6 +9,7 @@
 //! | `recorder` | writes every input to the recording | the loop |
 //! | `disk` | saves and reads maps, writes keyframe clouds; renames, deletes and restores maps | the loop, a client |
 //! | `compute` | jobs that compute: comparisons, searches, relocalisation, map quality; prepares maps that were read | the loop, `disk` |
+//! | `actions` | actions that the stack calls: asks the robot for them, and stores what they gather | the loop, the robot |
 //! | `publisher` | tiles, live scans, state for clients | the loop |
 //! | `imports` | maps of uploaded files, made by another process | a client |
 //! | `gateway-accept`, `-read`, `-write` | one gateway at a time on a Unix socket | the gateway |
@@ -17,6 +18,7 @@
 //!
 //! The control loop never waits for a disk, a client or a network. Each queue documents what may be lost and how that is reported.
 
+mod actions;
 mod clock;
 mod control_loop;
 mod convert;

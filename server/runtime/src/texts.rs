@@ -3,7 +3,7 @@
 use crate::map_usage::MapUse;
 use ports::SimulatedFault;
 use std::path::Path;
-use vocab::{KeyframeId, Span};
+use vocab::{KeyframeId, Span, legible};
 
 /// The core was started without an importer.
 pub const NO_IMPORTER: &str = "This platform makes no maps of files.";
@@ -252,7 +252,54 @@ pub fn fault_injected(fault: SimulatedFault) -> String {
 
 /// The stack called an action although no action server is connected.
 pub fn no_action_server(action: &str) -> String {
-    format!("No action server offers \"{action}\".")
+    format!("No action server offers \"{}\".", legible(action, 60))
+}
+
+/// More actions at once than the platform performs.
+pub const TOO_MANY_ACTIONS: &str = "Too many actions are under way. Try again in a moment.";
+/// The end of an action was asked for that is not under way.
+pub const NO_SUCH_CALL: &str = "This action is not under way, so nobody knows whether it was done.";
+/// A message without content.
+pub const EMPTY_MESSAGE: &str = "The message is empty. Enter a text.";
+/// The robot's report of an action cannot be read.
+pub const ROBOT_REPORT_MALFORMED: &str =
+    "The robot's report of the action cannot be read. Update the robot's program.";
+/// A point cloud was to be gathered and no scan came.
+pub const NOTHING_SCANNED: &str = "The LiDAR saw nothing, so there is no point cloud.";
+/// The camera is to be aimed at a point of the map, and the robot's pose in it is not known.
+pub const AIM_WITHOUT_PLACE: &str =
+    "The camera cannot be aimed, because the robot's pose in the map is not known.";
+/// The camera is to be aimed at a point that gives no direction.
+pub const AIM_WITHOUT_DIRECTION: &str =
+    "The camera cannot be aimed there, because the target is at the camera itself.";
+
+/// The camera is to be aimed further to the side than its head pans.
+pub fn aim_beyond_pan(turn_rad: f64) -> String {
+    let side = if turn_rad > 0.0 { "left" } else { "right" };
+    let degrees = turn_rad.abs().to_degrees().ceil();
+    format!(
+        "The camera does not reach the target: the robot has to turn at least {degrees}° to the {side} first."
+    )
+}
+
+/// The camera is to be aimed further up or down than its head tilts.
+pub fn aim_beyond_tilt(excess_rad: f64) -> String {
+    let (side, degrees) =
+        (if excess_rad > 0.0 { "high" } else { "low" }, excess_rad.abs().to_degrees().ceil());
+    format!("The target is {degrees}° too {side} for the camera. Look at it from further away.")
+}
+
+/// Parameters of an action are wrong for `reason`, a clause.
+pub fn wrong_parameters(reason: &dyn std::fmt::Display) -> String {
+    format!(
+        "The parameters of the action are not those of its schema: {}.",
+        legible(&reason.to_string(), 200)
+    )
+}
+
+/// What an action has gathered was not stored for `reason`, a clause.
+pub fn result_not_stored(reason: &str) -> String {
+    format!("What the action gathered could not be stored: {reason}.")
 }
 
 /// The gateway speaks another version of the contract.

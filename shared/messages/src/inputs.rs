@@ -84,7 +84,7 @@ pub struct RegisteredAction {
 pub enum ActionOutcome {
     /// It was done.
     Succeeded {
-        /// Its result as JSON, as the action's result schema has it.
+        /// Its result, a [`site_model::ActionReport`] as JSON. The files that it names are on the disk.
         result: String,
     },
     /// It could not be done.

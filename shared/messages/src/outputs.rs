@@ -39,7 +39,8 @@ pub enum StackEffect {
         call: ActionCallId,
         /// Registered name of the action.
         action: String,
-        /// Parameters as JSON, as the action's schema has it.
+        /// Parameters as JSON, as the action's schema has it. With a `target_m` (metres, map frame) the shell aims the camera by the latest [`Estimate`]; the body is
+        /// turned by whoever calls.
         parameters: String,
     },
     /// Cancel a call. It still ends with `Input::ActionDone`.

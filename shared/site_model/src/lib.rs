@@ -11,6 +11,7 @@
 
 mod action;
 mod action_catalogue;
+mod action_report;
 mod compare;
 mod edit;
 mod finite;
@@ -34,6 +35,10 @@ mod validation;
 pub use action::ActionRequest;
 pub use action_catalogue::{
     ACTION_CATALOGUE, ActionDescription, MAX_MESSAGE_CHARS, TARGET_PARAMETER, describe_action,
+};
+pub use action_report::{
+    ActionReport, CameraAim, CameraReport, GammaSpectrum, LocalisationQuality, Reading, ReportFile,
+    ReportPlace, ReportTime,
 };
 pub use compare::{MergeConflict, Merged, diff, merge};
 pub use edit::{Applied, Change, Edit, EditError, RevisionChange};

@@ -29,8 +29,8 @@ pub struct SimulatedRobotConfig {
     pub max_queued_messages: usize,
     /// How long the simulation waits for a core while that queue is full.
     pub wait: WaitBudgetConfig,
-    /// Largest number of faults that wait for the next step. A core that asks for more is disconnected.
-    pub max_pending_faults: usize,
+    /// Largest number of faults, and of requests about actions, that wait for the next step. A core that asks for more is disconnected.
+    pub max_pending_requests: usize,
     /// Longest time for the greeting of a core.
     pub hello_timeout: Duration,
     /// Called by the simulation's thread at least every second while it lives, so that somebody can notice if it hangs.
@@ -54,7 +54,7 @@ impl SimulatedRobotConfig {
             step: Span::from_millis(10),
             max_queued_messages: 900,
             wait: WaitBudgetConfig::default(),
-            max_pending_faults: 64,
+            max_pending_requests: 64,
             hello_timeout: Duration::from_secs(1),
             on_step: None,
         }

@@ -8,7 +8,7 @@ use crate::protocol::{MAX_REQUEST_BYTES, PROTOCOL_VERSION, RobotIdentity, RobotM
 use crate::texts;
 use crossbeam_channel::{Receiver, Sender, TryRecvError};
 use messages::Drive;
-use ports::{SimulatedFault, encode_frame, read_frame};
+use ports::{ActionCall, SimulatedFault, encode_frame, read_frame};
 use std::fs;
 use std::io::{self, BufReader, BufWriter, Write};
 use std::net::Shutdown;
@@ -18,7 +18,7 @@ use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
-use vocab::{CommandId, Stamp};
+use vocab::{ActionCallId, CommandId, Stamp};
 
 /// Requests of a core that the simulation has not taken yet.
 #[derive(Default)]
@@ -27,6 +27,14 @@ pub(super) struct PendingRequests {
     pub(super) drive: Option<Drive>,
     /// With the number of each request.
     pub(super) faults: Vec<(CommandId, SimulatedFault)>,
+    /// In the order in which they came.
+    pub(super) actions: Vec<ActionRequest>,
+}
+
+/// What is asked about actions.
+pub(super) enum ActionRequest {
+    Start(ActionCall),
+    Cancel(ActionCallId),
 }
 
 /// A connected core.
@@ -118,7 +126,7 @@ struct Acceptor {
     identity: RobotIdentity,
     hello_timeout: Duration,
     max_queued_messages: usize,
-    max_pending_faults: usize,
+    max_pending_requests: usize,
     slot: CoreSlot,
     is_ending: Arc<AtomicBool>,
 }
@@ -138,7 +146,7 @@ impl Listener {
             identity,
             hello_timeout: config.hello_timeout,
             max_queued_messages: config.max_queued_messages,
-            max_pending_faults: config.max_pending_faults,
+            max_pending_requests: config.max_pending_requests,
             slot: slot.clone(),
             is_ending: Arc::clone(&is_ending),
         };
@@ -206,9 +214,9 @@ impl Acceptor {
             is_closed: AtomicBool::new(false),
         });
         let connection = CoreConnection { messages: sender, shared: Arc::clone(&shared) };
-        let (for_reader, max_pending_faults) = (Arc::clone(&shared), self.max_pending_faults);
+        let (for_reader, max_pending_requests) = (Arc::clone(&shared), self.max_pending_requests);
         thread::Builder::new().name("robot-read".to_owned()).spawn(move || {
-            if let Err(error) = read_requests(&mut reader, &for_reader, max_pending_faults) {
+            if let Err(error) = read_requests(&mut reader, &for_reader, max_pending_requests) {
                 tracing::warn!("the core's connection ends: {error}");
             }
             for_reader.close();
@@ -227,14 +235,23 @@ impl Acceptor {
 fn read_requests(
     reader: &mut BufReader<UnixStream>,
     shared: &SharedConnection,
-    max_pending_faults: usize,
+    max_pending_requests: usize,
 ) -> io::Result<()> {
     while let Some(request) = read_frame(reader, MAX_REQUEST_BYTES)? {
         let mut pending = shared.requests();
         match request {
             RobotRequest::Drive(drive) => pending.drive = Some(drive),
-            RobotRequest::InjectFault { id, fault } if pending.faults.len() < max_pending_faults => {
+            RobotRequest::InjectFault { id, fault } if pending.faults.len() < max_pending_requests => {
                 pending.faults.push((id, fault));
+            }
+            RobotRequest::StartAction(call) if pending.actions.len() < max_pending_requests => {
+                pending.actions.push(ActionRequest::Start(call));
+            }
+            RobotRequest::CancelAction(call) if pending.actions.len() < max_pending_requests => {
+                pending.actions.push(ActionRequest::Cancel(call));
+            }
+            RobotRequest::StartAction(_) | RobotRequest::CancelAction(_) => {
+                return Err(invalid(texts::TOO_MANY_ACTION_REQUESTS.to_owned()));
             }
             RobotRequest::InjectFault { .. } => return Err(invalid(texts::TOO_MANY_FAULTS.to_owned())),
             RobotRequest::Hello { .. } => return Err(invalid(texts::UNEXPECTED_GREETING.to_owned())),

@@ -1,8 +1,11 @@
 //! The simulated robot: a simulator that is paced by this computer's clock and listens for the core on a Unix socket, like a real robot's computer.
 //!
+//! The robot performs actions on a thread of its own (`actions`), so that nothing waits for a picture.
+//!
 //! The robot lives on without a core: it stands, charges, and its clock goes on. It stops its legs [`messages::DRIVE_LIFETIME`] after the last command, and at once
 //! when the connection ends. It never waits for ever for a core that hangs: see [`SimulatedRobotConfig::max_queued_messages`] and [`wait_budget::WaitBudgetConfig`].
 
+mod actions;
 mod config;
 mod connection;
 mod simulation;
@@ -13,6 +16,7 @@ pub use config::{OnStep, SimulatedRobotConfig};
 
 use crate::protocol::{RobotCapabilities, RobotIdentity};
 use crate::stoppable_thread::StoppableThread;
+use actions::ActionRunner;
 use connection::Listener;
 use crossbeam_channel::{Receiver, Sender};
 use sim::Simulator;
@@ -85,15 +89,20 @@ impl SimulatedRobot {
             now: simulator.now(),
             boot: simulator.boot(),
             site: Some(config.sim.site.name().to_owned()),
-            capabilities: RobotCapabilities { simulated_faults: true },
+            capabilities: RobotCapabilities {
+                simulated_faults: true,
+                camera_head: Some(actions::camera_head(simulator.cameras())),
+            },
+            actions: actions::registrations(),
         };
         let listener =
             Listener::start(&config, identity).map_err(|source| StartError::Socket { path, source })?;
         let core = listener.core();
+        let runner = ActionRunner::spawn(&simulator).map_err(StartError::Thread)?;
         let (alive, ended) = crossbeam_channel::bounded(0);
         let simulation = StoppableThread::start("robot-sim", move |stop| {
             let _alive: Sender<()> = alive;
-            Simulation::new(config, simulator, truth, core, stop).run();
+            Simulation::new(config, simulator, truth, runner, core, stop).run();
         })
         .map_err(StartError::Thread)?;
         Ok(Self { ended, _listener: listener, _simulation: simulation, _lock: lock })

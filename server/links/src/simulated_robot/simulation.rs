@@ -1,7 +1,8 @@
 //! The simulation's thread: one step at a time, in step with this computer's clock.
 
+use super::actions::ActionRunner;
 use super::config::SimulatedRobotConfig;
-use super::connection::{CoreConnection, CoreSlot, PendingRequests};
+use super::connection::{ActionRequest, CoreConnection, CoreSlot, PendingRequests};
 use super::truth_log::TruthLog;
 use super::wait_budget::WaitBudget;
 use crate::pacer::RealTimePacer;
@@ -29,6 +30,7 @@ pub(super) struct Simulation {
     /// The core that gets the messages.
     core: Option<Arc<CoreConnection>>,
     wait: WaitBudget,
+    actions: ActionRunner,
     stop: StopSignal,
 }
 
@@ -37,11 +39,12 @@ impl Simulation {
         config: SimulatedRobotConfig,
         simulator: Simulator,
         truth: Option<TruthLog>,
+        actions: ActionRunner,
         slot: CoreSlot,
         stop: StopSignal,
     ) -> Self {
         let (pacer, wait) = (RealTimePacer::new(config.speed), WaitBudget::new(config.wait));
-        Self { config, simulator, truth, pacer, slot, core: None, wait, stop }
+        Self { config, simulator, truth, pacer, slot, core: None, wait, actions, stop }
     }
 
     /// Simulates until it is told to stop.
@@ -53,7 +56,7 @@ impl Simulation {
     fn step(&mut self, events: &mut Vec<SimEvent>) -> Result<(), Stopped> {
         self.wait_until_due()?;
         self.follow_connection();
-        let PendingRequests { drive, faults } =
+        let PendingRequests { drive, faults, actions } =
             self.core.as_ref().map(|core| core.take_requests()).unwrap_or_default();
         if let Some(drive) = drive {
             self.simulator.command(drive);
@@ -62,7 +65,17 @@ impl Simulation {
             let refused = self.inject_fault(fault).err();
             self.send(RobotMessage::FaultAnswer { id, refused })?;
         }
+        for request in actions {
+            match request {
+                ActionRequest::Start(call) => self.actions.start(call, &mut self.simulator),
+                ActionRequest::Cancel(call) => self.actions.cancel(call),
+            }
+        }
         self.simulator.advance(self.simulator.now() + self.config.step, events);
+        self.actions.advance(&mut self.simulator)?;
+        for event in self.actions.take_events() {
+            self.send(RobotMessage::Action(event))?;
+        }
         self.wait.refill(self.config.step);
         if let Some(truth) = &mut self.truth {
             truth.append(&self.simulator);
@@ -100,6 +113,8 @@ impl Simulation {
                 self.simulator.command(Drive::default());
             }
             self.core = connected;
+            // The core that called is told by its own link.
+            self.actions.forget_all();
             self.wait = WaitBudget::new(self.config.wait);
         }
     }

@@ -93,6 +93,8 @@ enum FileKind {
     Upload,
     UploadNote,
     BinnedMap,
+    /// A file that an action has gathered.
+    Blob,
 }
 
 impl FileKind {
@@ -104,6 +106,7 @@ impl FileKind {
         let known = |names: &[&'static str]| names.iter().copied().find(|known| *known == name);
         Some(match folder {
             "tiles" => Self::Tile,
+            "blobs" => Self::Blob,
             "recordings" if ending == "mcap" => Self::Recording,
             "uploads" if ending == "json" => Self::UploadNote,
             "uploads" => Self::Upload,
@@ -149,6 +152,7 @@ impl FileKind {
             Self::Upload => "upload".to_owned(),
             Self::UploadNote => "upload: note".to_owned(),
             Self::BinnedMap => "bin: file of a map".to_owned(),
+            Self::Blob => "file of an action".to_owned(),
         }
     }
 
@@ -243,6 +247,7 @@ impl Template {
         store.save_last_pose(Some(&pose)).expect("saved");
         store.note_upload(upload, store::UploadNote::default()).expect("noted");
         fill_ledger(&store);
+        store.put_blob(&[7; 40_000], &store::BlobsConfig::default()).expect("stored");
         drop(store);
         // As if it had been killed while it was saved.
         let saving = data.join("sessions").join(session.to_string()).join("saving.json");
