@@ -68,6 +68,8 @@ pub(crate) struct FrameState {
     /// Whether Escape belongs to something that was shown in the last frame, such as a field for a name, a drag or a question. It then ends that and does nothing
     /// else.
     pub(crate) is_escape_taken: bool,
+    /// Whether a card covers the scene beside the tools. The drive card gives way to it.
+    pub(crate) is_left_card_shown: bool,
     /// The tab that was opened last on each screen.
     open_tabs: Vec<Tab>,
 }

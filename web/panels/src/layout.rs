@@ -3,6 +3,9 @@
 use crate::theme::{self, GAP, Tokens};
 use egui::{Id, Order, Pos2, Rect, Ui, pos2, vec2};
 
+/// Width of the tools, with the gap beside them, points.
+const TOOLS_WIDTH: f32 = 76.0;
+
 /// Class of the window's width.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Width {
@@ -78,9 +81,16 @@ impl Layout {
         }
     }
 
-    /// The part of the scene beside the tools and the drawer.
-    pub(crate) fn free_beside(&self, is_drawer_open: bool) -> Rect {
-        let tools_width = if self.width == Width::Narrow { 68.0 } else { 76.0 };
+    /// A card beside the tools. Narrow windows have none.
+    pub(crate) fn left_card(&self) -> Rect {
+        let left = self.tools.x + TOOLS_WIDTH;
+        Rect::from_min_max(pos2(left, self.tools.y), pos2(left + theme::LEFT_CARD_WIDTH, self.drive.y))
+    }
+
+    /// The part of the scene beside the tools, the drawer and the card at the left.
+    pub(crate) fn free_beside(&self, is_drawer_open: bool, is_left_card_shown: bool) -> Rect {
+        let left_card = if is_left_card_shown { theme::LEFT_CARD_WIDTH + GAP } else { 0.0 };
+        let tools_width = if self.width == Width::Narrow { 68.0 } else { TOOLS_WIDTH } + left_card;
         let is_beside_drawer = self.width == Width::Medium && is_drawer_open;
         let right = if is_beside_drawer { self.card.left() - GAP } else { self.free.right() };
         Rect::from_min_max(

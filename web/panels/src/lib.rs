@@ -15,7 +15,7 @@
 //! | button | `Stop motion` | top bar, always |
 //! | button | `Allow motion` | top bar, while motion is stopped |
 //! | button | `Take control`, `Release control` | top bar |
-//! | button (toggled) | `Live`, `Map`, `Site`, `Schedule`, `Runs`, `Settings` | rail |
+//! | button (toggled) | `Live`, `Map`, `Site`, `Missions`, `Schedule`, `Runs`, `Settings` | rail |
 //! | button (toggled) | `Add nodes`, `Connect nodes` | Site: what a click in the scene does |
 //! | status | `Nodes`, `Edges`, `Not confirmed` | Site |
 //! | textbox | `Node name`, with the button `Rename node` | Site, while a node is selected |
@@ -25,6 +25,18 @@
 //! | button (toggled) | `Routes may use it`, `Both ways` | Site, while an edge is selected |
 //! | button | `Split edge`, `Delete edge` | Site, while an edge is selected |
 //! | button | the sentence itself | Site: a problem; selects its object |
+//! | button | `New mission`, `Mission NAME`, `Duplicate NAME`, `Delete NAME` | Missions: the list |
+//! | button | `Delete NAME with its schedules`, `Keep the mission` | Missions: a deletion that takes schedules along |
+//! | textbox | `Search missions`, `Mission name`, `Search places and actions` | Missions |
+//! | button | `All missions`, `Undo edit`, `Redo edit`, `Run now`, `Queue` | Missions, while one is edited |
+//! | status | `Expected time`, `Way`, `Problem of task NUMBER` | Missions, while one is edited |
+//! | button | `Optimise: −TIME`, then `Use this order`, `Keep my order` | Missions: the shortest order |
+//! | button | `Add inspection point NAME`, `Add node NAME`, `Add action NAME` | Missions: the palette. A press adds, a drag drops |
+//! | button (toggled) | `Task NUMBER NAME` | Missions: selects and unfolds; a drag moves |
+//! | button | `Move task NUMBER NAME` | Missions: Enter lets ↑ and ↓ move it, Enter drops it, Escape puts it back |
+//! | button | `Place`, `Action`, `POLICY: Further tries`, `POLICY: Then` | Missions, a task: each unfolds a list |
+//! | button | `Move up`, `Move down`, `Duplicate task`, `Delete task` | Missions, tasks that are selected |
+//! | button (toggled) | `As listed`, `Shortest`, `Keep the first`, `Keep the last`, `Nearest dock`, `Stay there`, `A node` | Missions |
 //! | button (toggled) | `Week`, `Agenda` | Schedule: how occurrences are shown |
 //! | button | `Earlier week`, `This week`, `Later week` | Schedule |
 //! | status | `Site time`, `Your time` | Schedule: the second where the time zones differ |
@@ -33,7 +45,7 @@
 //! | button | `Open schedule NAME` | Schedule |
 //! | group | `Which occurrences?` with `This one`, `This and following`, `All`, `Cancel` | Schedule: after a drag, or for a deletion |
 //! | button | `All schedules`, `Pause schedule`, `Resume schedule`, `Skip next`, `Delete schedule` | Schedule: the one that is open |
-//! | button | `Save to a file`, `Load from a file` | Schedule: missions and schedules together |
+//! | button | `Save to a file`, `Load from a file` | Schedule and Missions: missions and schedules together |
 //! | button (toggled) | `Now`, `History` | Runs: parts of its card |
 //! | status | `Progress` | Runs, while a mission runs |
 //! | button | `Pause`, `Resume`, `Skip task`, `Cancel run`, `Abort…` | Runs, while a mission runs; the last asks once more |
@@ -99,6 +111,7 @@ mod message;
 mod page_clock;
 mod paint;
 mod screens;
+mod select;
 mod status_line;
 mod text_input;
 mod widgets;
@@ -139,13 +152,19 @@ impl PanelState {
 
     /// The part of the scene in a window that no card covers: maps are fitted into it.
     pub fn free_area(&self, window: egui::Rect) -> egui::Rect {
-        Layout::of(window).free_beside(self.frame.drawer_open)
+        Layout::of(window).free_beside(self.frame.drawer_open, self.frame.is_left_card_shown)
     }
 }
 
 /// Whether drags in the scene move nodes of the topological map.
 pub fn is_editing_graph(model: &Model) -> bool {
     model.view.screen() == Some(screens::SITE) && model.is_site_on_screen()
+}
+
+/// The mission that is edited and the site that it is of, while its way is drawn: on its screen, and in the map of the site.
+pub fn shown_mission(model: &Model) -> Option<(&site_model::Site, &client_model::MissionPlan)> {
+    let is_shown = model.view.screen() == Some(screens::MISSIONS) && model.is_site_on_screen();
+    Some((model.site.site()?, model.missions.plan().filter(|_| is_shown)?))
 }
 
 /// Shows everything that floats over the scene. `commands` receives the commands of the operator.

@@ -36,3 +36,16 @@ pub(crate) fn lines(
     job.wrap.break_anywhere = max_rows == 1;
     ui.painter().layout_job(job)
 }
+
+/// One line of text from `left` on, cut with an ellipsis where it is wider than `width`, points. `left`: its left end, at half its height.
+pub(crate) fn line_at(
+    ui: &Ui,
+    left: egui::Pos2,
+    width: f32,
+    text: &str,
+    style: (f32, Weight),
+    colour: Color32,
+) {
+    let galley = one_line(ui, text, font(style.0, style.1), colour, width.max(0.0));
+    ui.painter().galley(left - egui::vec2(0.0, 0.5 * galley.size().y), galley, colour);
+}

@@ -10,7 +10,7 @@
 //! `tabs` has those that several features share.
 //!
 //! Folders that the list does not name have no panel of their own: other panels and the top bar show them (control lease, imports,
-//! quality). `scene_labels` labels what several features show in the scene.
+//! quality, tasks of missions). `scene_labels` labels what several features show in the scene.
 
 pub(crate) mod alignment;
 pub(crate) mod connection;
@@ -25,6 +25,10 @@ pub(crate) mod map_management;
 pub(crate) mod map_view;
 pub(crate) mod mapping;
 pub(crate) mod maps;
+pub(crate) mod mission_editor;
+pub(crate) mod mission_list;
+pub(crate) mod mission_palette;
+pub(crate) mod mission_task;
 pub(crate) mod notices;
 pub(crate) mod platform;
 pub(crate) mod quality;
@@ -96,6 +100,12 @@ panels_of! {
     map_management: map_management::MapManagementPanel,
     /// The topological map.
     site_graph: site_graph::SiteGraphPanel,
+    /// Places and actions for missions.
+    mission_palette: mission_palette::MissionPalette,
+    /// The list of missions.
+    mission_list: mission_list::MissionListPanel,
+    /// The mission that is edited.
+    mission_editor: mission_editor::MissionEditorPanel,
     /// Runs of missions.
     runs: runs::RunsPanel,
     /// When missions run.

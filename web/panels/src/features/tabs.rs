@@ -9,3 +9,7 @@ pub(crate) const ROBOT: Tab = Tab { screen: screens::LIVE, name: "Robot", scroll
 /// The mapping session and the saved maps.
 pub(crate) const SESSION: Tab =
     Tab { screen: screens::MAP, name: "Session", scrolls: true, row_spacing: 8.0 };
+
+/// Missions: their list, or the one that is edited.
+pub(crate) const MISSIONS: Tab =
+    Tab { screen: screens::MISSIONS, name: "Missions", scrolls: false, row_spacing: 8.0 };

@@ -11,7 +11,7 @@ const MAX_WIDTH: f32 = 460.0;
 
 /// Shows the messages of all features, one below the other.
 pub(super) fn show(ctx: &Context, panels: &mut FeaturePanels, cx: &mut PanelContext<'_>) {
-    let free = cx.layout.free_beside(cx.frame.drawer_open);
+    let free = cx.layout.free_beside(cx.frame.drawer_open, cx.frame.is_left_card_shown);
     let area = layout::area(texts::MESSAGES, Order::Foreground);
     area.pivot(Align2::CENTER_TOP).fixed_pos(free.center_top()).show(ctx, |ui| {
         ui.set_width(MAX_WIDTH.min(free.width()));

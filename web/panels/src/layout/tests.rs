@@ -23,11 +23,11 @@ fn cards_keep_apart_and_inside_the_window() {
 fn the_free_part_of_the_scene_is_beside_an_open_drawer() {
     for (width, height) in [(1440.0, 900.0), (1024.0, 768.0), (820.0, 1180.0)] {
         let layout = Layout::of(Rect::from_min_size(pos2(0.0, 0.0), vec2(width, height)));
-        let free = layout.free_beside(true);
+        let free = layout.free_beside(true, false);
         assert!(free.width() > 250.0 && layout.free.contains_rect(free), "{free:?}");
         for card in [layout.top, layout.rail, layout.card] {
             assert!(!free.intersects(card), "{free:?} and {card:?}");
         }
-        assert!(layout.free_beside(false).contains_rect(free));
+        assert!(layout.free_beside(false, false).contains_rect(free));
     }
 }

@@ -9,6 +9,7 @@
 
 mod live;
 mod map;
+mod missions;
 mod runs;
 mod schedule;
 mod settings;
@@ -51,6 +52,8 @@ screens_of! {
     MAP: map,
     /// The topological map.
     SITE: site,
+    /// Lists of tasks.
+    MISSIONS: missions,
     /// When missions run.
     SCHEDULE: schedule,
     /// Runs of missions.

@@ -23,6 +23,7 @@ use super::Feature;
 use super::site::{SiteEdit, SiteFeature};
 use crate::ClientCommand;
 use crate::shared::Context;
+use missions::WayCost;
 use site_model::{MissionId, NodeId, Object, Site, TaskId};
 use std::collections::BTreeSet;
 
@@ -35,6 +36,8 @@ pub struct MissionEditor {
     open: Option<MissionId>,
     selected: BTreeSet<TaskId>,
     drag: Option<TaskDrag>,
+    /// Time, seconds, and length, metres, before the drag.
+    before_drag: Option<WayCost>,
     is_order_proposed: bool,
     plan: Option<MissionPlan>,
     /// What the plan was made from.
@@ -67,6 +70,13 @@ impl MissionEditor {
     /// The drag that has not ended.
     pub fn drag(&self) -> Option<&TaskDrag> {
         self.drag.as_ref()
+    }
+
+    /// What the drag adds where it is, in time and length; `None` while nothing is dragged.
+    pub fn drag_cost(&self) -> Option<WayCost> {
+        let (before, now) = (self.before_drag?, self.plan.as_ref()?.cost());
+        self.drag.as_ref()?.index?;
+        Some(WayCost { time_s: now.time_s - before.time_s, length_m: now.length_m - before.length_m })
     }
 
     /// Whether the shortest order is shown before it is chosen.
@@ -194,6 +204,9 @@ impl Feature for MissionEditor {
             MissionEditorCommand::Select(tasks) => self.selected.clone_from(tasks),
             MissionEditorCommand::Drag(drag) => {
                 self.is_order_proposed = false;
+                if self.drag.is_none() {
+                    self.before_drag = self.plan.as_ref().map(MissionPlan::cost);
+                }
                 self.drag = Some(drag.clone());
             }
             MissionEditorCommand::EndDrag => self.drag = None,

@@ -34,6 +34,18 @@ pub struct MissionPlan {
     pub gain: Option<OrderGain>,
 }
 
+impl MissionPlan {
+    /// Expected time of all, seconds, and length of the way, metres.
+    pub fn cost(&self) -> WayCost {
+        WayCost { time_s: self.time_s, length_m: self.length_m }
+    }
+
+    /// What is planned for a task, and its number on the way, from 1.
+    pub fn stop_of(&self, task: TaskId) -> Option<(usize, &PlannedStop)> {
+        (1..).zip(&self.stops).find(|(_, stop)| stop.task == task)
+    }
+}
+
 /// Where the way of a plan begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlanStart {

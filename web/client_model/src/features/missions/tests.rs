@@ -157,6 +157,7 @@ fn a_drag_shows_its_way_at_once_changes_nothing_until_it_is_dropped_and_is_one_u
     }
     assert_eq!(client.places(), [2, 3, 4], "nothing is changed yet");
     assert_eq!(client.plan().mission.tasks[2].id, first);
+    assert_eq!(client.model.missions.drag_cost().map(|cost| cost.length_m.round()), Some(0.0));
     assert!((client.plan().length_m - 42.0).abs() < 1e-6, "on the way back: {}", client.plan().length_m);
     client.drop_tasks();
     assert_eq!(client.places(), [3, 4, 2]);

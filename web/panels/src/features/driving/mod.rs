@@ -35,7 +35,8 @@ impl FeaturePanel for DrivingPanel {
     }
 
     fn show_card(&mut self, ctx: &Context, cx: &mut PanelContext<'_>) {
-        if cx.is_covered_by_sheet() || cx.is_scene_covered() || cx.model.viewed_map().is_some() {
+        let is_covered = cx.is_covered_by_sheet() || cx.is_scene_covered() || cx.frame.is_left_card_shown;
+        if is_covered || cx.model.viewed_map().is_some() {
             self.deflection = None;
         } else {
             let position = cx.layout.drive;
@@ -60,8 +61,9 @@ impl DrivingPanel {
         let model = cx.model;
         let limits = speed_limits(model).filter(|_| model.viewed_map().is_none() && !cx.is_scene_covered());
         let commanded = limits.and_then(|limits| {
-            let from_keys =
-                if ctx.egui_wants_keyboard_input() { None } else { ctx.input(deflection_of_keys) };
+            // While tasks are dragged, the arrow keys move them.
+            let are_keys_taken = ctx.egui_wants_keyboard_input() || model.missions.drag().is_some();
+            let from_keys = if are_keys_taken { None } else { ctx.input(deflection_of_keys) };
             let from_joystick = || self.deflection.map(joystick::shaped);
             from_keys.or_else(from_joystick).map(|deflection| deflection.velocity(&limits))
         });

@@ -71,6 +71,11 @@ impl SceneLabel {
         Self { selects: Some(Selection::Node(id)), is_selected, is_crowded: true, ..label }
     }
 
+    /// A place at which tasks of a mission are done, with their numbers as its tag.
+    pub fn mission_stop(at: Pos2, numbers: &[usize], place: &str) -> Self {
+        Self::new(texts::mission_stop(numbers, place), texts::mission_stop_tag(numbers, place), at)
+    }
+
     /// A keyframe. Only a selected one has a tag, with the standard deviation of its position, metres, if it is known.
     pub fn keyframe(at: Pos2, id: KeyframeId, sigma_m: Option<f64>, is_selected: bool) -> Self {
         let sigma_m = sigma_m.map(|sigma_m| sigma_m.max(format::SHOWN_DEVIATION_MIN_M));

@@ -40,6 +40,18 @@ pub(super) fn node(name: &str) -> String {
     format!("Node {name} in the scene")
 }
 
+pub(super) fn mission_stop(numbers: &[usize], place: &str) -> String {
+    format!("Stop {} at {place}", listed(numbers))
+}
+
+pub(super) fn mission_stop_tag(numbers: &[usize], place: &str) -> String {
+    format!("{} · {place}", listed(numbers))
+}
+
+fn listed(numbers: &[usize]) -> String {
+    numbers.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")
+}
+
 pub(super) fn keyframe(id: KeyframeId) -> String {
     format!("Keyframe {}", id.0)
 }

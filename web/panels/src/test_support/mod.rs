@@ -1,5 +1,7 @@
 //! What the tests of panels share: a client without a server, and its panels in a harness that finds controls by name.
 
+pub(crate) mod missions;
+
 use crate::{PanelState, theme};
 use api::{MapSummary, Mapping, ServerMessage};
 use client_model::{

@@ -1,0 +1,162 @@
+//! Texts of tasks, by key: what they are, what is wrong with them, and their form.
+
+use super::units::shown_unit;
+use crate::format;
+use client_model::{EndProblem, ParameterField, ParameterProblem, StopProblem};
+use missions::{Closure, NoRoute};
+use site_model::{AskDefault, FailureStep, NodeId, Site, describe_action};
+
+pub(super) const VISIT: &str = "Visit";
+pub(super) const NO_ACTION: &str = "None, only visit";
+pub(super) const MISSING_POINT: &str = "Deleted inspection point";
+pub(super) const MISSING_NODE: &str = "Deleted node";
+pub(super) const PLACE: &str = "Place";
+pub(super) const ACTION: &str = "Action";
+pub(super) const ACTION_OF_POINT: &str =
+    "The inspection point says what is done here. Change it on the Site screen.";
+pub(super) const UNKNOWN_ACTION: &str =
+    "The platform does not come with this action. Its parameters are kept as they are.";
+pub(super) const UNREACHABLE_HEAD: &str = "If the place cannot be reached";
+pub(super) const FAILURE_HEAD: &str = "If the action fails";
+pub(super) const FURTHER_TRIES: &str = "Further tries";
+pub(super) const THEN: &str = "Then";
+pub(super) const ASK_TIME: &str = "Wait for an answer";
+pub(super) const ASK_DEFAULT: &str = "Without an answer";
+pub(super) const MOVE_UP: &str = "Move up";
+pub(super) const MOVE_DOWN: &str = "Move down";
+pub(super) const DUPLICATE: &str = "Duplicate task";
+pub(super) const DELETE: &str = "Delete task";
+pub(super) const YES: &str = "Yes";
+pub(super) const NO: &str = "No";
+
+/// Numbers of further tries that can be chosen.
+pub(super) const RETRIES: [u8; 6] = [0, 1, 2, 3, 5, 10];
+/// Times to wait for an answer that can be chosen, minutes.
+pub(super) const ASK_MINUTES: [i64; 5] = [1, 5, 15, 60, 240];
+
+/// Steps after the last try, in the order of the list. The last one is asking a person.
+pub(super) const STEPS: [&str; 5] = [
+    "Go on with the next task",
+    "Try again at the end",
+    "End the run, go to a dock",
+    "End the run here",
+    "Ask a person",
+];
+/// Without an answer, in the order of the list.
+pub(super) const ASK_DEFAULTS: [(&str, AskDefault); 3] = [
+    ("Go on with the next task", AskDefault::Skip),
+    ("End the run, go to a dock", AskDefault::EndAtDock),
+    ("End the run here", AskDefault::EndHere),
+];
+
+/// The place of a step in [`STEPS`].
+pub(super) fn step_index(step: FailureStep) -> usize {
+    match step {
+        FailureStep::Skip => 0,
+        FailureStep::TryLater => 1,
+        FailureStep::EndAtDock => 2,
+        FailureStep::EndHere => 3,
+        FailureStep::Ask { .. } => 4,
+    }
+}
+
+pub(super) fn retries(count: u8) -> String {
+    match count {
+        0 => "None".to_owned(),
+        count => count.to_string(),
+    }
+}
+
+pub(super) fn minutes(minutes: i64) -> String {
+    format::duration(60.0 * minutes as f64)
+}
+
+/// An accessible name of a control of one of two policies. `head` is that of the policy.
+pub(super) fn of_policy(head: &str, caption: &str) -> String {
+    format!("{head}: {caption}")
+}
+
+pub(super) fn action_title(name: &str) -> String {
+    describe_action(name).map_or_else(|| name.to_owned(), |action| action.title.to_owned())
+}
+
+pub(super) fn node_option(name: &str) -> String {
+    format!("Node {name}")
+}
+
+pub(super) fn point_option(name: &str) -> String {
+    format!("Point {name}")
+}
+
+/// Caption of a field with its unit.
+pub(super) fn caption(title: &str, unit: &str) -> String {
+    if unit.is_empty() { title.to_owned() } else { format!("{title}, {unit}") }
+}
+
+/// What is wrong with the value of a field, with its shown unit and scale.
+pub(super) fn parameter_problem(title: &str, unit: &str, scale: f64, problem: ParameterProblem) -> String {
+    let space = if unit.is_empty() { "" } else { "\u{a0}" };
+    match problem {
+        ParameterProblem::Missing => format!("{title} is missing."),
+        ParameterProblem::WrongType => format!("{title} is not of the right kind."),
+        ParameterProblem::OutOfRange(min, max) if max.is_infinite() => {
+            format!("{title} must be at least {}{space}{unit}.", number(min * scale))
+        }
+        ParameterProblem::OutOfRange(min, max) => {
+            format!("{title} must be from {} to {}{space}{unit}.", number(min * scale), number(max * scale))
+        }
+        ParameterProblem::TooLong(max) => format!("{title} may have {max} characters at most."),
+        ParameterProblem::NotListed => format!("{title} is none of the choices."),
+    }
+}
+
+/// A number with the digits that it needs, two after the point at most.
+pub(super) fn number(value: f64) -> String {
+    let text = format!("{value:.2}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+/// Why a task cannot be done: a sentence.
+pub(super) fn stop_problem(site: &Site, problem: &StopProblem) -> String {
+    match problem {
+        StopProblem::NoPlace => "Its place was deleted. Choose another one, or delete the task.".to_owned(),
+        StopProblem::NoWay(from, reason) => no_way(site, *from, reason),
+        StopProblem::Parameter(field, problem) => {
+            let ParameterField { title, .. } = field;
+            let (unit, scale) = shown_unit(field);
+            parameter_problem(title, unit, scale, *problem)
+        }
+    }
+}
+
+/// Why a mission cannot end where it should: a sentence.
+pub(super) fn end_problem(site: &Site, problem: &EndProblem) -> String {
+    match problem {
+        EndProblem::NoDock => "The site has no dock: the robot stays where the last task is.".to_owned(),
+        EndProblem::NoWay(from, reason) => no_way(site, *from, reason),
+    }
+}
+
+/// Why there is no way from a node: a sentence.
+fn no_way(site: &Site, from: NodeId, reason: &NoRoute) -> String {
+    let name = |node: NodeId| site.node(node).map_or("?", |node| node.name.as_str());
+    match reason {
+        NoRoute::NoSuchNode(_) => "Its node was deleted.".to_owned(),
+        NoRoute::NotConnected => format!("No way from {}: no edges lead there.", name(from)),
+        NoRoute::Closed { edges } => {
+            let Some((edge, closure)) = edges.first() else { return format!("No way from {}.", name(from)) };
+            let ends = site
+                .edge(*edge)
+                .map_or_else(String::new, |edge| format!("{} → {}", name(edge.from), name(edge.to)));
+            let why = match closure {
+                Closure::Disabled => format!("routes may not use {ends}"),
+                Closure::Blocked(block) if block.reason.is_empty() => format!("{ends} is blocked"),
+                Closure::Blocked(block) => {
+                    format!("{ends} is blocked ({})", block.reason.trim_end_matches('.'))
+                }
+                Closure::KeepOut(_) => format!("{ends} crosses a keep-out zone"),
+            };
+            format!("No way from {}: {why}.", name(from))
+        }
+    }
+}
