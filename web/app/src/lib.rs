@@ -22,6 +22,8 @@ mod graphics;
 #[cfg(target_arch = "wasm32")]
 mod inbox;
 #[cfg(target_arch = "wasm32")]
+mod mission_overlay;
+#[cfg(target_arch = "wasm32")]
 mod plan_files;
 #[cfg(target_arch = "wasm32")]
 mod runtime;

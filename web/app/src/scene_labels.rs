@@ -1,5 +1,6 @@
 //! Labels of the scene: robot, goal, docks, picked points, keyframes.
 
+use crate::mission_overlay;
 use crate::vector::vector;
 use client_model::{Model, Selection};
 use glam::DVec3;
@@ -26,6 +27,7 @@ pub(crate) fn scene_labels(
     if model.viewed_map().is_none() {
         survey_labels(model, &project, &mut labels);
     }
+    mission_overlay::stop_labels(model, &project, &mut labels);
     dock_labels(model, &project, &mut labels);
     alignment_labels(model, &project, &mut labels);
     node_labels(model, &project, &mut labels);

@@ -1,6 +1,7 @@
 //! Passes changes of the model to the renderer of the 3D scene.
 
 use crate::graph_overlay::GraphOverlay;
+use crate::mission_overlay::MissionOverlay;
 use crate::vector::vector;
 use api::Quality;
 use client_model::{ColourBy, LoopPair, LoopPick, MapView, Model, ScanComparison, Selection, ViewSettings};
@@ -201,6 +202,8 @@ impl SceneSync {
         let (mut lines, arrow_heads): (Vec<_>, Vec<_>) = arrow.into_iter().unzip();
         self.graph_overlay = GraphOverlay::of(model, dragged_node);
         lines.extend(self.graph_overlay.lines.iter().cloned());
+        let way = MissionOverlay::of(model);
+        lines.extend(way.lines);
         let docks = model.docks().map(|map_from_base| dock_marker(map_from_base, &colours, marker_height));
         let picked = model.alignment().zip(model.viewed_map());
         let picked = picked.map(|(align, viewed)| align.points_in(viewed)).unwrap_or_default();
@@ -210,6 +213,7 @@ impl SceneSync {
             .chain(docks)
             .chain(picked)
             .chain(self.graph_overlay.markers.iter().copied())
+            .chain(way.markers)
             .chain(arrow_heads);
         renderer.set_annotations(lines, markers.collect());
         renderer.set_robot(if live && model.has_pose_in_map() {

@@ -1,0 +1,92 @@
+//! The way of the mission that is edited, as lines and markers over the scene.
+
+use crate::vector::vector;
+use client_model::{Model, PlannedStop};
+use glam::DVec3;
+use panels::SceneLabel;
+use panels::theme::Tokens;
+use scene::{Colour, Marker, Polyline, STANDING_HEIGHT_M, Shape};
+use site_model::{NodeId, Site};
+use std::collections::BTreeMap;
+
+/// Parameters of the overlay.
+#[derive(Clone, Copy, Debug)]
+struct MissionOverlayConfig {
+    /// Height above the floor, m: over the edges of the topological map.
+    height_m: f64,
+    /// Radius of a stop, logical px.
+    stop_radius_px: f32,
+    /// Width of the way, logical px.
+    line_width_px: f32,
+}
+
+const CONFIG: MissionOverlayConfig =
+    MissionOverlayConfig { height_m: 0.16, stop_radius_px: 10.0, line_width_px: 5.0 };
+
+/// Lines and markers of the way.
+#[derive(Default)]
+pub(crate) struct MissionOverlay {
+    pub(crate) lines: Vec<Polyline>,
+    pub(crate) markers: Vec<Marker>,
+}
+
+impl MissionOverlay {
+    /// Of the mission that is edited; nothing on other screens, or while the site belongs to another map than the one on the screen.
+    pub(crate) fn of(model: &Model) -> Self {
+        let mut overlay = Self::default();
+        let Some((site, plan)) = panels::shown_mission(model) else { return overlay };
+        let tokens = Tokens::of(model.view_settings().theme);
+        for way in plan.stops.iter().map(|stop| &stop.way).chain([&plan.end.way]) {
+            let points: Vec<DVec3> = way.iter().filter_map(|node| place(site, *node)).collect();
+            if points.len() > 1 {
+                let colour = solid(tokens.accent);
+                overlay.lines.push(Polyline { points, colour, width: CONFIG.line_width_px, dash: 0.0 });
+            }
+        }
+        for stop in &plan.stops {
+            let Some(position) = stop.node.and_then(|node| place(site, node)) else { continue };
+            overlay.markers.push(Marker {
+                id: None,
+                position,
+                ahead: DVec3::ZERO,
+                shape: Shape::Disc,
+                radius: CONFIG.stop_radius_px,
+                fill: solid(if stop.problem.is_some() { tokens.bad } else { tokens.accent }),
+                rim: solid(tokens.ground),
+            });
+        }
+        overlay
+    }
+}
+
+/// Numbers of the stops, one label for all at a node.
+pub(crate) fn stop_labels(
+    model: &Model,
+    project: &impl Fn(DVec3) -> Option<(egui::Pos2, f64)>,
+    labels: &mut Vec<SceneLabel>,
+) {
+    let Some((site, plan)) = panels::shown_mission(model) else { return };
+    let mut at_nodes: BTreeMap<NodeId, Vec<(usize, &PlannedStop)>> = BTreeMap::new();
+    for (number, stop) in (1..).zip(&plan.stops) {
+        if let Some(node) = stop.node {
+            at_nodes.entry(node).or_default().push((number, stop));
+        }
+    }
+    for (node, stops) in at_nodes {
+        if let Some((at, _)) = place(site, node).and_then(project) {
+            let numbers: Vec<usize> = stops.iter().map(|(number, _)| *number).collect();
+            let name = site.node(node).map_or("", |node| node.name.as_str());
+            labels.push(SceneLabel::mission_stop(at, &numbers, name));
+        }
+    }
+}
+
+/// Where a node is drawn.
+fn place(site: &Site, node: NodeId) -> Option<DVec3> {
+    let base = vector(site.node(node)?.map_from_node.position);
+    Some(base - DVec3::Z * (STANDING_HEIGHT_M - CONFIG.height_m))
+}
+
+fn solid(colour: egui::Color32) -> Colour {
+    [colour.r(), colour.g(), colour.b(), 255]
+}
