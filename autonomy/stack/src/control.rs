@@ -2,6 +2,7 @@
 
 use crate::texts;
 use messages::{Command, CommandKind, ControlState, Role};
+use site_model::MissionCommandKind;
 use std::collections::VecDeque;
 use vocab::{ClientId, CommandId};
 
@@ -65,6 +66,12 @@ impl Control {
                 }
                 Admission::Granted { changed: held }
             }
+            // Whoever sees that a run must stop can stop it.
+            CommandKind::Mission(
+                MissionCommandKind::Pause(_) | MissionCommandKind::Cancel(_) | MissionCommandKind::Abort(_),
+            ) => Admission::Granted { changed: false },
+            // Runs belong to all: asking for one takes no lease. While somebody has it, the others do not move the robot.
+            CommandKind::Mission(_) if self.state.owner.is_none() => Admission::Granted { changed: false },
             _ => match self.state.owner {
                 Some(owner) if owner == command.by.client => Admission::Granted { changed: false },
                 Some(_) => Admission::Refused(texts::control_held_by(&self.state.name)),

@@ -28,6 +28,7 @@ mod pages;
 mod problem;
 mod robot_clock;
 mod router;
+mod runs;
 mod schemas;
 mod security;
 mod server;

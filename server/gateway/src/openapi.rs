@@ -1,7 +1,7 @@
 //! The description of the HTTP interface (OpenAPI 3.1), made from the handlers' own attributes.
 
 use crate::site::handlers as site;
-use crate::{blobs, documents, maps, uploads};
+use crate::{blobs, documents, maps, runs, uploads};
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
 use utoipa::OpenApi;
@@ -42,7 +42,13 @@ pub(crate) const PATH: &str = "/api/v1/openapi.json";
         site::patch_object,
         site::delete_object,
         site::list_revisions,
-        site::post_edit
+        site::post_edit,
+        runs::current,
+        runs::start,
+        runs::command,
+        runs::list,
+        runs::steps,
+        runs::results
     )
 )]
 struct Description;

@@ -5,7 +5,7 @@ use crate::limits::FIXED;
 use crate::problem::ProblemResponse;
 use crate::site::handlers as site;
 use crate::texts;
-use crate::{blobs, control, documents, maps, openapi, security, static_files, stream, uploads};
+use crate::{blobs, control, documents, maps, openapi, runs, security, static_files, stream, uploads};
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::ws::{WebSocket, WebSocketUpgrade};
 use axum::extract::{DefaultBodyLimit, State};
@@ -24,6 +24,8 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .route(api::paths::MAP_PATH, patch(maps::rename).delete(maps::delete))
         .route(api::paths::RESTORE_MAP_PATH, post(maps::restore))
         .route(api::paths::BINNED_MAP_PATH, delete(maps::delete_permanently))
+        .route(api::paths::RUNS_PATH, post(runs::start))
+        .route(api::paths::RUN_COMMANDS_PATH, post(runs::command))
         .layer(DefaultBodyLimit::max(FIXED.max_json_bytes))
         .merge(site_changes())
         .route(api::CONTROL_PATH, get(control_socket))
@@ -46,6 +48,10 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .route(api::paths::SITE_KIND_PATH, get(site::list_objects))
         .route(api::paths::SITE_OBJECT_PATH, get(site::get_object))
         .route(api::paths::SITE_REVISIONS_PATH, get(site::list_revisions))
+        .route(api::paths::RUNS_PATH, get(runs::list))
+        .route(api::paths::CURRENT_RUNS_PATH, get(runs::current))
+        .route(api::paths::RUN_STEPS_PATH, get(runs::steps))
+        .route(api::paths::RUN_RESULTS_PATH, get(runs::results))
         .route(openapi::PATH, get(openapi::serve))
         .fallback(static_files::serve)
         .method_not_allowed_fallback(wrong_method)

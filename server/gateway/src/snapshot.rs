@@ -204,9 +204,9 @@ impl Snapshot {
         self.site.is_stale
     }
 
-    /// Last lists of saved maps, of those that cannot be read, of the bin and of uploads.
-    pub(crate) fn stored_data(&self) -> [Option<Arc<Event>>; 4] {
-        [MAPS, DAMAGED_MAPS, BINNED_MAPS, UPLOADS]
+    /// Last lists of saved maps, of those that cannot be read, of the bin and of uploads, and the last state of missions and of the route.
+    pub(crate) fn stored_data(&self) -> [Option<Arc<Event>>; 6] {
+        [MAPS, DAMAGED_MAPS, BINNED_MAPS, UPLOADS, MISSIONS, ROUTE]
             .map(|kind| self.latest[kind].as_ref().map(|(_, event)| event.clone()))
     }
 

@@ -1,6 +1,7 @@
-//! The core's lists of stored data: maps, damaged maps, the bin, uploads.
+//! What the core has sent last of stored data and missions: maps, damaged maps, the bin, uploads, runs.
 
 use api::{BinnedMap, DamagedMap, Event, MapSummary, StoredUpload};
+use site_model::{MissionStatus, RouteStatus};
 use std::sync::Arc;
 
 /// The lists of stored data; `None` where the core has not sent one.
@@ -14,6 +15,10 @@ pub(crate) struct StoredData<'a> {
     pub(crate) binned: Option<&'a [BinnedMap]>,
     /// Uploaded files.
     pub(crate) uploads: Option<&'a [StoredUpload]>,
+    /// State of missions.
+    pub(crate) missions: Option<&'a MissionStatus>,
+    /// Place on the topological map, and route.
+    pub(crate) route: Option<&'a RouteStatus>,
 }
 
 impl<'a> StoredData<'a> {
@@ -26,6 +31,8 @@ impl<'a> StoredData<'a> {
                 Event::DamagedMaps(maps) => data.damaged = Some(maps),
                 Event::BinnedMaps(maps) => data.binned = Some(maps),
                 Event::Uploads(uploads) => data.uploads = Some(uploads),
+                Event::Missions(missions) => data.missions = Some(missions),
+                Event::Route(route) => data.route = Some(route),
                 _ => {}
             }
         }

@@ -136,6 +136,7 @@ pub(crate) fn method_not_allowed(path: &str, method: impl std::fmt::Display) -> 
 
 pub(crate) const SITE_NOT_READ: &str = "The robot's core has not sent the documents of the site yet. Try again in a moment; the notices say what keeps it.";
 pub(crate) const OBJECT_ID_MALFORMED: &str = "An object is named by a UUID.";
+pub(crate) const RUN_ID_MALFORMED: &str = "A run is named by a UUID. GET /api/v1/runs lists them.";
 pub(crate) const SETTINGS_ID_MALFORMED: &str = "The settings of the site are at /api/v1/site/settings/main.";
 pub(crate) const IF_MATCH_MALFORMED: &str =
     "If-Match holds the entity tag of one revision, such as \"3\", or *.";
@@ -172,6 +173,11 @@ pub(crate) fn object_changed(object: impl std::fmt::Display, is_there: bool) -> 
         format!("The {object} was removed by somebody else. Send it without If-Match to make it again.")
     }
 }
+pub(crate) fn run_document_malformed(reason: &str) -> String {
+    format!("The document cannot be understood: {reason}. /api/v1/openapi.json describes it.")
+}
+
+/// A query of a list; `reason` is a clause.
 pub(crate) fn query_malformed(reason: &str) -> String {
     format!("The parameters after the ? cannot be understood: {reason}.")
 }

@@ -41,5 +41,15 @@ pub const SITE_OBJECT_PATH: &str = "/api/v1/site/{kind}/{id}";
 pub const SITE_REVISIONS_PATH: &str = "/api/v1/site/{kind}/{id}/revisions";
 /// POST: a [`site_model::Edit`], which changes several objects together.
 pub const SITE_EDITS_PATH: &str = "/api/v1/site/edits";
+/// GET: a page of the runs of missions, the newest first. POST: runs a mission.
+pub const RUNS_PATH: &str = "/api/v1/runs";
+/// GET: the runs that have not ended, and where the robot is on the topological map.
+pub const CURRENT_RUNS_PATH: &str = "/api/v1/runs/current";
+/// POST, with a run's id in place of `{run}`: pause, resume, cancel, abort, skip or redo a task, answer a question.
+pub const RUN_COMMANDS_PATH: &str = "/api/v1/runs/{run}/commands";
+/// GET, with a run's id in place of `{run}`: a page of the attempts of its tasks.
+pub const RUN_STEPS_PATH: &str = "/api/v1/runs/{run}/steps";
+/// GET, with a run's id in place of `{run}`: a page of its results.
+pub const RUN_RESULTS_PATH: &str = "/api/v1/runs/{run}/results";
 /// GET: 200 while core and gateway are connected, 503 otherwise.
 pub const HEALTH_PATH: &str = "/api/v1/health";

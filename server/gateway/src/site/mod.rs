@@ -10,7 +10,9 @@ mod revisions;
 pub(crate) mod schemas;
 
 pub(crate) use fields::FieldProblem;
+pub(crate) use paths::new_id;
 pub(crate) use requests::SiteRequests;
+pub(crate) use revisions::ask;
 
 pub(crate) mod handlers {
     //! What the router and the description refer to.

@@ -50,7 +50,7 @@ pub(crate) async fn list_revisions(State(app): State<Arc<App>>, path: ObjectPath
 }
 
 /// Asks the core.
-async fn ask(app: &App, query: Query) -> Result<QueryReply, ProblemResponse> {
+pub(crate) async fn ask(app: &App, query: Query) -> Result<QueryReply, ProblemResponse> {
     let answer = app.hub.query(query).map_err(ProblemResponse::unavailable)?;
     match tokio::time::timeout(FIXED.max_answer_wait, answer).await {
         Ok(Ok(reply)) => reply.map_err(ProblemResponse::unavailable),
