@@ -222,6 +222,7 @@ fn levenberg_marquardt<T: Stored>(
         let cost = problem.linearise(&candidate)?;
         let gain = state.cost - cost;
         if gain >= -options.relative_rounding * state.cost {
+            // The gain ratio (docs/maths/factors.md, equation 9).
             let quality = if step.promised > 0.0 { gain / step.promised } else { 1.0 };
             (state.values, state.cost) = (candidate, cost);
             let least = options.relative_decrease_min * cost + options.zero_cost;

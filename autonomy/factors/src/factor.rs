@@ -129,7 +129,7 @@ impl Linearised {
         &mut self.data[column * self.rows..(column + 1) * self.rows]
     }
 
-    /// Packed normal equations `[J -r]ᵀ[J -r] * weight`: the lower triangle, column by column. `out` must have the right length.
+    /// Packed normal equations `[J -r]ᵀ[J -r] * weight` (docs/maths/factors.md, equation 4): the lower triangle, column by column. `out` must have the right length.
     pub fn normal_equations(&self, weight: f64, out: &mut [f64]) {
         match self.rows {
             3 => normal_equations::<3>(&self.data, weight, out),

@@ -132,7 +132,7 @@ struct Suspect {
 }
 
 impl Suspect {
-    /// Wilson and Hilferty's approximation of the chi-squared quantile.
+    /// Wilson and Hilferty's approximation of the chi-squared quantile (docs/maths/factors.md, equation 15).
     fn new(id: FactorId, rows: usize, deviations: f64) -> Self {
         let rows = rows as f64;
         let share = 2.0 / (9.0 * rows);
@@ -288,7 +288,7 @@ impl Rounds<'_> {
     }
 }
 
-/// Weight of a squared residual `excess`, in units of the limit, at a closeness μ to the truncated cost.
+/// Weight of a squared residual `excess`, in units of the limit, at a closeness μ to the truncated cost (equation 16).
 fn weight(excess: f64, closeness: f64) -> f64 {
     if excess >= (closeness + 1.0) / closeness {
         0.0

@@ -35,7 +35,7 @@ impl Value {
         }
     }
 
-    /// This value moved by an error vector of the kind's dimension. Missing components count as zero.
+    /// This value moved by an error vector of the kind's dimension (docs/maths/factors.md, equations 1 and 2). Missing components count as zero.
     #[must_use]
     pub fn retract(&self, error: &[f64]) -> Self {
         let at = |index: usize| error.get(index).copied().unwrap_or(0.0);

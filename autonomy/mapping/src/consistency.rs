@@ -316,7 +316,7 @@ impl RelativePoses<'_> {
     }
 }
 
-/// Whether two loops and the paths between their ends close a circle within their covariance (equation 9). `ends` are those of `a`.
+/// Whether two loops and the paths between their ends close a circle within their covariance (equation 10). `ends` are those of `a`.
 fn are_consistent(a: &Edge, b: &Edge, [from, to]: &mut [RelativePoses<'_>; 2]) -> bool {
     let [first, second] = [a, b].map(Edge::relative_pose);
     let (Some(there), Some(back)) = (from.get(b.from), to.get(b.to)) else { return false };

@@ -452,7 +452,7 @@ fn choose(
     Some((*best, runners_up))
 }
 
-/// The information after adding the covariance that no number of points removes (equation 8): that of motion correction, and that of the
+/// The information after adding the covariance that no number of points removes (equation 9): that of motion correction, and that of the
 /// submaps' own poses.
 fn with_covariance_floor(
     pose: &Isometry,

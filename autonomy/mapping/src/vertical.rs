@@ -1,4 +1,4 @@
-//! The vertical as odometry measures it with an IMU, and what it says about the relative pose of two keyframes (docs/maths/loops.md, equation 7a).
+//! The vertical as odometry measures it with an IMU, and what it says about the relative pose of two keyframes (docs/maths/loops.md, equation 7).
 //!
 //! A scan of a corridor or of a landing hardly observes its own tilt: floor and ceiling beyond a few metres are seen at a grazing angle, or not at
 //! all. Gravity observes the tilt everywhere, and it does not drift. So a loop must not turn one storey against gravity. Source of the

@@ -1,5 +1,5 @@
 //! Checks that IMU and LiDAR measure the same rotations at the same time: the rotation between scans is compared with the integral
-//! of the gyroscope over intervals shifted in time (docs/maths/odometry.md, equation 20).
+//! of the gyroscope over intervals shifted in time (docs/maths/odometry.md, equation 21).
 
 use crate::event::Finding;
 use crate::findings;

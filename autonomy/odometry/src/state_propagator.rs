@@ -140,7 +140,7 @@ impl StatePropagator {
     }
 
     /// The covariance of the present pose with that of lost tracking added, the same in all directions (docs/maths/odometry.md,
-    /// equation 21).
+    /// equation 20).
     pub fn inflated_covariance(&self) -> Matrix6 {
         self.isotropic_covariance(self.config.lost_rotation_rad, self.config.lost_position_m)
     }

@@ -80,7 +80,8 @@ impl Floor {
         ((height - line.to.z).abs() <= END_HEIGHT_M).then_some(profile)
     }
 
-    /// Free room along a line up to `reach_m` to both sides; `points_min` points make an obstacle. Linear in the points around it.
+    /// Free room along a line up to `reach_m` to both sides; `points_min` points in the height of the body (docs/maths/topomap.md, equation 1) make an
+    /// obstacle. Linear in the points around it.
     fn room_along(&self, line: &Line, heights: &[f64], reach_m: f64, points_min: usize) -> Room {
         let last = heights.len() - 1;
         let highest = |place: usize| {

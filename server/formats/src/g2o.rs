@@ -62,7 +62,7 @@ pub enum Information {
     #[default]
     RotationVector,
     /// The vector part of the error's quaternion, which is half the rotation vector for small errors: g2o's own reading. The
-    /// platform's matrices are of the rotation vector, so rotational rows and columns are halved on the way in and doubled on the
+    /// platform's matrices are of the rotation vector (docs/maths/factors.md, equation 6), so rotational rows and columns are halved on the way in and doubled on the
     /// way out; exact up to third order in the error's angle.
     HalfAngle,
 }

@@ -105,7 +105,7 @@ impl Front {
         rest
     }
 
-    /// Factorises the first `eliminate` columns and leaves the Schur complement in the others.
+    /// Factorises the first `eliminate` columns and leaves the Schur complement in the others (docs/maths/factors.md, equation 7).
     ///
     /// Cost: about `e n² - e² n + e³/3` multiply-adds for `e` of `n` columns.
     ///

@@ -300,7 +300,8 @@ impl<T: Stored> Factorisation<T> {
     }
 
     /// Solutions `y` of `L y = e` for the unit vectors `e` of all scalars of some variables. They are given on the union of the paths from the
-    /// variables' clusters to the roots and are zero elsewhere. Their dot products are entries of the inverse of the normal equations.
+    /// variables' clusters to the roots and are zero elsewhere. Their dot products are entries of the inverse of the normal equations
+    /// (docs/maths/factors.md, equation 8).
     ///
     /// Cost: one forward substitution along the paths for each scalar.
     pub fn forward(&self, plan: &Plan, dimensions: &[u8], variables: &[u32]) -> Vec<Vec<f64>> {

@@ -92,7 +92,8 @@ impl Between {
         self.whitening.matrix() * error
     }
 
-    /// `W` times the derivatives of the residual with respect to the rotational and the translational part of the split error.
+    /// `W` times the derivatives of the residual with respect to the rotational and the translational part of the split error (docs/maths/factors.md,
+    /// equation 5).
     fn weights(&self, error: &Vector6, angle: &Vector3) -> (SMatrix<f64, 6, 3>, SMatrix<f64, 6, 3>) {
         let weight = self.whitening.matrix();
         let (rotational, translational) =

@@ -1,4 +1,5 @@
-//! The travelling-salesperson path: the cheapest order of stops from a start to an end. `docs/maths/tour.md` has the equations.
+//! The travelling-salesperson path: the cheapest order of stops from a start to an end. `docs/maths/tour.md` has the
+//! equations; docstrings name them by number.
 
 use super::tour_heuristic;
 use super::tour_problem::{Tour, TourConfig, TourError, TourProblem};
@@ -43,7 +44,7 @@ fn can_be_ordered(predecessors: &[Vec<usize>]) -> bool {
     true
 }
 
-/// The algorithm of Held and Karp. `n² 2ⁿ` steps and `n 2ⁿ` numbers. None if every order has an infinite cost.
+/// The algorithm of Held and Karp (equation 2). `n² 2ⁿ` steps and `n 2ⁿ` numbers. None if every order has an infinite cost.
 fn held_karp(problem: &TourProblem, predecessors: &[Vec<usize>]) -> Option<Vec<usize>> {
     let count = problem.len();
     let sets = 1_usize << count;

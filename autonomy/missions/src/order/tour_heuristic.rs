@@ -119,7 +119,8 @@ fn moved(order: &[usize], begin: usize, end: usize, to: usize, is_reversed: bool
     outside(0..to).chain(segment).chain(outside(to..order.len())).collect()
 }
 
-/// An order with sums of its costs, so that the cost of any segment, forwards and backwards, takes constant time.
+/// An order with sums of its costs (`docs/maths/tour.md`, equation 3), so that the cost of any segment, forwards and backwards, takes constant
+/// time.
 struct Walk<'a> {
     problem: &'a TourProblem,
     order: &'a [usize],
@@ -162,7 +163,7 @@ impl<'a> Walk<'a> {
         self.order.get(position).copied()
     }
 
-    /// What walking a segment backwards instead of forwards adds, without the steps at its ends.
+    /// What walking a segment backwards instead of forwards adds, without the steps at its ends (`docs/maths/tour.md`, equation 4).
     fn turning(&self, begin: usize, end: usize) -> f64 {
         (self.backwards[end - 1] - self.backwards[begin]) - (self.forwards[end - 1] - self.forwards[begin])
     }

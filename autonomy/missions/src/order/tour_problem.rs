@@ -70,7 +70,7 @@ impl TourProblem {
         self.from_start.is_empty()
     }
 
-    /// Cost of an order.
+    /// Cost of an order (`docs/maths/tour.md`, equation 1).
     pub fn cost(&self, order: &[usize]) -> f64 {
         let (Some(&first), Some(&last)) = (order.first(), order.last()) else { return 0.0 };
         let between: f64 = order.windows(2).map(|pair| self.between[pair[0]][pair[1]]).sum();
