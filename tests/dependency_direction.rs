@@ -86,6 +86,7 @@ const OURS: &[(&str, &[&str])] = &[
             "site_model",
             "stack",
             "store",
+            "topomap",
             "vocab",
             "watchdog",
         ],

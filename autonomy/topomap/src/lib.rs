@@ -19,6 +19,7 @@ mod objects;
 mod path;
 mod repose;
 mod simplify;
+mod site_edit;
 mod survey;
 mod texts;
 mod way_graph;
@@ -27,12 +28,14 @@ pub use config::TopomapConfig;
 pub use floor::FloorBuilder;
 pub use navigation::RobotShape;
 pub use repose::repose_nodes;
+pub use site_edit::Replacement;
 pub use way_graph::{BlockedBy, BlockedWay};
 
 use corridor::Passage;
 use geometry::Isometry;
 use path::Path;
-use site_model::{Change, Dock, Edge, Edit, EditId, Node, Object};
+use site_model::{Dock, Edge, Node, Object};
+use std::collections::BTreeMap;
 use vocab::{KeyframeId, MapId, Stamp};
 use way_graph::WayGraph;
 
@@ -74,9 +77,15 @@ impl GeneratedMap {
         nodes.chain(edges).chain(self.docks.iter().cloned().map(Object::Dock))
     }
 
-    /// An edit that adds all objects to a site without them.
-    pub fn edit(&self, id: EditId) -> Edit {
-        Edit { id, changes: self.objects().map(|object| Change::Put { base: None, object }).collect() }
+    /// Length of all edges, one direction of each, metres.
+    pub fn length_m(&self) -> f64 {
+        let positions: BTreeMap<_, _> =
+            self.nodes.iter().map(|node| (node.id, node.map_from_node.position)).collect();
+        let length_m = |edge: &Edge| {
+            let (a, b) = (positions.get(&edge.from)?, positions.get(&edge.to)?);
+            Some((a.x - b.x).hypot(a.y - b.y).hypot(a.z - b.z))
+        };
+        self.edges.iter().filter_map(length_m).sum::<f64>() / 2.0
     }
 }
 

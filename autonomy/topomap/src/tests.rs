@@ -99,16 +99,12 @@ impl Drawn {
             .map(|(second, pose)| (Stamp::from_secs_f64(1.0 + second as f64), *pose))
             .collect();
         let keyframes = self.keyframes();
-        let input = TopomapInput {
-            map: MapId(Uuid::from_u128(7)),
-            keyframes: &keyframes,
-            path: &path,
-            docks: &self.docks,
-            robot,
-        };
+        let input = TopomapInput { map: MAP, keyframes: &keyframes, path: &path, docks: &self.docks, robot };
         generate(&input, floor, &config)
     }
 }
+
+const MAP: MapId = MapId(Uuid::from_u128(7));
 
 /// A robot for tests.
 const ROBOT: RobotShape = RobotShape { radius: 0.38, standing_height: 0.55, clearance: 0.95, step: 0.22 };
@@ -147,13 +143,10 @@ fn check_laws(drawn: &Drawn, made: &GeneratedMap) {
     let mut site = Site::default();
     let settings =
         SiteSettings { name: "Drawn".to_owned(), time_zone: "Europe/London".to_owned(), map: None };
-    let edits = [
-        site.put(EditId(Uuid::from_u128(1)), Object::Settings(settings)),
-        made.edit(EditId(Uuid::from_u128(2))),
-    ];
-    for edit in edits {
-        site.apply(&edit, EditId(Uuid::from_u128(3))).expect("applied");
-    }
+    let named = site.put(EditId(Uuid::from_u128(1)), Object::Settings(settings));
+    site.apply(&named, EditId(Uuid::from_u128(3))).expect("applied");
+    let edit = made.replacement(&site, MAP, EditId(Uuid::from_u128(2))).edit;
+    site.apply(&edit, EditId(Uuid::from_u128(3))).expect("applied");
     assert_eq!(site.problems(&ValidationConfig::default()), []);
     let far = |pose: &Isometry| (pose.translation.vector - drawn.path[0].translation.vector).norm();
     let has_walked = drawn.path.iter().map(far).fold(0.0, f64::max) > 2.0;

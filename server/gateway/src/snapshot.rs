@@ -13,7 +13,7 @@ use api::{
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-const LATEST_KINDS: usize = ROUTE + 1;
+const LATEST_KINDS: usize = TOPOMAP_GENERATION + 1;
 const TILES: usize = LATEST_KINDS;
 const NOTICES: usize = LATEST_KINDS + 1;
 const LOOPS: usize = LATEST_KINDS + 2;
@@ -382,8 +382,9 @@ const INTERRUPTED_SESSIONS: usize = 16;
 const BINNED_MAPS: usize = 17;
 const UPLOADS: usize = 18;
 const MISSIONS: usize = 19;
-/// The last of them.
 const ROUTE: usize = 20;
+/// The last of them.
+const TOPOMAP_GENERATION: usize = 21;
 
 /// Place of events of which only the last counts.
 fn latest_kind(event: &Event) -> Option<usize> {
@@ -409,6 +410,7 @@ fn latest_kind(event: &Event) -> Option<usize> {
         Event::Uploads(_) => Some(UPLOADS),
         Event::Missions(_) => Some(MISSIONS),
         Event::Route(_) => Some(ROUTE),
+        Event::TopomapGeneration(_) => Some(TOPOMAP_GENERATION),
         Event::GraphChanged(_)
         | Event::GraphPart(_)
         | Event::Tiles(_)

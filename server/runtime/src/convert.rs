@@ -9,8 +9,9 @@ use messages::{
     Publication,
 };
 use ports::SimulatedFault;
+use site_model::EditId;
 use std::sync::Arc;
-use vocab::{Span, UploadId};
+use vocab::{MapId, Span, UploadId};
 
 /// A client's command, by the part that handles it.
 pub enum RoutedCommand {
@@ -26,6 +27,8 @@ pub enum RoutedCommand {
     StoredData(StoredDataChange),
     /// The import thread: cancels the import of this upload.
     CancelImport(UploadId),
+    /// Disk lane, compute lane and ledger: makes a topological map of this map, with an edit of this id.
+    GenerateTopomap(MapId, EditId),
 }
 
 /// Finds the part that handles a client's command.
@@ -63,6 +66,7 @@ pub fn route(command: Command) -> RoutedCommand {
             return RoutedCommand::StoredData(StoredDataChange::DeleteUpload(upload));
         }
         Command::CancelImport(upload) => return RoutedCommand::CancelImport(upload),
+        Command::GenerateTopomap { map, edit } => return RoutedCommand::GenerateTopomap(map, edit),
         Command::TakeControl { name } => CommandKind::TakeControl { name },
         Command::ReleaseControl => CommandKind::ReleaseControl,
         Command::StartMapping(session) => CommandKind::StartMapping(session),

@@ -24,8 +24,10 @@ use crate::stored_data_check::{StoredDataCheckConfig, StoredDataCheckWorker};
 use crate::texts;
 use crate::threads::{CONTROL_THREAD, THREAD_LIMITS, join, recorder_thread, spawn};
 use crate::tile_recovery::TileRecovery;
+use crate::topomap_generation::TopomapGenerator;
 use api::ProcessRestart;
 use crossbeam_channel::Sender;
+use messages::RobotProfile;
 use ports::{MapImporter, RobotLink};
 use stack::Stack;
 use std::path::PathBuf;
@@ -161,18 +163,27 @@ impl Core {
             calendar: CalendarTime::read,
             tiles_searched: Instant::now(),
         };
+        let (ledger, inbox) = LedgerQueue::new(LedgerConfig::default());
+        let boot = link.boot();
+        let standing_height_m = boot.mounting.standing_height_m.unwrap_or(boot.profile.standing_height_m);
+        let topomap = TopomapGenerator::new(
+            Arc::clone(&store),
+            Arc::clone(&state_publisher),
+            Arc::clone(&inbox),
+            RobotProfile { standing_height_m, ..boot.profile.clone() },
+        );
         let disk = DiskWorker {
             store: Arc::clone(&store),
             jobs: disk_jobs,
             interrupted,
             stored_data,
+            topomap: topomap.clone(),
             compute: jobs.compute_lane(),
             finished: finished_sender,
             state_publisher: Arc::clone(&state_publisher),
             mailbox: Arc::clone(&mailbox),
             clock: Arc::clone(&clock),
         };
-        let (ledger, inbox) = LedgerQueue::new(LedgerConfig::default());
         let graph_requests = command_sender.clone();
         let journal_config = SessionJournalConfig::default();
         let (session_journal, session_records) = SessionJournalQueue::new(journal_config);
@@ -215,7 +226,7 @@ impl Core {
             clock: Arc::clone(&clock),
             jobs: jobs.clone(),
             live_map: LiveMap::new(LiveMapConfig::default(), Arc::clone(&store)),
-            platform: PlatformProbe::new(link.boot().profile, link.site(), store.recordings(), restarts),
+            platform: PlatformProbe::new(boot.profile, link.site(), store.recordings(), restarts),
             battery: BatteryForecast::default(),
             persistence: PosePersistence::new(PosePersistenceConfig::default(), Arc::clone(&store)),
             goals: Vec::new(),
@@ -269,6 +280,7 @@ impl Core {
             command_sender,
             imports,
             jobs.clone(),
+            topomap,
             inbox,
             &watchdog,
         )

@@ -13,6 +13,7 @@ use crate::ledger::{EditRequest, LedgerInbox};
 use crate::state_publisher::StatePublisher;
 use crate::stored_data::StoredDataRequest;
 use crate::texts;
+use crate::topomap_generation::{TopomapGenerator, TopomapRequest};
 use api::{CoreMessage, EditDone, Event, GatewayMessage, MAX_MESSAGE_BYTES};
 use crossbeam_channel::Sender;
 use messages::{Command, Principal};
@@ -57,6 +58,7 @@ struct Shared {
     commands: Sender<LoopRequest>,
     imports: Imports,
     jobs: Jobs,
+    topomap: TopomapGenerator,
     ledger: Arc<LedgerInbox>,
     is_ending: Arc<AtomicBool>,
     watchdog: Watchdog,
@@ -71,6 +73,7 @@ impl GatewayLink {
         commands: Sender<LoopRequest>,
         imports: Imports,
         jobs: Jobs,
+        topomap: TopomapGenerator,
         ledger: Arc<LedgerInbox>,
         watchdog: &Watchdog,
     ) -> io::Result<Self> {
@@ -89,6 +92,7 @@ impl GatewayLink {
             commands,
             imports,
             jobs,
+            topomap,
             ledger,
             is_ending: Arc::clone(&is_ending),
             watchdog: watchdog.clone(),
@@ -235,6 +239,13 @@ fn read_all(stream: &UnixStream, shared: &Shared, heartbeat: &Heartbeat) -> io::
                     RoutedCommand::CancelImport(upload) => {
                         shared.imports.cancel(upload);
                         shared.state_publisher.answer(id, by, None);
+                        continue;
+                    }
+                    RoutedCommand::GenerateTopomap(map, edit) => {
+                        let begun = shared.topomap.begin(TopomapRequest { by, map, edit }, |request| {
+                            shared.jobs.start_for_person(DiskJob::ReadTopomapSource(request))
+                        });
+                        shared.state_publisher.answer(id, by, begun.err().map(str::to_owned));
                         continue;
                     }
                 };

@@ -10,6 +10,7 @@ use crate::map_list::publish_map_list;
 use crate::state_publisher::StatePublisher;
 use crate::stored_data::{StoredDataRequest, StoredDataWorker};
 use crate::texts;
+use crate::topomap_generation::{TopomapGenerator, TopomapRequest, TopomapTask};
 use api::TileHash;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TrySendError};
 use messages::{FinishedMap, Job, JobDone, JobId, JobResult, Keyframe, PriorMap, Severity};
@@ -69,6 +70,8 @@ pub enum DiskJob {
     Interrupted(SessionRequest),
     /// A person changes stored data.
     StoredData(StoredDataRequest),
+    /// Read what a topological map is made from.
+    ReadTopomapSource(TopomapRequest),
 }
 
 /// A job of the compute lane.
@@ -77,6 +80,8 @@ pub enum ComputeTask {
     Run(ComputeJob),
     /// Prepare the map that a job of the disk lane has read.
     PrepareMap(MapPreparation, JobDone),
+    /// Make a topological map: up to some seconds, for which relocalisation waits.
+    GenerateTopomap(TopomapGenerator, Box<TopomapTask>),
 }
 
 /// A job that has ended.
@@ -194,6 +199,7 @@ pub struct DiskWorker {
     pub jobs: Receiver<DiskJob>,
     pub interrupted: InterruptedSessionWorker,
     pub stored_data: StoredDataWorker,
+    pub topomap: TopomapGenerator,
     pub compute: Sender<ComputeTask>,
     pub finished: Sender<FinishedJob>,
     pub state_publisher: Arc<StatePublisher>,
@@ -228,6 +234,10 @@ impl ComputeWorker {
                 ComputeTask::Run(work) => work.run().into(),
                 ComputeTask::PrepareMap(preparation, done) => {
                     FinishedJob { prepared: preparation.run(&done), done }
+                }
+                ComputeTask::GenerateTopomap(generator, task) => {
+                    generator.generate(*task);
+                    continue;
                 }
             };
             // The control loop may have ended already; then nobody wants the result.
@@ -268,6 +278,13 @@ impl DiskWorker {
             DiskJob::Forget { session, tiles } => self.forget(session, &tiles),
             DiskJob::Interrupted(request) => self.interrupted.handle(request),
             DiskJob::StoredData(request) => self.stored_data.handle(request, &self.interrupted.sessions),
+            DiskJob::ReadTopomapSource(request) => {
+                if let Some(task) = self.topomap.read(request) {
+                    // Waits where the compute lane is full, as for maps. The lane ends after this one.
+                    let task = ComputeTask::GenerateTopomap(self.topomap.clone(), Box::new(task));
+                    let _ = self.compute.send(task);
+                }
+            }
         }
     }
 

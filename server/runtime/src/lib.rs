@@ -49,6 +49,7 @@ mod testing;
 mod texts;
 mod threads;
 mod tile_recovery;
+mod topomap_generation;
 
 pub use crate::core::{Core, CoreConfig, RobotRestart};
 pub use jobs::known_map;

@@ -326,6 +326,21 @@ pub fn session_not_durable(reason: &str) -> String {
 
 /// The disk lane is full.
 pub const DISK_TOO_SLOW: &str = "The disk is too slow. Wait a minute and try again.";
+/// One topological map is made at a time.
+pub const TOPOMAP_IS_MADE: &str = "A topological map is being made already. Wait until it is done.";
+/// Neither a walked path nor a walkable floor.
+pub const TOPOMAP_EMPTY: &str = "No way was found in this map. Walk the robot through the site while mapping, or check that the map shows its floor.";
+
+/// The map cannot be read.
+pub fn topomap_not_read(reason: &str) -> String {
+    format!("No topological map was made, because the map cannot be read: {reason}.")
+}
+
+/// The site does not take it.
+pub fn topomap_not_stored(reason: &str) -> String {
+    format!("The topological map was made, but could not be stored: {reason}")
+}
+
 /// A session that is running, or was decided on before.
 pub const SESSION_NOT_INTERRUPTED: &str =
     "No interrupted session waits under this id. It was saved or discarded already.";

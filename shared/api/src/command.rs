@@ -2,7 +2,7 @@
 
 use crate::GoalKind;
 use serde::{Deserialize, Serialize};
-use site_model::MissionCommandKind;
+use site_model::{EditId, MissionCommandKind};
 use vocab::{GoalId, KeyframeId, MapId, Pose, SessionId, Span, Twist, UploadId, Vec3};
 
 /// A command from a person or program at a client.
@@ -136,6 +136,14 @@ pub enum Command {
     DeleteUpload(UploadId),
     /// Ask something of missions: start, pause, resume, skip, redo, cancel, answer.
     Mission(MissionCommandKind),
+    /// Make the topological map of the site from a saved map. It takes the place of the one before, in one edit. Refused while one is made. Progress and result:
+    /// [`crate::TopomapGeneration`]. Needs no lease.
+    GenerateTopomap {
+        /// The saved map.
+        map: MapId,
+        /// Id of the edit, made by the client.
+        edit: EditId,
+    },
 }
 
 /// Pairs of points of [`Command::AlignMap`] at most.

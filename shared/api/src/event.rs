@@ -2,7 +2,7 @@
 
 use crate::{
     BinnedMap, CommandOutcome, DamagedMap, EditDone, Executive, Goal, GraphChanged, GraphPart, LoopsChanged,
-    MapSummary, SiteChanged, SitePart, TileEntry,
+    MapSummary, SiteChanged, SitePart, TileEntry, TopomapGeneration,
 };
 use serde::{Deserialize, Serialize};
 use site_model::{MissionStatus, RouteStatus};
@@ -78,6 +78,8 @@ pub enum Event {
     Missions(MissionStatus),
     /// Where the robot is on the topological map, and the route that it follows.
     Route(RouteStatus),
+    /// State of the making of a topological map, or how the last one ended.
+    TopomapGeneration(TopomapGeneration),
 }
 
 /// An uploaded file that no map was made of yet.

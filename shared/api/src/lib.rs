@@ -23,6 +23,7 @@ pub mod paths;
 mod query;
 mod site;
 mod socket;
+mod topomap;
 
 pub use codec::{DecodeError, MAX_MESSAGE_BYTES, decode, encode, encode_after};
 pub use command::{Command, CommandOutcome, MAX_PAIR_RMS_M, MAX_PAIRS, SimulatedFault};
@@ -43,6 +44,7 @@ pub use site::{
     SiteAssembly, SiteChanged, SitePart, SiteParts, SiteState, encoded_bytes,
 };
 pub use socket::{ClientMessage, MAX_UNACKNOWLEDGED, ScanFrame, ServerMessage, StreamRequest};
+pub use topomap::{MAX_BLOCKED_WAYS, TopomapGeneration, TopomapStage, TopomapSummary};
 
 /// Version of everything in this crate. Server and client refuse each other when it differs, and say so.
 pub const VERSION: u16 = 17;

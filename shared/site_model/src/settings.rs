@@ -14,3 +14,10 @@ pub struct SiteSettings {
     #[serde(default)]
     pub map: Option<MapId>,
 }
+
+impl SiteSettings {
+    /// Settings of a site that nobody has named, with its map.
+    pub fn of_unnamed(map: MapId) -> Self {
+        Self { name: "Site".to_owned(), time_zone: "UTC".to_owned(), map: Some(map) }
+    }
+}

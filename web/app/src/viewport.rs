@@ -41,7 +41,7 @@ pub(crate) struct ViewportConfig {
     loop_distance_ratio: f64,
     /// Lowest pitch of the camera over a loop, rad: scans are compared from above.
     min_loop_pitch_rad: f64,
-    /// Longest camera distance after moving to the robot, m.
+    /// Longest camera distance after moving to the robot or to a point, m.
     max_robot_distance_m: f64,
     /// Longest distance of a goal from the camera, beyond the camera's distance to its target, m. A click farther away counts as accidental.
     max_goal_distance_m: f64,
@@ -238,6 +238,11 @@ impl Viewport {
                     self.camera.fly_to(CameraPose { target: a.midpoint(b), distance, pitch, ..pose });
                 }
             }
+            CameraMove::Point(at) => self.camera.fly_to(CameraPose {
+                target: vector(*at),
+                distance: pose.distance.min(self.config.max_robot_distance_m),
+                ..pose
+            }),
             CameraMove::Bookmark(Bookmark { camera, .. }) => self.camera.fly_to(CameraPose {
                 target: DVec3::from_array(camera.target),
                 distance: camera.distance,

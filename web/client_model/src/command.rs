@@ -147,6 +147,10 @@ pub enum ClientCommand {
     SelectSchedule(Option<ScheduleSelection>),
     /// Show the week of this day; `None`: the current one.
     ShowWeek(Option<LocalDate>),
+    /// Make the topological map from this saved map, in place of the one that the site has.
+    GenerateTopomap(MapId),
+    /// Remove the result of the making of a topological map from the screen.
+    DismissTopomapResult,
     /// Undo the last edit of the view or the site, decision on a loop or deletion of a map, whichever came last.
     Undo,
     /// Do it again.

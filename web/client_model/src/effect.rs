@@ -4,7 +4,7 @@ use crate::LoopPair;
 use crate::features::view_settings::{Bookmark, ViewSettings};
 use api::{ClientMessage, Command, StreamRequest, TileHash};
 use site_model::PlanFile;
-use vocab::{KeyframeId, MapId, SessionId, UploadId};
+use vocab::{KeyframeId, MapId, SessionId, UploadId, Vec3};
 
 /// One of the two sockets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,6 +26,8 @@ pub enum CameraMove {
     Robot,
     /// To a pose from which both keyframes of a loop are visible.
     Loop(LoopPair),
+    /// To a point of the map, metres.
+    Point(Vec3),
     /// To a saved camera.
     Bookmark(Bookmark),
     /// Nowhere: save the present camera under this name.

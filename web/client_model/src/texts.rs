@@ -125,6 +125,7 @@ pub(crate) fn command_name(command: &Command) -> &'static str {
         Command::DeleteMapPermanently(_) => "Deleting the map for good",
         Command::DeleteUpload(_) => "Deleting the file",
         Command::CancelImport(_) => "Cancelling the import",
+        Command::GenerateTopomap { .. } => "Making the topological map",
         Command::InjectFault(_) => "The simulated fault",
         Command::LeaveMap => "Leaving the map",
     }

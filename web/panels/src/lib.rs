@@ -18,6 +18,8 @@
 //! | button (toggled) | `Live`, `Map`, `Site`, `Missions`, `Schedule`, `Runs`, `Settings` | rail |
 //! | button (toggled) | `Add nodes`, `Connect nodes` | Site: what a click in the scene does |
 //! | status | `Nodes`, `Edges`, `Not confirmed` | Site |
+//! | button | `Make from the map`, then `Replace them`, `Keep them` if there are nodes | Site |
+//! | status | `Making the topological map`, then `Result` with the button `Dismiss the result` | Site, after that |
 //! | textbox | `Node name`, with the button `Rename node` | Site, while a node is selected |
 //! | button (toggled) | `Waypoint`, `Inspection`, `Hold`, `Safe` | Site, while a node is selected: its kind |
 //! | button | `Delete node NAME` | Site, while a node is selected |

@@ -131,7 +131,6 @@ fn profile(args: &TopomapArgs) -> RobotProfile {
 
 fn report(summary: &MapSummary, made: &GeneratedMap, read_s: f64, generate_s: f64) -> Report {
     let floors: std::collections::BTreeSet<i32> = made.nodes.iter().map(|node| node.floor).collect();
-    let length_m: f64 = made.edges.iter().filter_map(|edge| edge_length_m(made, edge)).sum();
     Report {
         map: summary.id,
         nodes: made.nodes.len(),
@@ -139,7 +138,7 @@ fn report(summary: &MapSummary, made: &GeneratedMap, read_s: f64, generate_s: f6
         stairs: made.edges.iter().filter(|edge| edge.traversal == Traversal::Stairs).count(),
         docks: made.docks.len(),
         floors: floors.len(),
-        length_m: length_m / 2.0,
+        length_m: made.length_m(),
         blocked: made.blocked.len(),
         pieces: made.pieces,
         read_s,

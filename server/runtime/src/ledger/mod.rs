@@ -21,8 +21,9 @@ use api::{EditOutcome, EditRefusal, Query};
 use crossbeam_channel::Sender;
 use messages::{Input, LedgerEvent, Principal, Severity, StopLatch};
 use ports::error_with_causes;
-use site_model::Edit;
+use site_model::{Edit, Site};
 use std::collections::VecDeque;
+use std::fmt;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use store::{Store, StoreError};
@@ -73,10 +74,27 @@ pub struct EditRequest {
     pub edit: Edit,
 }
 
+/// An edit that is made of the site at the moment when it is applied, so that no other edit comes between.
+pub struct SiteWork {
+    /// Whose edit it is.
+    pub by: Principal,
+    /// Makes the edit. One without changes counts as applied.
+    pub make: Box<dyn FnOnce(&Site) -> Edit + Send>,
+    /// Is told what became of it.
+    pub done: Box<dyn FnOnce(EditOutcome) + Send>,
+}
+
+impl fmt::Debug for SiteWork {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("SiteWork").field("by", &self.by).finish_non_exhaustive()
+    }
+}
+
 /// What clients ask for.
 #[derive(Debug)]
 enum Request {
     Edit { request: EditRequest, bytes: usize },
+    ChangeSite(SiteWork),
     Query { number: u64, query: Query },
 }
 
@@ -129,6 +147,14 @@ impl LedgerInbox {
     /// Why it cannot wait, one sentence.
     pub fn query(&self, number: u64, query: Query) -> Result<(), &'static str> {
         self.ask(Request::Query { number, query }, 0)
+    }
+
+    /// Hands in an edit that is still to be made. Never blocks.
+    ///
+    /// # Errors
+    /// Why it cannot wait, one sentence.
+    pub fn change_site(&self, work: SiteWork) -> Result<(), &'static str> {
+        self.ask(Request::ChangeSite(work), 0)
     }
 
     fn ask(&self, request: Request, bytes: usize) -> Result<(), &'static str> {
@@ -286,6 +312,10 @@ impl LedgerWorker {
         for request in requests {
             match request {
                 Request::Edit { request, .. } => edits.push(request),
+                Request::ChangeSite(work) => {
+                    self.site.apply(std::mem::take(&mut edits));
+                    self.site.apply_work(work);
+                }
                 Request::Query { number, query } => self.site.answer(number, query),
             }
         }

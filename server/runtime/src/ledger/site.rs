@@ -1,6 +1,6 @@
 //! The site and the ledger that holds it. An edit is applied to the site in memory, written, and then published and answered.
 
-use super::EditRequest;
+use super::{EditRequest, SiteWork};
 use crate::clock::{CalendarTime, RobotClock};
 use crate::mailbox::Mailbox;
 use crate::state_publisher::StatePublisher;
@@ -161,6 +161,30 @@ impl SiteKeeper {
         for (Applied { id, outcome, changed }, EditRequest { by, .. }) in applied.into_iter().zip(edits) {
             self.publish(changed);
             self.answer_edit(by.client, id, outcome);
+        }
+    }
+
+    /// Makes an edit of the site as it is, and applies it.
+    pub fn apply_work(&mut self, work: SiteWork) {
+        let SiteWork { by, make, done } = work;
+        let at = CalendarTime::read().utc;
+        let applied = self.transaction(|writer, state| {
+            let edit = make(&state.site);
+            if edit.changes.is_empty() {
+                let outcome = EditOutcome::Applied { revision: state.revision, changes: Vec::new() };
+                return Ok(Applied { id: edit.id, outcome, changed: None });
+            }
+            apply_edit(writer, state, Some(&by), &edit, at)
+        });
+        match applied {
+            Ok(Applied { outcome, changed, .. }) => {
+                self.publish(changed);
+                done(outcome);
+            }
+            Err(reason) => {
+                let refusal = EditRefusal::Unavailable(texts::edit_not_durable(&reason));
+                done(EditOutcome::Refused(refusal));
+            }
         }
     }
 

@@ -85,6 +85,7 @@ pub fn commands() -> Vec<Command> {
         Command::RestoreMap(MAP),
         Command::DeleteMapPermanently(MAP),
         Command::DeleteUpload(UPLOAD),
+        Command::GenerateTopomap { map: MAP, edit: site::EDIT },
     ]
     .into_iter()
     .chain(site::mission_commands().map(Command::Mission))
@@ -357,8 +358,30 @@ pub fn events() -> Vec<Event> {
     events.extend(states());
     events.extend(imports());
     events.extend(executives());
+    events.extend(topomap_generations());
     events.extend(site::events());
     events
+}
+
+fn topomap_generations() -> Vec<Event> {
+    let summary = TopomapSummary {
+        nodes: 42,
+        edges: 96,
+        docks: 1,
+        floors: 2,
+        length_m: 300.5,
+        pieces: 1,
+        blocked: vec![[AT, AT]],
+        kept_nodes: 3,
+    };
+    let stages = [TopomapStage::Reading, TopomapStage::Generating, TopomapStage::Storing];
+    let mut states = vec![
+        TopomapGeneration::None,
+        TopomapGeneration::Done { map: MAP, edit: site::EDIT, summary },
+        TopomapGeneration::Failed { map: MAP, reason: name() },
+    ];
+    states.extend(stages.map(|stage| TopomapGeneration::Running { map: MAP, stage }));
+    states.into_iter().map(Event::TopomapGeneration).collect()
 }
 
 pub fn client_messages() -> Vec<ClientMessage> {

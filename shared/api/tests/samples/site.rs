@@ -9,7 +9,7 @@ use vocab::{GoalId, KeyframeId, MapId, Stamp};
 
 const ID: Uuid = Uuid::from_u128(20);
 const OTHER: Uuid = Uuid::from_u128(21);
-const EDIT: EditId = EditId(Uuid::from_u128(22));
+pub const EDIT: EditId = EditId(Uuid::from_u128(22));
 const RUN: RunId = RunId(Uuid::from_u128(23));
 const TASK: TaskId = TaskId(Uuid::from_u128(24));
 pub const NODE: NodeId = NodeId(ID);

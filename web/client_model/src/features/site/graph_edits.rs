@@ -4,11 +4,6 @@ use super::{SiteEdit, SiteFeature};
 use site_model::{Edge, EdgeId, Node, NodeId, NodeKind, Object, ObjectId, PoseTolerance, Site, SiteSettings};
 use vocab::{MapId, Pose, Quat, Vec3};
 
-/// Name of a site that nobody has named.
-const SITE_NAME: &str = "Site";
-/// Time zone of such a site.
-const TIME_ZONE: &str = "UTC";
-
 impl SiteFeature {
     /// A new node at a position of the base, metres, frame of `map`; and a pair of edges to `from`, if that is given. A site without a map gets this one.
     pub fn adding_node(&self, position: Vec3, map: MapId, from: Option<NodeId>) -> (NodeId, SiteEdit) {
@@ -16,11 +11,7 @@ impl SiteFeature {
         let mut edit = SiteEdit::default();
         let Some(site) = self.site() else { return (node, edit) };
         if site.settings().and_then(|settings| settings.map).is_none() {
-            let settings = site.settings().cloned().unwrap_or_else(|| SiteSettings {
-                name: SITE_NAME.to_owned(),
-                time_zone: TIME_ZONE.to_owned(),
-                map: None,
-            });
+            let settings = site.settings().cloned().unwrap_or_else(|| SiteSettings::of_unnamed(map));
             edit.put.push(Object::Settings(SiteSettings { map: Some(map), ..settings }));
         }
         edit.put.push(Object::Node(Node {

@@ -9,6 +9,7 @@ mod edit;
 mod graph_edits;
 mod pending;
 mod plan_file;
+mod topomap_generation;
 
 pub use edit::SiteEdit;
 
@@ -17,9 +18,13 @@ use super::history::HistoryStep;
 use super::selection::PointerMode;
 use crate::shared::{Change, Context};
 use crate::{ClientCommand, ClientEffect, ClientEvent, ClientTime, texts};
-use api::{ClientMessage, EditOutcome, EditRefusal, Severity, SiteAssembly, SiteChanged, SiteState};
+use api::{
+    ClientMessage, EditOutcome, EditRefusal, Severity, SiteAssembly, SiteChanged, SiteState,
+    TopomapGeneration,
+};
 use pending::{PendingEdit, PendingEdits};
 use site_model::{Edit, EditError, EditId, RevisionChange, Site, UndoHistory};
+use topomap_generation::TopomapProgress;
 use uuid::Uuid;
 
 /// When edits are sent.
@@ -51,6 +56,7 @@ pub struct SiteFeature {
     retry_at: Option<ClientTime>,
     /// What ids of new objects are made of.
     id_seed: Option<Uuid>,
+    topomap: TopomapProgress,
 }
 
 impl SiteFeature {
@@ -79,6 +85,11 @@ impl SiteFeature {
         // The numbers are high bits, which no other id that the client draws differs in.
         let bits = self.id_seed.unwrap_or_default().as_u128() ^ (u128::from(number) + 1) << 82;
         uuid::Builder::from_random_bytes(bits.to_be_bytes()).into_uuid()
+    }
+
+    /// The making of a topological map: while it runs, and its result until it is dismissed.
+    pub fn topomap_generation(&self) -> &TopomapGeneration {
+        self.topomap.shown()
     }
 
     /// Whether there is an edit that can be undone.
@@ -165,6 +176,13 @@ impl SiteFeature {
         let Some(confirmed) = &mut self.confirmed else { return };
         if changed.revision <= confirmed.revision {
             return;
+        }
+        if self.topomap.take(changed.edit.id) {
+            // Its inverse refers to the site before it.
+            if let Ok(applied) = confirmed.site.clone().apply(&changed.edit, changed.edit.id) {
+                self.history.record(applied);
+                cx.shared.history.add(HistoryStep::Site);
+            }
         }
         if !confirmed.apply(changed) {
             if !std::mem::replace(&mut self.is_requested, true) {
@@ -262,6 +280,7 @@ impl Feature for SiteFeature {
             }
             api::Event::SiteChanged(changed) => self.on_changed(changed, cx),
             api::Event::EditDone(done) => self.on_done(done.id, &done.outcome, cx),
+            api::Event::TopomapGeneration(state) => self.topomap.on_state(state),
             _ => {}
         }
     }
@@ -284,6 +303,12 @@ impl Feature for SiteFeature {
             ClientCommand::EditSite(edit) => self.edit(edit, cx),
             ClientCommand::SavePlanFile => self.save_plan_file(cx),
             ClientCommand::LoadPlanFile => cx.effects.push(ClientEffect::OpenPlanFile),
+            ClientCommand::GenerateTopomap(map) => {
+                let edit = cx.shared.ids.edit();
+                self.topomap.wait_for(edit);
+                cx.send(api::Command::GenerateTopomap { map: *map, edit });
+            }
+            ClientCommand::DismissTopomapResult => self.topomap.dismiss(),
             ClientCommand::UseGraphTool(Some(tool)) => {
                 cx.shared.selected.enter(PointerMode::EditGraph(*tool));
             }

@@ -1,7 +1,10 @@
 use crate::testing::{OTHER, TestClient};
 use crate::{ClientCommand, ClientEffect, SiteEdit};
-use api::{ClientMessage, EditDone, EditOutcome, EditRefusal, Event, SiteChanged, SitePart, SiteState};
-use site_model::{Asset, AssetId, Edit, EditError, Object, ObjectId};
+use api::{
+    ClientMessage, EditDone, EditOutcome, EditRefusal, Event, SiteChanged, SitePart, SiteState,
+    TopomapGeneration, TopomapStage, TopomapSummary,
+};
+use site_model::{Asset, AssetId, Change, Edit, EditError, Object, ObjectId};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use uuid::Uuid;
@@ -301,4 +304,51 @@ fn nothing_is_edited_before_the_site_has_come_and_new_ids_are_new() {
     assert_eq!(all.collect::<std::collections::BTreeSet<_>>().len(), 2_000);
     let missing = EditError::Conflict { object: id(1), revision: None };
     assert!(missing.to_string().contains("somebody else"));
+}
+
+#[test]
+fn a_topological_map_that_the_robot_made_for_this_operator_is_one_step_of_undo() {
+    let mut robot = Robot::default();
+    let mut client = TestClient::with_site(&robot);
+    let map = vocab::MapId(Uuid::from_u128(3));
+    client.command(ClientCommand::GenerateTopomap(map));
+    let asked = client.take_commands();
+    let [api::Command::GenerateTopomap { map: of, edit: id }] = asked[..] else { panic!("{asked:?}") };
+    assert_eq!(of, map);
+    let running = TopomapGeneration::Running { map, stage: TopomapStage::Reading };
+    client.event(Event::TopomapGeneration(running.clone()));
+    assert_eq!(*client.model.site.topomap_generation(), running);
+
+    let changes = [(1, "A"), (2, "B")].map(|(n, name)| Change::Put { base: None, object: asset(n, name) });
+    let edit = Edit { id, changes: changes.into() };
+    let (changed, _) = robot.apply(&edit, crate::testing::ME);
+    client.event(changed.expect("applied"));
+    let done = TopomapGeneration::Done { map, edit: id, summary: TopomapSummary::default() };
+    client.event(Event::TopomapGeneration(done.clone()));
+    assert_eq!(*client.model.site.topomap_generation(), done);
+    client.command(ClientCommand::DismissTopomapResult);
+    assert_eq!(*client.model.site.topomap_generation(), TopomapGeneration::None);
+
+    client.command(ClientCommand::Undo);
+    assert_eq!((client.name(1), client.name(2)), (None, None));
+    client.settle(&mut robot);
+    assert_eq!(robot.state.site.objects().len(), 0);
+    client.command(ClientCommand::Redo);
+    assert_eq!(client.name(2), Some("B"));
+}
+
+#[test]
+fn a_result_from_before_is_not_shown_and_nothing_of_others_is_undone() {
+    let mut robot = Robot::default();
+    let mut client = TestClient::with_site(&robot);
+    let done = TopomapGeneration::Done {
+        map: vocab::MapId(Uuid::from_u128(3)),
+        edit: site_model::EditId(Uuid::from_u128(4)),
+        summary: TopomapSummary::default(),
+    };
+    client.event(Event::TopomapGeneration(done));
+    assert_eq!(*client.model.site.topomap_generation(), TopomapGeneration::None);
+    let changed = robot.put(4, asset(1, "Theirs"));
+    client.event(changed);
+    assert!(!client.model.site.can_undo());
 }

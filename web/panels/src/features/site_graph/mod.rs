@@ -1,5 +1,6 @@
 //! The topological map: adding and joining nodes, what is selected of it, and its problems.
 
+mod generation;
 #[cfg(test)]
 mod tests;
 mod texts;
@@ -11,8 +12,10 @@ use crate::widgets::{self, fact};
 use crate::{TextInput, format, icon, screens};
 use client_model::{ClientCommand, GraphTool, Selection};
 use egui::Ui;
+use generation::GenerationSection;
 use site_model::{Edge, EdgeId, Node, NodeId, ObjectId, Problem, Severity, Site, ValidationConfig};
 use std::collections::BTreeSet;
+use vocab::MapId;
 
 /// The tab of the topological map.
 const GRAPH: Tab = Tab { screen: screens::SITE, name: texts::TAB, scrolls: true, row_spacing: 8.0 };
@@ -28,6 +31,7 @@ pub(crate) struct SiteGraphPanel {
     typed: Option<(NodeId, String)>,
     /// Problems of the site, with the revision that they were found in.
     problems: Option<(u64, Vec<Problem>)>,
+    generation: GenerationSection,
 }
 
 impl FeaturePanel for SiteGraphPanel {
@@ -43,7 +47,7 @@ impl FeaturePanel for SiteGraphPanel {
         if is_on {
             cx.commands.push(ClientCommand::UseGraphTool(None));
         }
-        is_on
+        is_on || self.generation.cancel()
     }
 
     fn show_messages(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>) {
@@ -69,7 +73,9 @@ impl FeaturePanel for SiteGraphPanel {
         if unconfirmed > 0 {
             fact(ui, tokens, texts::UNCONFIRMED, &unconfirmed.to_string());
         }
-        show_tools(ui, cx, site);
+        if let Some(map) = show_tools(ui, cx, site) {
+            self.generation.show(ui, cx, site, map);
+        }
         match cx.model.selection() {
             Some(Selection::Node(node)) => {
                 if let Some(node) = site.node(node) {
@@ -87,8 +93,8 @@ impl FeaturePanel for SiteGraphPanel {
     }
 }
 
-/// The buttons that say what a click does, or what is needed before.
-fn show_tools(ui: &mut Ui, cx: &mut PanelContext<'_>, site: &Site) {
+/// The buttons that say what a click does, or what is needed before. Returns the saved map that can be edited.
+fn show_tools(ui: &mut Ui, cx: &mut PanelContext<'_>, site: &Site) -> Option<MapId> {
     let (model, tokens) = (cx.model, cx.tokens);
     let on_screen = model.saved_map_on_screen();
     let site_map = site.settings().and_then(|settings| settings.map);
@@ -99,11 +105,12 @@ fn show_tools(ui: &mut Ui, cx: &mut PanelContext<'_>, site: &Site) {
         if Button::new(texts::VIEW_ITS_MAP).icon(icon::EYE).wide(ui).show(ui, tokens).clicked() {
             cx.commands.push(ClientCommand::ViewMap(Some(map)));
         }
-        return;
+        return None;
     }
     if on_screen.is_none() {
-        return widgets::sentence(ui, tokens, texts::NO_MAP);
+        widgets::sentence(ui, tokens, texts::NO_MAP);
     }
+    let on_screen = on_screen?;
     let tools = [
         (texts::ADD_NODES, icon::PLUS, GraphTool::AddNodes),
         (texts::CONNECT, icon::GRAPH, GraphTool::Connect),
@@ -118,6 +125,7 @@ fn show_tools(ui: &mut Ui, cx: &mut PanelContext<'_>, site: &Site) {
     if site.nodes().next().is_none() {
         widgets::remark(ui, tokens, texts::EMPTY);
     }
+    Some(on_screen)
 }
 
 impl SiteGraphPanel {

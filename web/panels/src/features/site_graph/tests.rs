@@ -2,8 +2,8 @@
 
 use crate::screens;
 use crate::test_support::{TestClient, click, map, value};
-use api::{Event, SiteParts, SiteState};
-use client_model::{ClientCommand, GraphTool, Selection};
+use api::{Event, SiteParts, SiteState, TopomapGeneration, TopomapStage, TopomapSummary};
+use client_model::{CameraMove, ClientCommand, GraphTool, Selection};
 use egui_kittest::kittest::Queryable;
 use std::sync::Arc;
 use vocab::{MapId, Vec3};
@@ -152,4 +152,63 @@ fn nothing_can_be_edited_while_another_map_is_on_the_screen() {
     assert!(!crate::is_editing_graph(&harness.state().model));
     click(&mut harness, "View its map");
     assert!(harness.state().emitted(&ClientCommand::ViewMap(Some(map(9, "Hall").id))));
+}
+
+#[test]
+fn an_empty_site_is_made_from_the_map_by_one_click() {
+    let (client, map) = client();
+    let mut harness = client.shown(1440.0, 900.0);
+    click(&mut harness, "Make from the map");
+    assert!(harness.state().emitted(&ClientCommand::GenerateTopomap(map)));
+}
+
+#[test]
+fn a_topological_map_is_only_replaced_after_a_question() {
+    let mut harness = with_two_nodes().shown(1440.0, 900.0);
+    let map = harness.state().model.saved_map_on_screen().expect("viewed");
+    click(&mut harness, "Make from the map");
+    click(&mut harness, "Keep them");
+    assert!(!harness.state().emitted(&ClientCommand::GenerateTopomap(map)));
+    click(&mut harness, "Make from the map");
+    harness.key_press(egui::Key::Escape);
+    harness.run_steps(2);
+    assert!(harness.query_by_label("Replace them").is_none(), "Escape means no");
+    click(&mut harness, "Make from the map");
+    click(&mut harness, "Replace them");
+    assert!(harness.state().emitted(&ClientCommand::GenerateTopomap(map)));
+}
+
+#[test]
+fn the_making_shows_its_stage_and_then_what_was_made_with_its_problems() {
+    let (client, map) = client();
+    let running = TopomapGeneration::Running { map, stage: TopomapStage::Generating };
+    let client = client.event(Event::TopomapGeneration(running));
+    let harness = client.shown(1440.0, 900.0);
+    assert!(value(&harness, "Making the topological map").contains("ways"));
+    assert!(harness.query_by_label("Make from the map").is_none());
+
+    let (client, map) = self::client();
+    let ends = [Vec3::new(1.0, 0.0, 0.0), Vec3::new(3.0, 0.0, 0.0)];
+    let summary = TopomapSummary {
+        nodes: 42,
+        edges: 96,
+        docks: 1,
+        floors: 2,
+        length_m: 210.0,
+        pieces: 2,
+        blocked: vec![ends],
+        kept_nodes: 0,
+    };
+    let edit = site_model::EditId(uuid::Uuid::from_u128(1));
+    let mut harness = client
+        .event(Event::TopomapGeneration(TopomapGeneration::Running { map, stage: TopomapStage::Storing }))
+        .event(Event::TopomapGeneration(TopomapGeneration::Done { map, edit, summary }))
+        .shown(1440.0, 1200.0);
+    assert_eq!(value(&harness, "Result"), "Made 42 nodes, 96 edges and 1 dock on 2 floors: 210.0 m of ways.");
+    harness.get_by_label_contains("2 pieces");
+    click(&mut harness, "Blocked stretch 1 · 2.0 m");
+    let there = ClientCommand::MoveCamera(CameraMove::Point(Vec3::new(2.0, 0.0, 0.0)));
+    assert!(harness.state().emitted(&there));
+    click(&mut harness, "Dismiss the result");
+    assert!(harness.state().emitted(&ClientCommand::DismissTopomapResult));
 }

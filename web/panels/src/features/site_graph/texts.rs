@@ -1,6 +1,7 @@
 //! Texts of the topological map, by key.
 
 use crate::format;
+use api::TopomapSummary;
 use site_model::{Node, NodeKind, Problem, Severity};
 use vocab::Vec3;
 
@@ -14,7 +15,7 @@ pub(super) const CONNECT: &str = "Connect nodes";
 pub(super) const ADD_HINT: &str =
     "Click the floor to add a node. It is joined to the selected one. Escape ends it.";
 pub(super) const CONNECT_HINT: &str = "Click two nodes to join them both ways. Escape ends it.";
-pub(super) const EMPTY: &str = "There are no nodes yet. Press \"Add nodes\", then click the floor along the way that the robot shall walk.";
+pub(super) const EMPTY: &str = "There are no nodes yet. Make them from the map, or press \"Add nodes\" and click the floor along the way that the robot shall walk.";
 pub(super) const LOADING: &str = "The site has not arrived from the robot yet.";
 pub(super) const NO_MAP: &str =
     "Nodes are placed in a saved map. View one on the Map screen, or let the robot use one.";
@@ -33,6 +34,53 @@ pub(super) const DELETE_EDGE: &str = "Delete edge";
 pub(super) const DELETE_SHORT: &str = "Delete";
 pub(super) const PROBLEMS_HEAD: &str = "Problems";
 pub(super) const UNNAMED: &str = "A node without a name";
+
+pub(super) const GENERATE: &str = "Make from the map";
+pub(super) const REPLACE: &str = "Replace them";
+pub(super) const KEEP: &str = "Keep them";
+pub(super) const PROGRESS: &str = "Making the topological map";
+pub(super) const READING: &str = "Reading the map…";
+pub(super) const GENERATING: &str = "Looking for ways, and checking that each is free…";
+pub(super) const STORING: &str = "Putting the nodes into the site…";
+pub(super) const RESULT: &str = "Result";
+pub(super) const DISMISS_RESULT: &str = "Dismiss the result";
+pub(super) const DISMISS_SHORT: &str = "Dismiss";
+pub(super) const BLOCKED: &str = "The robot has walked here, but the map shows an obstacle, so there is no edge. Look whether it still stands there:";
+
+/// What making the topological map anew takes away.
+pub(super) fn replaces(nodes: usize, edges: usize) -> String {
+    format!(
+        "This replaces the {nodes} nodes and {edges} edges of the site. Nodes that inspection points or missions need stay. It can be undone."
+    )
+}
+
+/// What was made from the map.
+pub(super) fn made(summary: &TopomapSummary) -> String {
+    let nodes = counted(summary.nodes, "node", "nodes");
+    let edges = counted(summary.edges, "edge", "edges");
+    let docks = counted(summary.docks, "dock", "docks");
+    let floors = counted(summary.floors, "floor", "floors");
+    format!("Made {nodes}, {edges} and {docks} on {floors}: {} of ways.", format::distance(summary.length_m))
+}
+
+fn counted(number: u32, one: &str, many: &str) -> String {
+    format!("{number} {}", if number == 1 { one } else { many })
+}
+
+pub(super) fn pieces(pieces: u32) -> String {
+    format!("The ways are {pieces} pieces that are not joined. Join them where the robot can pass.")
+}
+
+pub(super) fn kept(nodes: u32) -> String {
+    format!(
+        "{} of before stayed, because inspection points or missions need them.",
+        counted(nodes, "node", "nodes")
+    )
+}
+
+pub(super) fn blocked_way(number: u32, length_m: f64) -> String {
+    format!("Blocked stretch {number} · {}", format::distance(length_m))
+}
 
 /// The kinds that people choose; docks and portals come with what makes them.
 pub(super) const KINDS: [(&str, NodeKind); 4] = [

@@ -1,0 +1,190 @@
+//! A saved map becomes the topological map of the site.
+
+use super::*;
+use crate::clock::RobotClock;
+use crate::jobs::{ComputeTask, DiskJob, Jobs};
+use crate::ledger::{LedgerConfig, LedgerQueue, LedgerWorker, SiteKeeper};
+use crate::mailbox::Mailbox;
+use api::{CoreMessage, SiteAssembly, SiteState};
+use crossbeam_channel::Receiver;
+use messages::{Cloud, FinishedMap, GraphNode, Input, Keyframe, PoseGraph, RevisitCounts};
+use std::time::Duration;
+use uuid::Uuid;
+use vocab::{KeyframeId, Pose, SessionId, Stamp};
+use watchdog::Heartbeat;
+
+const MAP: MapId = MapId(Uuid::from_u128(1));
+
+/// The lanes and the ledger without their threads, and a gateway that reads what is published.
+struct Bench {
+    generator: TopomapGenerator,
+    jobs: Jobs,
+    disk: Receiver<DiskJob>,
+    worker: Option<LedgerWorker>,
+    queue: Option<LedgerQueue>,
+    publisher: Arc<StatePublisher>,
+    connection: u64,
+    stack: Receiver<Input>,
+    _compute: Receiver<ComputeTask>,
+    _dir: tempfile::TempDir,
+}
+
+fn bench() -> Bench {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let store = Arc::new(Store::open(dir.path()).expect("opens"));
+    save_corridor(&store);
+    let (mailbox, clock) = (Arc::<Mailbox>::default(), Arc::<RobotClock>::default());
+    let publisher = Arc::<StatePublisher>::default();
+    let (jobs, disk, compute) = Jobs::new(Arc::clone(&mailbox), Arc::clone(&clock));
+    let (queue, inbox) = LedgerQueue::new(LedgerConfig::default());
+    let (inputs, stack) = crossbeam_channel::bounded(16);
+    let site = SiteKeeper::open(
+        Arc::clone(&store),
+        Arc::clone(&publisher),
+        inputs.clone(),
+        Arc::clone(&mailbox),
+        Arc::clone(&clock),
+        Duration::from_millis(1),
+    );
+    let connection = publisher.connect();
+    let (store_of_worker, inbox_of_worker) = (Arc::clone(&store), Arc::clone(&inbox));
+    let worker =
+        LedgerWorker { store: store_of_worker, inbox: inbox_of_worker, site, inputs, mailbox, clock };
+    let generator = TopomapGenerator::new(store, Arc::clone(&publisher), inbox, RobotProfile::default());
+    Bench {
+        generator,
+        jobs,
+        disk,
+        worker: Some(worker),
+        queue: Some(queue),
+        publisher,
+        connection,
+        stack,
+        _compute: compute,
+        _dir: dir,
+    }
+}
+
+/// Saves a walk of 20 m along x over a floor.
+fn save_corridor(store: &Store) {
+    let session = SessionId(Uuid::from_u128(8));
+    let mut xyz = Vec::new();
+    for (x, y) in (-30..=30_i16).flat_map(|x| (-20..=20_i16).map(move |y| (x, y))) {
+        xyz.push([0.1 * f32::from(x), 0.1 * f32::from(y), -0.55]);
+    }
+    let cloud = Arc::new(Cloud { intensity: vec![10.0; xyz.len()], xyz });
+    let nodes: Vec<GraphNode> = (0..=20_u32)
+        .map(|id| GraphNode {
+            id: KeyframeId(id),
+            stamp: Stamp::from_parts(i64::from(id), 0),
+            map_from_keyframe: Pose { position: Vec3::new(f64::from(id), 0.0, 0.55), ..Pose::IDENTITY },
+        })
+        .collect();
+    for node in &nodes {
+        let GraphNode { id, stamp, map_from_keyframe } = *node;
+        let cloud = Arc::clone(&cloud);
+        let keyframe = Keyframe { session, id, stamp, map_from_keyframe, cloud, lidar: [0.0; 3] };
+        store.write_session_cloud(&keyframe).expect("written");
+    }
+    let finished = FinishedMap {
+        map: MAP,
+        name: "Corridor".to_owned(),
+        session,
+        extends: None,
+        at: Stamp::from_parts(100, 0),
+        distance_m: 20.0,
+        trajectory: nodes.iter().map(|node| (node.stamp, node.map_from_keyframe)).collect(),
+        graph: Arc::new(PoseGraph { revision: 1, nodes, edges: Vec::new() }),
+        degenerate: Vec::new(),
+        decisions: Vec::new(),
+        unverified: 0,
+        revisits: RevisitCounts::default(),
+    };
+    store.save_map(&finished).expect("saved");
+}
+
+fn request(map: MapId, edit: u128) -> TopomapRequest {
+    TopomapRequest { by: ClientId(Uuid::from_u128(5)), map, edit: EditId(Uuid::from_u128(edit)) }
+}
+
+impl Bench {
+    fn begin(&self, request: TopomapRequest) -> Result<(), &'static str> {
+        self.generator
+            .begin(request, |request| self.jobs.start_for_person(DiskJob::ReadTopomapSource(request)))
+    }
+
+    /// What the lanes do with the job that waits.
+    fn work(&self) {
+        let Ok(DiskJob::ReadTopomapSource(request)) = self.disk.try_recv() else { panic!("no job") };
+        if let Some(task) = self.generator.read(request) {
+            self.generator.generate(task);
+        }
+    }
+
+    /// Lets the ledger do what waits, and end.
+    fn end_ledger(&mut self) {
+        drop(self.queue.take());
+        self.worker.take().expect("not ended").run(&Heartbeat::unwatched());
+    }
+
+    /// How the making ended, with the site after it.
+    fn outcome(&self) -> (TopomapGeneration, SiteState) {
+        let (mut site, mut parts) = (SiteState::default(), SiteAssembly::default());
+        let mut outcome = None;
+        loop {
+            // The queue to the gateway keeps no order between states and changes of the site.
+            let is_complete = match &outcome {
+                Some(TopomapGeneration::Done { .. }) => site.revision > 0,
+                outcome => outcome.is_some(),
+            };
+            if let Some(state) = outcome.take_if(|_| is_complete) {
+                return (state, site);
+            }
+            let message = self.publisher.next(self.connection).expect("connected");
+            let CoreMessage::Event { event, .. } = message else { continue };
+            match event {
+                Event::SitePart(part) => site = parts.add(&part).unwrap_or(site),
+                Event::SiteChanged(changed) => assert!(site.apply(&changed)),
+                Event::TopomapGeneration(TopomapGeneration::Running { .. }) => {}
+                Event::TopomapGeneration(state) => outcome = Some(state),
+                _ => {}
+            }
+        }
+    }
+}
+
+#[test]
+fn a_walked_map_becomes_nodes_and_edges_in_one_edit_of_the_person() {
+    let mut bench = bench();
+    assert_eq!(bench.begin(request(MAP, 7)), Ok(()));
+    assert_eq!(bench.begin(request(MAP, 8)), Err(texts::TOPOMAP_IS_MADE));
+    bench.work();
+    bench.end_ledger();
+    let (state, site) = bench.outcome();
+    let is_edit =
+        |input: &Input| matches!(input, Input::SiteEdited(edit) if edit.id == EditId(Uuid::from_u128(7)));
+    assert!(bench.stack.try_iter().any(|input| is_edit(&input)), "the stack gets the edit too");
+    let TopomapGeneration::Done { map, edit, summary } = state else { panic!("{state:?}") };
+    assert_eq!((map, edit, site.revision), (MAP, EditId(Uuid::from_u128(7)), 1));
+    assert_eq!(
+        (site.site.nodes().count(), site.site.edges().count()),
+        (summary.nodes as usize, summary.edges as usize,)
+    );
+    assert!(summary.nodes >= 2 && (summary.length_m - 20.0).abs() < 3.0, "{summary:?}");
+    assert_eq!((summary.pieces, summary.blocked.len(), summary.floors), (1, 0, 1));
+    assert_eq!(site.site.settings().and_then(|settings| settings.map), Some(MAP));
+}
+
+#[test]
+fn a_map_that_does_not_exist_is_said_and_the_next_one_can_be_made() {
+    let bench = bench();
+    let missing = MapId(Uuid::from_u128(99));
+    assert_eq!(bench.begin(request(missing, 7)), Ok(()));
+    bench.work();
+    let (state, _) = bench.outcome();
+    assert!(
+        matches!(&state, TopomapGeneration::Failed { map, reason } if *map == missing && reason.ends_with('.')),
+        "{state:?}"
+    );
+    assert_eq!(bench.begin(request(MAP, 8)), Ok(()));
+}
