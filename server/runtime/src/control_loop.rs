@@ -187,7 +187,11 @@ impl Running {
                     }
                 },
                 recv(sources.commands) -> request => match request {
-                    Ok(LoopRequest::Command(command)) => self.feed(Input::Command(command)),
+                    Ok(LoopRequest::Command(command)) => {
+                        // Who was told that an edit is done, and then asks for what it made, finds it.
+                        sources.ledger.try_iter().for_each(|input| self.feed(input));
+                        self.feed(Input::Command(command));
+                    }
                     Ok(LoopRequest::InjectFault { id, by, fault }) => self.inject_fault(id, by, fault),
                     Ok(LoopRequest::WholeGraph) => self.feed(Input::GraphRequested),
                     Err(_) => {}

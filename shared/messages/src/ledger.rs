@@ -51,7 +51,7 @@ pub struct RunRecord {
     pub state: String,
     /// Whether it has ended. What has not ended goes on after a restart.
     pub is_ended: bool,
-    /// More of it as JSON. Empty: as before.
+    /// More of it as JSON.
     pub body: String,
 }
 

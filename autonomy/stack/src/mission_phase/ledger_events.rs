@@ -6,8 +6,7 @@ use missions::Records;
 use serde::Serialize;
 use serde_json::{Value, json};
 use site_model::{
-    MissionEvent, MissionEventKind, MissionId, ObjectId, Revision, RunId, RunState, SlotDecision, TaskId,
-    TaskStep,
+    MissionEvent, MissionEventKind, ObjectId, Revision, RunId, RunState, SlotDecision, TaskId, TaskStep,
 };
 use vocab::{Covariance6, Pose};
 
@@ -22,8 +21,21 @@ pub(super) struct Whereabouts {
     pub is_localised: bool,
 }
 
-/// The rows of an event. `records` are those after it.
-pub(super) fn ledger_events(
+/// The rows of an event, which is applied to the records of those before it.
+pub(super) fn write(
+    event: &MissionEvent,
+    records: &mut Records,
+    time_zone: &str,
+    whereabouts: &Whereabouts,
+) -> Vec<LedgerEvent> {
+    // A run that has ended is not among the records any more.
+    let is_end = matches!(event.kind, MissionEventKind::RunEnded { .. });
+    let rows_of_end = is_end.then(|| ledger_events(event, records, time_zone, whereabouts));
+    records.apply(event);
+    rows_of_end.unwrap_or_else(|| ledger_events(event, records, time_zone, whereabouts))
+}
+
+fn ledger_events(
     event: &MissionEvent,
     records: &Records,
     time_zone: &str,
@@ -81,31 +93,22 @@ pub(super) fn ledger_events(
 }
 
 fn run_record(records: &Records, id: RunId, ended: Option<RunState>) -> Option<LedgerEvent> {
-    let run = records.runs.get(&id);
-    let mission = run.map(|run| run.mission).or_else(|| ended_mission(records, id))?;
-    let state = ended.or(run.map(|run| run.state))?;
-    // A run that has ended is not among the records any more: the row keeps what it says.
-    let body = run.map(|run| {
-        json!({
-            "cause": run.cause,
-            "began": run.began,
-            "tasks": run.tasks.len(),
-            "outcome": run.ending.map(|(outcome, _)| outcome),
-            "revisions": run.plan.as_ref().map(|plan| pinned(&plan.revisions)),
-        })
-        .to_string()
+    let run = records.runs.get(&id)?;
+    let state = ended.unwrap_or(run.state);
+    let body = json!({
+        "cause": run.cause,
+        "began": run.began,
+        "tasks": run.tasks.len(),
+        "outcome": run.ending.map(|(outcome, _)| outcome),
+        "revisions": run.plan.as_ref().map(|plan| pinned(&plan.revisions)),
     });
     Some(LedgerEvent::Run(RunRecord {
         run: id,
-        mission,
+        mission: run.mission,
         state: name_of(&state),
         is_ended: state.is_outcome(),
-        body: body.unwrap_or_default(),
+        body: body.to_string(),
     }))
-}
-
-fn ended_mission(records: &Records, id: RunId) -> Option<MissionId> {
-    records.ended.iter().rev().find(|(run, ..)| *run == id).map(|(_, mission, _)| *mission)
 }
 
 /// Objects with their revisions, as people and programs read them.

@@ -10,7 +10,7 @@ use messages::{
 };
 use missions::{
     ActionInfo, ActionResult, GraphLocaliser, GraphLocaliserConfig, GraphPlace, MissionInput, MissionRunner,
-    RouteExecutor, RouteExecutorConfig, RunnerConfig, Situation,
+    Records, RouteExecutor, RouteExecutorConfig, RunnerConfig, Situation,
 };
 use site_model::{DockId, Edit, MissionEvent, MissionStatus, RouteStatus, Site};
 use std::collections::{BTreeMap, VecDeque};
@@ -42,6 +42,8 @@ pub(crate) struct MissionPhase {
     config: MissionConfig,
     /// None before the site is known.
     runner: Option<MissionRunner>,
+    /// What follows from the events up to the one that is written: the runner is ahead of it by the events of one update.
+    written: Records,
     /// Events of earlier programs, until the runner is made.
     restored: Vec<MissionEvent>,
     /// Registered actions, until the runner is made.
@@ -74,6 +76,7 @@ impl Default for MissionPhase {
         Self {
             config: MissionConfig::default(),
             runner: None,
+            written: Records::default(),
             restored: Vec::new(),
             actions: BTreeMap::new(),
             site: Arc::default(),
@@ -106,6 +109,7 @@ impl MissionPhase {
         self.site = Arc::new(Site::new(snapshot.objects, snapshot.removed));
         if self.runner.is_none() {
             let restored = std::mem::take(&mut self.restored);
+            self.written = Records::from_events(&restored);
             self.runner = Some(MissionRunner::restore(RunnerConfig::default(), &restored));
             self.pending.push_back(MissionInput::Actions(std::mem::take(&mut self.actions)));
         }

@@ -1,7 +1,7 @@
 //! Connects missions with the rest of the stack: what happens becomes an input of the runner or the executor, and what they want becomes goals of the executive,
 //! commits, calls of actions, answers and notices.
 
-use super::ledger_events::{Whereabouts, ledger_events};
+use super::ledger_events::{Whereabouts, write};
 use super::status::mission_status;
 use super::{action_info, action_result, platform};
 use crate::{Running, notice, publish, texts};
@@ -267,9 +267,6 @@ impl Running {
     fn handle_mission_effect(&mut self, at: Stamp, effect: MissionEffect, effects: &mut Vec<StackEffect>) {
         match effect {
             MissionEffect::Commit { number, events } => {
-                let Some(runner) = &self.missions.runner else { return };
-                let settings = self.missions.site.settings();
-                let time_zone = settings.map(|settings| settings.time_zone.as_str()).unwrap_or_default();
                 let whereabouts = Whereabouts {
                     map_from_base: self.missions.map_from_base,
                     covariance: self
@@ -278,9 +275,10 @@ impl Running {
                         .map(|matrix| Covariance6(crate::rows(&matrix))),
                     is_localised: self.missions.situation.is_localised,
                 };
-                let records = runner.records();
-                let rows =
-                    events.iter().flat_map(|event| ledger_events(event, records, time_zone, &whereabouts));
+                let settings = self.missions.site.settings();
+                let time_zone = settings.map(|settings| settings.time_zone.as_str()).unwrap_or_default();
+                let written = &mut self.missions.written;
+                let rows = events.iter().flat_map(|event| write(event, written, time_zone, &whereabouts));
                 let (seq, commit) = self.commits.begin_events(rows.collect());
                 self.missions.commits.push_back((seq, number));
                 effects.push(commit);

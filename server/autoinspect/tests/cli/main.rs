@@ -9,6 +9,7 @@ mod interrupted_sessions;
 mod localise;
 mod managed_maps;
 mod merge;
+mod missions;
 mod offline;
 mod optimise;
 mod patch;

@@ -261,18 +261,24 @@ fn ten_clients_that_edit_at_once_end_with_the_same_site_and_undo_their_own_last_
 }
 
 /// The page of the interface, and the commands in it.
-const PAGE: &str = include_str!("../../../../docs/api/site.md");
+/// The pages of the interface. Their examples follow each other, each page on a robot of its own whose site is empty.
+const PAGES: [&str; 2] =
+    [include_str!("../../../../docs/api/site.md"), include_str!("../../../../docs/api/missions.md")];
 
 #[test]
-fn the_examples_of_the_page_of_the_interface_work() {
+fn the_examples_of_the_pages_of_the_interface_work() {
     if Command::new("curl").arg("--version").output().is_err() {
         eprintln!("skipped: there is no curl");
         return;
     }
+    PAGES.iter().for_each(|page| check_examples(page));
+}
+
+fn check_examples(page: &str) {
     let dir = tempfile::tempdir().expect("temporary directory");
     let platform = Platform::start_with_robot(dir.path(), &["--lidar-columns", "50"]);
-    let examples = PAGE.split("```sh\n").skip(1).map(|rest| rest.split("```").next().unwrap_or_default());
-    let answers = PAGE.split("```json\n").skip(1).map(|rest| rest.split("```").next().unwrap_or_default());
+    let examples = page.split("```sh\n").skip(1).map(|rest| rest.split("```").next().unwrap_or_default());
+    let answers = page.split("```json\n").skip(1).map(|rest| rest.split("```").next().unwrap_or_default());
     let mut ran = 0;
     for (example, answer) in examples.zip(answers) {
         let output = until("the site has come", || {
@@ -287,6 +293,8 @@ fn the_examples_of_the_page_of_the_interface_work() {
         let said = String::from_utf8_lossy(&output.stdout);
         let complaint = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success(), "{example}\n{said}\n{complaint}");
+        // Some requests have no answer but that they are done.
+        let said = if said.is_empty() { "null".into() } else { said };
         let said: serde_json::Value =
             serde_json::from_str(&said).unwrap_or_else(|error| panic!("{example}\n{said}\n{error}"));
         let expected: serde_json::Value =
@@ -294,7 +302,7 @@ fn the_examples_of_the_page_of_the_interface_work() {
         assert_like(&expected, &said, example);
         ran += 1;
     }
-    assert!(ran >= 8, "only {ran} examples");
+    assert!(ran >= 6, "only {ran} examples");
 }
 
 /// Fails unless the answer is the documented one. `"…"` stands for anything.

@@ -54,14 +54,12 @@ impl LedgerWriter<'_> {
 
     fn put_run(&self, record: &RunRecord, at: Stamp) -> Result<(), Fault> {
         let run = record.run.to_string();
-        let columns = |row: &[Value]| Some((row[0].clone(), row[7].clone(), row[6].clone()));
-        let kept = RUNS.read(self.transaction, "WHERE run = ?", [&run], columns)?;
-        let (seq, began, body) = match kept.into_iter().next() {
+        let kept = RUNS
+            .read(self.transaction, "WHERE run = ?", [&run], |row| Some((row[0].clone(), row[7].clone())))?;
+        let (seq, began) = match kept.into_iter().next() {
             Some(kept) => kept,
-            None => (self.next_seq(RUNS.name)?, Value::from(at.nanos()), Value::from("null".to_owned())),
+            None => (self.next_seq(RUNS.name)?, Value::from(at.nanos())),
         };
-        // A run that has ended says no more of itself than its outcome.
-        let body = if record.body.is_empty() { body } else { Value::from(record.body.clone()) };
         let values = [
             seq,
             Value::from(run),
@@ -69,7 +67,7 @@ impl LedgerWriter<'_> {
             Value::from(record.state.clone()),
             Value::from(i64::from(record.is_ended)),
             Value::from(i64::from(LEDGER_BODY_VERSION)),
-            body,
+            Value::from(record.body.clone()),
             began,
             Value::from(at.nanos()),
         ];

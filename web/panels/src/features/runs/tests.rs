@@ -8,8 +8,8 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use site_model::{
     ActionRequest, EditId, EndedRun, Mission, MissionCommandKind, MissionId, MissionStatus, Node, NodeId,
-    NodeKind, Object, PoseTolerance, QuestionAnswer, ReachFailure, RunCause, RunId, RunState, RunStatus, Site,
-    Task, TaskFailure, TaskId, TaskPlace, TaskState, TaskStatus,
+    NodeKind, Object, PoseTolerance, QuestionAnswer, ReachFailure, RunCause, RunId, RunState, RunStatus,
+    Site, Task, TaskFailure, TaskId, TaskPlace, TaskState, TaskStatus,
 };
 use std::sync::Arc;
 use uuid::Uuid;
@@ -88,13 +88,8 @@ fn run(state: RunState, tasks: [TaskState; 5]) -> RunStatus {
     }
 }
 
-const UNDER_WAY: [TaskState; 5] = [
-    TaskState::Succeeded,
-    TaskState::Failed,
-    TaskState::Navigating,
-    TaskState::Waiting,
-    TaskState::Waiting,
-];
+const UNDER_WAY: [TaskState; 5] =
+    [TaskState::Succeeded, TaskState::Failed, TaskState::Navigating, TaskState::Waiting, TaskState::Waiting];
 
 pub(super) fn client(status: MissionStatus) -> TestClient {
     let state = SiteState { site: site(), ..SiteState::default() };
@@ -189,7 +184,8 @@ fn a_mission_is_started_where_none_runs_and_the_queue_is_shortened() {
 #[test]
 fn ended_runs_are_listed_filtered_and_unfolded() {
     let done = [TaskState::Succeeded; 5];
-    let mut client = client(MissionStatus { runs: vec![run(RunState::Ending, done)], ..MissionStatus::default() });
+    let mut client =
+        client(MissionStatus { runs: vec![run(RunState::Ending, done)], ..MissionStatus::default() });
     let ended = |run, outcome| EndedRun { run, mission: MISSION, outcome };
     let other = RunId(Uuid::from_u128(77));
     let ended = vec![ended(other, RunState::Failed), ended(RUN, RunState::Succeeded)];
