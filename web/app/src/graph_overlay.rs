@@ -1,4 +1,5 @@
-//! The topological map in the scene: edges as lines, nodes and the middles of edges as markers that can be selected.
+//! The topological map in the scene: edges as lines, nodes and the middles of edges as markers that can be selected. Inspection points: a marker at the target, and a
+//! line to it from the node.
 
 use crate::vector::vector;
 use client_model::{Model, Selection};
@@ -21,6 +22,10 @@ struct GraphOverlayConfig {
     edge_radius_px: f32,
     /// Width of an edge, logical px.
     line_width_px: f32,
+    /// Radius of the target of an inspection point, logical px.
+    target_radius_px: f32,
+    /// Width of the line from a node to a target, logical px.
+    sight_width_px: f32,
     /// Length of a dash of an edge that routes do not use, with its gap, m.
     dash_m: f32,
 }
@@ -31,6 +36,8 @@ const CONFIG: GraphOverlayConfig = GraphOverlayConfig {
     selected_radius_px: 11.0,
     edge_radius_px: 5.0,
     line_width_px: 3.0,
+    target_radius_px: 7.0,
+    sight_width_px: 1.5,
     dash_m: 0.5,
 };
 
@@ -128,6 +135,26 @@ impl GraphOverlay {
                 rim: solid(if tokens.dark { tokens.ground } else { tokens.text }),
             };
             self.push(marker, Selection::Node(node.id));
+        }
+        for point in model.site.inspection_points() {
+            let Some(node) = site.node(point.node) else { continue };
+            let is_selected = model.selection() == Some(Selection::InspectionPoint(point.id));
+            let colour = if is_selected { tokens.accent } else { tokens.good };
+            let target = vector(point.target_m);
+            let points = vec![position(node), target];
+            let width = if is_selected { 2.0 * CONFIG.sight_width_px } else { CONFIG.sight_width_px };
+            self.lines.push(Polyline { points, colour: solid(colour), width, dash: 0.0 });
+            let radius = if is_selected { CONFIG.selected_radius_px } else { CONFIG.target_radius_px };
+            let marker = Marker {
+                id: None,
+                position: target,
+                ahead: DVec3::ZERO,
+                shape: Shape::Diamond,
+                radius,
+                fill: solid(colour),
+                rim: solid(tokens.ground),
+            };
+            self.push(marker, Selection::InspectionPoint(point.id));
         }
     }
 

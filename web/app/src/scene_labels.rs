@@ -9,7 +9,7 @@ use scene::STANDING_HEIGHT_M;
 
 /// Largest number of keyframes in the accessible tree. More would bury the other controls for users of a screen reader.
 const MAX_KEYFRAME_LABELS: usize = 24;
-/// Largest number of nodes of the topological map with a name in the scene.
+/// Largest number of nodes and inspection points with a name in the scene.
 const MAX_NODE_LABELS: usize = 60;
 
 /// Position on the screen (points) and depth (m).
@@ -99,7 +99,7 @@ fn alignment_labels(
     }
 }
 
-/// Names of the nodes of the topological map nearest to the camera, and of the selected one.
+/// Names of the nodes of the topological map and of the inspection points nearest to the camera, and of the selected one.
 fn node_labels(
     model: &Model,
     project: &impl Fn(DVec3) -> Option<ScreenPosition>,
@@ -113,6 +113,12 @@ fn node_labels(
         let is_selected = model.selection() == Some(Selection::Node(node.id));
         let order = if is_selected { f64::NEG_INFINITY } else { depth_m };
         candidates.push((order, SceneLabel::node(at, node.id, &node.name, is_selected)));
+    }
+    for point in model.site.inspection_points() {
+        let Some((at, depth_m)) = project(vector(point.target_m)) else { continue };
+        let is_selected = model.selection() == Some(Selection::InspectionPoint(point.id));
+        let order = if is_selected { f64::NEG_INFINITY } else { depth_m };
+        candidates.push((order, SceneLabel::inspection_point(at, point.id, &point.name, is_selected)));
     }
     candidates.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     labels.extend(candidates.into_iter().take(MAX_NODE_LABELS).map(|(_, label)| label));

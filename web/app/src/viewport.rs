@@ -547,6 +547,20 @@ impl Viewport {
             Hit::Marker(marker) => scene.marker_target(marker),
             _ => None,
         });
+        if model.graph_tool() == Some(GraphTool::PickTarget) {
+            let projection = CameraProjection::new(view.camera, view.viewport_px);
+            let reach = self.config.point_reach_px * scale;
+            let point = scene.renderer.borrow().pick_point(&view, &projection, at, reach);
+            let target = point.map(|point| vocab::Vec3::from(point.to_array()));
+            if let Some((id, edit)) =
+                target.and_then(|target| model.site.targeting(model.selection(), target))
+            {
+                out.push(ClientCommand::EditSite(edit));
+                out.push(ClientCommand::UseGraphTool(None));
+                out.push(ClientCommand::Select(Some(Selection::InspectionPoint(id))));
+            }
+            return;
+        }
         if let Some(tool) = model.graph_tool() {
             let floor = self.ground_at(&view, at, scene);
             return self.edit_graph(tool, marked, floor, model, out);

@@ -27,6 +27,12 @@
 //! | button (toggled) | `Routes may use it`, `Both ways` | Site, while an edge is selected |
 //! | button | `Split edge`, `Delete edge` | Site, while an edge is selected |
 //! | button | the sentence itself | Site: a problem; selects its object |
+//! | button (toggled) | `Topological map`, `Inspection points` | Site: parts of its card |
+//! | button (toggled) | `Add an inspection point` | Site, while a node is selected: the next click in the scene picks the target |
+//! | button (toggled) | `Inspection point NAME` | Site: selects it |
+//! | status | `Seen from`, `Stand-off`, `Target` | Site, while an inspection point is selected |
+//! | textbox | `Inspection point name`, `Parameters (JSON)` | Site, while an inspection point is selected |
+//! | button | `Rename inspection point`, `Pick the target anew`, `Show the target`, `Apply the parameters`, `Delete inspection point NAME` | Site, while an inspection point is selected |
 //! | button | `New mission`, `Mission NAME`, `Duplicate NAME`, `Delete NAME` | Missions: the list |
 //! | button | `Delete NAME with its schedules`, `Keep the mission` | Missions: a deletion that takes schedules along |
 //! | textbox | `Search missions`, `Mission name`, `Search places and actions` | Missions |
@@ -110,6 +116,7 @@ mod frame;
 mod layout;
 mod map_name;
 mod message;
+mod name_field;
 mod page_clock;
 mod paint;
 mod screens;

@@ -18,6 +18,7 @@ pub(crate) mod control;
 pub(crate) mod driving;
 pub(crate) mod goals;
 pub(crate) mod imports;
+pub(crate) mod inspection_points;
 pub(crate) mod interrupted_sessions;
 pub(crate) mod localisation;
 pub(crate) mod loops;
@@ -100,6 +101,8 @@ panels_of! {
     map_management: map_management::MapManagementPanel,
     /// The topological map.
     site_graph: site_graph::SiteGraphPanel,
+    /// What is looked at, from where.
+    inspection_points: inspection_points::InspectionPointsPanel,
     /// Places and actions for missions.
     mission_palette: mission_palette::MissionPalette,
     /// The list of missions.

@@ -1,7 +1,7 @@
 //! What is selected in the scene, and what the next click there does.
 
 use crate::LoopPair;
-use site_model::{EdgeId, NodeId};
+use site_model::{EdgeId, InspectionPointId, NodeId};
 use vocab::KeyframeId;
 
 /// Something selected in the scene.
@@ -17,6 +17,8 @@ pub enum Selection {
     Node(NodeId),
     /// An edge of the topological map.
     Edge(EdgeId),
+    /// An inspection point.
+    InspectionPoint(InspectionPointId),
 }
 
 /// What a click in the scene does while the topological map is edited.
@@ -26,6 +28,8 @@ pub enum GraphTool {
     AddNodes,
     /// Joins the node that is clicked to the one that is selected.
     Connect,
+    /// Takes the point of the map that is clicked as the target of the inspection point that is selected, or of a new one at the node that is selected.
+    PickTarget,
 }
 
 /// What the next click or drag on the ground does.

@@ -7,11 +7,13 @@
 
 mod edit;
 mod graph_edits;
+mod inspection_edits;
 mod pending;
 mod plan_file;
 mod topomap_generation;
 
 pub use edit::SiteEdit;
+pub use inspection_edits::{parameters_from_json, parameters_to_json};
 
 use super::Feature;
 use super::history::HistoryStep;

@@ -1,5 +1,5 @@
 use crate::testing::{OTHER, TestClient};
-use crate::{ClientCommand, ClientEffect, SiteEdit};
+use crate::{ClientCommand, ClientEffect, Selection, SiteEdit, parameters_from_json, parameters_to_json};
 use api::{
     ClientMessage, EditDone, EditOutcome, EditRefusal, Event, SiteChanged, SitePart, SiteState,
     TopomapGeneration, TopomapStage, TopomapSummary,
@@ -351,4 +351,39 @@ fn a_result_from_before_is_not_shown_and_nothing_of_others_is_undone() {
     let changed = robot.put(4, asset(1, "Theirs"));
     client.event(changed);
     assert!(!client.model.site.can_undo());
+}
+
+#[test]
+fn a_click_adds_an_inspection_point_at_the_selected_node_and_then_moves_its_target() {
+    let robot = Robot::default();
+    let mut client = TestClient::with_site(&robot);
+    let map = vocab::MapId(Uuid::from_u128(3));
+    let (node, edit) = client.model.site.adding_node(vocab::Vec3::default(), map, None);
+    client.command(ClientCommand::EditSite(edit));
+    let target = vocab::Vec3::new(1.0, 2.0, 1.5);
+    assert!(client.model.site.targeting(None, target).is_none());
+    let (point, edit) = client.model.site.targeting(Some(Selection::Node(node)), target).expect("of a node");
+    client.command(ClientCommand::EditSite(edit));
+    let moved = vocab::Vec3::new(1.0, 2.0, 1.8);
+    let selection = Some(Selection::InspectionPoint(point));
+    let (same, edit) = client.model.site.targeting(selection, moved).expect("of a point");
+    client.command(ClientCommand::EditSite(edit));
+    assert_eq!(same, point);
+    let shown = |client: &TestClient| {
+        let points = client.model.site.inspection_points();
+        points.iter().map(|point| (point.name.clone(), point.node, point.target_m)).collect::<Vec<_>>()
+    };
+    assert_eq!(shown(&client), [("P1".to_owned(), node, moved)]);
+    client.command(ClientCommand::Undo);
+    assert_eq!(shown(&client), [("P1".to_owned(), node, target)]);
+    client.command(ClientCommand::Undo);
+    assert!(shown(&client).is_empty());
+}
+
+#[test]
+fn parameters_are_read_as_they_are_written_and_mistakes_are_said() {
+    let parameters = parameters_from_json(r#"{ "zoom": 2.5, "tilt_rad": 0.25 }"#).expect("an object");
+    assert_eq!(parameters_from_json(&parameters_to_json(&parameters)), Ok(parameters));
+    assert_eq!(parameters_from_json("  "), Ok(Default::default()));
+    assert!(parameters_from_json("{ zoom: 2 }").is_err() && parameters_from_json("[1]").is_err());
 }

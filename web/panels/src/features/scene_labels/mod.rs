@@ -11,7 +11,7 @@ use api::SurveyReason;
 use client_model::{ClientCommand, Selection};
 use egui::{CornerRadius, Id, Pos2, Rect, Role, Sense, Stroke, StrokeKind, Ui, Vec2, WidgetInfo, vec2};
 use placement::{LabelPlacementConfig, LabelPlacer, RING_RADIUS, RING_WIDTH, covering_rects};
-use site_model::NodeId;
+use site_model::{InspectionPointId, NodeId};
 use vocab::KeyframeId;
 
 /// Side of the click target of a label that has others close to it, points.
@@ -74,6 +74,12 @@ impl SceneLabel {
     /// A place at which tasks of a mission are done, with their numbers as its tag.
     pub fn mission_stop(at: Pos2, numbers: &[usize], place: &str) -> Self {
         Self::new(texts::mission_stop(numbers, place), texts::mission_stop_tag(numbers, place), at)
+    }
+
+    /// The target of an inspection point, with its name as its tag.
+    pub fn inspection_point(at: Pos2, id: InspectionPointId, name: &str, is_selected: bool) -> Self {
+        let label = Self::new(texts::inspection_point(name), name.to_owned(), at);
+        Self { selects: Some(Selection::InspectionPoint(id)), is_selected, is_crowded: true, ..label }
     }
 
     /// A keyframe. Only a selected one has a tag, with the standard deviation of its position, metres, if it is known.

@@ -52,6 +52,10 @@ fn listed(numbers: &[usize]) -> String {
     numbers.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")
 }
 
+pub(super) fn inspection_point(name: &str) -> String {
+    format!("Inspection point {name} in the scene")
+}
+
 pub(super) fn keyframe(id: KeyframeId) -> String {
     format!("Keyframe {}", id.0)
 }

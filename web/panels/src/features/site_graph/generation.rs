@@ -34,6 +34,8 @@ impl GenerationSection {
         let is_asked_for = model.is_pending(|command| matches!(command, Command::GenerateTopomap { .. }));
         let nodes = site.nodes().count();
         if self.is_asking {
+            // Escape means no.
+            cx.frame.is_escape_taken = true;
             widgets::tinted_box(ui, tokens, tokens.warn, |ui| {
                 widgets::sentence(ui, tokens, &texts::replaces(nodes, site.edges().count()));
                 ui.horizontal(|ui| {

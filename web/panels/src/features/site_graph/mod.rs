@@ -8,8 +8,9 @@ mod texts;
 use crate::button::{Button, Kind};
 use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
 use crate::message::show_message;
+use crate::name_field::NameField;
 use crate::widgets::{self, fact};
-use crate::{TextInput, format, icon, screens};
+use crate::{format, icon, screens};
 use client_model::{ClientCommand, GraphTool, Selection};
 use egui::Ui;
 use generation::GenerationSection;
@@ -19,16 +20,13 @@ use vocab::MapId;
 
 /// The tab of the topological map.
 const GRAPH: Tab = Tab { screen: screens::SITE, name: texts::TAB, scrolls: true, row_spacing: 8.0 };
-/// Longest name of a node, characters.
-const MAX_NAME_CHARS: u32 = 80;
 /// Largest number of problems that are listed at once.
 const MAX_PROBLEMS: usize = 30;
 
 /// What the panel keeps between frames.
 #[derive(Debug, Default)]
 pub(crate) struct SiteGraphPanel {
-    /// The name that is typed for a node.
-    typed: Option<(NodeId, String)>,
+    name: NameField,
     /// Problems of the site, with the revision that they were found in.
     problems: Option<(u64, Vec<Problem>)>,
     generation: GenerationSection,
@@ -54,7 +52,8 @@ impl FeaturePanel for SiteGraphPanel {
         let hint = match cx.model.graph_tool() {
             Some(GraphTool::AddNodes) => texts::ADD_HINT,
             Some(GraphTool::Connect) => texts::CONNECT_HINT,
-            None => return,
+            // Its hint is that of the inspection points.
+            Some(GraphTool::PickTarget) | None => return,
         };
         show_message(ui, cx.tokens, cx.tokens.accent, icon::GRAPH, hint, |_| {});
     }
@@ -133,7 +132,10 @@ impl SiteGraphPanel {
         let tokens = cx.tokens;
         widgets::rule(ui, tokens);
         widgets::section_head(ui, tokens, texts::NODE_HEAD);
-        self.show_name(ui, cx, node);
+        if let Some(name) = self.name.show(ui, cx, &texts::NAME_FIELD, ObjectId::Node(node.id), &node.name) {
+            let edit = cx.model.site.changing_node(node.id, |node| node.name = name);
+            cx.commands.push(ClientCommand::EditSite(edit));
+        }
         fact(ui, tokens, texts::POSITION, &texts::position(node));
         for kinds in texts::KINDS.chunks(2) {
             widgets::choice(ui, tokens, kinds, node.kind, |kind| {
@@ -161,27 +163,6 @@ impl SiteGraphPanel {
         let delete = Button::new(&name).text(texts::DELETE_SHORT).icon(icon::TRASH).kind(Kind::Danger);
         if delete.wide(ui).show(ui, tokens).clicked() {
             remove(cx, ObjectId::Node(node.id));
-        }
-    }
-
-    fn show_name(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, node: &Node) {
-        let tokens = cx.tokens;
-        if self.typed.as_ref().is_none_or(|(id, _)| *id != node.id) {
-            self.typed = Some((node.id, node.name.clone()));
-        }
-        let Some((_, typed)) = &mut self.typed else { return };
-        let field = TextInput::new(("node name", node.id.0), texts::NAME).max_length(MAX_NAME_CHARS);
-        let mut is_given = field.show(ui, tokens, cx.text_inputs, typed).submitted;
-        let name = typed.trim().to_owned();
-        let is_new = !name.is_empty() && name != node.name;
-        if is_new {
-            let button = Button::new(texts::RENAME).text(texts::RENAME_SHORT).icon(icon::PENCIL_SIMPLE);
-            is_given |= button.wide(ui).show(ui, tokens).clicked();
-        }
-        if is_given && is_new {
-            let edit = cx.model.site.changing_node(node.id, |node| node.name = name);
-            cx.commands.push(ClientCommand::EditSite(edit));
-            self.typed = None;
         }
     }
 
@@ -267,6 +248,7 @@ fn selection_of(object: ObjectId) -> Option<Selection> {
     match object {
         ObjectId::Node(node) => Some(Selection::Node(node)),
         ObjectId::Edge(edge) => Some(Selection::Edge(edge)),
+        ObjectId::InspectionPoint(point) => Some(Selection::InspectionPoint(point)),
         _ => None,
     }
 }
@@ -278,12 +260,15 @@ fn object_name(site: &Site, selection: Selection) -> String {
         Selection::Edge(edge) => site
             .edge(edge)
             .map_or_else(String::new, |edge| texts::ends(name_of(site, edge.from), name_of(site, edge.to))),
+        Selection::InspectionPoint(point) => {
+            site.inspection_point(point).map_or_else(String::new, |point| point.name.clone())
+        }
         _ => String::new(),
     }
 }
 
 /// Name of a node; a question mark where there is none of this id.
-fn name_of(site: &Site, node: NodeId) -> &str {
+pub(crate) fn name_of(site: &Site, node: NodeId) -> &str {
     site.node(node).map_or("?", |node| node.name.as_str())
 }
 

@@ -1,6 +1,7 @@
 //! Texts of the topological map, by key.
 
 use crate::format;
+use crate::name_field::NameFieldTexts;
 use api::TopomapSummary;
 use site_model::{Node, NodeKind, Problem, Severity};
 use vocab::Vec3;
@@ -22,9 +23,8 @@ pub(super) const NO_MAP: &str =
 pub(super) const OTHER_MAP: &str = "The topological map belongs to another map than the one on the screen.";
 pub(super) const VIEW_ITS_MAP: &str = "View its map";
 pub(super) const NODE_HEAD: &str = "Node";
-pub(super) const NAME: &str = "Node name";
-pub(super) const RENAME: &str = "Rename node";
-pub(super) const RENAME_SHORT: &str = "Rename";
+pub(super) const NAME_FIELD: NameFieldTexts =
+    NameFieldTexts { field: "Node name", rename: "Rename node", rename_short: "Rename" };
 pub(super) const POSITION: &str = "Position";
 pub(super) const EDGE_HEAD: &str = "Edge";
 pub(super) const ENABLED: &str = "Routes may use it";

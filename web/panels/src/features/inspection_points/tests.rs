@@ -1,0 +1,121 @@
+//! Inspection points by their panel.
+
+use crate::screens;
+use crate::test_support::{TestClient, click, map, value};
+use api::{Event, SiteParts, SiteState};
+use client_model::{ClientCommand, GraphTool, Selection};
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use site_model::{InspectionPoint, NodeId};
+use std::sync::Arc;
+use vocab::Vec3;
+
+/// A client on the Site screen with a node, which is selected.
+fn with_node() -> (TestClient, NodeId) {
+    let hall = map(9, "Hall");
+    let id = hall.id;
+    let part = SiteParts::new(Arc::new(SiteState::default())).next_part();
+    let client = TestClient::connected()
+        .event(Event::Maps(vec![hall]))
+        .event(Event::SitePart(part))
+        .command(ClientCommand::ViewMap(Some(id)))
+        .on(screens::SITE);
+    let (node, edit) = client.model.site.adding_node(Vec3::new(0.0, 0.0, 0.5), id, None);
+    let client = client.command(ClientCommand::EditSite(edit));
+    (client.command(ClientCommand::Select(Some(Selection::Node(node)))), node)
+}
+
+/// With an inspection point 2 m ahead of the node, which is selected.
+fn with_point<'a>() -> Harness<'a, TestClient> {
+    let (client, node) = with_node();
+    let (point, edit) = client.model.site.adding_inspection_point(node, Vec3::new(2.0, 0.0, 0.5));
+    let client = client.command(ClientCommand::EditSite(edit));
+    client.command(ClientCommand::Select(Some(Selection::InspectionPoint(point)))).shown(1440.0, 1200.0)
+}
+
+fn carry_out(harness: &mut Harness<'_, TestClient>) {
+    let client = harness.state_mut();
+    for command in std::mem::take(&mut client.commands) {
+        let event = client_model::ClientEvent::Command(command);
+        client.model.handle_event(client_model::ClientTime(1.0), event, &mut Vec::new());
+    }
+    harness.run_steps(2);
+}
+
+fn points(harness: &Harness<'_, TestClient>) -> Vec<InspectionPoint> {
+    harness.state().model.site.inspection_points().into_iter().cloned().collect()
+}
+
+#[test]
+fn a_selected_node_lets_the_next_click_pick_a_target_and_escape_ends_it() {
+    let (client, _) = with_node();
+    let mut harness = client.shown(1440.0, 1200.0);
+    click(&mut harness, "Inspection points");
+    click(&mut harness, "Add an inspection point");
+    assert!(harness.state().emitted(&ClientCommand::UseGraphTool(Some(GraphTool::PickTarget))));
+    carry_out(&mut harness);
+    let is_hint =
+        |text: Option<String>| text.is_some_and(|text| text.starts_with("Click the thing in the map"));
+    assert!(harness.query_all_by(|node| is_hint(node.value())).next().is_some());
+    harness.key_press(egui::Key::Escape);
+    harness.run_steps(2);
+    carry_out(&mut harness);
+    assert_eq!(harness.state().model.graph_tool(), None);
+}
+
+#[test]
+fn a_point_selected_in_the_scene_opens_its_tab_with_node_and_stand_off() {
+    let mut harness = with_point();
+    harness.run_steps(2);
+    assert_eq!(value(&harness, "Seen from"), "N1");
+    assert_eq!(value(&harness, "Stand-off"), "2.0 m");
+    click(&mut harness, "Pick the target anew");
+    assert!(harness.state().emitted(&ClientCommand::UseGraphTool(Some(GraphTool::PickTarget))));
+}
+
+#[test]
+fn a_point_is_renamed_given_another_action_and_deleted_and_each_is_undone() {
+    let mut harness = with_point();
+    harness.run_steps(2);
+    harness.get_by_label("Inspection point name").focus();
+    harness.run_steps(2);
+    harness.get_by_label("Inspection point name").type_text(" gauge");
+    harness.run_steps(2);
+    click(&mut harness, "Rename inspection point");
+    carry_out(&mut harness);
+    assert!(points(&harness)[0].name.contains("gauge"), "{:?}", points(&harness));
+    click(&mut harness, "Thermal photo");
+    carry_out(&mut harness);
+    assert_eq!(points(&harness)[0].request.action, "thermal_photo");
+    let name = format!("Delete inspection point {}", points(&harness)[0].name);
+    click(&mut harness, &name);
+    carry_out(&mut harness);
+    assert!(points(&harness).is_empty());
+    for _ in 0..3 {
+        harness.state_mut().commands.push(ClientCommand::Undo);
+        carry_out(&mut harness);
+    }
+    let after = points(&harness);
+    assert_eq!((after[0].name.as_str(), after[0].request.action.as_str()), ("P1", "photo"));
+}
+
+#[test]
+fn parameters_are_applied_once_they_are_json() {
+    let mut harness = with_point();
+    harness.run_steps(2);
+    let type_text = |harness: &mut Harness<'_, TestClient>, text: &str| {
+        harness.get_by_label("Parameters (JSON)").focus();
+        harness.run_steps(2);
+        harness.get_by_label("Parameters (JSON)").type_text(text);
+        harness.run_steps(2);
+    };
+    type_text(&mut harness, " and more");
+    assert!(harness.query_by_label("Apply the parameters").is_none());
+    harness.get_by_label_contains("These are no parameters");
+
+    // Leading and trailing space leaves the same parameters.
+    let mut harness = with_point();
+    harness.run_steps(2);
+    type_text(&mut harness, "  ");
+    assert!(harness.query_by_label("Apply the parameters").is_some());
+}

@@ -1,0 +1,49 @@
+//! Texts of inspection points, by key.
+
+use crate::name_field::NameFieldTexts;
+
+pub(super) const TAB: &str = "Inspection points";
+pub(super) const HEAD: &str = "Inspection points";
+pub(super) const LOADING: &str = "The site has not arrived from the robot yet.";
+pub(super) const OTHER_MAP: &str =
+    "Targets are picked in the map of the site. View it on the tab of the topological map.";
+pub(super) const ADD: &str = "Add an inspection point";
+pub(super) const SELECT_NODE: &str =
+    "To add one, select the node in the scene from which the robot shall look.";
+pub(super) const PICK_HINT: &str = "Click the thing in the map that the robot shall look at. Escape ends it.";
+pub(super) const EMPTY: &str = "There are no inspection points yet.";
+pub(super) const POINT_HEAD: &str = "Inspection point";
+pub(super) const NAME_FIELD: NameFieldTexts = NameFieldTexts {
+    field: "Inspection point name",
+    rename: "Rename inspection point",
+    rename_short: "Rename",
+};
+pub(super) const NODE: &str = "Seen from";
+pub(super) const STAND_OFF: &str = "Stand-off";
+pub(super) const TARGET: &str = "Target";
+pub(super) const MOVE_TARGET: &str = "Pick the target anew";
+pub(super) const SHOW: &str = "Show the target";
+pub(super) const ACTION_HEAD: &str = "Action";
+pub(super) const PARAMETERS: &str = "Parameters (JSON)";
+pub(super) const APPLY: &str = "Apply the parameters";
+pub(super) const DELETE_SHORT: &str = "Delete";
+
+pub(super) fn point(name: &str) -> String {
+    format!("Inspection point {name}")
+}
+
+pub(super) fn row(name: &str, node: &str) -> String {
+    format!("{name} · from {node}")
+}
+
+pub(super) fn delete(name: &str) -> String {
+    format!("Delete inspection point {name}")
+}
+
+pub(super) fn needed_by(missions: &[&str]) -> String {
+    format!("Needed by: {}. Their tasks here will have to be changed.", missions.join(", "))
+}
+
+pub(super) fn not_json(reason: &str) -> String {
+    format!("These are no parameters: {reason}. An example: {{\"zoom\": 2}}.")
+}

@@ -1,0 +1,57 @@
+//! The field for the name of an object of the site, with a button that gives it.
+
+use crate::TextInput;
+use crate::button::Button;
+use crate::feature_panel::PanelContext;
+use crate::icon;
+use egui::Ui;
+use site_model::ObjectId;
+
+/// Longest name, characters.
+const MAX_NAME_CHARS: u32 = 80;
+
+/// What the field keeps between frames.
+#[derive(Debug, Default)]
+pub(crate) struct NameField {
+    /// The name that is typed, for this object.
+    typed: Option<(ObjectId, String)>,
+}
+
+/// Texts of a field.
+pub(crate) struct NameFieldTexts {
+    /// Name of the field.
+    pub(crate) field: &'static str,
+    /// Name of the button.
+    pub(crate) rename: &'static str,
+    /// Text of the button.
+    pub(crate) rename_short: &'static str,
+}
+
+impl NameField {
+    /// Shows the field of an object with its present name. Returns the new name once it is given.
+    pub(crate) fn show(
+        &mut self,
+        ui: &mut Ui,
+        cx: &mut PanelContext<'_>,
+        texts: &NameFieldTexts,
+        id: ObjectId,
+        present: &str,
+    ) -> Option<String> {
+        if self.typed.as_ref().is_none_or(|(of, _)| *of != id) {
+            self.typed = Some((id, present.to_owned()));
+        }
+        let (_, typed) = self.typed.as_mut()?;
+        let field = TextInput::new((texts.field, id), texts.field).max_length(MAX_NAME_CHARS);
+        let mut is_given = field.show(ui, cx.tokens, cx.text_inputs, typed).submitted;
+        let name = typed.trim().to_owned();
+        let is_new = !name.is_empty() && name != present;
+        if is_new {
+            let button = Button::new(texts.rename).text(texts.rename_short).icon(icon::PENCIL_SIMPLE);
+            is_given |= button.wide(ui).show(ui, cx.tokens).clicked();
+        }
+        (is_given && is_new).then(|| {
+            self.typed = None;
+            name
+        })
+    }
+}
