@@ -103,7 +103,7 @@ pub const ACTION_CATALOGUE: &[ActionDescription] = &[
     },
     ActionDescription {
         name: "temperature_humidity",
-        title: "Temperature and humidity",
+        title: "Temp. and humidity",
         parameter_schema: r#"{
             "type": "object",
             "properties": {

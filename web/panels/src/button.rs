@@ -1,5 +1,6 @@
 //! The button: one widget for everything that is pressed, with a name in the accessible tree.
 
+use crate::icon;
 use crate::paint::{self, focus_ring, icon_at};
 use crate::theme::{self, Tokens, Weight, font};
 use egui::{
@@ -9,6 +10,8 @@ use egui::{
 
 /// Room left and right of a button's content together, points.
 const PADDING: f32 = 28.0;
+/// Room for the caret at the right, points.
+const CARET_ROOM: f32 = 20.0;
 /// Distance between icon and text, points.
 const ICON_GAP: f32 = 8.0;
 
@@ -44,6 +47,7 @@ pub struct Button<'a> {
     /// Room left and right of the content together, points.
     padding: f32,
     left: bool,
+    caret: bool,
 }
 
 impl<'a> Button<'a> {
@@ -61,6 +65,7 @@ impl<'a> Button<'a> {
             stacked: false,
             padding: PADDING,
             left: false,
+            caret: false,
         }
     }
 
@@ -130,6 +135,11 @@ impl<'a> Button<'a> {
         Self { left: true, ..self }
     }
 
+    /// With a caret at its right, for what unfolds a list.
+    pub fn caret(self) -> Self {
+        Self { caret: true, padding: PADDING + CARET_ROOM, ..self }
+    }
+
     /// The icon above a small text.
     pub fn stacked(self) -> Self {
         Self { stacked: true, ..self }
@@ -169,6 +179,10 @@ impl<'a> Button<'a> {
         let (icon_centre, text_at) = self.positions(rect, text.as_deref(), icon);
         if let Some(icon) = self.icon {
             icon_at(ui, icon_centre, icon, self.icon_size(), ink);
+        }
+        if self.caret {
+            let at = pos2(rect.right() - CARET_ROOM, rect.center().y);
+            icon_at(ui, at, icon::CARET_DOWN, theme::BODY, ink);
         }
         if let Some(galley) = text {
             ui.painter().galley(text_at - 0.5 * galley.size(), galley, ink);

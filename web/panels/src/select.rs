@@ -1,7 +1,6 @@
 //! A choice of one of many: a button that shows the choice and unfolds the list below itself.
 
 use crate::button::{Button, Kind};
-use crate::icon;
 use crate::paint::line_at;
 use crate::theme::{self, Tokens, Weight};
 use egui::{Popup, PopupCloseBehavior, ScrollArea, Sense, Ui, vec2};
@@ -20,8 +19,7 @@ pub(crate) fn select(
 ) -> Option<usize> {
     show_caption(ui, tokens, caption);
     let width = ui.available_width();
-    let button = Button::new(name).text(chosen).icon(icon::CARET_DOWN).size(width, theme::TOUCH).left();
-    let button = button.show(ui, tokens);
+    let button = Button::new(name).text(chosen).caret().size(width, theme::TOUCH).left().show(ui, tokens);
     let mut picked = None;
     Popup::menu(&button)
         .close_behavior(PopupCloseBehavior::CloseOnClick)

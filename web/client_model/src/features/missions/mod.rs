@@ -36,8 +36,8 @@ pub struct MissionEditor {
     open: Option<MissionId>,
     selected: BTreeSet<TaskId>,
     drag: Option<TaskDrag>,
-    /// Time, seconds, and length, metres, before the drag.
-    before_drag: Option<WayCost>,
+    /// The plan before the drag.
+    before_drag: Option<Box<MissionPlan>>,
     is_order_proposed: bool,
     plan: Option<MissionPlan>,
     /// What the plan was made from.
@@ -74,9 +74,15 @@ impl MissionEditor {
 
     /// What the drag adds where it is, in time and length; `None` while nothing is dragged.
     pub fn drag_cost(&self) -> Option<WayCost> {
-        let (before, now) = (self.before_drag?, self.plan.as_ref()?.cost());
+        let (before, now) = (self.before_drag.as_ref()?.cost(), self.plan.as_ref()?.cost());
         self.drag.as_ref()?.index?;
         Some(WayCost { time_s: now.time_s - before.time_s, length_m: now.length_m - before.length_m })
+    }
+
+    /// What the shortest order would gain; while tasks are dragged, what it would have gained before.
+    pub fn gain(&self) -> Option<&OrderGain> {
+        let before = self.drag.as_ref().and(self.before_drag.as_deref());
+        before.or(self.plan.as_ref())?.gain.as_ref()
     }
 
     /// Whether the shortest order is shown before it is chosen.
@@ -205,7 +211,7 @@ impl Feature for MissionEditor {
             MissionEditorCommand::Drag(drag) => {
                 self.is_order_proposed = false;
                 if self.drag.is_none() {
-                    self.before_drag = self.plan.as_ref().map(MissionPlan::cost);
+                    self.before_drag = self.plan.clone().map(Box::new);
                 }
                 self.drag = Some(drag.clone());
             }

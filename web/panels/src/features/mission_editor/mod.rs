@@ -79,15 +79,18 @@ impl FeaturePanel for MissionEditorPanel {
                 return self.palette.show(ui, cx);
             }
         }
-        let height = (ui.available_height() - run_height(cx)).max(120.0);
-        let area = ScrollArea::vertical().id_salt("tasks").auto_shrink([false, false]).max_height(height);
-        area.show(ui, |ui| {
-            ui.spacing_mut().item_spacing.y = dragging::GAP;
-            show_start(ui, cx, site, plan);
-            self.list.show(ui, cx, site, plan);
-            settings::show(ui, cx, site, mission, plan);
+        ui.with_layout(egui::Layout::bottom_up(egui::Align::Min), |ui| {
+            show_run(ui, cx, mission, plan);
+            ui.with_layout(egui::Layout::top_down(egui::Align::Min), |ui| {
+                let area = ScrollArea::vertical().id_salt("tasks").auto_shrink([false, false]);
+                area.show(ui, |ui| {
+                    ui.spacing_mut().item_spacing.y = dragging::GAP;
+                    show_start(ui, cx, site, plan);
+                    self.list.show(ui, cx, site, plan);
+                    settings::show(ui, cx, site, mission, plan);
+                });
+            });
         });
-        show_run(ui, cx, mission, plan);
     }
 }
 
@@ -158,10 +161,13 @@ fn show_cost(ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &MissionPlan) {
 /// What the shortest order would gain: a button that shows it, then the decision.
 fn show_order(ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &MissionPlan) {
     let (model, tokens) = (cx.model, cx.tokens);
-    let Some(gain) = plan.gain.as_ref().filter(|_| plan.mission.order == TaskOrder::AsListed) else { return };
+    let gain = model.missions.gain().filter(|_| plan.mission.order == TaskOrder::AsListed);
+    let Some(gain) = gain else { return };
     if !model.missions.is_order_proposed() {
         let text = texts::optimise(gain.saved.time_s);
-        if Button::new(&text).icon(icon::PATH).wide(ui).show(ui, tokens).clicked() {
+        // It keeps its room during a drag, so that the list does not move under the pointer.
+        let button = Button::new(&text).icon(icon::PATH).enabled(model.missions.drag().is_none());
+        if button.wide(ui).show(ui, tokens).clicked() {
             push_command(cx, MissionEditorCommand::ProposeOrder(true));
         }
         return;
@@ -199,11 +205,6 @@ fn show_start(ui: &mut Ui, cx: &mut PanelContext<'_>, site: &Site, plan: &Missio
     widgets::remark(ui, tokens, &settings::start_text(site, plan));
 }
 
-/// Height of what [`show_run`] shows, points.
-fn run_height(cx: &PanelContext<'_>) -> f32 {
-    if remark_on_run(cx).is_some() { theme::TOUCH + 44.0 } else { theme::TOUCH + 12.0 }
-}
-
 /// Why the mission cannot be run now, or what to know before.
 fn remark_on_run(cx: &PanelContext<'_>) -> Option<String> {
     let model = cx.model;
@@ -224,14 +225,10 @@ fn remark_on_run(cx: &PanelContext<'_>) -> Option<String> {
     }
 }
 
-/// Running the mission. Not before the robot has the last edit, because a run keeps the mission that it began with.
+/// Running the mission, from the bottom upwards. Not before the robot has the last edit, because a run keeps the mission that it began with.
 fn show_run(ui: &mut Ui, cx: &mut PanelContext<'_>, mission: &Mission, plan: &MissionPlan) {
     let (model, tokens) = (cx.model, cx.tokens);
     let can_run = model.can_command() && !plan.mission.tasks.is_empty() && model.site.unconfirmed() == 0;
-    ui.add_space(4.0);
-    if let Some(remark) = remark_on_run(cx) {
-        widgets::remark(ui, tokens, &remark);
-    }
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 8.0;
         let width = ((ui.available_width() - 8.0) / 2.0).floor();
@@ -246,4 +243,8 @@ fn show_run(ui: &mut Ui, cx: &mut PanelContext<'_>, mission: &Mission, plan: &Mi
             }
         }
     });
+    if let Some(remark) = remark_on_run(cx) {
+        widgets::remark(ui, tokens, &remark);
+    }
+    ui.add_space(4.0);
 }

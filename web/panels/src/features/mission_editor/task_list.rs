@@ -7,7 +7,7 @@ use crate::features::mission_task::row::{Mark, Row, RowResponse};
 use crate::features::mission_task::{self, TaskForm, push_command, show_buttons};
 use crate::theme::{self, Tokens};
 use crate::{format, layout, widgets};
-use client_model::{DraggedTasks, MissionEditorCommand, MissionPlan};
+use client_model::{DraggedTasks, MissionEditorCommand, MissionPlan, StopProblem};
 use egui::{Context, CornerRadius, Id, Key, Order, Sense, Ui, vec2};
 use site_model::{Site, Task, TaskId};
 use std::collections::BTreeSet;
@@ -50,7 +50,7 @@ impl TaskList {
         let drag = cx.model.missions.drag();
         let new_task = TaskId(cx.model.site.new_id(0));
         let selected = cx.model.missions.selected();
-        if selected.len() > 1 && drag.is_none() {
+        if selected.len() > 1 {
             show_selected(ui, cx, plan);
         }
         let top = ui.cursor().top();
@@ -147,7 +147,9 @@ impl TaskList {
         frame.inner_margin(10).show(ui, |ui| {
             ui.set_width(ui.available_width());
             let problem = plan.stop_of(task.id).and_then(|(_, stop)| stop.problem.as_ref());
-            if let Some(problem) = problem {
+            // What is wrong with a parameter stands below its field.
+            let is_of_field = matches!(problem, Some(StopProblem::Parameter(..)));
+            if let Some(problem) = problem.filter(|_| !is_of_field) {
                 mission_task::show_problem(ui, tokens, &mission_task::stop_problem(site, problem));
             }
             self.form.show(ui, cx, site, plan.mission.id, task);
@@ -179,7 +181,13 @@ fn show_row(
     };
     let title = mission_task::title(site, task);
     let action = mission_task::action(site, task);
-    let problem = stop.and_then(|stop| stop.problem.as_ref()).map(|it| mission_task::stop_problem(site, it));
+    let problem = stop.and_then(|stop| stop.problem.as_ref()).map(|problem| {
+        let sentence = mission_task::stop_problem(site, problem);
+        match problem {
+            StopProblem::Parameter(..) => texts::of_action(&action, &sentence),
+            StopProblem::NoPlace | StopProblem::NoWay(..) => sentence,
+        }
+    });
     let time = stop.filter(|stop| stop.problem.is_none());
     let value = time.map_or_else(String::new, |stop| format::elapsed(stop.walk.time_s + stop.action_s));
     let colour = if problem.is_some() { tokens.bad } else { tokens.accent };
@@ -246,7 +254,10 @@ fn show_ghost(ui: &Ui, cx: &PanelContext<'_>, site: &Site, plan: &MissionPlan) {
     };
     let cost = cx.model.missions.drag_cost().map(|cost| texts::drag_cost(cost.time_s, cost.length_m));
     let width = theme::CARD_WIDTH - 60.0;
-    let corner = at - vec2(16.0, 0.5 * ROW_HEIGHT);
+    // Below the pointer, so that the place of the drop stays in sight, and within the window.
+    let corner = at + vec2(-16.0, 10.0);
+    let window = ui.ctx().content_rect().shrink2(vec2(theme::GAP, theme::GAP));
+    let corner = corner.clamp(window.min, window.max - vec2(width, ROW_HEIGHT));
     layout::area(texts::DROP_HERE, Order::Tooltip).fixed_pos(corner).interactable(false).show(
         ui.ctx(),
         |ui| {

@@ -50,6 +50,10 @@ pub(super) fn problem_of(number: usize) -> String {
     format!("Problem of task {number}")
 }
 
+pub(super) fn of_action(action: &str, sentence: &str) -> String {
+    format!("{action}: {sentence}")
+}
+
 pub(super) fn selected(count: usize) -> String {
     format!("{count} tasks selected")
 }

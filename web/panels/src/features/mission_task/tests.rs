@@ -90,7 +90,7 @@ fn policies_for_reaching_and_acting_are_chosen_apart() {
 #[test]
 fn a_place_is_changed_and_what_is_missing_is_said() {
     let mut harness = with_mission(&[point(3), NewTask::Action("message")]).shown(1440.0, 900.0);
-    assert_eq!(value(&harness, "Problem of task 2"), "Text is missing.");
+    assert_eq!(value(&harness, "Problem of task 2"), "Message: Text is missing.");
     click(&mut harness, "Task 1 P3");
     carry_out(&mut harness);
     click(&mut harness, "Place");

@@ -35,18 +35,13 @@ pub(super) const RETRIES: [u8; 6] = [0, 1, 2, 3, 5, 10];
 pub(super) const ASK_MINUTES: [i64; 5] = [1, 5, 15, 60, 240];
 
 /// Steps after the last try, in the order of the list. The last one is asking a person.
-pub(super) const STEPS: [&str; 5] = [
-    "Go on with the next task",
-    "Try again at the end",
-    "End the run, go to a dock",
-    "End the run here",
-    "Ask a person",
-];
+pub(super) const STEPS: [&str; 5] =
+    ["Skip it", "Try again later", "End at a dock", "End here", "Ask a person"];
 /// Without an answer, in the order of the list.
 pub(super) const ASK_DEFAULTS: [(&str, AskDefault); 3] = [
-    ("Go on with the next task", AskDefault::Skip),
-    ("End the run, go to a dock", AskDefault::EndAtDock),
-    ("End the run here", AskDefault::EndHere),
+    ("Skip it", AskDefault::Skip),
+    ("End at a dock", AskDefault::EndAtDock),
+    ("End here", AskDefault::EndHere),
 ];
 
 /// The place of a step in [`STEPS`].
