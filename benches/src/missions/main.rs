@@ -18,8 +18,8 @@ use sim::{SimConfig, Site as SimulatedSite, Start};
 use site_files::SiteSource;
 use site_model::{
     ActionRequest, EditId, FailurePolicy, Mission, MissionCommandKind, MissionEnd, MissionId, MissionStatus,
-    NodeId, NodeKind, Object, Parameters, RunId, RunState, Site, StartMode, Task, TaskFailure, TaskId,
-    TaskOrder, TaskPlace, TaskState,
+    Node, NodeId, NodeKind, Object, Parameters, PoseTolerance, RunId, RunState, Site, StartMode, Task,
+    TaskFailure, TaskId, TaskOrder, TaskPlace, TaskState,
 };
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -224,6 +224,12 @@ impl MappedSite {
             let index = (rng.uniform() * nodes.len() as f64) as usize;
             chosen.push(nodes.swap_remove(index.min(nodes.len() - 1)));
         }
+        // As an operator makes them where something is looked at: with the tolerance of pictures.
+        for node in &chosen {
+            let node = graph.node(*node).context("a node of the graph")?.clone();
+            let tolerance = PoseTolerance::default();
+            put(&mut graph, Object::Node(Node { kind: NodeKind::Inspection, tolerance, ..node }))?;
+        }
         let photo = ActionRequest { action: "photo".to_owned(), parameters: Parameters::new() };
         let task = |(number, node): (usize, &NodeId)| Task {
             id: TaskId(Uuid::from_u128(100 + number as u128)),
@@ -239,11 +245,16 @@ impl MappedSite {
             order_constraints: Vec::new(),
             end: MissionEnd::NearestDock,
         };
-        let id = EditId(Uuid::from_u128(4));
-        let edit = graph.put(id, Object::Mission(mission));
-        graph.apply(&edit, id).map_err(|error| anyhow::anyhow!("{error:?}"))?;
+        put(&mut graph, Object::Mission(mission))?;
         Ok(graph)
     }
+}
+
+fn put(graph: &mut Site, object: Object) -> Result<()> {
+    let id = EditId(Uuid::from_u128(4));
+    let edit = graph.put(id, object);
+    graph.apply(&edit, id).map_err(|error| anyhow::anyhow!("{error:?}"))?;
+    Ok(())
 }
 
 /// Runs a mission from the dock.
