@@ -71,6 +71,12 @@ impl SiteBuilder {
         self.edge(a, b).edge(b, a)
     }
 
+    pub fn change_node(&mut self, number: u128, change: impl FnOnce(&mut Node)) -> &mut Self {
+        let mut node = self.site.node(node_id(number)).expect("a node").clone();
+        change(&mut node);
+        self.put(Object::Node(node))
+    }
+
     pub fn change_edge(&mut self, from: u128, to: u128, change: impl FnOnce(&mut Edge)) -> &mut Self {
         let mut edge = self.site.edge(edge_id(from, to)).expect("an edge").clone();
         change(&mut edge);

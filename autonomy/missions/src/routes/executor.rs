@@ -383,7 +383,7 @@ impl RouteExecutor {
         let is_last = Some(node.id) == end;
         let walk = LegWalk {
             map_from_goal: node.map_from_node,
-            tolerance: is_last.then_some(node.tolerance),
+            tolerance: is_last.then(|| standing_tolerance(node)),
             speed_max_m_s: view.graph.speed_m_s(edge).filter(|_| self.limits_speed(edge, view.site)),
             is_straight: false,
         };
@@ -425,7 +425,8 @@ impl RouteExecutor {
             (Some((_, node)), _) => {
                 let Some(node) = view.site.node(node) else { return };
                 let is_last = node.id == end;
-                let (goal, tolerance) = (node.map_from_node, is_last.then_some(node.tolerance));
+                let tolerance = is_last.then(|| standing_tolerance(node));
+                let goal = node.map_from_node;
                 let leg = if is_last { Leg::IntoPose(node.id) } else { Leg::ToGraph(node.id) };
                 return self.begin_walk(at, leg, path_walk(goal, tolerance));
             }
@@ -443,8 +444,8 @@ impl RouteExecutor {
         let Some(node) = view.site.node(node) else {
             return self.end(GoalResult::Failed(ReachFailure::NoSuchPlace));
         };
-        let Node { id, map_from_node, tolerance, .. } = node;
-        self.begin_walk(at, Leg::IntoPose(*id), path_walk(*map_from_node, Some(*tolerance)));
+        let walk = path_walk(node.map_from_node, Some(standing_tolerance(node)));
+        self.begin_walk(at, Leg::IntoPose(node.id), walk);
     }
 
     fn walk_onto_dock(&mut self, at: Stamp, node: NodeId, view: &RouteView<'_>) {
@@ -478,6 +479,16 @@ impl RouteExecutor {
         journey.leg_began = at;
         journey.leg = Some((id, leg));
         self.effects.push(RouteEffect::Walk(id, walk));
+    }
+}
+
+/// Tolerance at the end of a route: that of the node, and of a picture at most. Nodes that are passed have wide ones, in any heading.
+fn standing_tolerance(node: &Node) -> PoseTolerance {
+    let (own, picture) = (node.tolerance, PoseTolerance::default());
+    PoseTolerance {
+        along_m: own.along_m.min(picture.along_m),
+        across_m: own.across_m.min(picture.across_m),
+        yaw_rad: own.yaw_rad.min(picture.yaw_rad),
     }
 }
 

@@ -146,13 +146,15 @@ fn blocked() -> LegResult {
 #[test]
 fn a_route_passes_its_nodes_and_stands_in_the_last() {
     let mut world = World::new();
+    world.builder.change_node(4, |node| node.tolerance.yaw_rad = 3.0);
     world.begin(GoalRequest::Route(node_id(4)));
     assert!(world.walks[0].1.tolerance.is_none(), "node 3 is passed");
     let progress = world.with(|executor, _, view| executor.progress(view.graph)).expect("a route");
     assert_eq!(progress.edges, [edge_id(2, 3), edge_id(3, 4)]);
     assert!((progress.remaining_m - 20.0).abs() < 1e-9);
     world.end_walk(LegResult::Reached);
-    assert!(world.walks[0].1.tolerance.is_some(), "node 4 is the end");
+    let tolerance = world.walks[0].1.tolerance.expect("node 4 is the end");
+    assert!(tolerance.yaw_rad < 0.06, "however wide that of the node is");
     world.walk_to_the_end();
     assert_eq!(world.ended, [GoalResult::Reached]);
     assert_eq!(world.traversed, [edge_id(2, 3), edge_id(3, 4)]);
