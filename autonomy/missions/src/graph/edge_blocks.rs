@@ -13,6 +13,8 @@ pub struct EdgeBlockConfig {
     pub longest: Span,
     /// An edge that was not tried for this time after its block has ended counts as never failed.
     pub forget_after: Span,
+    /// Where there is no other way, the robot waits for the end of a block that is not longer than this. Chosen: the first two blocks.
+    pub wait_max: Span,
 }
 
 impl Default for EdgeBlockConfig {
@@ -22,6 +24,7 @@ impl Default for EdgeBlockConfig {
             first: Span::from_millis(60_000),
             longest: Span::from_millis(2 * 3_600_000),
             forget_after: Span::from_millis(12 * 3_600_000),
+            wait_max: Span::from_millis(150_000),
         }
     }
 }

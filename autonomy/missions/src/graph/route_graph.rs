@@ -175,6 +175,20 @@ impl RouteGraph {
         }
     }
 
+    /// Opens the edges that are blocked until an instant at most. Returns when the first of these blocks ends; none if there are none.
+    pub fn open_blocks_until(&mut self, until: Stamp) -> Option<Stamp> {
+        let mut first_end: Option<Stamp> = None;
+        for edge in &mut self.edges {
+            if let Some(Closure::Blocked(block)) = &edge.closure
+                && block.until <= until
+            {
+                first_end = Some(first_end.map_or(block.until, |first| first.min(block.until)));
+                edge.closure = None;
+            }
+        }
+        first_end
+    }
+
     pub(super) fn index_of(&self, node: NodeId) -> Option<usize> {
         self.index.get(&node).copied()
     }

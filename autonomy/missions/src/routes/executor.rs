@@ -165,6 +165,11 @@ impl RouteExecutor {
                 self.drop_leg();
                 self.walk_edge(at, edge, view);
             }
+            Leg::WaitForBlock { until } if at >= until => {
+                self.drop_leg();
+                self.forget_place();
+                self.next_leg(at, view);
+            }
             Leg::Edge(edge) if self.is_closed(edge, view) => {
                 // Somebody has closed or deleted it.
                 self.effects.push(RouteEffect::CancelWalk(walk));
@@ -239,7 +244,7 @@ impl RouteExecutor {
                     return self.end(GoalResult::Failed(ReachFailure::NotDocked));
                 }
             }
-            Leg::Charge { .. } | Leg::Wait { .. } => {}
+            Leg::Charge { .. } | Leg::Wait { .. } | Leg::WaitForBlock { .. } => {}
         }
         self.next_leg(at, view);
     }
@@ -258,7 +263,7 @@ impl RouteExecutor {
             Leg::OutOfDock(_) => return self.end(GoalResult::Failed(ReachFailure::NotUndocked)),
             Leg::OntoDock => return self.handle_no_charge(at, view),
             Leg::BackOff(_) => return self.end(GoalResult::Failed(ReachFailure::NotDocked)),
-            Leg::Charge { .. } | Leg::Wait { .. } => {}
+            Leg::Charge { .. } | Leg::Wait { .. } | Leg::WaitForBlock { .. } => {}
         }
         self.next_leg(at, view);
     }
@@ -362,7 +367,7 @@ impl RouteExecutor {
             return self.end(GoalResult::Failed(ReachFailure::NoSuchPlace));
         };
         match tree.route(from) {
-            Err(reason) => self.end(GoalResult::Failed(no_route(reason))),
+            Err(reason) => self.handle_no_route(at, from, end, graph, no_route(reason)),
             Ok(route) => {
                 let Some(edge) = route.edges.first().copied() else { return };
                 if let Some(journey) = &mut self.journey {
@@ -370,6 +375,27 @@ impl RouteExecutor {
                 }
                 self.walk_edge(at, edge, view);
             }
+        }
+    }
+
+    /// Waits, if a way opens soon. Otherwise the goal has failed.
+    fn handle_no_route(
+        &mut self,
+        at: Stamp,
+        from: NodeId,
+        end: NodeId,
+        graph: &RouteGraph,
+        reason: ReachFailure,
+    ) {
+        let mut soon = graph.clone();
+        let first_end = soon.open_blocks_until(at + self.config.blocks.wait_max);
+        let opens = soon.routes_to(end).is_some_and(|tree| tree.cost_s(from).is_some());
+        match (first_end, &mut self.journey) {
+            (Some(until), Some(journey)) if opens => {
+                let walk = leg_goal_id(journey.goal, journey.walks);
+                journey.leg = Some((walk, Leg::WaitForBlock { until }));
+            }
+            _ => self.end(GoalResult::Failed(reason)),
         }
     }
 
@@ -432,7 +458,10 @@ impl RouteExecutor {
             }
             (None, Some(_)) if !journey.unreachable.is_empty() => ReachFailure::PathBlocked,
             (None, Some(nearest)) => match tree.route(nearest) {
-                Err(reason) => no_route(reason),
+                Err(reason) => {
+                    let from = on.map_or(nearest, |edge| edge.from);
+                    return self.handle_no_route(at, from, end, graph, no_route(reason));
+                }
                 Ok(_) => ReachFailure::PathBlocked,
             },
             (None, None) => ReachFailure::NoRoute { closed: Vec::new() },

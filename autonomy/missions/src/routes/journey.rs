@@ -41,12 +41,14 @@ pub(super) enum Leg {
     BackOff(NodeId),
     /// It waits before it tries an edge again.
     Wait { edge: EdgeId, until: Stamp },
+    /// There is no way but over edges that are blocked for a short time.
+    WaitForBlock { until: Stamp },
 }
 
 impl Leg {
     /// Whether the executive walks for it.
     pub fn is_walk(self) -> bool {
-        !matches!(self, Self::Charge { .. } | Self::Wait { .. })
+        !matches!(self, Self::Charge { .. } | Self::Wait { .. } | Self::WaitForBlock { .. })
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::battery::BatteryConfig;
 use super::scheduler::SchedulerConfig;
-use crate::graph::RouteConfig;
+use crate::graph::{EdgeBlockConfig, RouteConfig};
 use crate::order::TourConfig;
 use vocab::Span;
 
@@ -11,6 +11,8 @@ use vocab::Span;
 pub struct RunnerConfig {
     /// Of route planning.
     pub routes: RouteConfig,
+    /// Of edges that could not be walked.
+    pub blocks: EdgeBlockConfig,
     /// Of the order of tasks.
     pub tour: TourConfig,
     /// Of schedules.
@@ -37,6 +39,7 @@ impl Default for RunnerConfig {
     fn default() -> Self {
         Self {
             routes: RouteConfig::default(),
+            blocks: EdgeBlockConfig::default(),
             tour: TourConfig::default(),
             scheduler: SchedulerConfig::default(),
             battery: BatteryConfig::default(),

@@ -182,9 +182,9 @@ impl MissionRunner {
         dock.map_or(GoalRequest::Route(node), |dock| GoalRequest::Dock(dock.id))
     }
 
-    /// Why no route leads to a node now; none if one does, or if it is not known where the robot is.
+    /// Why no route leads to a node now; none if one does or opens soon, or if it is not known where the robot is.
     fn find_closed(&mut self, node: NodeId) -> Option<ReachFailure> {
-        self.rebuild_graph();
+        self.open_short_blocks();
         let from = self.situation.place.nearest?;
         match self.graph.routes_to(node).map(|tree| tree.route(from)) {
             Some(Err(NoRoute::Closed { edges })) => {
@@ -198,9 +198,15 @@ impl MissionRunner {
         }
     }
 
+    /// The graph as it is soon: whoever walks waits for the end of short blocks where there is no other way.
+    fn open_short_blocks(&mut self) {
+        self.rebuild_graph();
+        self.graph.open_blocks_until(self.at + self.config.blocks.wait_max);
+    }
+
     /// Docks that can be reached, the nearest first.
     pub(super) fn docks_by_distance(&mut self) -> Vec<DockId> {
-        self.rebuild_graph();
+        self.open_short_blocks();
         let Some(from) = self.situation.place.nearest else { return Vec::new() };
         let cost = |tree: RouteTree<'_>| tree.cost_s(from);
         let docks = self.route_site.docks();
