@@ -229,7 +229,9 @@ fn remark_on_run(cx: &PanelContext<'_>) -> Option<String> {
 fn show_run(ui: &mut Ui, cx: &mut PanelContext<'_>, mission: &Mission, plan: &MissionPlan) {
     let (model, tokens) = (cx.model, cx.tokens);
     let can_run = model.can_command() && !plan.mission.tasks.is_empty() && model.site.unconfirmed() == 0;
-    ui.horizontal(|ui| {
+    // A row of known height, because it grows upwards.
+    let row = egui::vec2(ui.available_width(), theme::TOUCH);
+    ui.allocate_ui_with_layout(row, egui::Layout::left_to_right(egui::Align::Center), |ui| {
         ui.spacing_mut().item_spacing.x = 8.0;
         let width = ((ui.available_width() - 8.0) / 2.0).floor();
         let buttons = [

@@ -82,6 +82,11 @@ impl SceneLabel {
         Self { selects: Some(Selection::InspectionPoint(id)), is_selected, is_crowded: true, ..label }
     }
 
+    /// The same without its tag, where another label names the place.
+    pub fn without_tag(self) -> Self {
+        Self { tag: String::new(), ..self }
+    }
+
     /// A keyframe. Only a selected one has a tag, with the standard deviation of its position, metres, if it is known.
     pub fn keyframe(at: Pos2, id: KeyframeId, sigma_m: Option<f64>, is_selected: bool) -> Self {
         let sigma_m = sigma_m.map(|sigma_m| sigma_m.max(format::SHOWN_DEVIATION_MIN_M));
