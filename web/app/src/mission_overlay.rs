@@ -7,7 +7,7 @@ use panels::SceneLabel;
 use panels::theme::Tokens;
 use scene::{Colour, Marker, Polyline, STANDING_HEIGHT_M, Shape};
 use site_model::{NodeId, Site};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Parameters of the overlay.
 #[derive(Clone, Copy, Debug)]
@@ -79,6 +79,12 @@ pub(crate) fn stop_labels(
             labels.push(SceneLabel::mission_stop(at, &numbers, name));
         }
     }
+}
+
+/// The nodes that have such a label.
+pub(crate) fn stop_nodes(model: &Model) -> BTreeSet<NodeId> {
+    let stops = panels::shown_mission(model).into_iter().flat_map(|(_, plan)| &plan.stops);
+    stops.filter_map(|stop| stop.node).collect()
 }
 
 /// Where a node is drawn.

@@ -106,13 +106,15 @@ fn node_labels(
     labels: &mut Vec<SceneLabel>,
 ) {
     let Some(site) = model.site.site().filter(|_| model.is_site_on_screen()) else { return };
+    let stops = mission_overlay::stop_nodes(model);
     let mut candidates: Vec<(f64, SceneLabel)> = Vec::new();
     for node in site.nodes() {
         let floor = vector(node.map_from_node.position) - DVec3::Z * STANDING_HEIGHT_M;
         let Some((at, depth_m)) = project(floor) else { continue };
         let is_selected = model.selection() == Some(Selection::Node(node.id));
         let order = if is_selected { f64::NEG_INFINITY } else { depth_m };
-        candidates.push((order, SceneLabel::node(at, node.id, &node.name, is_selected)));
+        let label = SceneLabel::node(at, node.id, &node.name, is_selected);
+        candidates.push((order, if stops.contains(&node.id) { label.without_tag() } else { label }));
     }
     for point in model.site.inspection_points() {
         let Some((at, depth_m)) = project(vector(point.target_m)) else { continue };
