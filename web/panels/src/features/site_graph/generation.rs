@@ -41,7 +41,7 @@ impl GenerationSection {
                 ui.horizontal(|ui| {
                     if Button::new(texts::REPLACE).kind(Kind::Danger).show(ui, tokens).clicked() {
                         self.is_asking = false;
-                        cx.commands.push(ClientCommand::GenerateTopomap(map));
+                        generate(cx, map);
                     }
                     if Button::new(texts::KEEP).show(ui, tokens).clicked() {
                         self.is_asking = false;
@@ -55,7 +55,7 @@ impl GenerationSection {
             if button.wide(ui).show(ui, tokens).clicked() {
                 self.is_asking = nodes > 0;
                 if nodes == 0 {
-                    cx.commands.push(ClientCommand::GenerateTopomap(map));
+                    generate(cx, map);
                 }
             }
         }
@@ -69,6 +69,14 @@ impl GenerationSection {
             }
             TopomapGeneration::None | TopomapGeneration::Running { .. } => {}
         }
+    }
+}
+
+/// Makes it, and shows the map in which it will appear.
+fn generate(cx: &mut PanelContext<'_>, map: MapId) {
+    cx.commands.push(ClientCommand::GenerateTopomap(map));
+    if cx.model.viewed_map().is_none() && !cx.model.has_pose_in_map() {
+        cx.commands.push(ClientCommand::ViewMap(Some(map)));
     }
 }
 
