@@ -1,5 +1,6 @@
 //! Tests of the program from outside: processes, exit codes, files, signals.
 
+mod actions;
 mod core_process;
 mod crash;
 mod failures;

@@ -1,0 +1,300 @@
+//! Actions of missions through the whole program: a picture is stored and fetched over HTTP, and a robot that dies during an action fails it.
+
+use crate::core_process::{CoreProcess, RobotProcess, finish, map_a_little};
+use crate::fake_gateway::{CLIENT, FakeGateway, until};
+use crate::program::{program, text};
+use api::{
+    Command, CommandOutcome, CoreMessage, Event, GatewayMessage, Localisation, Mapping, Query, QueryReply, StoredResult,
+    StoredStep,
+};
+use site_model::{
+    ActionRequest, Change, Edit, EditId, FailurePolicy, FailureStep, InspectionPoint, InspectionPointId,
+    Mission, MissionCommandKind, MissionEnd, MissionId, Node, NodeId, NodeKind, Object, Parameter,
+    Parameters, PoseTolerance, RunId, SiteSettings, StartMode, Task, TaskId, TaskOrder, TaskPlace,
+};
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::path::Path;
+use std::process::{Child, Stdio};
+use uuid::Uuid;
+use vocab::{BlobHash, MapId, Pose, Vec3};
+
+const MAP: u128 = 9;
+const NODE: NodeId = NodeId(Uuid::from_u128(20));
+
+/// A core whose robot is localised in the map that it has just made, with a node where it stands.
+struct Bench {
+    core: CoreProcess,
+    robot: Option<RobotProcess>,
+    gateway: FakeGateway,
+    map_from_base: Pose,
+    edits: u128,
+    queries: u64,
+    dir: tempfile::TempDir,
+}
+
+impl Bench {
+    fn start() -> Self {
+        let dir = tempfile::tempdir().expect("temporary directory");
+        let fast = ["--lidar-columns", "200", "--people", "0", "--speed", "4"];
+        let robot = RobotProcess::start(dir.path(), &fast);
+        let core = CoreProcess::start_with(dir.path(), &robot);
+        let mut gateway = FakeGateway::connect(&core.socket);
+        map_a_little(&mut gateway, 1);
+        gateway.command(finish(MAP));
+        gateway.event(|event| matches!(event, Event::Maps(maps) if !maps.is_empty()).then_some(()));
+        gateway.event(|event| matches!(event, Event::Mapping(Mapping::Idle)).then_some(()));
+        gateway.command(Command::Localise { map: MapId(Uuid::from_u128(MAP)), at: None });
+        gateway.event(|event| {
+            matches!(event, Event::Localisation(Localisation::Localised { .. })).then_some(())
+        });
+        // It has come to rest when two estimates agree.
+        let mut last: Option<Pose> = None;
+        let map_from_base = gateway.event(|event| {
+            let Event::Estimate(estimate) = event else { return None };
+            let now = estimate.map_from_base;
+            let before = last.replace(now)?;
+            let moved = [now.position.x - before.position.x, now.position.y - before.position.y];
+            (moved[0].hypot(moved[1]) < 1e-3).then_some(now)
+        });
+        let robot = Some(robot);
+        let mut bench = Self { core, robot, gateway, map_from_base, edits: 0, queries: 0, dir };
+        bench.put(Object::Settings(SiteSettings {
+            name: "B1".to_owned(),
+            time_zone: "Europe/London".to_owned(),
+            map: Some(MapId(Uuid::from_u128(MAP))),
+        }));
+        bench.put(Object::Node(Node {
+            id: NODE,
+            name: "Here".to_owned(),
+            kind: NodeKind::Inspection,
+            map_from_node: map_from_base,
+            anchor: None,
+            // The robot stays where it is.
+            tolerance: PoseTolerance { along_m: 0.5, across_m: 0.5, yaw_rad: 0.5 },
+            influence_area_m: Vec::new(),
+            floor: 0,
+            tags: [].into(),
+            properties: [].into(),
+        }));
+        bench
+    }
+
+    fn put(&mut self, object: Object) {
+        self.edits += 1;
+        let id = EditId(Uuid::from_u128(self.edits));
+        let edit = Edit { id, changes: vec![Change::Put { base: None, object }] };
+        self.gateway.send(&GatewayMessage::Edit { by: CLIENT, edit });
+        self.gateway.event(|event| match event {
+            Event::EditDone(done) if done.id == id => {
+                assert!(matches!(done.outcome, api::EditOutcome::Applied { .. }), "{:?}", done.outcome);
+                Some(())
+            }
+            _ => None,
+        });
+    }
+
+    /// An action at the node, as a mission of this number.
+    fn put_mission(&mut self, number: u128, action: &str, parameters: Parameters) {
+        let Vec3 { x, y, z } = self.map_from_base.position;
+        let id = InspectionPointId(Uuid::from_u128(number + 100));
+        self.put(Object::InspectionPoint(InspectionPoint {
+            id,
+            name: format!("Point {number}"),
+            asset: None,
+            node: NODE,
+            target_m: self.ahead(2.5, Vec3::new(x, y, z + 0.4)),
+            request: ActionRequest { action: action.to_owned(), parameters },
+            limits: None,
+        }));
+        let task = Task {
+            id: TaskId(Uuid::from_u128(number + 200)),
+            place: TaskPlace::InspectionPoint(id),
+            on_unreachable: Default::default(),
+            // A second attempt would wait for a robot that sees something.
+            on_action_failure: FailurePolicy { retries: 0, then: FailureStep::Skip },
+        };
+        self.put(Object::Mission(Mission {
+            id: MissionId(Uuid::from_u128(number)),
+            name: format!("Mission {number}"),
+            tasks: vec![task],
+            order: TaskOrder::AsListed,
+            order_constraints: Vec::new(),
+            end: MissionEnd::Stay,
+        }));
+    }
+
+    /// A point before the robot.
+    fn ahead(&self, distance_m: f64, from: Vec3) -> Vec3 {
+        let pose = geometry::isometry_from_pose(&self.map_from_base).expect("a pose");
+        let ahead = pose.rotation * geometry::Vector3::x() * distance_m;
+        Vec3::new(from.x + ahead.x, from.y + ahead.y, from.z)
+    }
+
+    fn begin(&mut self, number: u128) -> RunId {
+        let run = RunId(Uuid::from_u128(number + 300));
+        let mission = MissionId(Uuid::from_u128(number));
+        let start = MissionCommandKind::Start { run, mission, mode: StartMode::Now };
+        // The stack may learn of an edit a moment after whoever made it.
+        until("the run begins", || {
+            let outcome = self.gateway.outcome(Command::Mission(start));
+            (outcome == CommandOutcome::Accepted).then_some(())
+        });
+        run
+    }
+
+    /// Its outcome, once the ledger has it.
+    fn until_ended(&mut self, run: RunId) -> String {
+        until("the run ends", || match self.ask(Query::Runs { before: None, limit: 10 }) {
+            QueryReply::Runs(runs) => {
+                runs.into_iter().find(|stored| stored.run == run && stored.is_ended).map(|run| run.state)
+            }
+            other => panic!("{other:?}"),
+        })
+    }
+
+    fn ask(&mut self, query: Query) -> QueryReply {
+        self.queries += 1;
+        let asked = self.queries;
+        self.gateway.send(&GatewayMessage::Query { number: asked, query });
+        loop {
+            if let CoreMessage::Reply { number, result } = self.gateway.message()
+                && number == asked
+            {
+                return result.expect("answered");
+            }
+        }
+    }
+
+    fn results(&mut self, run: RunId) -> Vec<StoredResult> {
+        match self.ask(Query::Results { run, after: None, limit: 10 }) {
+            QueryReply::Results(results) => results,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    fn steps(&mut self, run: RunId) -> Vec<StoredStep> {
+        match self.ask(Query::Steps { run, after: None, limit: 10 }) {
+            QueryReply::Steps(steps) => steps,
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+/// A gateway of a data directory, without a core; killed when dropped.
+struct Gateway(Child, SocketAddr);
+
+impl Gateway {
+    fn start(data: &Path) -> Self {
+        let mut child = program()
+            .args(["gateway", "--data", text(data), "--socket", text(&data.join("none.sock"))])
+            .args(["--static", text(data), "--listen", "127.0.0.1:0"])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("starts");
+        let mut line = String::new();
+        BufReader::new(child.stdout.take().expect("piped")).read_line(&mut line).expect("a line");
+        let address = line.split_whitespace().find_map(|word| word.parse().ok());
+        Self(child, address.unwrap_or_else(|| panic!("no address in {line:?}")))
+    }
+
+    /// Head and body of the answer.
+    fn get(&self, path: &str) -> (String, Vec<u8>) {
+        let mut stream = TcpStream::connect(self.1).expect("a connection");
+        write!(stream, "GET {path} HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n").expect("written");
+        let mut answer = Vec::new();
+        stream.read_to_end(&mut answer).expect("read");
+        let end = answer.windows(4).position(|four| four == b"\r\n\r\n").expect("a head");
+        (String::from_utf8_lossy(&answer[..end]).into_owned(), answer[end + 4..].to_vec())
+    }
+}
+
+impl Drop for Gateway {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+#[test]
+fn a_photo_of_a_mission_in_b1_is_stored_with_its_place_and_fetched_over_http() {
+    let mut bench = Bench::start();
+    bench.put_mission(1, "photo", [("zoom".to_owned(), Parameter::Integer(2))].into());
+    let run = bench.begin(1);
+    assert_eq!(bench.until_ended(run), "succeeded");
+    let results = bench.results(run);
+    let [result] = &results[..] else { panic!("{results:?}") };
+    assert_eq!(result.kind, "photo");
+    let blob = BlobHash(result.blob.expect("a picture"));
+    let body: serde_json::Value = serde_json::from_str(&result.body).expect("JSON");
+    let report: site_model::ActionReport = serde_json::from_value(body["value"].clone()).expect("a report");
+    assert_eq!((report.files[0].blob, report.files[0].media_type.as_str()), (blob, "image/jpeg"));
+    // Straight ahead and a little up: by the estimate at the time of the picture, which is the node's but for millimetres.
+    let camera = report.camera.expect("a camera");
+    assert!(camera.aim.pan_rad.abs() < 0.1 && camera.aim.zoom == 2.0, "{camera:?}");
+    let place = report.place.expect("localised");
+    assert_eq!(place.map, Some(MapId(Uuid::from_u128(MAP))));
+    let [x, y] = [
+        place.map_from_base.position.x - bench.map_from_base.position.x,
+        place.map_from_base.position.y - bench.map_from_base.position.y,
+    ];
+    assert!(x.hypot(y) < 0.1, "{x} {y}");
+    let data = bench.dir.path().to_owned();
+    bench.core.stop();
+
+    // What is stored can be fetched while no core runs.
+    let gateway = Gateway::start(&data);
+    let (head, picture) = gateway.get(&api::paths::BLOB_PATH.replace("{hash}", &blob.to_string()));
+    assert!(head.starts_with("HTTP/1.1 200") && head.contains("image/jpeg"), "{head}");
+    assert_eq!(*blake3::hash(&picture).as_bytes(), blob.0);
+    assert_eq!(&picture[..3], &[0xff, 0xd8, 0xff]);
+    let all = fs::read_dir(data.join("blobs")).expect("readable").count();
+    assert_eq!(all, 1, "one picture, one file");
+}
+
+#[test]
+fn a_robot_that_is_killed_during_an_action_fails_the_task_and_the_run_ends() {
+    let mut bench = Bench::start();
+    let long = [("duration_s".to_owned(), Parameter::Integer(3_000))];
+    bench.put_mission(1, "gamma_spectrum", long.into());
+    let run = bench.begin(1);
+    until("the action is called", || {
+        let steps = bench.steps(run);
+        steps.iter().any(|step| step.state == "running").then_some(())
+    });
+    drop(bench.robot.take());
+    assert_eq!(bench.until_ended(run), "failed");
+    let steps = bench.steps(run);
+    // The call may have been on its way when the robot died.
+    let reasons = ["nobody knows whether it was done", "The robot is not connected"];
+    let is_told = steps.iter().any(|step| reasons.iter().any(|reason| step.body.contains(reason)));
+    assert!(is_told, "{steps:?}");
+    assert!(bench.results(run).is_empty());
+    // Nothing of it is left on the disk.
+    assert_eq!(fs::read_dir(bench.dir.path().join("blobs")).expect("readable").count(), 0);
+}
+
+#[test]
+fn a_task_that_is_skipped_cancels_its_action_in_the_robot() {
+    let mut bench = Bench::start();
+    let long = [("duration_s".to_owned(), Parameter::Integer(3_000))];
+    bench.put_mission(1, "gamma_spectrum", long.into());
+    let run = bench.begin(1);
+    until("the action is called", || {
+        let steps = bench.steps(run);
+        steps.iter().any(|step| step.state == "running").then_some(())
+    });
+    let skip = MissionCommandKind::SkipTask(run, TaskId(Uuid::from_u128(201)));
+    bench.gateway.command(Command::Mission(skip));
+    // 3000 s of the robot are 750 s here: it ends long before that.
+    assert_eq!(bench.until_ended(run), "failed");
+    until("the step is stored", || bench.steps(run).iter().any(|step| step.state == "skipped").then_some(()));
+    // The robot is free for the next one.
+    bench.put_mission(2, "temperature_humidity", Parameters::new());
+    let run = bench.begin(2);
+    assert_eq!(bench.until_ended(run), "succeeded");
+    let results = bench.results(run);
+    assert!(results[0].body.contains("relative_humidity"), "{results:?}");
+}
