@@ -4,8 +4,8 @@ use crate::core_process::{CoreProcess, RobotProcess, finish, map_a_little};
 use crate::fake_gateway::{CLIENT, FakeGateway, until};
 use crate::program::{program, text};
 use api::{
-    Command, CommandOutcome, CoreMessage, Event, GatewayMessage, Localisation, Mapping, Query, QueryReply, StoredResult,
-    StoredStep,
+    Command, CommandOutcome, CoreMessage, Event, GatewayMessage, Localisation, Mapping, Query, QueryReply,
+    StoredResult, StoredStep,
 };
 use site_model::{
     ActionRequest, Change, Edit, EditId, FailurePolicy, FailureStep, InspectionPoint, InspectionPointId,
