@@ -5,7 +5,7 @@ use crate::{
     ScheduleSelection, Screen, Selection, SiteEdit, ViewSettings,
 };
 use api::SimulatedFault;
-use site_model::{LocalDate, MissionCommandKind, MissionId};
+use site_model::{LocalDate, MissionCommandKind, MissionId, RunId};
 use vocab::{GoalId, MapId, Pose, SessionId, Twist, UploadId, Vec3};
 
 /// A command of the operator at this client. Views emit these; only [`crate::Model::handle_event`] acts on them.
@@ -139,6 +139,8 @@ pub enum ClientCommand {
     },
     /// Ask something of a run: pause, resume, skip, redo, cancel, abort, answer.
     Run(MissionCommandKind),
+    /// Fetch what is stored of a run.
+    OpenRun(RunId),
     /// Save missions and schedules as a file of the operator's machine.
     SavePlanFile,
     /// Open the file dialogue for a file of missions and schedules, and put what it has into the site.

@@ -3,7 +3,7 @@
 use crate::LoopPair;
 use crate::features::view_settings::{Bookmark, ViewSettings};
 use api::{ClientMessage, Command, StreamRequest, TileHash};
-use site_model::PlanFile;
+use site_model::{PlanFile, RunId};
 use vocab::{KeyframeId, MapId, SessionId, UploadId, Vec3};
 
 /// One of the two sockets.
@@ -58,6 +58,10 @@ pub enum ClientEffect {
     },
     /// Open the file dialogue, and upload the chosen file.
     OpenFileDialog,
+    /// Fetch the list of stored runs.
+    FetchRuns,
+    /// Fetch the attempts and results of a run.
+    FetchRun(RunId),
     /// Open the file dialogue for a file of missions and schedules, and read the chosen file.
     OpenPlanFile,
     /// Save missions and schedules as a file of the operator's machine.

@@ -1,8 +1,8 @@
 //! What happens to the client.
 
-use crate::{ClientCommand, Socket, Viewpoint};
+use crate::{ClientCommand, RunContent, Socket, StoredRun, Viewpoint};
 use api::{Graph, ScanFrame, ServerMessage, TileHash, TileList};
-use site_model::PlanFile;
+use site_model::{PlanFile, RunId};
 use vocab::{KeyframeId, MapId, SessionId, UploadId};
 
 /// Something that happened. Nothing else changes the model.
@@ -91,6 +91,15 @@ pub enum ClientEvent {
         upload: UploadId,
         /// A sentence that says why it failed, if it did.
         result: Result<(), String>,
+    },
+    /// The request for the list of stored runs ended.
+    RunsListed(Result<Vec<StoredRun>, String>),
+    /// The request for the attempts and results of a run ended.
+    RunFetched {
+        /// Which run.
+        run: RunId,
+        /// What is stored of it, or a sentence that says why not.
+        result: Result<RunContent, String>,
     },
     /// A file of missions and schedules was read.
     PlanFileRead {

@@ -50,7 +50,9 @@ pub use features::notices::{NoticeId, Notices, ShownNotice};
 pub use features::platform::PlatformFeature;
 pub use features::quality::QualityFeature;
 pub use features::robot::{RobotTelemetry, position_sigma_m};
-pub use features::runs::{PastRun, RunEstimate, Runs, estimate_run};
+pub use features::runs::{
+    PastRun, RunContent, RunEstimate, Runs, StoredAttempt, StoredPage, StoredResult, StoredRun, estimate_run,
+};
 pub use features::schedule::{
     ChangeScope, DaySegment, Occurrence, OccurrenceState, ScheduleFeature, SchedulePlan, ScheduleSelection,
     ShownSpan, conflicts_of, expected_durations, first_slot, lay_out_week, plan_schedules, week_of,

@@ -1,16 +1,18 @@
 //! Runs of missions: those under way and in the queue, how far they are, those that ended, and what the operator asks of them.
 
 mod estimate;
+mod stored;
 
 pub use estimate::{RunEstimate, estimate_run};
+pub use stored::{RunContent, StoredAttempt, StoredPage, StoredResult, StoredRun};
 
 use super::Feature;
-use crate::ClientCommand;
 use crate::shared::{Change, Context};
+use crate::{ClientCommand, ClientEffect, ClientEvent};
 use api::Command;
 use site_model::{
     LocalDateTime, MissionCommandKind, MissionStatus, RouteStatus, RunCause, RunId, RunState, RunStatus,
-    ScheduleId, StartMode,
+    ScheduleId, StartMode, Utc,
 };
 use std::collections::BTreeMap;
 
@@ -24,8 +26,12 @@ pub struct Runs {
     route: RouteStatus,
     /// The last report of each run that this client has seen, also of those that ended since.
     seen: BTreeMap<RunId, RunStatus>,
-    /// What became of slots of schedules, as far as this client has seen it.
+    /// What became of slots of schedules, as far as this client knows.
     slots: BTreeMap<(ScheduleId, LocalDateTime), RunState>,
+    /// The runs that the robot has stored, the newest first; none before they were fetched.
+    stored: Option<Vec<StoredRun>>,
+    /// What is stored of runs that were opened, or a sentence that says why it could not be fetched.
+    contents: BTreeMap<RunId, Result<RunContent, String>>,
 }
 
 /// A run that has ended.
@@ -39,6 +45,12 @@ pub struct PastRun<'a> {
     pub outcome: RunState,
     /// Its last report, if this client has seen one.
     pub report: Option<&'a RunStatus>,
+    /// What led to it, if that is known.
+    pub cause: Option<RunCause>,
+    /// When it began or was asked for, if that is known.
+    pub began: Option<Utc>,
+    /// When it ended, if that is known.
+    pub ended: Option<Utc>,
 }
 
 impl Runs {
@@ -63,15 +75,47 @@ impl Runs {
         &self.route
     }
 
-    /// Runs that ended lately, the newest first.
+    /// Runs that have ended, the newest first: those that ended a moment ago, then those that the robot has listed.
     pub fn past(&self) -> impl Iterator<Item = PastRun<'_>> {
-        let ended = self.status.iter().flat_map(|status| status.ended.iter().rev());
-        ended.map(|ended| PastRun {
-            run: ended.run,
-            mission: ended.mission,
-            outcome: ended.outcome,
-            report: self.seen.get(&ended.run),
-        })
+        let is_listed =
+            |run: RunId| self.stored.iter().flatten().any(|stored| stored.run == run && stored.is_ended);
+        let lately = self.status.iter().flat_map(|status| status.ended.iter().rev());
+        let unlisted = lately.filter(move |ended| !is_listed(ended.run)).map(|ended| {
+            let report = self.seen.get(&ended.run);
+            PastRun {
+                run: ended.run,
+                mission: ended.mission,
+                outcome: ended.outcome,
+                report,
+                cause: report.map(|report| report.cause),
+                began: report.and_then(|report| report.began),
+                ended: None,
+            }
+        });
+        let listed = self.stored.iter().flatten().filter(|stored| stored.is_ended).map(|stored| PastRun {
+            run: stored.run,
+            mission: stored.mission,
+            outcome: stored.state,
+            report: self.seen.get(&stored.run),
+            cause: stored.details.as_ref().map(|details| details.cause),
+            began: stored.details.as_ref().and_then(|details| details.began).or(Some(stored.asked)),
+            ended: Some(stored.changed),
+        });
+        unlisted.chain(listed)
+    }
+
+    /// What is stored of a run, or a sentence that says why it could not be fetched; `None` before it was.
+    pub fn content(&self, run: RunId) -> Option<&Result<RunContent, String>> {
+        self.contents.get(&run)
+    }
+
+    fn on_listed(&mut self, stored: &[StoredRun]) {
+        for run in stored {
+            if let Some(RunCause::Schedule { schedule, slot }) = run.details.as_ref().map(|it| it.cause) {
+                self.slots.insert((schedule, slot), run.state);
+            }
+        }
+        self.stored = Some(stored.to_vec());
     }
 
     /// What became of a slot of a schedule: the state of its run. `None` if this client has not seen it.
@@ -79,7 +123,11 @@ impl Runs {
         self.slots.get(&(schedule, slot)).copied()
     }
 
-    fn on_status(&mut self, status: &MissionStatus) {
+    fn on_status(&mut self, status: &MissionStatus, cx: &mut Context<'_>) {
+        let last = |status: &MissionStatus| status.ended.last().map(|ended| ended.run);
+        if self.status.as_ref().is_none_or(|known| last(known) != last(status)) {
+            cx.effects.push(ClientEffect::FetchRuns);
+        }
         for run in &status.runs {
             self.seen.insert(run.run, run.clone());
             self.note_slot(run.run, run.state);
@@ -104,10 +152,20 @@ impl Runs {
 }
 
 impl Feature for Runs {
-    fn on_event(&mut self, event: &api::Event, _cx: &mut Context<'_>) {
+    fn on_event(&mut self, event: &api::Event, cx: &mut Context<'_>) {
         match event {
-            api::Event::Missions(status) => self.on_status(status),
+            api::Event::Missions(status) => self.on_status(status, cx),
             api::Event::Route(route) => self.route = route.clone(),
+            _ => {}
+        }
+    }
+
+    fn on_client_event(&mut self, event: &ClientEvent, _cx: &mut Context<'_>) {
+        match event {
+            ClientEvent::RunsListed(Ok(stored)) => self.on_listed(stored),
+            ClientEvent::RunFetched { run, result } => {
+                self.contents.insert(*run, result.clone());
+            }
             _ => {}
         }
     }
@@ -119,6 +177,7 @@ impl Feature for Runs {
                 let run = cx.shared.ids.run();
                 cx.send(Command::Mission(MissionCommandKind::Start { run, mission: *mission, mode }));
             }
+            ClientCommand::OpenRun(run) => cx.effects.push(ClientEffect::FetchRun(*run)),
             ClientCommand::Run(kind) => cx.send(Command::Mission(*kind)),
             _ => {}
         }

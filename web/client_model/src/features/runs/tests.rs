@@ -100,3 +100,63 @@ fn the_remaining_time_counts_what_is_left() {
     });
     assert_eq!(estimate.remaining_s(&run(RunState::Running), &route), 20.0 + 10.0 + 60.0 + 30.0);
 }
+
+#[test]
+fn stored_runs_are_fetched_when_one_has_ended_and_their_slots_are_known() {
+    let mut client = TestClient::connected();
+    client.event(Event::Missions(MissionStatus::default()));
+    assert_eq!(client.take_effects(), [ClientEffect::FetchRuns]);
+    let running = MissionStatus { runs: vec![run(RunState::Running)], ..MissionStatus::default() };
+    client.event(Event::Missions(running));
+    assert_eq!(client.take_effects(), [], "nothing has ended");
+    let ended = EndedRun { run: RUN, mission: MISSION, outcome: RunState::Succeeded };
+    client.event(Event::Missions(MissionStatus { ended: vec![ended], ..MissionStatus::default() }));
+    assert_eq!(client.take_effects(), [ClientEffect::FetchRuns]);
+    // As the gateway answers.
+    let page: StoredPage<StoredRun> = serde_json::from_str(
+        r#"{ "items": [{
+            "run": "00000000-0000-0000-0000-000000000002", "mission": "00000000-0000-0000-0000-000000000001",
+            "state": "partially_succeeded", "is_ended": true, "asked_ns": 5, "changed_ns": 9,
+            "details": {
+                "cause": { "schedule": { "schedule": "00000000-0000-0000-0000-000000000003",
+                    "slot": { "date": { "year": 2026, "month": 11, "day": 23 }, "time": { "hour": 11, "minute": 0 } } } },
+                "began": 7, "tasks": 3, "outcome": null, "revisions": null }
+        }], "next": null }"#,
+    )
+    .unwrap();
+    client.apply(ClientEvent::RunsListed(Ok(page.items)));
+    let monday = LocalDateTime { date: LocalDate { day: 23, ..slot().date }, ..slot() };
+    assert_eq!(client.model.runs.slot(SCHEDULE, monday), Some(RunState::PartiallySucceeded));
+    let past: Vec<_> = client.model.runs.past().collect();
+    assert_eq!(past.len(), 1, "each run once");
+    assert_eq!((past[0].began, past[0].ended), (Some(Utc(7)), Some(Utc(9))));
+}
+
+#[test]
+fn what_is_stored_of_a_run_is_read_as_the_gateway_writes_it() {
+    let attempts: StoredPage<StoredAttempt> = serde_json::from_str(
+        r#"{ "items": [
+            { "step": 0, "attempt": 1, "state": "retriable", "intended_ns": 1, "done_ns": null,
+              "details": { "task": "00000000-0000-0000-0000-000000000001", "node": null, "action": "photo", "step": "waits", "utc": 1 } },
+            { "step": 0, "attempt": 2, "state": "succeeded", "intended_ns": 2, "done_ns": 3,
+              "details": { "task": "00000000-0000-0000-0000-000000000001", "node": null, "action": "photo", "step": "succeeded", "utc": 3 } }
+        ], "next": null }"#,
+    )
+    .unwrap();
+    let results: StoredPage<StoredResult> = serde_json::from_str(
+        r#"{ "items": [{ "number": 1, "step": 0, "attempt": 2, "kind": "gamma", "blob": null, "at_ns": 3,
+            "details": { "value": { "at": { "robot_time": 0, "utc_ns": 3, "is_synchronised": true },
+                "readings": [{ "name": "dose_rate", "value": 0.11, "unit": "µSv/h" }] } } }], "next": null }"#,
+    )
+    .unwrap();
+    let content = RunContent { attempts: attempts.items, results: results.items };
+    let last: Vec<_> = content.last_attempts().collect();
+    assert_eq!(last.iter().map(|attempt| attempt.attempt).collect::<Vec<_>>(), [2]);
+    let report = content.results_of(last[0]).next().and_then(StoredResult::report).unwrap();
+    assert_eq!(report.readings[0].unit, "µSv/h");
+    let mut client = TestClient::connected();
+    client.command(ClientCommand::OpenRun(RUN));
+    assert_eq!(client.take_effects(), [ClientEffect::FetchRun(RUN)]);
+    client.apply(ClientEvent::RunFetched { run: RUN, result: Ok(content.clone()) });
+    assert_eq!(client.model.runs.content(RUN), Some(&Ok(content)));
+}
