@@ -3,7 +3,8 @@
 use crate::inbox::{InboundMessage, Inbox};
 use crate::texts;
 use api::TileHash;
-use client_model::ClientEvent;
+use client_model::{ClientEvent, RunContent, StoredPage, StoredRun};
+use site_model::RunId;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -75,6 +76,24 @@ impl Downloads {
         });
     }
 
+    /// Fetches the stored runs, the newest first. The result is [`ClientEvent::RunsListed`].
+    pub(crate) fn fetch_runs(&self) {
+        let inbox = self.inbox.clone();
+        spawn_local(async move {
+            let page: Result<StoredPage<StoredRun>, String> = fetch_json(api::paths::RUNS_PATH).await;
+            inbox.push_event(ClientEvent::RunsListed(page.map(|page| page.items)));
+        });
+    }
+
+    /// Fetches the attempts and results of a run. The result is [`ClientEvent::RunFetched`].
+    pub(crate) fn fetch_run(&self, run: RunId) {
+        let inbox = self.inbox.clone();
+        spawn_local(async move {
+            let result = fetch_run_content(run).await;
+            inbox.push_event(ClientEvent::RunFetched { run, result });
+        });
+    }
+
     /// Fetches the pose graph and the tile list of a saved map. The results are [`ClientEvent::GraphLoaded`] and
     /// [`ClientEvent::TilesListed`].
     pub(crate) fn fetch_map(&self, map: MapId) {
@@ -103,6 +122,27 @@ async fn fetch_bytes(path: &str, init: &RequestInit) -> Result<Vec<u8>, String> 
         Ok(problem) => problem.detail,
         Err(_) => texts::server_error(response.status()),
     })
+}
+
+async fn fetch_run_content(run: RunId) -> Result<RunContent, String> {
+    let run = run.to_string();
+    let attempts = fetch_pages(&api::paths::RUN_STEPS_PATH.replace("{run}", &run)).await?;
+    let results = fetch_pages(&api::paths::RUN_RESULTS_PATH.replace("{run}", &run)).await?;
+    Ok(RunContent { attempts, results })
+}
+
+/// All pages of a list.
+async fn fetch_pages<T: serde::de::DeserializeOwned>(path: &str) -> Result<Vec<T>, String> {
+    let mut items = Vec::new();
+    let mut address = path.to_owned();
+    loop {
+        let page: StoredPage<T> = fetch_json(&address).await?;
+        items.extend(page.items);
+        match page.next {
+            Some(next) => address = format!("{path}?after={next}"),
+            None => return Ok(items),
+        }
+    }
 }
 
 async fn fetch_json<T: serde::de::DeserializeOwned>(path: &str) -> Result<T, String> {

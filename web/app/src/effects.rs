@@ -60,6 +60,8 @@ impl EffectExecutor {
                 self.downloads.fetch_keyframe_scan(session, keyframe);
             }
             ClientEffect::OpenFileDialog => self.uploads.open_file_dialog(),
+            ClientEffect::FetchRuns => self.downloads.fetch_runs(),
+            ClientEffect::FetchRun(run) => self.downloads.fetch_run(run),
             ClientEffect::OpenPlanFile => self.plan_files.open_file_dialog(),
             ClientEffect::SavePlanFile(file) => plan_files::save(&file),
             ClientEffect::CancelUpload(upload) => self.uploads.cancel(upload),

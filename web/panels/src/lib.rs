@@ -47,6 +47,7 @@
 //! | button (toggled) | `As listed`, `Shortest`, `Keep the first`, `Keep the last`, `Nearest dock`, `Stay there`, `A node` | Missions |
 //! | button (toggled) | `Week`, `Agenda` | Schedule: how occurrences are shown |
 //! | button | `Earlier week`, `This week`, `Later week` | Schedule |
+//! | button | `Undo`, `Redo` | Schedule |
 //! | status | `Site time`, `Your time` | Schedule: the second where the time zones differ |
 //! | button | `NAME, DAY TIME, STATE` | Schedule: an occurrence. A click selects it, a drag moves it; arrow keys move it too, Enter drops it, Escape cancels |
 //! | button | `Schedule mission NAME` | Schedule: drag it into the week, or press it |
@@ -59,10 +60,13 @@
 //! | button | `Pause`, `Resume`, `Skip task`, `Cancel run`, `Abort…` | Runs, while a mission runs; the last asks once more |
 //! | button (toggled) | `TASK, STATE` | Runs: unfolds `Skip task TASK` or `Redo task TASK` |
 //! | button | `Try again`, `Skip it`, `End at a dock`, `End here` | Runs, while a run asks what becomes of a task |
+//! | button | `Show the run` | Live, while a mission runs |
 //! | button | `Run MISSION` | Runs, while nothing runs |
 //! | button | `Remove MISSION from the queue` | Runs |
-//! | button (toggled) | `MISSION, OUTCOME, FACTS` | Runs: one that has ended; unfolds its tasks |
-//! | textbox | `Site name`, `Find a time zone` | Settings |
+//! | button (toggled) | `MISSION, OUTCOME, FACTS` | Runs: one that has ended; opens its tasks, readings and files |
+//! | textbox | `Site name` | Settings |
+//! | button | `Open FILE of TASK` | Runs, in a run that has ended: the file in a tab of its own |
+//! | searchbox | `Find a time zone` | Settings |
 //! | button (toggled) | `Time zone NAME` | Settings |
 //! | button | `Open panel`, `Close panel` | top bar below 1100 px: the right card as a drawer; below 700 px the bar at the bottom opens it |
 //! | button | `Start mapping` | Map, while not mapping |

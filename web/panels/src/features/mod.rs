@@ -79,6 +79,8 @@ panels_of! {
     interrupted_sessions: interrupted_sessions::InterruptedSessionsPanel,
     /// The mapping session.
     mapping: mapping::MappingPanel,
+    /// Runs of missions.
+    runs: runs::RunsPanel,
     /// The robot's state.
     robot: robot::RobotPanel,
     /// Goals and their outcomes.
@@ -109,8 +111,6 @@ panels_of! {
     mission_list: mission_list::MissionListPanel,
     /// The mission that is edited.
     mission_editor: mission_editor::MissionEditorPanel,
-    /// Runs of missions.
-    runs: runs::RunsPanel,
     /// When missions run.
     schedule: schedule::SchedulePanel,
     /// What holds for the whole site.

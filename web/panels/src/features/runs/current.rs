@@ -5,7 +5,7 @@ use super::{look, texts};
 use crate::button::{Button, Kind};
 use crate::feature_panel::PanelContext;
 use crate::theme::{self, Weight, font};
-use crate::{format, icon, widgets};
+use crate::{format, icon, screens, widgets};
 use client_model::{ClientCommand, RunEstimate};
 use egui::{Id, Ui};
 use site_model::{
@@ -137,7 +137,7 @@ impl CurrentRun {
         estimate: Option<&RunEstimate>,
     ) {
         let tokens = cx.tokens;
-        let title = look::task_name(site, run, task);
+        let title = look::task_name(site, run.mission, task);
         let facts = texts::task_facts(&look::action_name(task), task);
         let state = texts::task_state(task.state);
         let time = task_time(cx, task, estimate);
@@ -160,6 +160,40 @@ impl CurrentRun {
             show_task_buttons(ui, cx, run, task, &title);
         }
     }
+}
+
+/// The run in short, for a card of several features: how far it is, and what the robot is busy with.
+pub(super) fn show_summary(
+    ui: &mut Ui,
+    cx: &mut PanelContext<'_>,
+    run: &RunStatus,
+    estimate: Option<&RunEstimate>,
+) {
+    let tokens = cx.tokens;
+    show_head(ui, cx, run, estimate);
+    let active = run.tasks.iter().find(|task| is_active(task.state));
+    if let (Some(task), Some(site)) = (active, cx.model.site.site()) {
+        let title = look::task_name(site, run.mission, task);
+        let facts = texts::task_facts(&look::action_name(task), task);
+        let state = texts::task_state(task.state);
+        let row = Row {
+            name: &texts::task_row(&title, state),
+            title: &title,
+            facts: &facts,
+            state,
+            time: &task_time(cx, task, estimate),
+            look: look::of_task(tokens, task.state),
+            is_selected: false,
+        };
+        if show_row(ui, tokens, Id::unique(("active task", run.run.0)), &row).clicked() {
+            cx.commands.push(ClientCommand::ShowScreen(screens::RUNS));
+        }
+    }
+    if Button::new(texts::SHOW_RUN).wide(ui).show(ui, tokens).clicked() {
+        cx.commands.push(ClientCommand::ShowScreen(screens::RUNS));
+    }
+    ui.add_space(8.0);
+    widgets::rule(ui, tokens);
 }
 
 /// Whether the robot is busy with a task in this state.
@@ -234,7 +268,7 @@ fn show_task_buttons(
 /// The question what becomes of a task.
 fn show_question(ui: &mut Ui, cx: &mut PanelContext<'_>, site: &Site, run: &RunStatus, task: &TaskStatus) {
     let tokens = cx.tokens;
-    let title = look::task_name(site, run, task);
+    let title = look::task_name(site, run.mission, task);
     let failure = task.failure.as_ref().map(missions::task_failure).unwrap_or_default();
     let listed = site
         .mission(run.mission)

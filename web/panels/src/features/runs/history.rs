@@ -3,12 +3,14 @@
 use super::filter::Filter;
 use super::rows::{Row, show_row};
 use super::{look, texts};
+use crate::button::Button;
 use crate::feature_panel::PanelContext;
-use crate::widgets;
-use client_model::PastRun;
+use crate::widgets::{self, fact};
+use crate::{format, icon};
+use client_model::{ClientCommand, PastRun, RunContent, StoredResult};
 use egui::{Id, Ui};
 use missions::SiteZone;
-use site_model::{RunId, Site};
+use site_model::{ActionReport, RunId, Site, TaskStatus};
 
 /// What is shown of ended runs.
 #[derive(Debug, Default)]
@@ -35,15 +37,13 @@ impl History {
         }
     }
 
-    fn show_run(&mut self, ui: &mut Ui, cx: &PanelContext<'_>, site: &Site, run: &PastRun<'_>) {
+    fn show_run(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, site: &Site, run: &PastRun<'_>) {
         let tokens = cx.tokens;
         let title = look::mission_name(cx.model, run.mission);
         let outcome = texts::run_state(run.outcome);
-        let began = run.report.and_then(|report| report.began).map(|began| {
-            let zone = site.settings().map_or("UTC", |settings| settings.time_zone.as_str());
-            SiteZone::new(zone).unwrap_or_else(|_| SiteZone::utc()).to_local(began)
-        });
-        let facts = texts::past_facts(site, run.report, began);
+        let zone = site.settings().map_or("UTC", |settings| settings.time_zone.as_str());
+        let zone = SiteZone::new(zone).unwrap_or_else(|_| SiteZone::utc());
+        let facts = texts::past_facts(site, run, run.began.map(|began| zone.to_local(began)));
         let name = texts::past_row(&title, outcome, &facts);
         let is_open = self.open == Some(run.run);
         let row = Row {
@@ -57,31 +57,70 @@ impl History {
         };
         if show_row(ui, tokens, Id::unique(("past run", run.run.0)), &row).clicked() {
             self.open = (!is_open).then_some(run.run);
+            if !is_open {
+                cx.commands.push(ClientCommand::OpenRun(run.run));
+            }
         }
         if !is_open {
             return;
         }
-        match run.report {
-            None => widgets::remark(ui, tokens, texts::NOT_SEEN),
-            Some(report) => {
-                for task in &report.tasks {
-                    let title = look::task_name(site, report, task);
-                    let state = texts::task_state(task.state);
-                    let name = texts::task_row(&title, state);
-                    let facts = texts::task_facts(&look::action_name(task), task);
-                    let row = Row {
-                        name: &name,
-                        title: &title,
-                        facts: &facts,
-                        state,
-                        time: "",
-                        look: look::of_task(tokens, task.state),
-                        is_selected: false,
-                    };
-                    show_row(ui, tokens, Id::unique(("past task", run.run.0, task.task.0)), &row)
-                        .on_hover_text(&facts);
-                }
-            }
+        match cx.model.runs.content(run.run) {
+            Some(Ok(content)) => show_content(ui, cx, site, run, content),
+            Some(Err(sentence)) => widgets::tinted_box(ui, tokens, tokens.warn, |ui| {
+                widgets::sentence(ui, tokens, sentence);
+            }),
+            None => widgets::remark(ui, tokens, texts::FETCHING),
+        }
+    }
+}
+
+/// The last attempt of each task, with what was gathered.
+fn show_content(ui: &mut Ui, cx: &PanelContext<'_>, site: &Site, run: &PastRun<'_>, content: &RunContent) {
+    let tokens = cx.tokens;
+    if content.attempts.is_empty() {
+        widgets::remark(ui, tokens, texts::NO_ATTEMPTS);
+    }
+    for attempt in content.last_attempts() {
+        let task = TaskStatus {
+            task: attempt.details.task,
+            node: attempt.details.node,
+            action: attempt.details.action.clone(),
+            state: attempt.state,
+            attempt: attempt.attempt,
+            failure: None,
+        };
+        let title = look::task_name(site, run.mission, &task);
+        let state = texts::task_state(task.state);
+        let took_s = attempt.done.map(|done| (done.0 - attempt.intended.0) as f64 * 1e-9);
+        let facts = texts::task_facts(&look::action_name(&task), &task);
+        let row = Row {
+            name: &texts::task_row(&title, state),
+            title: &title,
+            facts: &facts,
+            state,
+            time: &took_s.map(format::elapsed).unwrap_or_default(),
+            look: look::of_task(tokens, task.state),
+            is_selected: false,
+        };
+        show_row(ui, tokens, Id::unique(("past task", run.run.0, task.task.0)), &row);
+        for report in content.results_of(attempt).filter_map(StoredResult::report) {
+            show_report(ui, cx, &title, &report);
+        }
+    }
+}
+
+/// Readings with their units, and files, each of which opens in a tab of its own.
+fn show_report(ui: &mut Ui, cx: &PanelContext<'_>, title: &str, report: &ActionReport) {
+    let tokens = cx.tokens;
+    for reading in &report.readings {
+        fact(ui, tokens, &texts::reading_name(&reading.name), &texts::reading(reading));
+    }
+    for file in &report.files {
+        let name = texts::open_file(&file.name, title);
+        let text = texts::file(&file.name, file.bytes);
+        if Button::new(&name).text(&text).icon(icon::EYE).left().wide(ui).show(ui, tokens).clicked() {
+            let address = api::paths::BLOB_PATH.replace("{hash}", &file.blob.to_string());
+            ui.ctx().open_url(egui::OpenUrl::new_tab(address));
         }
     }
 }

@@ -5,7 +5,7 @@ use crate::icon;
 use crate::theme::Tokens;
 use client_model::Model;
 use egui::Color32;
-use site_model::{MissionId, RunState, RunStatus, Site, TaskPlace, TaskState, TaskStatus, describe_action};
+use site_model::{MissionId, RunState, Site, TaskPlace, TaskState, TaskStatus, describe_action};
 
 /// Colour and sign of a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,10 +55,9 @@ pub(super) fn mission_name(model: &Model, mission: MissionId) -> String {
 }
 
 /// Name of the place of a task: of its inspection point, or else of its node.
-pub(super) fn task_name(site: &Site, run: &RunStatus, task: &TaskStatus) -> String {
-    let listed = site
-        .mission(run.mission)
-        .and_then(|mission| mission.tasks.iter().find(|listed| listed.id == task.task));
+pub(super) fn task_name(site: &Site, mission: MissionId, task: &TaskStatus) -> String {
+    let listed =
+        site.mission(mission).and_then(|mission| mission.tasks.iter().find(|listed| listed.id == task.task));
     let point = match listed.map(|listed| &listed.place) {
         Some(TaskPlace::InspectionPoint(point)) => site.inspection_point(*point),
         _ => None,

@@ -11,6 +11,7 @@ mod texts;
 
 use crate::button::{Button, Kind};
 use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
+use crate::features::tabs;
 use crate::message::show_message;
 use crate::{icon, screens};
 use client_model::{ClientCommand, RunEstimate, estimate_run};
@@ -64,7 +65,7 @@ impl FeaturePanel for RunsPanel {
     }
 
     fn tabs(&self) -> &'static [Tab] {
-        &[CURRENT, HISTORY]
+        &[tabs::ROBOT, CURRENT, HISTORY]
     }
 
     fn show_section(&mut self, tab: Tab, ui: &mut Ui, cx: &mut PanelContext<'_>) {
@@ -74,6 +75,10 @@ impl FeaturePanel for RunsPanel {
         let run = cx.model.runs.current();
         let of_run = self.estimate.as_ref().filter(|(of, ..)| run.is_some_and(|run| run.run == *of));
         let estimate = of_run.and_then(|(.., estimate)| estimate.as_ref());
-        self.current.show(ui, cx, estimate);
+        match run {
+            Some(run) if tab == tabs::ROBOT => current::show_summary(ui, cx, run, estimate),
+            None if tab == tabs::ROBOT => {}
+            _ => self.current.show(ui, cx, estimate),
+        }
     }
 }

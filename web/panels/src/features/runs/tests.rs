@@ -3,7 +3,7 @@
 use crate::screens;
 use crate::test_support::{TestClient, click, value};
 use api::{Event, SiteParts, SiteState};
-use client_model::{ClientCommand, ClientEvent, ClientTime};
+use client_model::{ClientCommand, ClientEvent, ClientTime, RunContent};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use site_model::{
@@ -182,20 +182,35 @@ fn a_mission_is_started_where_none_runs_and_the_queue_is_shortened() {
 }
 
 #[test]
-fn ended_runs_are_listed_filtered_and_unfolded() {
-    let done = [TaskState::Succeeded; 5];
-    let mut client =
-        client(MissionStatus { runs: vec![run(RunState::Ending, done)], ..MissionStatus::default() });
+fn ended_runs_are_listed_filtered_and_opened_with_what_was_gathered() {
     let ended = |run, outcome| EndedRun { run, mission: MISSION, outcome };
     let other = RunId(Uuid::from_u128(77));
     let ended = vec![ended(other, RunState::Failed), ended(RUN, RunState::Succeeded)];
-    client = client.event(Event::Missions(MissionStatus { ended, ..MissionStatus::default() }));
-    let mut harness = client.shown(1440.0, 900.0);
+    let status = MissionStatus { ended, ..MissionStatus::default() };
+    let mut harness = client(status).shown(1440.0, 900.0);
     click(&mut harness, "History");
-    let failed = "Round A, Failed, Not seen by this page";
+    let failed = "Round A, Failed, Ended a moment ago";
     assert!(harness.query_by_label(failed).is_some());
-    click(&mut harness, "Round A, Succeeded, Asked for by a person · 5 of 5 tasks done");
+    click(&mut harness, "Round A, Succeeded, Ended a moment ago");
+    assert!(harness.state().emitted(&ClientCommand::OpenRun(RUN)));
+    let attempt = format!(
+        r#"{{ "step": 4, "attempt": 1, "state": "succeeded", "intended_ns": 0, "done_ns": 42000000000,
+            "details": {{ "task": "{}", "node": "{}", "action": "gamma_spectrum" }} }}"#,
+        task_id(4),
+        node_id(4)
+    );
+    let result = r#"{ "step": 4, "attempt": 1, "details": { "value": {
+        "at": { "robot_time": 0, "utc_ns": 3, "is_synchronised": true },
+        "readings": [{ "name": "dose_rate", "value": 0.11, "standard_deviation": 0.02, "unit": "µSv/h" }] } } }"#;
+    let content = RunContent {
+        attempts: vec![serde_json::from_str(&attempt).unwrap()],
+        results: vec![serde_json::from_str(result).unwrap()],
+    };
+    let event = ClientEvent::RunFetched { run: RUN, result: Ok(content) };
+    harness.state_mut().model.handle_event(ClientTime(2.0), event, &mut Vec::new());
+    harness.run_steps(2);
     assert!(harness.query_by_label("Door east, done").is_some());
+    assert_eq!(value(&harness, "Dose rate"), "0.11 ± 0.02 µSv/h");
     click(&mut harness, "Succeeded");
     assert!(harness.query_by_label(failed).is_none());
 }
@@ -207,7 +222,15 @@ fn a_run_that_is_blocked_says_by_what_and_runs_fit_a_tablet() {
     let mut harness = client(status).shown(1024.0, 768.0);
     click(&mut harness, "Open panel");
     assert!(harness.query_by_label_contains("keeps missions from beginning").is_some());
-    let client = harness.state_mut();
-    let event = ClientEvent::Command(ClientCommand::ShowScreen(screens::LIVE));
-    client.model.handle_event(ClientTime(2.0), event, &mut Vec::new());
+}
+
+#[test]
+fn live_shows_the_run_in_short() {
+    let mut harness = client(running()).on(screens::LIVE).shown(1440.0, 900.0);
+    assert!(harness.query_by_label("Gauge east, on the way").is_some());
+    assert!(harness.query_by_label("Tank, waiting").is_none(), "what comes later is on the Runs screen");
+    click(&mut harness, "Show the run");
+    assert!(harness.state().emitted(&ClientCommand::ShowScreen(screens::RUNS)));
+    let harness = client(MissionStatus::default()).on(screens::LIVE).shown(1440.0, 900.0);
+    assert!(harness.query_by_label("Show the run").is_none());
 }

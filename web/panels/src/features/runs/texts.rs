@@ -2,7 +2,10 @@
 
 use super::filter::Filter;
 use crate::format;
-use site_model::{AskDefault, LocalDateTime, RunCause, RunState, RunStatus, Site, TaskState, TaskStatus};
+use client_model::PastRun;
+use site_model::{
+    AskDefault, LocalDateTime, Reading, RunCause, RunState, RunStatus, Site, TaskState, TaskStatus,
+};
 
 pub(super) const CURRENT_TAB: &str = "Now";
 pub(super) const HISTORY_TAB: &str = "History";
@@ -18,6 +21,7 @@ pub(super) const NO_MISSIONS: &str =
     "There are no missions yet. Make one on the Missions screen; then start it here.";
 pub(super) const NO_TASKS: &str = "Its tasks are shown once it begins.";
 pub(super) const PROGRESS: &str = "Progress";
+pub(super) const SHOW_RUN: &str = "Show the run";
 pub(super) const PAUSE: &str = "Pause";
 pub(super) const RESUME: &str = "Resume";
 pub(super) const SKIP_TASK: &str = "Skip task";
@@ -39,8 +43,10 @@ pub(super) const QUEUE_HEAD: &str = "Waiting";
 
 pub(super) const FILTERS: [(&str, Filter); 3] =
     [("All", Filter::All), ("Succeeded", Filter::Succeeded), ("Others", Filter::Problems)];
-pub(super) const NO_PAST_RUNS: &str = "No such run has ended since the robot was started.";
-pub(super) const NOT_SEEN: &str = "This page was not open while it ran. Its tasks are in the robot's ledger.";
+pub(super) const NO_PAST_RUNS: &str = "No such run has ended yet.";
+pub(super) const FETCHING: &str = "Its tasks are fetched from the robot.";
+pub(super) const NO_ATTEMPTS: &str = "It ended before its first task.";
+const JUST_ENDED: &str = "Ended a moment ago";
 
 pub(super) fn run_state(state: RunState) -> &'static str {
     match state {
@@ -168,15 +174,39 @@ pub(super) fn cause(site: &Site, cause: &RunCause) -> String {
     }
 }
 
-/// `11:00 on 24.11. · 8 of 9 tasks done`.
-pub(super) fn past_facts(site: &Site, report: Option<&RunStatus>, began: Option<LocalDateTime>) -> String {
-    let Some(report) = report else { return "Not seen by this page".to_owned() };
-    let done = report.tasks.iter().filter(|task| task.state == TaskState::Succeeded).count();
-    let tasks = format!("{done} of {} tasks done", report.tasks.len());
-    match began {
-        Some(at) => format!("{:02}:{:02} · {tasks}", at.time.hour, at.time.minute),
-        None => format!("{} · {tasks}", cause(site, &report.cause)),
-    }
+/// `24 Nov, 11:00 · Round A, 11:00`.
+pub(super) fn past_facts(site: &Site, run: &PastRun<'_>, began: Option<LocalDateTime>) -> String {
+    const MONTHS: [&str; 12] =
+        ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"];
+    let began = began.map(|at| {
+        let month = MONTHS.get(usize::from(at.date.month.wrapping_sub(1))).copied().unwrap_or_default();
+        format!("{} {month}, {:02}:{:02}", at.date.day, at.time.hour, at.time.minute)
+    });
+    let cause = run.cause.map(|of_run| cause(site, &of_run));
+    let facts: Vec<String> = began.into_iter().chain(cause).collect();
+    if facts.is_empty() { JUST_ENDED.to_owned() } else { facts.join(" · ") }
+}
+
+/// Name of a reading: `Dose rate`.
+pub(super) fn reading_name(name: &str) -> String {
+    let words = name.replace('_', " ");
+    let mut letters = words.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// `0.11 ± 0.02 µSv/h`.
+pub(super) fn reading(reading: &Reading) -> String {
+    let digits = if reading.value.abs() >= 100.0 { 0 } else { 2 };
+    let deviation = reading.standard_deviation.map(|deviation| format!(" ± {deviation:.digits$}"));
+    format!("{:.digits$}{} {}", reading.value, deviation.unwrap_or_default(), reading.unit)
+}
+
+pub(super) fn open_file(file: &str, task: &str) -> String {
+    format!("Open {file} of {task}")
+}
+
+pub(super) fn file(name: &str, bytes: u64) -> String {
+    format!("{name} · {}", format::bytes(bytes))
 }
 
 /// Accessible name of the row of a run that has ended.

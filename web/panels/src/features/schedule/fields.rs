@@ -11,7 +11,7 @@ use site_model::{LocalDate, LocalTime};
 use std::collections::BTreeMap;
 
 /// Width of the names of fields, points.
-const NAME_WIDTH: f32 = 92.0;
+const NAME_WIDTH: f32 = 68.0;
 /// Longest text of a field, characters.
 const MAX_CHARS: u32 = 24;
 

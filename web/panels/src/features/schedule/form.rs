@@ -1,7 +1,6 @@
 //! The side card while a schedule is open: its name, mission, times and policies, and the occurrence that is selected.
 
 use super::fields::{Step, Stepper};
-use super::list::show_undo;
 use super::plan_cache::{MINUTE_NS, Plan};
 use super::state::{Question, SchedulePanel};
 use super::texts;
@@ -53,7 +52,6 @@ impl SchedulePanel {
         self.show_when(ui, cx, plan, schedule);
         self.show_policies(ui, cx, schedule);
         self.show_names(ui, cx, site, schedule);
-        show_undo(ui, cx);
     }
 
     /// Pause, skip the next one, delete.

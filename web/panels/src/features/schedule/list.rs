@@ -4,7 +4,7 @@ use super::drag::{add_schedule, next_hour, select};
 use super::plan_cache::Plan;
 use super::state::{Drag, Dragged, SchedulePanel};
 use super::texts;
-use crate::button::{Button, Kind};
+use crate::button::Button;
 use crate::feature_panel::PanelContext;
 use crate::paint::{focus_ring, icon_at, one_line};
 use crate::theme::{self, Tokens, Weight, font};
@@ -12,7 +12,7 @@ use crate::{icon, widgets};
 use client_model::{ClientCommand, Occurrence};
 use egui::{CornerRadius, Id, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 use missions::ClockChange;
-use site_model::{Mission, Schedule, Site};
+use site_model::{LocalDateTime, Mission, Schedule, ScheduleId, Site};
 
 /// Height of the row of a mission or schedule, points.
 const ROW_HEIGHT: f32 = 52.0;
@@ -39,7 +39,9 @@ impl SchedulePanel {
         for schedule in site.schedules() {
             show_schedule(ui, cx, plan, schedule);
         }
-        show_outlook(ui, cx, plan, site);
+        if let Some((schedule, from, to)) = show_outlook(ui, cx, plan, site) {
+            self.move_slot(cx, plan, schedule, from, to);
+        }
         show_files(ui, cx);
     }
 
@@ -126,13 +128,18 @@ fn show_schedule(ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &Plan, schedule: 
     }
 }
 
-/// What the next 30 days bring: how many runs, and where they meet each other or a change of the clocks.
-fn show_outlook(ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &Plan, site: &Site) {
+/// What the next 30 days bring: how many runs, and where they meet each other or a change of the clocks. Returns a slot that shall move, from where and whereto.
+fn show_outlook(
+    ui: &mut Ui,
+    cx: &mut PanelContext<'_>,
+    plan: &Plan,
+    site: &Site,
+) -> Option<(ScheduleId, LocalDateTime, LocalDateTime)> {
     let tokens = cx.tokens;
     let planned: Vec<&Occurrence> = plan.outlook.occurrences.iter().filter(|it| it.is_planned()).collect();
     let unusable = &plan.outlook.unusable;
     if planned.is_empty() && unusable.is_empty() {
-        return;
+        return None;
     }
     widgets::section_head(ui, tokens, texts::OUTLOOK_HEAD);
     let name_of = |id| site.schedule(id).map_or("", |schedule: &Schedule| schedule.name.as_str());
@@ -141,6 +148,7 @@ fn show_outlook(ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &Plan, site: &Site
     for (schedule, reason) in unusable {
         finding(ui, tokens, tokens.bad, &texts::unusable(name_of(*schedule), reason));
     }
+    let mut moved = None;
     for (running, due) in plan.conflicts.iter().take(MAX_FINDINGS) {
         let (running, due) = (&plan.outlook.occurrences[*running], &plan.outlook.occurrences[*due]);
         let policy = site.schedule(due.schedule).map(|schedule| schedule.overlap).unwrap_or_default();
@@ -150,7 +158,17 @@ fn show_outlook(ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &Plan, site: &Site
         } else {
             texts::conflict(plan.local(due), name, other, policy)
         };
-        finding(ui, tokens, tokens.warn, &sentence);
+        let free = plan.free_after(running);
+        let to = free.filter(|to| *to != plan.local(due));
+        widgets::tinted_box(ui, tokens, tokens.warn, |ui| {
+            widgets::sentence(ui, tokens, &sentence);
+            if let Some(to) = to {
+                let text = texts::move_to(name, to);
+                if Button::new(&text).left().wide(ui).show(ui, tokens).clicked() {
+                    moved = Some((due.schedule, due.slot, to));
+                }
+            }
+        });
     }
     let changes = planned.iter().filter(|it| it.change != ClockChange::None);
     for occurrence in changes.take(MAX_FINDINGS) {
@@ -160,17 +178,17 @@ fn show_outlook(ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &Plan, site: &Site
     for schedule in &plan.of_week.shortened {
         finding(ui, tokens, tokens.dim, &texts::shortened(name_of(*schedule)));
     }
+    moved
 }
 
 fn finding(ui: &mut Ui, tokens: &Tokens, colour: egui::Color32, sentence: &str) {
     widgets::tinted_box(ui, tokens, colour, |ui| widgets::sentence(ui, tokens, sentence));
 }
 
-/// Undo, and missions and schedules as a file.
+/// Missions and schedules as a file.
 fn show_files(ui: &mut Ui, cx: &mut PanelContext<'_>) {
     let tokens = cx.tokens;
     widgets::section_head(ui, tokens, texts::FILES_HEAD);
-    show_undo(ui, cx);
     for (name, sign, command) in [
         (texts::SAVE, icon::DOWNLOAD_SIMPLE, ClientCommand::SavePlanFile),
         (texts::LOAD, icon::UPLOAD_SIMPLE, ClientCommand::LoadPlanFile),
@@ -179,22 +197,4 @@ fn show_files(ui: &mut Ui, cx: &mut PanelContext<'_>) {
             cx.commands.push(command);
         }
     }
-}
-
-/// The buttons of undo and redo.
-pub(super) fn show_undo(ui: &mut Ui, cx: &mut PanelContext<'_>) {
-    let tokens = cx.tokens;
-    let width = (0.5 * (ui.available_width() - 8.0)).floor();
-    ui.horizontal(|ui| {
-        ui.spacing_mut().item_spacing.x = 8.0;
-        for (name, sign, is_possible, command) in [
-            (texts::UNDO, icon::ARROW_BEND_UP_LEFT, cx.model.site.can_undo(), ClientCommand::Undo),
-            (texts::REDO, icon::ARROW_BEND_UP_RIGHT, cx.model.site.can_redo(), ClientCommand::Redo),
-        ] {
-            let button = Button::new(name).icon(sign).kind(Kind::Plain).enabled(is_possible);
-            if button.size(width, theme::TOUCH).slim().show(ui, tokens).clicked() {
-                cx.commands.push(command);
-            }
-        }
-    });
 }

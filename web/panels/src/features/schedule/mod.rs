@@ -81,7 +81,9 @@ impl SchedulePanel {
         let Some(plan) = self.plan.take() else { return widgets::remark(ui, cx.tokens, texts::LOADING) };
         if let Some(site) = cx.model.site.site() {
             self.show_head(ui, cx, &plan);
-            match self.view {
+            // Seven days side by side need a window that is not narrow.
+            let view = if cx.layout.width == Width::Narrow { PlanView::Agenda } else { self.view };
+            match view {
                 PlanView::Week => self.show_week(ui, cx, &plan, site),
                 PlanView::Agenda => self.show_agenda(ui, cx, &plan, site),
             }
@@ -93,11 +95,13 @@ impl SchedulePanel {
     fn show_head(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &Plan) {
         let tokens = cx.tokens;
         ui.horizontal(|ui| {
-            if self.view == PlanView::Week {
+            if self.view == PlanView::Week && cx.layout.width != Width::Narrow {
                 show_weeks(ui, cx, plan);
             }
+            show_undo(ui, cx);
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                for (name, view) in [(texts::AGENDA, PlanView::Agenda), (texts::WEEK, PlanView::Week)] {
+                let views = [(texts::AGENDA, PlanView::Agenda), (texts::WEEK, PlanView::Week)];
+                for (name, view) in views.into_iter().filter(|_| cx.layout.width != Width::Narrow) {
                     let button = Button::new(name).on(self.view == view).size(80.0, theme::TOUCH).slim();
                     if button.show(ui, tokens).clicked() {
                         self.view = view;
@@ -135,6 +139,19 @@ fn show_weeks(ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &Plan) {
     }
 }
 
+/// The buttons of undo and redo.
+fn show_undo(ui: &mut Ui, cx: &mut PanelContext<'_>) {
+    for (name, sign, is_possible, command) in [
+        (texts::UNDO, icon::ARROW_BEND_UP_LEFT, cx.model.site.can_undo(), ClientCommand::Undo),
+        (texts::REDO, icon::ARROW_BEND_UP_RIGHT, cx.model.site.can_redo(), ClientCommand::Redo),
+    ] {
+        let button = Button::icon_only(name, sign).kind(Kind::Quiet).enabled(is_possible);
+        if button.show(ui, cx.tokens).clicked() {
+            cx.commands.push(command);
+        }
+    }
+}
+
 /// The time at the site, and the operator's where it differs. From right to left.
 fn show_clocks(ui: &mut Ui, cx: &PanelContext<'_>, plan: &Plan) {
     if cx.layout.width == Width::Narrow {
@@ -144,7 +161,9 @@ fn show_clocks(ui: &mut Ui, cx: &PanelContext<'_>, plan: &Plan) {
     let show = |ui: &mut Ui, name: &str, zone: &missions::SiteZone, zone_name: &str| {
         let value = texts::clock(zone.to_local(plan.now), zone_name);
         let name_part = (name, theme::SMALL, Weight::Regular, tokens.dim);
-        let value_part = (value.as_str(), theme::SMALL, Weight::Medium, tokens.text);
+        let short = texts::time(zone.to_local(plan.now).time);
+        let shown = if cx.layout.width == Width::Wide { value.as_str() } else { short.as_str() };
+        let value_part = (shown, theme::SMALL, Weight::Medium, tokens.text);
         widgets::status_line(ui, name, &value, &[name_part, value_part]);
     };
     ui.spacing_mut().item_spacing.x = 12.0;

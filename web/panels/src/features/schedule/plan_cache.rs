@@ -121,6 +121,14 @@ impl Plan {
         self.zone.to_local(occurrence.due)
     }
 
+    /// The first quarter of an hour at which an occurrence is expected to have ended.
+    pub(super) fn free_after(&self, occurrence: &Occurrence) -> Option<LocalDateTime> {
+        const QUARTER_NS: i64 = 15 * MINUTE_NS;
+        let length_ns = self.duration(occurrence.mission).nanos().max(QUARTER_NS);
+        let end = occurrence.due.0.checked_add(length_ns)?;
+        Some(self.zone.to_local(Utc(end.checked_add(QUARTER_NS - 1)?.div_euclid(QUARTER_NS) * QUARTER_NS)))
+    }
+
     /// Whether an instant has passed.
     pub(super) fn is_past(&self, at: Utc) -> bool {
         at <= self.now

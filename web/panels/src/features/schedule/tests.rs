@@ -10,8 +10,8 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use missions::day_number;
 use site_model::{
-    EditId, LocalDate, LocalDateTime, LocalTime, Mission, MissionId, Object, Recurrence, Schedule,
-    ScheduleId, Site, SiteSettings, Utc, Weekday,
+    EditId, EndedRun, LocalDate, LocalDateTime, LocalTime, Mission, MissionId, MissionStatus, Object,
+    Recurrence, RunCause, RunId, RunState, RunStatus, Schedule, ScheduleId, Site, SiteSettings, Utc, Weekday,
 };
 use std::sync::Arc;
 use uuid::Uuid;
@@ -283,6 +283,59 @@ fn the_agenda_lists_what_is_due_and_files_are_saved_and_loaded() {
     assert!(harness.state().emitted(&ClientCommand::SavePlanFile));
     click(&mut harness, "Load from a file");
     assert!(harness.state().emitted(&ClientCommand::LoadPlanFile));
+}
+
+#[test]
+fn a_slot_that_ran_shows_how_its_run_ended() {
+    let run = RunId(Uuid::from_u128(31));
+    let report = RunStatus {
+        run,
+        mission: MISSION,
+        cause: RunCause::Schedule { schedule: SCHEDULE, slot: at(24, 11, 0) },
+        state: RunState::Running,
+        outcome: None,
+        began: None,
+        tasks: Vec::new(),
+        question: None,
+    };
+    let running = MissionStatus { runs: vec![report], ..MissionStatus::default() };
+    let ended = EndedRun { run, mission: MISSION, outcome: RunState::Failed };
+    let mut client = usual().event(Event::Missions(running));
+    client = client.event(Event::Missions(MissionStatus { ended: vec![ended], ..MissionStatus::default() }));
+    let harness = client.shown(1440.0, 900.0);
+    assert!(harness.query_by_label("Round A, weekdays, Tue 24 Nov, 11:00, failed").is_some());
+    assert!(harness.query_by_label("Round A, weekdays, Mon 23 Nov, 11:00, past").is_some(), "nobody saw it");
+}
+
+#[test]
+fn occurrences_that_meet_are_told_with_a_way_out() {
+    let other = Recurrence::Once(at(25, 15, 0));
+    let objects = vec![
+        mission(11, "Round A"),
+        mission(12, "Gamma survey"),
+        Object::Schedule(Schedule::new(SCHEDULE, "Round A".into(), MISSION, weekdays())),
+        Object::Schedule(Schedule::new(
+            ScheduleId(Uuid::from_u128(22)),
+            "Gamma survey".into(),
+            MissionId(Uuid::from_u128(12)),
+            other,
+        )),
+    ];
+    let mut harness = client(objects, "UTC").shown(1440.0, 1_200.0);
+    let sentence = "Wed 25 Nov, 15:00: Round A is due at the same time. Gamma survey waits.";
+    assert!(harness.query_by_label(sentence).is_some());
+    press(&mut harness, "Move Gamma survey to 15:15");
+    assert!(slots(&harness).contains(&Recurrence::Once(at(25, 15, 15))));
+    assert!(harness.query_by_label(sentence).is_none());
+}
+
+#[test]
+fn a_narrow_window_lists_what_is_due() {
+    let mut harness = usual().shown(390.0, 844.0);
+    assert!(harness.query_by_label("Round A, weekdays, Tue 24 Nov, 15:00, planned").is_some());
+    assert!(harness.query_by_label("Week").is_some(), "the card's name");
+    click(&mut harness, "Schedule");
+    assert!(harness.query_by_label("Open schedule Round A, weekdays").is_some());
 }
 
 #[test]

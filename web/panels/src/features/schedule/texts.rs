@@ -1,10 +1,10 @@
 //! Texts of schedules, by key.
 
 use crate::format;
-use client_model::{ChangeScope, Occurrence, OccurrenceState};
+use client_model::{ChangeScope, OccurrenceState};
 use missions::{ClockChange, day_number, weekday_of};
 use site_model::{
-    LocalDate, LocalDateTime, LocalTime, MissedSlots, OverlapPolicy, Recurrence, Weekday, Weekdays,
+    LocalDate, LocalDateTime, LocalTime, MissedSlots, OverlapPolicy, Recurrence, RunState, Weekday, Weekdays,
 };
 use vocab::Span;
 
@@ -206,13 +206,36 @@ pub(super) fn interval(interval: Span) -> String {
     }
 }
 
+const PLANNED: &str = "planned";
+const PAST: &str = "past";
+
 pub(super) fn state(state: OccurrenceState, is_past: bool) -> &'static str {
     match state {
         OccurrenceState::Skipped => "skipped",
         OccurrenceState::Paused => "paused",
         OccurrenceState::SameInstant => "runs with another one",
-        OccurrenceState::Planned if is_past => "past",
-        OccurrenceState::Planned => "planned",
+        OccurrenceState::Planned if is_past => PAST,
+        OccurrenceState::Planned => PLANNED,
+    }
+}
+
+/// As [`state`], or the state of the run if the slot has one.
+pub(super) fn state_with_outcome(
+    state: OccurrenceState,
+    outcome: Option<RunState>,
+    is_past: bool,
+) -> &'static str {
+    match outcome {
+        None => self::state(state, is_past),
+        Some(RunState::Queued) => "waits",
+        Some(RunState::Running | RunState::Ending) => "runs",
+        Some(RunState::Paused) => "paused",
+        Some(RunState::Suspended | RunState::Restarted) => "interrupted",
+        Some(RunState::Succeeded) => "done",
+        Some(RunState::PartiallySucceeded) => "done in part",
+        Some(RunState::Failed) => "failed",
+        Some(RunState::Cancelled) => "cancelled",
+        Some(RunState::Interrupted) => "ended early",
     }
 }
 
@@ -222,11 +245,11 @@ pub(super) fn occurrence(schedule: &str, at: LocalDateTime, state: &str) -> Stri
 }
 
 /// The line within a block. A state that is not the usual one comes first, so that it is read also where there is little room.
-pub(super) fn block(schedule: &str, at: LocalTime, occurrence: &Occurrence, is_past: bool) -> String {
-    if occurrence.is_planned() {
+pub(super) fn block(schedule: &str, at: LocalTime, state: &str) -> String {
+    if [PLANNED, PAST].contains(&state) {
         return format!("{} {schedule}", time(at));
     }
-    format!("{} {}: {schedule}", time(at), state(occurrence.state, is_past))
+    format!("{} {state}: {schedule}", time(at))
 }
 
 pub(super) fn moved(from: LocalTime, to: LocalTime) -> String {
@@ -301,6 +324,10 @@ pub(super) fn due_together(at: LocalDateTime, schedule: &str, other: &str, polic
     format!("{}: {other} is due at the same time. {}", day_and_time(at), consequence(schedule, policy))
 }
 
+pub(super) fn move_to(schedule: &str, at: LocalDateTime) -> String {
+    format!("Move {schedule} to {}", time(at.time))
+}
+
 fn consequence(schedule: &str, policy: OverlapPolicy) -> String {
     match policy {
         OverlapPolicy::Skip => format!("{schedule} is skipped."),
@@ -373,7 +400,7 @@ pub(super) fn agenda_row(
 ) -> String {
     let yours = yours.map(|at| format!(" ({} for you)", time(at))).unwrap_or_default();
     let length = if minutes > 0 { format!(" · about {minutes} min") } else { String::new() };
-    let state = if state == "planned" { String::new() } else { format!(" · {state}") };
+    let state = if state == PLANNED { String::new() } else { format!(" · {state}") };
     format!("{}{yours}   {schedule}{length}{state}", time(at))
 }
 

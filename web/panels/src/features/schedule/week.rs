@@ -79,13 +79,16 @@ impl SchedulePanel {
             Id::unique(("occurrence", occurrence.schedule.0, minute_number(occurrence.slot), segment.day));
         let sense = if is_past { Sense::click() } else { Sense::click_and_drag() };
         let response = ui.interact(rect, id, sense);
-        let name = texts::occurrence(&schedule.name, at, texts::state(occurrence.state, is_past));
+        let outcome = cx.model.runs.slot(schedule.id, occurrence.slot);
+        let state = texts::state_with_outcome(occurrence.state, outcome, is_past);
+        let name = texts::occurrence(&schedule.name, at, state);
         response.widget_info(|| WidgetInfo::selected(Role::Button, true, is_selected, &name));
         let dragged =
             self.drag.is_some_and(|drag| drag.dragged == Dragged::Slot(schedule.id, occurrence.slot));
         let look = BlockLook {
-            text: &texts::block(&schedule.name, at.time, occurrence, is_past),
+            text: &texts::block(&schedule.name, at.time, state),
             state: occurrence.state,
+            outcome,
             is_past,
             is_selected,
             is_dragged: dragged,

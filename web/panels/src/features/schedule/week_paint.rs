@@ -8,7 +8,7 @@ use crate::theme::{self, Tokens, Weight, font, mix};
 use client_model::OccurrenceState;
 use egui::{Align2, Color32, CornerRadius, Pos2, Rect, Shape, Stroke, StrokeKind, Ui, pos2, vec2};
 use missions::day_number;
-use site_model::{LocalDateTime, LocalTime};
+use site_model::{LocalDateTime, LocalTime, RunState};
 
 /// Length of a dash and of the gap after it, points.
 const DASH: f32 = 5.0;
@@ -27,6 +27,8 @@ const HATCH: f32 = 8.0;
 pub(super) struct BlockLook<'a> {
     pub(super) text: &'a str,
     pub(super) state: OccurrenceState,
+    /// The state of its run, if there is one.
+    pub(super) outcome: Option<RunState>,
     pub(super) is_past: bool,
     pub(super) is_selected: bool,
     /// Whether it is dragged elsewhere: only its place is left.
@@ -105,14 +107,30 @@ fn corners(is_continued: bool, continues: bool) -> CornerRadius {
     CornerRadius { nw: top, ne: top, sw: bottom, se: bottom }
 }
 
+/// Colour of a run in this state.
+fn outcome_colour(tokens: &Tokens, outcome: RunState) -> Color32 {
+    match outcome {
+        RunState::Queued | RunState::Cancelled | RunState::Interrupted => tokens.dim,
+        RunState::Running | RunState::Ending => tokens.accent,
+        RunState::Paused | RunState::Suspended | RunState::Restarted | RunState::PartiallySucceeded => {
+            tokens.warn
+        }
+        RunState::Succeeded => tokens.good,
+        RunState::Failed => tokens.bad,
+    }
+}
+
 /// A block.
 pub(super) fn paint_block(ui: &Ui, tokens: &Tokens, rect: Rect, look: &BlockLook<'_>) {
     let ground = tokens.card.to_opaque();
-    let (edge, tint, ink) = match look.state {
-        OccurrenceState::Planned if look.is_past => (tokens.dim, 0.16, tokens.dim),
-        OccurrenceState::Planned => (tokens.accent, 0.14, tokens.text),
-        OccurrenceState::Skipped => (tokens.warn, 0.12, tokens.text),
-        OccurrenceState::Paused | OccurrenceState::SameInstant => (tokens.dim, 0.10, tokens.dim),
+    let (edge, tint, ink) = match look.outcome.map(|outcome| outcome_colour(tokens, outcome)) {
+        Some(colour) => (colour, 0.16, tokens.text),
+        None => match look.state {
+            OccurrenceState::Planned if look.is_past => (tokens.dim, 0.16, tokens.dim),
+            OccurrenceState::Planned => (tokens.accent, 0.14, tokens.text),
+            OccurrenceState::Skipped => (tokens.warn, 0.12, tokens.text),
+            OccurrenceState::Paused | OccurrenceState::SameInstant => (tokens.dim, 0.10, tokens.dim),
+        },
     };
     let radius = corners(look.is_continued, look.continues);
     let (tint, ink) = if look.is_dragged { (0.4 * tint, tokens.dim) } else { (tint, ink) };
@@ -120,14 +138,14 @@ pub(super) fn paint_block(ui: &Ui, tokens: &Tokens, rect: Rect, look: &BlockLook
     let fill = if look.is_hovered { tokens.hovered(fill) } else { fill };
     let painter = ui.painter().with_clip_rect(rect.expand(4.0).intersect(ui.clip_rect()));
     painter.rect_filled(rect, radius, fill);
-    if !look.is_past && look.state != OccurrenceState::Planned {
+    if !look.is_past && look.outcome.is_none() && look.state != OccurrenceState::Planned {
         paint_hatch(ui, rect, mix(fill, edge, 0.18));
     }
     let bar = Rect::from_min_size(rect.min, vec2(4.0, rect.height()));
     painter.rect_filled(bar, CornerRadius { ne: 0, se: 0, ..radius }, edge);
     if look.is_selected {
         painter.rect_stroke(rect, radius, Stroke::new(2.0, tokens.accent), StrokeKind::Inside);
-    } else if !look.is_past {
+    } else if !look.is_past && look.outcome.is_none() {
         dashed(ui, rect, mix(ground, edge, 0.6));
     }
     if look.is_focused {
