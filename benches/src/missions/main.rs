@@ -302,6 +302,12 @@ fn run(mapped: &MappedSite, seed: u64, arguments: &Arguments) -> Result<Score> {
     }
     if arguments.verbose {
         println!("{:?}", state.tasks);
+        for block in day.site().edge_blocks() {
+            let edge = graph.edge(block.edge);
+            let ends = edge.and_then(|edge| Some([graph.node(edge.from)?, graph.node(edge.to)?]));
+            let ends = ends.map(|ends| ends.map(|node| (node.name.as_str(), node.map_from_node.position)));
+            println!("blocked {} times: {ends:?}: {}", block.failures, block.reason);
+        }
     }
     Ok(score)
 }

@@ -14,7 +14,7 @@ use site_model::{
     RouteProgress, Site,
 };
 use std::collections::BTreeMap;
-use vocab::{GoalId, Pose, Span, Stamp};
+use vocab::{GoalId, Pose, Span, Stamp, Vec3};
 
 /// Parameters of [`RouteExecutor`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,6 +29,8 @@ pub struct RouteExecutorConfig {
     pub dock_speed_m_s: f64,
     /// Time within which the charging current has to flow.
     pub charge_time_limit: Span,
+    /// Edges are walked in parts of this length at most, metres. Half of the distance to which the robot sees the ground, so that it plans on what it sees.
+    pub part_length_max_m: f64,
     /// Speed by which ways beside the graph are compared with ways on it, m/s. Slower than on edges, which were checked for passage.
     pub off_graph_speed_m_s: f64,
 }
@@ -41,6 +43,7 @@ impl Default for RouteExecutorConfig {
             dock_tolerance: PoseTolerance { along_m: 0.03, across_m: 0.03, yaw_rad: 0.0524 },
             dock_speed_m_s: 0.2,
             charge_time_limit: Span::from_millis(4_000),
+            part_length_max_m: 6.0,
             off_graph_speed_m_s: 0.35,
         }
     }
@@ -160,7 +163,7 @@ impl RouteExecutor {
                 }
                 self.end_as_reached();
             }
-            Leg::Charge { until } if at >= until => self.handle_no_charge(at, view),
+            Leg::Charge { until } if at >= until => self.handle_no_charge(view),
             Leg::Wait { edge, until } if at >= until => {
                 self.drop_leg();
                 self.walk_edge(at, edge, view);
@@ -212,6 +215,10 @@ impl RouteExecutor {
     }
 
     fn handle_reached(&mut self, at: Stamp, leg: Leg, view: &RouteView<'_>) {
+        let parts = match leg {
+            Leg::Edge(edge) => self.parts(edge, view),
+            _ => 1,
+        };
         let Some(journey) = &mut self.journey else { return };
         match leg {
             Leg::ToGraph(node) | Leg::OutOfDock(node) => {
@@ -221,12 +228,16 @@ impl RouteExecutor {
                 }
             }
             Leg::IntoPose(node) => (journey.current, journey.is_at_end) = (Some(node), true),
+            Leg::Edge(edge) if journey.edge_parts + 1 < parts => {
+                journey.edge_parts += 1;
+                return self.walk_edge(at, edge, view);
+            }
             Leg::Edge(edge) => {
                 let end = view.site.edge(edge).map(|edge| edge.to);
                 journey.is_at_end = end.is_some() && end == journey.target.route_end();
                 (journey.current, journey.edge_failures) = (end, 0);
                 journey.unreachable.clear();
-                self.effects.push(RouteEffect::Traversed(edge, at - journey.leg_began));
+                self.effects.push(RouteEffect::Traversed(edge, at - journey.edge_began));
                 let was_blocked = self.blocks.remove(&edge).is_some();
                 if was_blocked || view.site.get(ObjectId::EdgeBlock(edge)).is_some() {
                     self.effects.push(RouteEffect::Unblock(edge));
@@ -261,7 +272,7 @@ impl RouteExecutor {
                 self.forget_place();
             }
             Leg::OutOfDock(_) => return self.end(GoalResult::Failed(ReachFailure::NotUndocked)),
-            Leg::OntoDock => return self.handle_no_charge(at, view),
+            Leg::OntoDock => return self.handle_no_charge(view),
             Leg::BackOff(_) => return self.end(GoalResult::Failed(ReachFailure::NotDocked)),
             Leg::Charge { .. } | Leg::Wait { .. } | Leg::WaitForBlock { .. } => {}
         }
@@ -308,14 +319,14 @@ impl RouteExecutor {
     }
 
     /// The dock does not charge, or was not reached: the robot backs off and tries again.
-    fn handle_no_charge(&mut self, at: Stamp, view: &RouteView<'_>) {
+    fn handle_no_charge(&mut self, view: &RouteView<'_>) {
         let Some(journey) = &mut self.journey else { return };
         journey.dock_failures += 1;
         let Target::Dock { approach, .. } = journey.target else { return };
         let Some(node) = view.site.node(approach) else {
             return self.end(GoalResult::Failed(ReachFailure::NotDocked));
         };
-        self.begin_walk(at, Leg::BackOff(approach), self.straight_walk(node.map_from_node, node.tolerance));
+        self.begin_walk(Leg::BackOff(approach), self.straight_walk(node.map_from_node, node.tolerance));
     }
 
     /// Whether an edge cannot be used now.
@@ -333,14 +344,14 @@ impl RouteExecutor {
         }
         if let Some(dock) = view.docked {
             return match view.site.docks().find(|known| known.id == dock) {
-                Some(dock) if journey.walks == 0 => self.leave_dock(at, dock.approach, view),
+                Some(dock) if journey.walks == 0 => self.leave_dock(dock.approach, view),
                 _ => self.end(GoalResult::Failed(ReachFailure::NotUndocked)),
             };
         }
         let Some(end) = target.route_end() else { return self.end_as_reached() };
         if journey.is_at_end {
             return match target {
-                Target::Dock { node, .. } => self.walk_onto_dock(at, node, view),
+                Target::Dock { node, .. } => self.walk_onto_dock(node, view),
                 _ => self.end_as_reached(),
             };
         }
@@ -349,7 +360,7 @@ impl RouteExecutor {
             graph.close(block.edge, Closure::Blocked(block.clone()));
         }
         match journey.current.or(view.place.at) {
-            Some(node) if node == end => self.walk_into_pose(at, end, view),
+            Some(node) if node == end => self.walk_into_pose(end, view),
             Some(node) => self.walk_next_edge(at, node, end, &graph, view),
             None => self.walk_to_graph(at, end, &graph, view),
         }
@@ -372,6 +383,7 @@ impl RouteExecutor {
                 let Some(edge) = route.edges.first().copied() else { return };
                 if let Some(journey) = &mut self.journey {
                     (journey.current, journey.route) = (Some(from), route.edges);
+                    (journey.edge_began, journey.edge_parts) = (at, 0);
                 }
                 self.walk_edge(at, edge, view);
             }
@@ -402,18 +414,30 @@ impl RouteExecutor {
     fn walk_edge(&mut self, at: Stamp, edge: EdgeId, view: &RouteView<'_>) {
         let Some(journey) = &self.journey else { return };
         let end = journey.target.route_end();
-        let Some(node) = view.site.edge(edge).and_then(|edge| view.site.node(edge.to)) else {
+        let nodes = view.site.edge(edge).map(|edge| [edge.from, edge.to].map(|id| view.site.node(id)));
+        let Some([Some(from), Some(to)]) = nodes else {
             self.forget_place();
             return self.next_leg(at, view);
         };
-        let is_last = Some(node.id) == end;
+        let (part, parts) = (journey.edge_parts + 1, self.parts(edge, view));
+        let is_last = part >= parts && Some(to.id) == end;
+        let map_from_goal = match part < parts {
+            true => point_between(&from.map_from_node, &to.map_from_node, f64::from(part) / f64::from(parts)),
+            false => to.map_from_node,
+        };
         let walk = LegWalk {
-            map_from_goal: node.map_from_node,
-            tolerance: is_last.then(|| standing_tolerance(node)),
+            map_from_goal,
+            tolerance: is_last.then(|| standing_tolerance(to)),
             speed_max_m_s: view.graph.speed_m_s(edge).filter(|_| self.limits_speed(edge, view.site)),
             is_straight: false,
         };
-        self.begin_walk(at, Leg::Edge(edge), walk);
+        self.begin_walk(Leg::Edge(edge), walk);
+    }
+
+    /// Number of parts in which an edge is walked.
+    fn parts(&self, edge: EdgeId, view: &RouteView<'_>) -> u32 {
+        let length_m = view.graph.cost(edge).map_or(0.0, |(_, length_m)| length_m);
+        (length_m / self.config.part_length_max_m).ceil().clamp(1.0, 1_000.0) as u32
     }
 
     /// Whether an edge is walked more slowly than the robot walks by itself.
@@ -454,7 +478,7 @@ impl RouteExecutor {
                 let tolerance = is_last.then(|| standing_tolerance(node));
                 let goal = node.map_from_node;
                 let leg = if is_last { Leg::IntoPose(node.id) } else { Leg::ToGraph(node.id) };
-                return self.begin_walk(at, leg, path_walk(goal, tolerance));
+                return self.begin_walk(leg, path_walk(goal, tolerance));
             }
             (None, Some(_)) if !journey.unreachable.is_empty() => ReachFailure::PathBlocked,
             (None, Some(nearest)) => match tree.route(nearest) {
@@ -469,15 +493,15 @@ impl RouteExecutor {
         self.end(GoalResult::Failed(reason));
     }
 
-    fn walk_into_pose(&mut self, at: Stamp, node: NodeId, view: &RouteView<'_>) {
+    fn walk_into_pose(&mut self, node: NodeId, view: &RouteView<'_>) {
         let Some(node) = view.site.node(node) else {
             return self.end(GoalResult::Failed(ReachFailure::NoSuchPlace));
         };
         let walk = path_walk(node.map_from_node, Some(standing_tolerance(node)));
-        self.begin_walk(at, Leg::IntoPose(node.id), walk);
+        self.begin_walk(Leg::IntoPose(node.id), walk);
     }
 
-    fn walk_onto_dock(&mut self, at: Stamp, node: NodeId, view: &RouteView<'_>) {
+    fn walk_onto_dock(&mut self, node: NodeId, view: &RouteView<'_>) {
         let Some(node) = view.site.node(node) else {
             return self.end(GoalResult::Failed(ReachFailure::NoSuchPlace));
         };
@@ -485,15 +509,15 @@ impl RouteExecutor {
         if let Some(journey) = &mut self.journey {
             journey.route.clear();
         }
-        self.begin_walk(at, Leg::OntoDock, walk);
+        self.begin_walk(Leg::OntoDock, walk);
     }
 
-    fn leave_dock(&mut self, at: Stamp, approach: NodeId, view: &RouteView<'_>) {
+    fn leave_dock(&mut self, approach: NodeId, view: &RouteView<'_>) {
         let Some(node) = view.site.node(approach) else {
             return self.end(GoalResult::Failed(ReachFailure::NotUndocked));
         };
         let walk = self.straight_walk(node.map_from_node, node.tolerance);
-        self.begin_walk(at, Leg::OutOfDock(approach), walk);
+        self.begin_walk(Leg::OutOfDock(approach), walk);
     }
 
     fn straight_walk(&self, map_from_goal: Pose, tolerance: PoseTolerance) -> LegWalk {
@@ -501,11 +525,10 @@ impl RouteExecutor {
         LegWalk { map_from_goal, tolerance: Some(tolerance), speed_max_m_s, is_straight: true }
     }
 
-    fn begin_walk(&mut self, at: Stamp, leg: Leg, walk: LegWalk) {
+    fn begin_walk(&mut self, leg: Leg, walk: LegWalk) {
         let Some(journey) = &mut self.journey else { return };
         let id = leg_goal_id(journey.goal, journey.walks);
         journey.walks += 1;
-        journey.leg_began = at;
         journey.leg = Some((id, leg));
         self.effects.push(RouteEffect::Walk(id, walk));
     }
@@ -548,6 +571,13 @@ fn no_route(reason: NoRoute) -> ReachFailure {
         }
         NoRoute::NotConnected => ReachFailure::NoRoute { closed: Vec::new() },
     }
+}
+
+/// The point at a share of the straight line between two poses. Its heading is of no account: it is only passed.
+fn point_between(a: &Pose, b: &Pose, share: f64) -> Pose {
+    let between = |a: f64, b: f64| a + share * (b - a);
+    let (from, to) = (a.position, b.position);
+    Pose { position: Vec3::new(between(from.x, to.x), between(from.y, to.y), between(from.z, to.z)), ..*a }
 }
 
 fn distance_m(a: &Pose, b: &Pose) -> f64 {

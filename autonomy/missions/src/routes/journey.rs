@@ -58,7 +58,10 @@ pub(super) struct Journey {
     pub goal: GoalId,
     pub target: Target,
     pub leg: Option<(GoalId, Leg)>,
-    pub leg_began: Stamp,
+    /// When the present edge was begun.
+    pub edge_began: Stamp,
+    /// Parts of the present edge that were walked.
+    pub edge_parts: u32,
     /// The node that was reached last on the route.
     pub current: Option<NodeId>,
     /// Whether the robot has stood in the pose of the route's end.
@@ -81,7 +84,8 @@ impl Journey {
             goal,
             target,
             leg: None,
-            leg_began: at,
+            edge_began: at,
+            edge_parts: 0,
             current: None,
             is_at_end: false,
             walks: 0,

@@ -40,7 +40,11 @@ impl World {
         builder.pair(1, 2).pair(2, 3).pair(3, 4).pair(2, 5).pair(5, 4).dock(91, 1, 2);
         let mut world = Self {
             builder,
-            executor: RouteExecutor::new(RouteExecutorConfig::default()),
+            // Edges in one part, but for the test of parts.
+            executor: RouteExecutor::new(RouteExecutorConfig {
+                part_length_max_m: 100.0,
+                ..RouteExecutorConfig::default()
+            }),
             at: Stamp::from_nanos(0),
             pose: Pose::IDENTITY,
             place: GraphPlace::default(),
@@ -158,6 +162,17 @@ fn a_route_passes_its_nodes_and_stands_in_the_last() {
     world.walk_to_the_end();
     assert_eq!(world.ended, [GoalResult::Reached]);
     assert_eq!(world.traversed, [edge_id(2, 3), edge_id(3, 4)]);
+}
+
+#[test]
+fn a_long_edge_is_walked_in_parts() {
+    let mut world = World::new();
+    world.executor = RouteExecutor::new(RouteExecutorConfig::default());
+    world.begin(GoalRequest::Route(node_id(3)));
+    assert!(world.walks[0].1.tolerance.is_none(), "the middle is passed");
+    assert_eq!(world.walk_to_the_end(), [25.0, 30.0]);
+    assert_eq!(world.ended, [GoalResult::Reached]);
+    assert_eq!(world.traversed, [edge_id(2, 3)]);
 }
 
 #[test]
