@@ -32,6 +32,7 @@ pub(crate) struct Day {
     pub(crate) missions: Arc<MissionStatus>,
     pub(crate) route: Arc<RouteStatus>,
     pub(crate) refusals: Vec<String>,
+    pub(crate) notices: Vec<String>,
     /// The newest relocalisation request, with its job.
     pub(crate) asked: Option<(JobId, RelocalisationTask)>,
     pub(crate) finished: Option<Arc<FinishedMap>>,
@@ -71,6 +72,7 @@ impl Day {
             missions: Arc::default(),
             route: Arc::default(),
             refusals: Vec::new(),
+            notices: Vec::new(),
             asked: None,
             finished: None,
         }
@@ -104,6 +106,7 @@ impl Day {
             missions,
             route,
             refusals,
+            notices,
             asked,
             finished,
             ..
@@ -128,6 +131,7 @@ impl Day {
             StackEffect::Publish(Publication::Route(now)) => *route = Arc::clone(now),
             StackEffect::StartJob { job, work: Job::Relocalise(task) } => *asked = Some((*job, *task)),
             StackEffect::StartJob { work: Job::SaveMap(map), .. } => *finished = Some(Arc::clone(map)),
+            StackEffect::Publish(Publication::Notice(notice)) => notices.push(notice.text.clone()),
             StackEffect::Answer { refused: Some(reason), .. } => refusals.push(reason.clone()),
             _ => {}
         });

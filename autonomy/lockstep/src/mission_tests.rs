@@ -196,3 +196,16 @@ fn a_person_sends_the_robot_to_a_node_and_the_route_goes_round_a_closed_edge() {
     assert_eq!(day.route.at, Some(node(4)), "{:?} {:?} {:?}", route, day.route, day.refusals);
     assert!(day.route.route.is_none());
 }
+
+#[test]
+fn people_are_told_once_that_a_run_waits_for_the_place_of_the_robot() {
+    let (_, _, origin) = first();
+    let start = Start { position: Vec3::new(16.4, 23.5, 0.0), yaw: 0.0 };
+    let mut day = Day::begin(start, 54, None);
+    day.lockstep.give_site(site(origin));
+    let start = MissionCommandKind::Start { run: RUN, mission: MISSION, mode: StartMode::Queue };
+    day.order(CommandKind::Mission(start));
+    day.run(3.0);
+    let told = day.notices.iter().filter(|text| text.contains("waits until the robot is localised"));
+    assert_eq!(told.count(), 1, "{:?}", day.notices);
+}

@@ -78,3 +78,5 @@ pub(crate) const NO_SITE: &str = "The site has not been read yet. Try again in a
 pub(crate) const MOTION_IS_STOPPED: &str = "Motion is stopped. Press \"Allow motion\" first.";
 /// A goal on the topological map while the pose in its map is not known.
 pub(crate) const NOT_LOCALISED_IN_SITE: &str = "The robot is not localised in the map of the site. Choose \"Use this map\" on that map, and wait until it is localised.";
+/// A run waits.
+pub(crate) const RUN_WAITS_FOR_PLACE: &str = "A mission waits until the robot is localised in the map of the site. Choose \"Use this map\" on that map, or show the robot where it stands.";

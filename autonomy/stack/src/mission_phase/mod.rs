@@ -12,7 +12,7 @@ use missions::{
     ActionInfo, ActionResult, GraphLocaliser, GraphLocaliserConfig, GraphPlace, MissionInput, MissionRunner,
     Records, RouteExecutor, RouteExecutorConfig, RunnerConfig, Situation,
 };
-use site_model::{DockId, Edit, MissionEvent, MissionStatus, RouteStatus, Site};
+use site_model::{DockId, Edit, MissionEvent, MissionStatus, RouteStatus, RunId, RunState, Site};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use uuid::Uuid;
@@ -61,6 +61,8 @@ pub(crate) struct MissionPhase {
     cancelled: Option<(Principal, CancelCause)>,
     /// Inputs of the runner that follow from its own effects.
     pending: VecDeque<MissionInput>,
+    /// The run of which people were told last that it waits.
+    told_waiting: Option<RunId>,
     /// Whether what is published may have changed.
     is_changed: bool,
     battery: Option<BatteryState>,
@@ -87,6 +89,7 @@ impl Default for MissionPhase {
             goal: None,
             cancelled: None,
             pending: VecDeque::new(),
+            told_waiting: None,
             is_changed: true,
             battery: None,
             situation: Situation::default(),
@@ -134,6 +137,15 @@ impl MissionPhase {
             (distance_m <= self.config.dock_distance_m).then_some((distance_m, dock.id))
         });
         near.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, dock)| dock)
+    }
+
+    /// The run that would begin or go on now if the robot were localised.
+    fn waiting_run(&self) -> Option<RunId> {
+        let records = self.runner.as_ref()?.records();
+        match records.active() {
+            Some(run) => (run.state == RunState::Restarted).then_some(run.id),
+            None => records.queue().first().copied(),
+        }
     }
 
     /// Whether the goal is one of the runner's.

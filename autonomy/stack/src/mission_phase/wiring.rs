@@ -182,9 +182,19 @@ impl Running {
             self.update_missions(at, MissionInput::Situation(situation), effects);
         }
         self.update_missions(at, MissionInput::Tick, effects);
+        self.tell_waiting(at, is_localised, effects);
         let route = self.with_view(at, |executor, view| executor.tick(at, view));
         self.handle_route_effects(at, route, effects);
         self.publish_route(at, effects);
+    }
+
+    /// Tells people once for each run that it waits because the robot is not localised.
+    fn tell_waiting(&mut self, at: Stamp, is_localised: bool, effects: &mut Vec<StackEffect>) {
+        let waiting = if is_localised { None } else { self.missions.waiting_run() };
+        if waiting.is_some() && waiting != self.missions.told_waiting {
+            effects.push(notice(at, Severity::Warning, texts::RUN_WAITS_FOR_PLACE.to_owned()));
+        }
+        self.missions.told_waiting = waiting.or(self.missions.told_waiting);
     }
 
     /// Handles what goals of the executive have come to since `from`, the number of effects before this step. Walks of routes are not published one by one: the
