@@ -3,4 +3,5 @@
 mod harness;
 mod importing;
 mod mapping;
+mod missions;
 mod own_building;

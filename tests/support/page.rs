@@ -28,6 +28,7 @@ pub struct Key {
 
 impl Key {
     pub const W: Self = Self { code: "KeyW", key: "w", number: b'W' };
+    pub const ESCAPE: Self = Self { code: "Escape", key: "Escape", number: 27 };
     pub const Q: Self = Self { code: "KeyQ", key: "q", number: b'Q' };
 }
 
@@ -201,6 +202,12 @@ impl Page {
             "Input.dispatchMouseEvent",
             json!({ "type": kind, "x": at.x, "y": at.y, "button": button, "buttons": buttons, "clickCount": 1 }),
         );
+    }
+
+    /// A finger: `touchStart`, `touchMove` or, without a place, `touchEnd`.
+    pub fn touch(&mut self, kind: &str, at: Option<At>) {
+        let points: Vec<Value> = at.iter().map(|at| json!({ "x": at.x, "y": at.y })).collect();
+        self.call("Input.dispatchTouchEvent", json!({ "type": kind, "touchPoints": points }));
     }
 
     pub fn key_down(&mut self, key: Key) {
