@@ -22,7 +22,7 @@ pub(crate) fn one_line(ui: &Ui, text: &str, font: FontId, colour: Color32, room:
     lines(ui, text, font, colour, room, 1)
 }
 
-/// A text in so many lines of this width, points, at most; what does not fit is left out, and a sign says so.
+/// A text of this width, points, cut after the given number of lines. An ellipsis marks that something was left out.
 pub(crate) fn lines(
     ui: &Ui,
     text: &str,

@@ -26,7 +26,7 @@ pub struct Runs {
     route: RouteStatus,
     /// The last report of each run that this client has seen, also of those that ended since.
     seen: BTreeMap<RunId, RunStatus>,
-    /// What became of slots of schedules, as far as this client knows.
+    /// What became of slots of schedules. A slot that this client was not told of is missing.
     slots: BTreeMap<(ScheduleId, LocalDateTime), RunState>,
     /// The runs that the robot has stored, the newest first; none before they were fetched.
     stored: Option<Vec<StoredRun>>,

@@ -60,7 +60,7 @@ fn client(recurrence: Recurrence) -> TestClient {
     client
 }
 
-/// Local times of all slots that are planned from Monday 2026-11-23 on, before so many days later, in UTC.
+/// Local times of all slots in UTC that are planned in the given number of days from Monday 2026-11-23 on.
 fn planned(client: &TestClient, days: i64) -> Vec<LocalDateTime> {
     let site = client.model.site.site().unwrap();
     let begin = Utc(day_number(date(2026, 11, 23)) * 86_400_000_000_000);

@@ -145,7 +145,7 @@ impl Plan {
     }
 }
 
-/// Midnight, local time, so many days after `day`.
+/// Midnight, local time, of the day that is the given number of days after `day`.
 fn midnight(zone: &SiteZone, day: LocalDate, days: i64) -> Utc {
     let date = date_of(day_number(day) + days);
     let at = LocalDateTime { date, time: LocalTime { hour: 0, minute: 0 } };

@@ -50,14 +50,14 @@ pub(super) struct Drag {
 }
 
 impl Drag {
-    /// The pointer is over a day of the week, at a height of so many minutes: the time is rounded to 15 minutes.
+    /// The pointer is over a day of the week. Its height is a time of day, minutes after midnight, which is rounded to 15 minutes.
     pub(super) fn point_at(&mut self, plan: &Plan, day: usize, minute: f32) {
         let snapped = ((minute - self.grip_min) / SNAP_MIN as f32).round() as i64 * SNAP_MIN;
         let minute = snapped.clamp(0, MINUTES_A_DAY - SNAP_MIN);
         self.target = Some(local_of(day_number(plan.day(day)) * MINUTES_A_DAY + minute));
     }
 
-    /// A key moves it by so many days and steps of 15 minutes, within the week that is shown.
+    /// A key moves it by a number of days and of steps of 15 minutes, within the week that is shown.
     pub(super) fn step(&mut self, plan: &Plan, days: i64, steps: i64) {
         let Some(target) = self.target else { return };
         let first = day_number(plan.week) * MINUTES_A_DAY;
