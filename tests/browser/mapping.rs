@@ -126,7 +126,7 @@ fn extend(page: &mut Page, map: &str, larger: &str) {
 
 /// Localises the robot in the saved map on the screen, in which it stands.
 #[track_caller]
-fn localise(page: &mut Page, map: &str) {
+pub(super) fn localise(page: &mut Page, map: &str) {
     page.click("button", &format!("Use {map}"));
     page.click("button", "Live");
     wait_for("the robot to find itself", WALK_LIMIT, || {

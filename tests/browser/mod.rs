@@ -4,4 +4,5 @@ mod harness;
 mod importing;
 mod mapping;
 mod missions;
+mod operating;
 mod own_building;
