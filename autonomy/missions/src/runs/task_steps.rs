@@ -1,14 +1,14 @@
 //! Steps of tasks: applies the task table.
 
-use super::interface::{GoalRequest, MissionEffect, MissionNotice};
+use super::interface::{ActionInfo, GoalRequest, MissionEffect, MissionNotice};
 use super::records::{Run, TaskRecord};
 use super::runner::{Acting, Activity, Leg, MissionRunner, Purpose, Stop};
 use super::table::{RunTrigger, TASK_TABLE, TaskAction, TaskGuard, TaskTransition, TaskTrigger};
 use crate::graph::{NoRoute, RouteTree};
 use crate::ids::{call_id, goal_id};
 use site_model::{
-    DockId, FailureStep, MissionEventKind, NodeId, ReachFailure, RunId, RunState, TaskFailure, TaskState,
-    TaskStep,
+    ActionRequest, DockId, FailureStep, MissionEventKind, NodeId, ReachFailure, RunId, RunState, TaskFailure,
+    TaskState, TaskStep, describe_action,
 };
 use vocab::Span;
 
@@ -223,8 +223,7 @@ impl MissionRunner {
             let failure = Some(TaskFailure::ActionUnavailable);
             return self.fire_task(run, task, TaskTrigger::ActionFailed, failure);
         };
-        let limit = info.expected * self.config.action_time_ratio;
-        let limit = if limit > Span::ZERO { limit } else { Span::ZERO };
+        let limit = expected_time(info, &request) * self.config.action_time_ratio;
         let deadline = self.at + limit + self.config.action_margin;
         self.activity = Some(Activity::Action(Acting { run, task, call, deadline, stop: None }));
         let task = planned.task;
@@ -253,6 +252,13 @@ impl MissionRunner {
     }
 }
 
+/// How long an action is expected to take. A measurement for a time that the request says takes that time, and not what is usual.
+fn expected_time(info: &ActionInfo, request: &ActionRequest) -> Span {
+    let known_s =
+        describe_action(&request.action).map_or(0.0, |known| known.expected_time_s(&request.parameters));
+    info.expected.max(Span::from_secs_f64(known_s)).max(Span::ZERO)
+}
+
 fn stop_reason(trigger: TaskTrigger) -> Stop {
     match trigger {
         TaskTrigger::SkipRequested => Stop::ForSkip,
@@ -268,4 +274,24 @@ fn last_failure(task: &TaskRecord) -> Option<TaskFailure> {
         }
         _ => None,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use site_model::Parameter;
+
+    #[test]
+    fn a_measurement_is_expected_to_take_the_time_that_its_request_says() {
+        let info = ActionInfo { is_idempotent: true, expected: Span::from_millis(62_000) };
+        let request = |action: &str, seconds| ActionRequest {
+            action: action.to_owned(),
+            parameters: [("duration_s".to_owned(), Parameter::Integer(seconds))].into(),
+        };
+        let long = expected_time(&info, &request("gamma_spectrum", 3_000));
+        assert!(long >= Span::from_millis(3_000_000), "{long:?}");
+        // A shorter one is given what is usual, and so is one that the platform does not know.
+        assert_eq!(expected_time(&info, &request("gamma_spectrum", 1)), info.expected);
+        assert_eq!(expected_time(&info, &request("sniff", 3_000)), info.expected);
+    }
 }

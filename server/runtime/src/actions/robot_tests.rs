@@ -55,7 +55,8 @@ impl Bench {
             SimulatedRobot::start(SimulatedRobotConfig::new(sim, 1.0, socket.clone())).expect("starts");
         let link = SocketLink::connect(&socket, SocketLinkConfig::default()).expect("connects");
         let store = Arc::new(Store::open(dir.path().join("data")).expect("opens"));
-        let config = ActionConfig::default();
+        // The clock of the bench stands still.
+        let config = ActionConfig { feedback_period: Span::ZERO, ..ActionConfig::default() };
         let (queue, inbox) = ActionQueue::new(&config);
         let (sender, results) = crossbeam_channel::bounded(config.max_results);
         let clock = Arc::<RobotClock>::default();
@@ -85,21 +86,29 @@ impl Bench {
         assert_eq!(queue.call(CALL, action.to_owned(), parameters.to_owned()), None);
     }
 
-    /// The end of the call. The robot's measurements are read meanwhile, so that it goes on.
-    fn end(&self) -> ActionOutcome {
+    /// What is said of the call, as soon as `wanted` accepts it. The robot's measurements are read meanwhile, so that it goes on.
+    fn until<T>(&self, wanted: impl Fn(Input) -> Option<T>) -> T {
         let (arrivals, begun) = (self.link.arrivals(), Instant::now());
         loop {
-            assert!(begun.elapsed() < PATIENCE, "the action does not end");
+            assert!(begun.elapsed() < PATIENCE, "nothing of the kind is said of the action");
             crossbeam_channel::select! {
                 recv(arrivals) -> _ => {}
                 recv(self.results) -> result => {
-                    if let Ok(Input::ActionDone { call: CALL, outcome }) = result {
-                        return outcome;
+                    if let Some(found) = result.ok().and_then(&wanted) {
+                        return found;
                     }
                 }
                 default(Duration::from_millis(50)) => {}
             }
         }
+    }
+
+    /// The end of the call.
+    fn end(&self) -> ActionOutcome {
+        self.until(|input| match input {
+            Input::ActionDone { call: CALL, outcome } => Some(outcome),
+            _ => None,
+        })
     }
 
     fn take(&self, action: &str, zoom: &str) -> (ActionReport, Vec<(ReportFile, Vec<u8>)>) {
@@ -181,7 +190,8 @@ fn a_photo_of_b1_is_stored_and_says_where_its_target_is_in_it() {
 fn an_action_of_a_robot_that_dies_fails_once() {
     let mut bench = Bench::start();
     bench.call("gamma_spectrum", r#"{"duration_s": 3600}"#);
-    // A request that the robot has not read yet when it dies is lost like one that it performs.
+    // The robot performs it: it has said how far it is.
+    bench.until(|input| matches!(input, Input::ActionFeedback { call: CALL, .. }).then_some(()));
     drop(bench.robot.take());
     let ActionOutcome::Failed { reason } = bench.end() else { panic!("it cannot have been done") };
     assert!(reason.contains("nobody knows"), "{reason}");
