@@ -230,6 +230,7 @@ fn levenberg_marquardt<T: Stored>(
                 state.converged = true;
                 break;
             }
+            // Equation 10.
             let factor = 1.0 - (2.0 * quality - 1.0).powi(3);
             damping = (damping * factor.clamp(config.min_decrease, config.max_increase)).max(config.min);
             growth = config.first_growth;
@@ -386,7 +387,7 @@ impl<'a, T: Stored> Problem<'a, T> {
         Ok(sum)
     }
 
-    /// Solves the system with `damping` added to its diagonal.
+    /// Solves the system with `damping` added to its diagonal. The predicted decrease is the denominator of equation 9.
     fn step(&mut self, damping: &[f64]) -> Result<Step, SolveError> {
         self.factorise(damping)?;
         let errors = self.factorisation.solve(&self.plan, &self.system.dimensions, 0);

@@ -19,7 +19,7 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// Cost and weight at a squared whitened residual.
+    /// Cost and weight at a squared whitened residual (docs/maths/factors.md, equations 3 and 4).
     pub(crate) fn evaluate(&self, squared: f64) -> (f64, f64) {
         let (cost, slope) = self.kernel.evaluate(squared);
         (cost * self.weight, slope * self.weight)

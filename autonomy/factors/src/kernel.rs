@@ -1,6 +1,6 @@
 //! Robust kernels: they limit the cost of a large residual.
 //!
-//! With the squared whitened residual `s`, a factor costs `ρ(s)` (docs/maths/factors.md, equations 3 and 10 to 13). Its normal equations are
+//! With the squared whitened residual `s`, a factor costs `ρ(s)` (docs/maths/factors.md, equations 3 and 11 to 14). Its normal equations are
 //! weighted by `ρ'(s)` (iteratively re-weighted least squares). Every kernel equals `s` near zero.
 //! Sources: Zhang, *Parameter estimation techniques*, 1997; Agarwal and others, *Robust map optimization using dynamic
 //! covariance scaling*, ICRA 2013.

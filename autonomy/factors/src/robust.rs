@@ -1,7 +1,7 @@
 //! Robust estimation with wrong loop closures: graduated non-convexity.
 //!
 //! The initial solution uses the Cauchy kernel, which never ignores a factor completely. Then suspect factors cost truncated least squares,
-//! `min(s, c²)` (docs/maths/factors.md, equations 14 to 16). The truncated cost is approached in stages. The first surrogate is nearly convex
+//! `min(s, c²)` (docs/maths/factors.md, equations 15 to 18). The truncated cost is approached in stages. The first surrogate is nearly convex
 //! and uses every suspect. Each further stage is closer to the truncated cost, and suspects that the other factors contradict lose their weight.
 //! The threshold follows the measured noise, because information matrices in files are often too small. Source: Yang, Antonante, Tzoumas,
 //! Carlone, *Graduated non-convexity for robust spatial perception*, RA-L 5, 2020.
@@ -132,7 +132,7 @@ struct Suspect {
 }
 
 impl Suspect {
-    /// Wilson and Hilferty's approximation of the chi-squared quantile (docs/maths/factors.md, equation 15).
+    /// Wilson and Hilferty's approximation of the chi-squared quantile (docs/maths/factors.md, equation 16).
     fn new(id: FactorId, rows: usize, deviations: f64) -> Self {
         let rows = rows as f64;
         let share = 2.0 / (9.0 * rows);
@@ -184,6 +184,7 @@ impl Rounds<'_> {
             self.apply_weights();
             return Ok(values);
         }
+        // Equation 18.
         let mut closeness = (1.0 / (2.0 * greatest - 1.0)).max(self.config.closeness_min);
         for _ in 0..self.config.stages_max {
             let squares = self.squares(&values)?;
@@ -234,7 +235,7 @@ impl Rounds<'_> {
     }
 
     /// Rejects suspects that the graph *without them* contradicts. Returns whether there were any. If few other factors constrain a part of the
-    /// graph, a wrong loop deforms it until its own residual is small. Its innovation reveals it (docs/maths/factors.md, equation 17): with
+    /// graph, a wrong loop deforms it until its own residual is small. Its innovation reveals it (docs/maths/factors.md, equation 19): with
     /// whitened residual `r`, Jacobian `J` and covariance `Σ` of the present solution, `rᵀ (I - J Σ Jᵀ)⁻¹ r` is the squared residual that the
     /// suspect would have if it had not been used.
     fn review(&mut self, values: &Values, scale: f64) -> Result<bool, SolveError> {
@@ -288,7 +289,7 @@ impl Rounds<'_> {
     }
 }
 
-/// Weight of a squared residual `excess`, in units of the limit, at a closeness μ to the truncated cost (equation 16).
+/// Weight of a squared residual `excess`, in units of the limit, at a closeness μ to the truncated cost (equation 17).
 fn weight(excess: f64, closeness: f64) -> f64 {
     if excess >= (closeness + 1.0) / closeness {
         0.0
