@@ -215,6 +215,7 @@ impl LoopConsistencyCheck {
         self.agreement(expected.as_ref(), &edge.relative_pose())
     }
 
+    /// By equation 3; an error above the quantile is judged by the position alone.
     fn agreement(&self, expected: Option<&UncertainPose>, measured: &UncertainPose) -> Agreement {
         let Some(expected) = expected else { return Agreement::Implausible };
         let std_m = expected.translation_std_m();

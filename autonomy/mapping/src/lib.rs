@@ -1,7 +1,7 @@
 //! From odometry to a map: keyframes, the pose graph between them, place recognition, loop closure, and known ground.
 //!
-//! A [`Session`] owns the [`PoseGraph`] and the trajectory (about 1 kB a keyframe and 76 B a scan). Full clouds go to the caller. A [`LoopFinder`]
-//! keeps a thinned cloud of every keyframe (about 34 kB) and finds loops in four steps: `scan_context` and `scan_context_index` recognise,
+//! A [`Session`] owns the [`PoseGraph`] and the trajectory (about 1.5 kB a keyframe and 76 B a scan). Full clouds go to the caller. A [`LoopFinder`]
+//! keeps a thinned cloud of every keyframe (about 33 kB) and finds loops in four steps: `scan_context` and `scan_context_index` recognise,
 //! `candidates` selects, `verification` registers, `consistency` decides. On known ground it anchors the robot's pose to old keyframes instead
 //! (`known_ground`). [`LoopClosing`] runs these steps with jobs and people's decisions, and moves the map. [`MapMatcher`] finds one finished map in
 //! another, [`MapSearch`] the robot in a finished map. `dynamic_points` removes people, `map_changes` finds what changed, `virtual_viewpoint` makes

@@ -84,7 +84,7 @@ pub struct MapKeyframe {
     pub descriptor: KeyframeDescriptor,
 }
 
-/// Place recognition and loop closure of one session. Holds about 34 kB a keyframe (cloud 18, range image 11.5, scan context 3.3) and four
+/// Place recognition and loop closure of one session. Holds about 33 kB a keyframe (cloud 18, range image 11.5, scan context 3.3) and four
 /// submaps.
 #[derive(Clone, Debug)]
 pub struct LoopFinder {

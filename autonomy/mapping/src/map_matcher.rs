@@ -97,7 +97,7 @@ impl Default for MapMatcherConfig {
     }
 }
 
-/// A finished map as keyframes are searched in it: 45 kB a keyframe.
+/// A finished map as keyframes are searched in it: 40 kB a keyframe.
 #[derive(Clone, Debug)]
 pub struct MapMatcher {
     config: MapMatcherConfig,
@@ -409,7 +409,7 @@ impl Link {
         self.result.evidence.score
     }
 
-    /// Whether this link puts another link's keyframe where that one does.
+    /// Whether this link puts another link's keyframe where that one does (equation 11).
     fn agrees(&self, with: &Self, second: &MapMatcher, config: &MapMatcherConfig) -> bool {
         let distance_m = (second.position(self.to) - second.position(with.to)).norm();
         let second_from_keyframe = second.keyframes[with.to].map_from_keyframe;

@@ -8,7 +8,7 @@ use geometry::{Isometry, Matrix6, se3};
 /// The errors of the edges are independent. Their covariances, expressed in the frame of the first keyframe, therefore add up along the
 /// walk, and the covariance between two keyframes is a difference of two sums (docs/maths/loops.md, equation 5). This holds within one
 /// segment of the walk. A segment ends where the walk continues over known ground, and a new one begins where it leaves known ground.
-/// Takes 352 B a keyframe.
+/// Takes 356 B a keyframe.
 #[derive(Clone, Debug)]
 pub struct OdometryChain {
     /// For each keyframe: its pose in the first keyframe, and the summed covariance of the walk there, perturbed on the left.
@@ -85,7 +85,7 @@ impl OdometryChain {
         Some(self.total_distance_m - self.distances_m.get(keyframe)?)
     }
 
-    /// Pose of `b` in `a`, by odometry alone. `None` if they belong to different segments.
+    /// Pose of `b` in `a`, by odometry alone (equation 5). `None` if they belong to different segments.
     pub fn relative_pose(&self, a: usize, b: usize) -> Option<UncertainPose> {
         if b < a {
             return Some(self.relative_pose(b, a)?.inverse());

@@ -8,7 +8,7 @@ use std::sync::Arc;
 /// Parameters of [`RecentScans`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RecentScansConfig {
-    /// Number of scans kept, 34 kB each. More waypoints than are walked while a comparison is running.
+    /// Number of scans kept, 30 kB each. More waypoints than are walked while a comparison is running.
     pub capacity: usize,
 }
 

@@ -375,7 +375,7 @@ fn thin_older_half<T>(entries: &mut Vec<T>) {
     });
 }
 
-/// Information of the relative pose between two moments of one odometry (docs/maths/loops.md, section 9).
+/// Information of the relative pose between two moments of one odometry (docs/maths/loops.md, equation 12).
 ///
 /// It comes from the growth of the absolute covariance, after the old one was moved into the new frame. Only the diagonal of the difference is used,
 /// with a floor, because the difference of two estimates of a filter need not be positive definite. Where it shrank, the pose was corrected by

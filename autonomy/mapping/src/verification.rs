@@ -1,4 +1,4 @@
-//! Verification of a pair of keyframes: whether both saw the same place, and the pose of one in the other (docs/maths/loops.md, section 5).
+//! Verification of a pair of keyframes: whether both saw the same place, and the pose of one in the other (docs/maths/loops.md, section 5 and equations 7 to 9).
 //!
 //! A pure function of what a [`Comparison`] owns, so that it can run in a job: about 20 ms. The newer cloud is registered to the older submap
 //! from several starts. The result has to pass gates on overlap, residual, free space, runner-up and degeneracy. These gates cannot tell
@@ -264,6 +264,7 @@ pub fn compare(comparison: &Comparison, config: &VerificationConfig) -> Comparis
     };
     let FineFit { pose, information, conditioning } =
         register_finely(older, newer, &best.map_from_body, comparison.tilt.as_ref(), config);
+    // Equation 8.
     let information = information / config.correlated_points;
     let degenerate: Vec<Vector3> =
         degenerate_directions(&information, config.max_observed_std_m).into_iter().flatten().collect();

@@ -36,7 +36,7 @@ impl RelativeTilt {
     /// Information and gradient of the pose of the newer place in the older one, for an error on the right, order `[rotation; translation]`.
     /// `std_rad` is the standard deviation of the tilt without lost tracking.
     ///
-    /// The residual is `R u_newer - u_older`, and the Jacobian `-R [u_newer]×`. The rotation about the vertical has no information.
+    /// Equation 7: the residual is `R u_newer - u_older`, and the Jacobian `-R [u_newer]×`. The rotation about the vertical has no information.
     pub fn linearise(&self, older_from_newer: &Isometry, std_rad: f64) -> (Matrix6, Vector6) {
         let weight = 1.0 / (std_rad * std_rad + self.inflation_rad2);
         let up = &self.newer_up;
