@@ -19,6 +19,8 @@ pub(crate) struct App {
     pub(crate) greeting: Semaphore,
     /// One permit for each edit over HTTP that may be read.
     pub(crate) editing: Semaphore,
+    /// One permit for each run that may be downloaded.
+    pub(crate) downloading: Arc<Semaphore>,
     stopping: watch::Receiver<bool>,
     _alive: mpsc::Sender<()>,
 }
@@ -40,6 +42,7 @@ impl App {
             uploading: Semaphore::new(FIXED.max_uploads_at_a_time),
             greeting: Semaphore::new(FIXED.max_greetings_at_a_time),
             editing: Semaphore::new(FIXED.max_http_edits_at_a_time),
+            downloading: Arc::new(Semaphore::new(FIXED.max_downloads_at_a_time)),
             stopping,
             _alive: alive,
         }

@@ -26,6 +26,7 @@ mod outbox;
 mod pacer;
 mod pages;
 mod problem;
+mod problem_schemas;
 mod robot_clock;
 mod router;
 mod runs;

@@ -98,6 +98,12 @@ pub(crate) struct FixedLimits {
     pub(crate) max_answer_wait: Duration,
     /// Uploads at a time.
     pub(crate) max_uploads_at_a_time: usize,
+    /// Runs that are downloaded at a time.
+    pub(crate) max_downloads_at_a_time: usize,
+    /// Chunks of a downloaded run that wait for the client, each of [`Self::file_chunk_bytes`] at most.
+    pub(crate) max_download_chunks: usize,
+    /// Longest time for which a client that downloads a run reads nothing.
+    pub(crate) max_download_stall: Duration,
     /// Longest time that open connections have to end when the gateway stops.
     pub(crate) shutdown_timeout: Duration,
     /// Time between two heartbeats.
@@ -144,6 +150,9 @@ pub(crate) const FIXED: FixedLimits = FixedLimits {
     max_http_commands: 32,
     max_answer_wait: Duration::from_secs(120),
     max_uploads_at_a_time: 1,
+    max_downloads_at_a_time: 4,
+    max_download_chunks: 4,
+    max_download_stall: Duration::from_secs(60),
     shutdown_timeout: Duration::from_secs(3),
     beat_period: Duration::from_millis(500),
     accept_pause: Duration::from_millis(50),

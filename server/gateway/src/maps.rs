@@ -6,6 +6,7 @@ use crate::json_response::json;
 use crate::limits::FIXED;
 use crate::pages::{AnyQuery, PageRequest};
 use crate::problem::ProblemResponse;
+use crate::problem_schemas::ListProblems;
 use crate::schemas::{
     BinnedMapDocument, DamagedMapDocument, MapSummaryDocument, ProblemDocument, RenameDocument,
 };
@@ -29,9 +30,7 @@ use vocab::MapId;
     ),
     responses(
     (status = 200, body = [MapSummaryDocument], description = "Every saved map version"),
-    (status = 400, body = ProblemDocument, content_type = "application/problem+json", description = "The query is malformed"),
-    (status = 404, body = ProblemDocument, content_type = "application/problem+json", description = "The entry that `after` names is not in the list any more"),
-    (status = 503, body = ProblemDocument, content_type = "application/problem+json", description = "The core has not sent its maps yet"),
+    ListProblems
 ))]
 pub(crate) async fn list(State(app): State<Arc<App>>, query: AnyQuery) -> Answer {
     let page = PageRequest::parse(query)?;
@@ -46,9 +45,7 @@ pub(crate) async fn list(State(app): State<Arc<App>>, query: AnyQuery) -> Answer
     ),
     responses(
     (status = 200, body = [DamagedMapDocument], description = "Every saved map that cannot be read; nothing of it is removed"),
-    (status = 400, body = ProblemDocument, content_type = "application/problem+json", description = "The query is malformed"),
-    (status = 404, body = ProblemDocument, content_type = "application/problem+json", description = "The entry that `after` names is not in the list any more"),
-    (status = 503, body = ProblemDocument, content_type = "application/problem+json", description = "The core has not sent its maps yet"),
+    ListProblems
 ))]
 pub(crate) async fn damaged(State(app): State<Arc<App>>, query: AnyQuery) -> Answer {
     let page = PageRequest::parse(query)?;
@@ -65,9 +62,7 @@ pub(crate) async fn damaged(State(app): State<Arc<App>>, query: AnyQuery) -> Ans
     ),
     responses(
     (status = 200, body = [BinnedMapDocument], description = "Every map in the bin. It is kept for 7 days"),
-    (status = 400, body = ProblemDocument, content_type = "application/problem+json", description = "The query is malformed"),
-    (status = 404, body = ProblemDocument, content_type = "application/problem+json", description = "The entry that `after` names is not in the list any more"),
-    (status = 503, body = ProblemDocument, content_type = "application/problem+json", description = "The core has not sent its maps yet"),
+    ListProblems
 ))]
 pub(crate) async fn bin(State(app): State<Arc<App>>, query: AnyQuery) -> Answer {
     let page = PageRequest::parse(query)?;

@@ -1,7 +1,8 @@
 //! The description of the HTTP interface (OpenAPI 3.1), made from the handlers' own attributes.
 
+use crate::runs::handlers as runs;
 use crate::site::handlers as site;
-use crate::{blobs, documents, maps, runs, uploads};
+use crate::{blobs, documents, maps, uploads};
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
 use utoipa::OpenApi;
@@ -48,7 +49,10 @@ pub(crate) const PATH: &str = "/api/v1/openapi.json";
         runs::command,
         runs::list,
         runs::steps,
-        runs::results
+        runs::results,
+        runs::download,
+        runs::point_results,
+        runs::slots
     )
 )]
 struct Description;

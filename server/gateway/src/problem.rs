@@ -42,6 +42,11 @@ impl ProblemResponse {
         Self { status, detail: detail.into(), extension: None }
     }
 
+    /// What is wrong and what to do.
+    pub(crate) fn detail(&self) -> &str {
+        &self.detail
+    }
+
     fn extension(&mut self) -> &mut Extension {
         self.extension.get_or_insert_default()
     }

@@ -3,9 +3,10 @@
 use crate::app::App;
 use crate::limits::FIXED;
 use crate::problem::ProblemResponse;
+use crate::runs::handlers as runs;
 use crate::site::handlers as site;
 use crate::texts;
-use crate::{blobs, control, documents, maps, openapi, runs, security, static_files, stream, uploads};
+use crate::{blobs, control, documents, maps, openapi, security, static_files, stream, uploads};
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::ws::{WebSocket, WebSocketUpgrade};
 use axum::extract::{DefaultBodyLimit, State};
@@ -52,6 +53,9 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .route(api::paths::CURRENT_RUNS_PATH, get(runs::current))
         .route(api::paths::RUN_STEPS_PATH, get(runs::steps))
         .route(api::paths::RUN_RESULTS_PATH, get(runs::results))
+        .route(api::paths::RUN_DOWNLOAD_PATH, get(runs::download))
+        .route(api::paths::POINT_RESULTS_PATH, get(runs::point_results))
+        .route(api::paths::SLOTS_PATH, get(runs::slots))
         .route(openapi::PATH, get(openapi::serve))
         .fallback(static_files::serve)
         .method_not_allowed_fallback(wrong_method)

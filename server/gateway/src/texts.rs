@@ -137,6 +137,16 @@ pub(crate) fn method_not_allowed(path: &str, method: impl std::fmt::Display) -> 
 pub(crate) const SITE_NOT_READ: &str = "The robot's core has not sent the documents of the site yet. Try again in a moment; the notices say what keeps it.";
 pub(crate) const OBJECT_ID_MALFORMED: &str = "An object is named by a UUID.";
 pub(crate) const RUN_ID_MALFORMED: &str = "A run is named by a UUID. GET /api/v1/runs lists them.";
+pub(crate) const POINT_ID_MALFORMED: &str =
+    "An inspection point is named by a UUID. GET /api/v1/site/inspection-points lists them.";
+pub(crate) const BEFORE_NO_RUN: &str = "before is not the id of a run";
+pub(crate) const BEFORE_NO_NUMBER: &str = "before is not a number";
+pub(crate) const BEFORE_NO_SLOT: &str = "before is not the next of a page";
+pub(crate) const AFTER_NO_NUMBER: &str = "after is not a number";
+pub(crate) const AFTER_NO_STEP: &str = "after is not a step and an attempt, such as 3.1";
+pub(crate) const DOWNLOADS_BUSY: &str =
+    "Other runs are being downloaded. Wait until one of them is complete.";
+pub(crate) const DOWNLOAD_STALLED: &str = "the client has read nothing for too long";
 pub(crate) const SETTINGS_ID_MALFORMED: &str = "The settings of the site are at /api/v1/site/settings/main.";
 pub(crate) const IF_MATCH_MALFORMED: &str =
     "If-Match holds the entity tag of one revision, such as \"3\", or *.";
@@ -172,6 +182,9 @@ pub(crate) fn object_changed(object: impl std::fmt::Display, is_there: bool) -> 
     } else {
         format!("The {object} was removed by somebody else. Send it without If-Match to make it again.")
     }
+}
+pub(crate) fn no_run(run: impl std::fmt::Display) -> String {
+    format!("There is no run {run}. GET /api/v1/runs lists them.")
 }
 pub(crate) fn run_document_malformed(reason: &str) -> String {
     format!("The document cannot be understood: {reason}. /api/v1/openapi.json describes it.")

@@ -37,7 +37,8 @@ pub use map::{
 };
 pub use paths::{CONTROL_PATH, STREAM_PATH};
 pub use query::{
-    MAX_PAGE, MAX_PAGE_BYTES, Query, QueryReply, StoredResult, StoredRevision, StoredRun, StoredStep,
+    MAX_PAGE, MAX_PAGE_BYTES, Query, QueryReply, RunFilter, StoredResult, StoredRevision, StoredRun,
+    StoredSlot, StoredStep,
 };
 pub use site::{
     EditDone, EditOutcome, EditRefusal, MAX_EDIT_BYTES, MAX_EDIT_CHANGES, MAX_OBJECT_BYTES, MAX_SITE_OBJECTS,
@@ -47,7 +48,7 @@ pub use socket::{ClientMessage, MAX_UNACKNOWLEDGED, ScanFrame, ServerMessage, St
 pub use topomap::{MAX_BLOCKED_WAYS, TopomapGeneration, TopomapStage, TopomapSummary};
 
 /// Version of everything in this crate. Server and client refuse each other when it differs, and say so.
-pub const VERSION: u16 = 17;
+pub const VERSION: u16 = 18;
 
 /// Time for which a deleted map is kept in the bin.
 pub const BIN_RETENTION: vocab::Span = vocab::Span::from_millis(7 * 24 * 3_600_000);

@@ -51,5 +51,11 @@ pub const RUN_COMMANDS_PATH: &str = "/api/v1/runs/{run}/commands";
 pub const RUN_STEPS_PATH: &str = "/api/v1/runs/{run}/steps";
 /// GET, with a run's id in place of `{run}`: a page of its results.
 pub const RUN_RESULTS_PATH: &str = "/api/v1/runs/{run}/results";
+/// GET, with a run's id in place of `{run}`: all of it with its files, a ZIP archive.
+pub const RUN_DOWNLOAD_PATH: &str = "/api/v1/runs/{run}/download";
+/// GET, with an inspection point's id in place of `{id}`: a page of its results in all runs, the newest first.
+pub const POINT_RESULTS_PATH: &str = "/api/v1/inspection-points/{id}/results";
+/// GET: a page of the slots of schedules that were decided, those due last first.
+pub const SLOTS_PATH: &str = "/api/v1/slots";
 /// GET: 200 while core and gateway are connected, 503 otherwise.
 pub const HEALTH_PATH: &str = "/api/v1/health";

@@ -1,7 +1,7 @@
 //! Questions about what is stored. Answers are pages of bounded length.
 
 use serde::{Deserialize, Serialize};
-use site_model::{MissionId, Object, ObjectId, Revision, RunId};
+use site_model::{InspectionPointId, MissionId, Object, ObjectId, Revision, RunId, RunState, ScheduleId};
 use vocab::Stamp;
 
 /// Entries of one page at most.
@@ -23,11 +23,15 @@ pub enum Query {
     },
     /// Runs of missions, the newest first.
     Runs {
-        /// Only those that began before this one.
+        /// Which of them.
+        filter: RunFilter,
+        /// Only those that were asked for before this one.
         before: Option<RunId>,
         /// How many.
         limit: u32,
     },
+    /// One run; the answer is [`QueryReply::Runs`].
+    Run(RunId),
     /// Attempts of the steps of a run, in their order.
     Steps {
         /// Which run.
@@ -46,6 +50,35 @@ pub enum Query {
         /// How many.
         limit: u32,
     },
+    /// Results of all runs at an inspection point, the newest first; the answer is [`QueryReply::Results`].
+    PointResults {
+        /// Which point.
+        point: InspectionPointId,
+        /// Only those before this number.
+        before: Option<u64>,
+        /// How many.
+        limit: u32,
+    },
+    /// Slots of all schedules that were decided, those due last first.
+    Slots {
+        /// Only those due before this instant, or then and of a schedule with a smaller id.
+        before: Option<(Stamp, ScheduleId)>,
+        /// How many.
+        limit: u32,
+    },
+}
+
+/// Which runs are wanted. Without any of these: all.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RunFilter {
+    /// Of this mission.
+    pub mission: Option<MissionId>,
+    /// In this state.
+    pub state: Option<RunState>,
+    /// Asked for at this instant or later, by calendar time.
+    pub from: Option<Stamp>,
+    /// Asked for before this instant.
+    pub to: Option<Stamp>,
 }
 
 /// The answer to a [`Query`], of the same kind. Empty: there is nothing, or nothing more.
@@ -56,6 +89,7 @@ pub enum QueryReply {
     Runs(Vec<StoredRun>),
     Steps(Vec<StoredStep>),
     Results(Vec<StoredResult>),
+    Slots(Vec<StoredSlot>),
 }
 
 /// A state of an object.
@@ -112,6 +146,8 @@ pub struct StoredStep {
 pub struct StoredResult {
     /// Its number, by which pages are asked for.
     pub number: u64,
+    /// The run.
+    pub run: RunId,
     /// Number of the step in its run.
     pub step: u32,
     /// Number of the attempt.
@@ -124,4 +160,19 @@ pub struct StoredResult {
     pub body: String,
     /// When, by calendar time.
     pub at: Stamp,
+}
+
+/// A slot of a schedule that was decided.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StoredSlot {
+    /// Of which schedule.
+    pub schedule: ScheduleId,
+    /// When it was due, by calendar time.
+    pub due: Stamp,
+    /// The run that it began, if it began one.
+    pub run: Option<RunId>,
+    /// What became of it: `run`, `missed`, or why it was skipped.
+    pub outcome: String,
+    /// More of it as JSON.
+    pub body: String,
 }

@@ -3,8 +3,8 @@
 use crate::inbox::{InboundMessage, Inbox};
 use crate::texts;
 use api::TileHash;
-use client_model::{ClientEvent, RunContent, StoredPage, StoredRun};
-use site_model::RunId;
+use client_model::{ClientEvent, RunContent, RunQuery, StoredPage, StoredResult};
+use site_model::{InspectionPointId, RunId};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -76,12 +76,32 @@ impl Downloads {
         });
     }
 
-    /// Fetches the stored runs, the newest first. The result is [`ClientEvent::RunsListed`].
-    pub(crate) fn fetch_runs(&self) {
+    /// Fetches a page of the stored runs, the newest first. The result is [`ClientEvent::RunsListed`].
+    pub(crate) fn fetch_runs(&self, query: RunQuery, before: Option<String>) {
         let inbox = self.inbox.clone();
         spawn_local(async move {
-            let page: Result<StoredPage<StoredRun>, String> = fetch_json(api::paths::RUNS_PATH).await;
-            inbox.push_event(ClientEvent::RunsListed(page.map(|page| page.items)));
+            let path = run_list_address(&query, before.as_deref());
+            let result = fetch_json(&path).await;
+            inbox.push_event(ClientEvent::RunsListed { query, before, result });
+        });
+    }
+
+    /// Fetches the slots of schedules that were decided last. The result is [`ClientEvent::SlotsListed`].
+    pub(crate) fn fetch_slots(&self) {
+        let inbox = self.inbox.clone();
+        spawn_local(async move {
+            inbox.push_event(ClientEvent::SlotsListed(fetch_json(api::paths::SLOTS_PATH).await));
+        });
+    }
+
+    /// Fetches the result before another one at an inspection point. The result is [`ClientEvent::PreviousFetched`].
+    pub(crate) fn fetch_previous(&self, point: InspectionPointId, before: u64) {
+        let inbox = self.inbox.clone();
+        spawn_local(async move {
+            let path = api::paths::POINT_RESULTS_PATH.replace("{id}", &point.to_string());
+            let page = fetch_json(&format!("{path}?before={before}&limit=1")).await;
+            let result = page.map(|page: StoredPage<StoredResult>| page.items.into_iter().next());
+            inbox.push_event(ClientEvent::PreviousFetched { point, before, result });
         });
     }
 
@@ -107,8 +127,22 @@ impl Downloads {
     }
 }
 
+/// Address of a page of these runs.
+fn run_list_address(query: &RunQuery, before: Option<&str>) -> String {
+    let outcome = query.outcome.and_then(|outcome| serde_json::to_value(outcome).ok());
+    let parameters = [
+        ("before", before.map(str::to_owned)),
+        ("mission", query.mission.map(|mission| mission.to_string())),
+        ("state", outcome.and_then(|outcome| Some(outcome.as_str()?.to_owned()))),
+        ("from_ns", query.from.map(|from| from.0.to_string())),
+        ("to_ns", query.to.map(|to| to.0.to_string())),
+    ];
+    let given = parameters.into_iter().filter_map(|(name, value)| Some(format!("{name}={}", value?)));
+    format!("{}?{}", api::paths::RUNS_PATH, given.collect::<Vec<_>>().join("&"))
+}
+
 /// The body of a successful response; else a message for the operator.
-async fn fetch_bytes(path: &str, init: &RequestInit) -> Result<Vec<u8>, String> {
+pub(crate) async fn fetch_bytes(path: &str, init: &RequestInit) -> Result<Vec<u8>, String> {
     let window = crate::browser::window().ok_or(texts::NO_PAGE)?;
     let unreachable = |_: JsValue| texts::SERVER_SILENT.to_owned();
     let response = JsFuture::from(window.fetch_with_str_and_init(path, init)).await.map_err(unreachable)?;

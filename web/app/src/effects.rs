@@ -60,7 +60,9 @@ impl EffectExecutor {
                 self.downloads.fetch_keyframe_scan(session, keyframe);
             }
             ClientEffect::OpenFileDialog => self.uploads.open_file_dialog(),
-            ClientEffect::FetchRuns => self.downloads.fetch_runs(),
+            ClientEffect::FetchRuns { query, before } => self.downloads.fetch_runs(query, before),
+            ClientEffect::FetchSlots => self.downloads.fetch_slots(),
+            ClientEffect::FetchPrevious { point, before } => self.downloads.fetch_previous(point, before),
             ClientEffect::FetchRun(run) => self.downloads.fetch_run(run),
             ClientEffect::OpenPlanFile => self.plan_files.open_file_dialog(),
             ClientEffect::SavePlanFile(file) => plan_files::save(&file),

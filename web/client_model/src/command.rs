@@ -1,11 +1,11 @@
 //! What operators ask for, as views emit it.
 
 use crate::{
-    CameraMove, GraphTool, LoopInitialGuess, LoopPair, MissionEditorCommand, NoticeId, ScanOverlay,
+    CameraMove, GraphTool, LoopInitialGuess, LoopPair, MissionEditorCommand, NoticeId, RunQuery, ScanOverlay,
     ScheduleSelection, Screen, Selection, SiteEdit, ViewSettings,
 };
 use api::SimulatedFault;
-use site_model::{LocalDate, MissionCommandKind, MissionId, RunId};
+use site_model::{InspectionPointId, LocalDate, MissionCommandKind, MissionId, RunId};
 use vocab::{GoalId, MapId, Pose, SessionId, Twist, UploadId, Vec3};
 
 /// A command of the operator at this client. Views emit these; only [`crate::Model::handle_event`] acts on them.
@@ -141,6 +141,17 @@ pub enum ClientCommand {
     Run(MissionCommandKind),
     /// Fetch what is stored of a run.
     OpenRun(RunId),
+    /// List these of the stored runs.
+    ListRuns(RunQuery),
+    /// List older ones too.
+    ListOlderRuns,
+    /// Fetch the result before another one at an inspection point.
+    OpenPrevious {
+        /// The inspection point.
+        point: InspectionPointId,
+        /// Number of the later result.
+        before: u64,
+    },
     /// Save missions and schedules as a file of the operator's machine.
     SavePlanFile,
     /// Open the file dialogue for a file of missions and schedules, and put what it has into the site.

@@ -1,9 +1,9 @@
 //! What the shell shall do.
 
-use crate::LoopPair;
 use crate::features::view_settings::{Bookmark, ViewSettings};
+use crate::{LoopPair, RunQuery};
 use api::{ClientMessage, Command, StreamRequest, TileHash};
-use site_model::{PlanFile, RunId};
+use site_model::{InspectionPointId, PlanFile, RunId};
 use vocab::{KeyframeId, MapId, SessionId, UploadId, Vec3};
 
 /// One of the two sockets.
@@ -58,8 +58,22 @@ pub enum ClientEffect {
     },
     /// Open the file dialogue, and upload the chosen file.
     OpenFileDialog,
-    /// Fetch the list of stored runs.
-    FetchRuns,
+    /// Fetch a page of the stored runs.
+    FetchRuns {
+        /// Which of them.
+        query: RunQuery,
+        /// Where the page begins; none: at the newest.
+        before: Option<String>,
+    },
+    /// Fetch the slots of schedules that were decided last.
+    FetchSlots,
+    /// Fetch the result before another one at an inspection point.
+    FetchPrevious {
+        /// The inspection point.
+        point: InspectionPointId,
+        /// Number of the later result.
+        before: u64,
+    },
     /// Fetch the attempts and results of a run.
     FetchRun(RunId),
     /// Open the file dialogue for a file of missions and schedules, and read the chosen file.

@@ -1,8 +1,10 @@
 //! What happens to the client.
 
-use crate::{ClientCommand, RunContent, Socket, StoredRun, Viewpoint};
+use crate::{
+    ClientCommand, RunContent, RunQuery, Socket, StoredPage, StoredResult, StoredRun, StoredSlot, Viewpoint,
+};
 use api::{Graph, ScanFrame, ServerMessage, TileHash, TileList};
-use site_model::{PlanFile, RunId};
+use site_model::{InspectionPointId, PlanFile, RunId};
 use vocab::{KeyframeId, MapId, SessionId, UploadId};
 
 /// Something that happened. Nothing else changes the model.
@@ -92,8 +94,26 @@ pub enum ClientEvent {
         /// A sentence that says why it failed, if it did.
         result: Result<(), String>,
     },
-    /// The request for the list of stored runs ended.
-    RunsListed(Result<Vec<StoredRun>, String>),
+    /// The request for a page of the stored runs ended.
+    RunsListed {
+        /// Which of them.
+        query: RunQuery,
+        /// Where the page begins; none: at the newest.
+        before: Option<String>,
+        /// The page, or a sentence that says why not.
+        result: Result<StoredPage<StoredRun>, String>,
+    },
+    /// The request for the slots of schedules that were decided ended.
+    SlotsListed(Result<StoredPage<StoredSlot>, String>),
+    /// The request for the result before another one at an inspection point ended.
+    PreviousFetched {
+        /// The inspection point.
+        point: InspectionPointId,
+        /// Number of the later result.
+        before: u64,
+        /// The result; none: there is none before it. Or a sentence that says why it could not be fetched.
+        result: Result<Option<StoredResult>, String>,
+    },
     /// The request for the attempts and results of a run ended.
     RunFetched {
         /// Which run.

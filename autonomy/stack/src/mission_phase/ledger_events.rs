@@ -6,7 +6,8 @@ use missions::Records;
 use serde::Serialize;
 use serde_json::{Value, json};
 use site_model::{
-    MissionEvent, MissionEventKind, ObjectId, Revision, RunId, RunState, SlotDecision, TaskId, TaskStep,
+    InspectionPointId, MissionEvent, MissionEventKind, MissionId, ObjectId, PlannedTask, Revision, RunId,
+    RunState, Site, SlotDecision, TaskId, TaskPlace, TaskStep,
 };
 use vocab::{Covariance6, Pose};
 
@@ -25,20 +26,20 @@ pub(super) struct Whereabouts {
 pub(super) fn write(
     event: &MissionEvent,
     records: &mut Records,
-    time_zone: &str,
+    site: &Site,
     whereabouts: &Whereabouts,
 ) -> Vec<LedgerEvent> {
     // A run that has ended is not among the records any more.
     let is_end = matches!(event.kind, MissionEventKind::RunEnded { .. });
-    let rows_of_end = is_end.then(|| ledger_events(event, records, time_zone, whereabouts));
+    let rows_of_end = is_end.then(|| ledger_events(event, records, site, whereabouts));
     records.apply(event);
-    rows_of_end.unwrap_or_else(|| ledger_events(event, records, time_zone, whereabouts))
+    rows_of_end.unwrap_or_else(|| ledger_events(event, records, site, whereabouts))
 }
 
 fn ledger_events(
     event: &MissionEvent,
     records: &Records,
-    time_zone: &str,
+    site: &Site,
     whereabouts: &Whereabouts,
 ) -> Vec<LedgerEvent> {
     let mut events = vec![LedgerEvent::Mission(event.clone())];
@@ -56,15 +57,7 @@ fn ledger_events(
             events.extend(run.and_then(|run| run_record(records, run, Some(*outcome))));
         }
         MissionEventKind::Task { run, task, attempt, step } => {
-            events.extend(task_records(
-                event,
-                records,
-                (*run, *task),
-                *attempt,
-                step,
-                time_zone,
-                whereabouts,
-            ));
+            events.extend(task_records(event, records, (*run, *task), *attempt, step, site, whereabouts));
         }
         MissionEventKind::SlotDecided { schedule, slot, due, decision } => {
             let (run, outcome) = match decision {
@@ -123,7 +116,7 @@ fn task_records(
     (run, task): (RunId, TaskId),
     attempt: u32,
     step: &TaskStep,
-    time_zone: &str,
+    site: &Site,
     whereabouts: &Whereabouts,
 ) -> Vec<LedgerEvent> {
     let Some(known) = records.runs.get(&run) else { return Vec::new() };
@@ -156,10 +149,11 @@ fn task_records(
         let body = json!({
             "task": task,
             "node": planned.node,
+            "inspection_point": inspection_point(site, known.mission, planned),
             "parameters": planned.request.as_ref().map(|request| &request.parameters),
             "value": value,
             "utc": event.utc,
-            "time_zone": time_zone,
+            "time_zone": site.settings().map(|settings| settings.time_zone.as_str()).unwrap_or_default(),
             "whereabouts": whereabouts,
             "revisions": revisions,
         });
@@ -173,6 +167,17 @@ fn task_records(
         }));
     }
     events
+}
+
+/// The inspection point of a task, by which results of several runs are compared. None if an edit has taken it from the mission while it ran.
+fn inspection_point(site: &Site, mission: MissionId, planned: &PlannedTask) -> Option<InspectionPointId> {
+    let task = site.mission(mission)?.tasks.iter().find(|task| task.id == planned.task)?;
+    match task.place {
+        TaskPlace::InspectionPoint(point) => {
+            site.inspection_point(point).filter(|found| planned.node == Some(found.node)).map(|_| point)
+        }
+        TaskPlace::Node { .. } => None,
+    }
 }
 
 /// The step without the result of the action, which has a row of its own.

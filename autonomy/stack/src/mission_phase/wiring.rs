@@ -285,10 +285,8 @@ impl Running {
                         .map(|matrix| Covariance6(crate::rows(&matrix))),
                     is_localised: self.missions.situation.is_localised,
                 };
-                let settings = self.missions.site.settings();
-                let time_zone = settings.map(|settings| settings.time_zone.as_str()).unwrap_or_default();
-                let written = &mut self.missions.written;
-                let rows = events.iter().flat_map(|event| write(event, written, time_zone, &whereabouts));
+                let (written, site) = (&mut self.missions.written, &self.missions.site);
+                let rows = events.iter().flat_map(|event| write(event, written, site, &whereabouts));
                 let (seq, commit) = self.commits.begin_events(rows.collect());
                 self.missions.commits.push_back((seq, number));
                 effects.push(commit);

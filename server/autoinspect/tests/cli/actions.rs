@@ -5,7 +5,7 @@ use crate::fake_gateway::{CLIENT, FakeGateway, until};
 use crate::program::{program, text};
 use api::{
     Command, CommandOutcome, CoreMessage, Event, GatewayMessage, Localisation, Mapping, Query, QueryReply,
-    StoredResult, StoredStep,
+    RunFilter, StoredResult, StoredStep,
 };
 use site_model::{
     ActionRequest, Change, Edit, EditId, FailurePolicy, FailureStep, InspectionPoint, InspectionPointId,
@@ -146,11 +146,13 @@ impl Bench {
 
     /// Its outcome, once the ledger has it.
     fn until_ended(&mut self, run: RunId) -> String {
-        until("the run ends", || match self.ask(Query::Runs { before: None, limit: 10 }) {
-            QueryReply::Runs(runs) => {
-                runs.into_iter().find(|stored| stored.run == run && stored.is_ended).map(|run| run.state)
+        until("the run ends", || {
+            match self.ask(Query::Runs { filter: RunFilter::default(), before: None, limit: 10 }) {
+                QueryReply::Runs(runs) => {
+                    runs.into_iter().find(|stored| stored.run == run && stored.is_ended).map(|run| run.state)
+                }
+                other => panic!("{other:?}"),
             }
-            other => panic!("{other:?}"),
         })
     }
 

@@ -137,7 +137,7 @@ fn a_mission_goes_on_when_its_core_is_killed_and_each_task_has_one_result() {
 
     let store = Store::open(dir.path()).expect("opens");
     let (ledger, _) = store.open_ledger().expect("opens");
-    let runs = ledger.runs(None, 9).expect("read");
+    let runs = ledger.runs(&api::RunFilter::default(), None, 9).expect("read");
     assert_eq!((runs.len(), runs[0].state.as_str(), runs[0].is_ended), (1, "succeeded", true));
     assert!(runs[0].body.contains("\"revisions\""), "{}", runs[0].body);
     let results = ledger.results(RUN, None, 99).expect("read");

@@ -10,6 +10,7 @@ use crate::documents::Answer;
 use crate::json_response::json;
 use crate::limits::FIXED;
 use crate::problem::ProblemResponse;
+use crate::problem_schemas::SiteChangeProblems;
 use crate::schemas::ProblemDocument;
 use crate::texts;
 use api::{EditOutcome, EditRefusal, SiteState};
@@ -38,10 +39,8 @@ pub(crate) type Body = Result<Bytes, BytesRejection>;
     (status = 400, body = FieldsProblemDocument, content_type = "application/problem+json", description = "The document is malformed; each field is named"),
     (status = 404, body = ProblemDocument, content_type = "application/problem+json", description = "No such kind"),
     (status = 412, body = FieldsProblemDocument, content_type = "application/problem+json", description = "There is one with this id already; both are in the answer"),
-    (status = 413, body = ProblemDocument, content_type = "application/problem+json", description = "The document is too long"),
     (status = 422, body = FieldsProblemDocument, content_type = "application/problem+json", description = "The site cannot have this object; each field is named"),
-    (status = 503, body = ProblemDocument, content_type = "application/problem+json", description = "The core is not connected, or cannot write"),
-    (status = 504, body = ProblemDocument, content_type = "application/problem+json", description = "The core has not answered yet"),
+    SiteChangeProblems
 ))]
 pub(crate) async fn create_object(
     State(app): State<Arc<App>>,
@@ -83,11 +82,9 @@ pub(crate) async fn create_object(
     (status = 400, body = FieldsProblemDocument, content_type = "application/problem+json", description = "The id or the document is malformed; each field is named"),
     (status = 404, body = ProblemDocument, content_type = "application/problem+json", description = "No such kind"),
     (status = 412, body = FieldsProblemDocument, content_type = "application/problem+json", description = "Somebody else has changed it in the meantime; both are in the answer"),
-    (status = 413, body = ProblemDocument, content_type = "application/problem+json", description = "The document is too long"),
     (status = 422, body = FieldsProblemDocument, content_type = "application/problem+json", description = "The site cannot have this object; each field is named"),
     (status = 428, body = ProblemDocument, content_type = "application/problem+json", description = "If-Match is missing"),
-    (status = 503, body = ProblemDocument, content_type = "application/problem+json", description = "The core is not connected, or cannot write"),
-    (status = 504, body = ProblemDocument, content_type = "application/problem+json", description = "The core has not answered yet"),
+    SiteChangeProblems
 ))]
 pub(crate) async fn put_object(
     State(app): State<Arc<App>>,
@@ -126,11 +123,9 @@ pub(crate) async fn put_object(
     (status = 400, body = FieldsProblemDocument, content_type = "application/problem+json", description = "The id or the document is malformed; each field is named"),
     (status = 404, body = ProblemDocument, content_type = "application/problem+json", description = "No such object"),
     (status = 412, body = FieldsProblemDocument, content_type = "application/problem+json", description = "Somebody else has changed it in the meantime; both are in the answer"),
-    (status = 413, body = ProblemDocument, content_type = "application/problem+json", description = "The document is too long"),
     (status = 422, body = FieldsProblemDocument, content_type = "application/problem+json", description = "The site cannot have this object; each field is named"),
     (status = 428, body = ProblemDocument, content_type = "application/problem+json", description = "If-Match is missing"),
-    (status = 503, body = ProblemDocument, content_type = "application/problem+json", description = "The core is not connected, or cannot write"),
-    (status = 504, body = ProblemDocument, content_type = "application/problem+json", description = "The core has not answered yet"),
+    SiteChangeProblems
 ))]
 pub(crate) async fn patch_object(
     State(app): State<Arc<App>>,
@@ -206,10 +201,8 @@ pub(crate) async fn delete_object(
     (status = 200, body = EditResultDocument, description = "The revisions of the changed objects"),
     (status = 400, body = FieldsProblemDocument, content_type = "application/problem+json", description = "The edit is malformed; each field is named"),
     (status = 412, body = FieldsProblemDocument, content_type = "application/problem+json", description = "Somebody else has changed objects in the meantime; each is named"),
-    (status = 413, body = ProblemDocument, content_type = "application/problem+json", description = "The edit is too long"),
     (status = 422, body = FieldsProblemDocument, content_type = "application/problem+json", description = "The site cannot be as the edit would make it; each field is named"),
-    (status = 503, body = ProblemDocument, content_type = "application/problem+json", description = "The core is not connected, or cannot write"),
-    (status = 504, body = ProblemDocument, content_type = "application/problem+json", description = "The core has not answered yet"),
+    SiteChangeProblems
 ))]
 pub(crate) async fn post_edit(State(app): State<Arc<App>>, body: Body) -> Answer {
     let _place = app.editing.acquire().await.map_err(|_| ProblemResponse::unavailable(texts::CORE_BUSY))?;

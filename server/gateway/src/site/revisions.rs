@@ -8,6 +8,7 @@ use crate::documents::Answer;
 use crate::json_response::json;
 use crate::limits::FIXED;
 use crate::problem::ProblemResponse;
+use crate::problem_schemas::QueryProblems;
 use crate::schemas::ProblemDocument;
 use crate::texts;
 use api::{Query, QueryReply};
@@ -26,10 +27,8 @@ use std::sync::Arc;
     ),
     responses(
     (status = 200, body = RevisionListDocument, description = "A page of revisions, also of an object that was removed; empty if there never was one"),
-    (status = 400, body = ProblemDocument, content_type = "application/problem+json", description = "The id or a parameter is malformed"),
     (status = 404, body = ProblemDocument, content_type = "application/problem+json", description = "No such kind"),
-    (status = 503, body = ProblemDocument, content_type = "application/problem+json", description = "The core is not connected, or cannot read"),
-    (status = 504, body = ProblemDocument, content_type = "application/problem+json", description = "The core has not answered yet"),
+    QueryProblems
 ))]
 pub(crate) async fn list_revisions(State(app): State<Arc<App>>, path: ObjectPath, page: PageQuery) -> Answer {
     let object = named(path)?;

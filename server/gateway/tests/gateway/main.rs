@@ -6,6 +6,7 @@ mod core_link;
 mod http;
 mod maps;
 mod nightly;
+mod runs;
 mod site;
 mod static_files;
 mod stream;

@@ -168,8 +168,11 @@ impl Reply {
             .filter_map(|line| line.split_once(':'))
             .map(|(name, value)| (name.to_ascii_lowercase(), value.trim().to_owned()))
             .collect();
-        assert!(!headers.contains_key("transfer-encoding"), "lengths are always known here");
-        Self { status: status.parse().expect("a number"), headers, body: bytes[split + 4..].to_vec() }
+        let mut body = bytes[split + 4..].to_vec();
+        if headers.contains_key("transfer-encoding") {
+            body = joined(&body);
+        }
+        Self { status: status.parse().expect("a number"), headers, body }
     }
 
     pub fn header(&self, name: &str) -> &str {
@@ -191,6 +194,21 @@ impl Reply {
         let problem: api::Problem = serde_json::from_slice(&self.body).expect("a problem");
         assert_eq!(problem.status, status);
         assert!(problem.detail.ends_with('.') && problem.detail.len() > 15, "a sentence: {problem:?}");
+    }
+}
+
+/// The content of a body in chunks. Fails without the chunk of no bytes that ends it.
+fn joined(mut chunks: &[u8]) -> Vec<u8> {
+    let mut content = Vec::new();
+    loop {
+        let line = chunks.windows(2).position(|window| window == b"\r\n").expect("the length of a chunk");
+        let length = std::str::from_utf8(&chunks[..line]).expect("text");
+        let length = usize::from_str_radix(length, 16).expect("a number");
+        if length == 0 {
+            return content;
+        }
+        content.extend_from_slice(&chunks[line + 2..line + 2 + length]);
+        chunks = &chunks[line + 4 + length..];
     }
 }
 

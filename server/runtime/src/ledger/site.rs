@@ -258,9 +258,14 @@ fn reply(ledger: &Ledger, query: Query) -> Result<QueryReply, StoreError> {
         Query::Revisions { object, before, limit } => {
             ledger.revisions(object, before, limit).map(QueryReply::Revisions)
         }
-        Query::Runs { before, limit } => ledger.runs(before, limit).map(QueryReply::Runs),
+        Query::Runs { filter, before, limit } => ledger.runs(&filter, before, limit).map(QueryReply::Runs),
+        Query::Run(run) => ledger.run(run).map(|run| QueryReply::Runs(run.into_iter().collect())),
         Query::Steps { run, after, limit } => ledger.steps(run, after, limit).map(QueryReply::Steps),
         Query::Results { run, after, limit } => ledger.results(run, after, limit).map(QueryReply::Results),
+        Query::PointResults { point, before, limit } => {
+            ledger.point_results(point, before, limit).map(QueryReply::Results)
+        }
+        Query::Slots { before, limit } => ledger.slots(before, limit).map(QueryReply::Slots),
     }
 }
 

@@ -1,6 +1,6 @@
 use super::*;
 use crate::state_publisher::StatePublisher;
-use api::{CoreMessage, EditDone, Event, QueryReply, SiteAssembly, SiteState};
+use api::{CoreMessage, EditDone, Event, QueryReply, RunFilter, SiteAssembly, SiteState};
 use messages::{RunRecord, SiteWrite};
 use site_model::{
     Asset, AssetId, Change, EditError, EditId, MissionEvent, MissionEventKind, MissionId, MonitorId, Object,
@@ -292,7 +292,10 @@ fn what_does_not_fit_the_queue_is_refused_at_once() {
     assert_eq!(inbox.edit(request()), Ok(()));
     assert!(matches!(inbox.edit(request()), Err(EditOutcome::Refused(EditRefusal::Unavailable(_)))));
     drop(queue);
-    assert_eq!(inbox.query(1, Query::Runs { before: None, limit: 1 }), Err(texts::CORE_ENDS));
+    assert_eq!(
+        inbox.query(1, Query::Runs { filter: RunFilter::default(), before: None, limit: 1 }),
+        Err(texts::CORE_ENDS)
+    );
 }
 
 #[test]

@@ -15,7 +15,7 @@ mod tests;
 mod wal;
 
 pub use documents::EditRecord;
-pub use runs::{StoredFiring, UnfinishedRun};
+pub use runs::UnfinishedRun;
 
 use crate::{StoreError, files, texts};
 use api::SiteState;

@@ -2,14 +2,14 @@
 
 use super::documents::json;
 use super::rows::{Fault, integer, or_null, text};
-use super::schema::{FIRINGS, MISSION_EVENTS, RESULTS, RUNS, STEPS};
+use super::schema::{FIRINGS, MISSION_EVENTS, POINT_OF_RESULT, RESULTS, RUNS, STEPS};
 use super::{Ledger, LedgerWriter};
 use crate::StoreError;
-use api::{MAX_PAGE, StoredResult, StoredRun, StoredStep};
+use api::{MAX_PAGE, RunFilter, StoredResult, StoredRun, StoredSlot, StoredStep};
 use messages::{FiringRecord, LEDGER_BODY_VERSION, LedgerEvent, ResultRecord, RunRecord, StepRecord};
 use rusqlite::types::Value;
 use rusqlite::{Params, params};
-use site_model::{MissionEvent, RunId, ScheduleId};
+use site_model::{InspectionPointId, MissionEvent, RunId, ScheduleId};
 use vocab::Stamp;
 
 /// Events of missions that are read at once.
@@ -22,17 +22,6 @@ pub struct UnfinishedRun {
     pub run: StoredRun,
     /// All attempts of its steps.
     pub steps: Vec<StoredStep>,
-}
-
-/// A slot of a schedule that was used, skipped or missed.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct StoredFiring {
-    /// When it was due, by calendar time.
-    pub due: Stamp,
-    /// The run that it began, if it began one.
-    pub run: Option<RunId>,
-    /// What became of it.
-    pub outcome: String,
 }
 
 impl LedgerWriter<'_> {
@@ -139,14 +128,37 @@ impl LedgerWriter<'_> {
 }
 
 impl Ledger {
-    /// Runs that began before `before`, the newest first.
+    /// Runs that were asked for before `before`, the newest first.
     ///
     /// # Errors
     /// When the database cannot be read.
-    pub fn runs(&self, before: Option<RunId>, limit: u32) -> Result<Vec<StoredRun>, StoreError> {
-        let rest =
-            "WHERE ?1 IS NULL OR seq < (SELECT seq FROM runs WHERE run = ?1) ORDER BY seq DESC LIMIT ?2";
-        self.read_runs(rest, params![before.map(|run| run.to_string()), limit.clamp(1, MAX_PAGE)])
+    pub fn runs(
+        &self,
+        filter: &RunFilter,
+        before: Option<RunId>,
+        limit: u32,
+    ) -> Result<Vec<StoredRun>, StoreError> {
+        let rest = "WHERE (?1 IS NULL OR seq < (SELECT seq FROM runs WHERE run = ?1)) AND (?2 IS NULL OR mission = ?2) \
+                    AND (?3 IS NULL OR state = ?3) AND (?4 IS NULL OR began_ns >= ?4) AND (?5 IS NULL OR began_ns < ?5) \
+                    ORDER BY seq DESC LIMIT ?6";
+        let state = filter.state.map(|state| json(&state).trim_matches('"').to_owned());
+        let parameters = params![
+            before.map(|run| run.to_string()),
+            filter.mission.map(|mission| mission.to_string()),
+            state,
+            filter.from.map(Stamp::nanos),
+            filter.to.map(Stamp::nanos),
+            limit.clamp(1, MAX_PAGE)
+        ];
+        self.read_runs(rest, parameters)
+    }
+
+    /// A run; `None`: there is no such run.
+    ///
+    /// # Errors
+    /// When the database cannot be read.
+    pub fn run(&self, run: RunId) -> Result<Option<StoredRun>, StoreError> {
+        Ok(self.read_runs("WHERE run = ?", [run.to_string()])?.pop())
     }
 
     /// Runs that have not ended, in the order in which they began.
@@ -189,23 +201,22 @@ impl Ledger {
     ) -> Result<Vec<StoredResult>, StoreError> {
         let after = after.map_or(0, |after| i64::try_from(after).unwrap_or(i64::MAX));
         let parameters = params![run.to_string(), after, limit.clamp(1, MAX_PAGE)];
-        let take = |row: &[Value]| {
-            let blob = match &row[5] {
-                Value::Blob(bytes) => Some(bytes.as_slice().try_into().ok()?),
-                _ => None,
-            };
-            Some(StoredResult {
-                number: integer(&row[0])?.try_into().ok()?,
-                step: integer(&row[2])?.try_into().ok()?,
-                attempt: integer(&row[3])?.try_into().ok()?,
-                kind: text(&row[4])?.to_owned(),
-                blob,
-                body: text(&row[7])?.to_owned(),
-                at: Stamp::from_nanos(integer(&row[8])?),
-            })
-        };
-        let rest = "WHERE run = ? AND seq > ? ORDER BY seq LIMIT ?";
-        RESULTS.read(&self.connection, rest, parameters, take).map_err(|fault| self.error(fault))
+        self.read_results("WHERE run = ? AND seq > ? ORDER BY seq LIMIT ?", parameters)
+    }
+
+    /// Results at an inspection point before the number `before`, the newest first.
+    ///
+    /// # Errors
+    /// When the database cannot be read.
+    pub fn point_results(
+        &self,
+        point: InspectionPointId,
+        before: Option<u64>,
+        limit: u32,
+    ) -> Result<Vec<StoredResult>, StoreError> {
+        let before = before.map_or(i64::MAX, |before| i64::try_from(before).unwrap_or(i64::MAX));
+        let rest = format!("WHERE {POINT_OF_RESULT} = ? AND seq < ? ORDER BY seq DESC LIMIT ?");
+        self.read_results(&rest, params![point.to_string(), before, limit.clamp(1, MAX_PAGE)])
     }
 
     /// Events of missions after the number `after`, in the order in which they were stored, each with its number.
@@ -238,26 +249,50 @@ impl Ledger {
         }
     }
 
-    /// Slots of a schedule from `from` on, in their order.
+    /// Slots of all schedules that were decided, those due last first, from the one after `before`.
     ///
     /// # Errors
     /// When the database cannot be read.
-    pub fn firings(
+    pub fn slots(
         &self,
-        schedule: ScheduleId,
-        from: Stamp,
+        before: Option<(Stamp, ScheduleId)>,
         limit: u32,
-    ) -> Result<Vec<StoredFiring>, StoreError> {
-        let rest = "WHERE schedule = ? AND due_ns >= ? ORDER BY due_ns LIMIT ?";
-        let parameters = params![schedule.to_string(), from.nanos(), limit.clamp(1, MAX_PAGE)];
+    ) -> Result<Vec<StoredSlot>, StoreError> {
+        let rest =
+            "WHERE ?1 IS NULL OR (due_ns, schedule) < (?1, ?2) ORDER BY due_ns DESC, schedule DESC LIMIT ?3";
+        let (due, schedule) = before.unzip();
+        let schedule = schedule.map(|schedule| schedule.to_string());
+        let parameters = params![due.map(Stamp::nanos), schedule, limit.clamp(1, MAX_PAGE)];
         let take = |row: &[Value]| {
-            Some(StoredFiring {
+            Some(StoredSlot {
+                schedule: text(&row[0])?.parse().ok()?,
                 due: Stamp::from_nanos(integer(&row[1])?),
                 run: text(&row[2]).and_then(|run| run.parse().ok()),
                 outcome: text(&row[3])?.to_owned(),
+                body: text(&row[5])?.to_owned(),
             })
         };
         FIRINGS.read(&self.connection, rest, parameters, take).map_err(|fault| self.error(fault))
+    }
+
+    fn read_results(&self, rest: &str, parameters: impl Params) -> Result<Vec<StoredResult>, StoreError> {
+        let take = |row: &[Value]| {
+            let blob = match &row[5] {
+                Value::Blob(bytes) => Some(bytes.as_slice().try_into().ok()?),
+                _ => None,
+            };
+            Some(StoredResult {
+                number: integer(&row[0])?.try_into().ok()?,
+                run: text(&row[1])?.parse().ok()?,
+                step: integer(&row[2])?.try_into().ok()?,
+                attempt: integer(&row[3])?.try_into().ok()?,
+                kind: text(&row[4])?.to_owned(),
+                blob,
+                body: text(&row[7])?.to_owned(),
+                at: Stamp::from_nanos(integer(&row[8])?),
+            })
+        };
+        RESULTS.read(&self.connection, rest, parameters, take).map_err(|fault| self.error(fault))
     }
 
     fn read_runs(&self, rest: &str, parameters: impl Params) -> Result<Vec<StoredRun>, StoreError> {

@@ -48,7 +48,16 @@ const MIGRATIONS: &[&str] = &["
     CREATE TABLE audit (
         seq INTEGER PRIMARY KEY, at_ns INTEGER NOT NULL, principal TEXT, command TEXT NOT NULL, outcome TEXT NOT NULL,
         previous BLOB, checksum BLOB NOT NULL) STRICT;
+", "
+    -- Results are found by their inspection point, see `POINT_OF_RESULT`, and slots by the time at which they were due.
+    CREATE INDEX results_of_point ON results (
+        CASE WHEN json_valid(body) THEN json_extract(body, '$.inspection_point') END, seq);
+    CREATE INDEX firings_by_due ON firings (due_ns, schedule);
 "];
+
+/// The inspection point of a result: the expression by which the index `results_of_point` is sorted, to the letter.
+pub(super) const POINT_OF_RESULT: &str =
+    "CASE WHEN json_valid(body) THEN json_extract(body, '$.inspection_point') END";
 
 pub(super) const EDITS: Table =
     Table { name: "edits", columns: &["seq", "id", "author", "at_ns", "changes"] };

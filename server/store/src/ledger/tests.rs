@@ -3,11 +3,12 @@
 use super::*;
 use crate::Store;
 use crate::stored_data_check::StoredDataReport;
+use api::{RunFilter, StoredSlot};
 use messages::{FiringRecord, LedgerEvent, Principal, ResultRecord, RunRecord, StepRecord};
 use rusqlite::types::Value;
 use site_model::{
-    Asset, AssetId, Change, Edit, EditId, MissionEvent, MissionEventKind, MissionId, MonitorId, Object,
-    ObjectId, Revision, RevisionChange, RunId, RunState, ScheduleId,
+    Asset, AssetId, Change, Edit, EditId, InspectionPointId, MissionEvent, MissionEventKind, MissionId,
+    MonitorId, Object, ObjectId, Revision, RevisionChange, RunId, RunState, ScheduleId,
 };
 use std::ops::ControlFlow;
 use uuid::Uuid;
@@ -67,6 +68,14 @@ fn filled() -> (tempfile::TempDir, SiteState) {
     let store = Store::open(dir.path()).expect("opens");
     let (mut ledger, mut state) = store.open_ledger().expect("opens");
     fill(&mut ledger, &mut state);
+    let firing = FiringRecord {
+        schedule: ScheduleId(Uuid::from_u128(70)),
+        due_utc_ns: AT.nanos(),
+        run: None,
+        outcome: "missed".to_owned(),
+        body: "{}".to_owned(),
+    };
+    ledger.write(|writer| writer.put_event(&LedgerEvent::Firing(firing), AT)).expect("written");
     (dir, state)
 }
 
@@ -125,7 +134,7 @@ fn a_transaction_that_fails_leaves_nothing() {
         Err(StoreError::LedgerRow { path: dir.path().to_owned() })
     });
     assert!(failed.is_err());
-    assert_eq!(ledger.runs(None, 9).expect("read"), []);
+    assert_eq!(ledger.runs(&RunFilter::default(), None, 9).expect("read"), []);
     assert_eq!(ledger.site().expect("read"), state);
 }
 
@@ -153,6 +162,11 @@ fn runs_steps_results_and_firings_are_read_as_they_were_written() {
         let (kind, body) = (kind.to_owned(), "{}".to_owned());
         LedgerEvent::Result(ResultRecord { run: RUN, step: 0, attempt: 1, kind, blob, body })
     };
+    let point = InspectionPointId(Uuid::from_u128(60));
+    let at_point = || {
+        let (kind, body) = ("photo".to_owned(), format!(r#"{{"inspection_point":"{point}"}}"#));
+        LedgerEvent::Result(ResultRecord { run: RUN, step: 1, attempt: 1, kind, blob: None, body })
+    };
     let schedule = ScheduleId(Uuid::from_u128(70));
     let firing = |outcome: &str| {
         let (outcome, body) = (outcome.to_owned(), "{}".to_owned());
@@ -168,6 +182,8 @@ fn runs_steps_results_and_firings_are_read_as_they_were_written() {
             writer.put_event(&step(1, 0, false), later)?;
             writer.put_event(&result("photo", Some([7; 32])), later)?;
             writer.put_event(&result("reading", None), later)?;
+            writer.put_event(&at_point(), later)?;
+            writer.put_event(&at_point(), later)?;
             // A slot is used once.
             writer.put_event(&firing("missed"), later)
         })
@@ -183,16 +199,31 @@ fn runs_steps_results_and_firings_are_read_as_they_were_written() {
     assert_eq!(ledger.steps(RUN, Some((0, 0)), 1).expect("read").len(), 1);
     let results = ledger.results(RUN, None, 9).expect("read");
     let kinds: Vec<_> = results.iter().map(|it| (it.number, it.kind.as_str(), it.blob)).collect();
-    assert_eq!(kinds, [(1, "photo", Some([7; 32])), (2, "reading", None)]);
-    assert_eq!(ledger.results(RUN, Some(1), 9).expect("read").len(), 1);
-    let firings = ledger.firings(schedule, Stamp::EPOCH, 9).expect("read");
-    assert_eq!(firings, [StoredFiring { due: AT, run: Some(RUN), outcome: "began".to_owned() }]);
+    assert_eq!(kinds[..2], [(1, "photo", Some([7; 32])), (2, "reading", None)]);
+    let slots = ledger.slots(None, 9).expect("read");
+    let (outcome, body) = ("began".to_owned(), "{}".to_owned());
+    assert_eq!(slots, [StoredSlot { schedule, due: AT, run: Some(RUN), outcome, body }]);
+    assert_eq!(ledger.slots(Some((AT, schedule)), 9).expect("read"), []);
+    assert_eq!(ledger.slots(Some((later, schedule)), 9).expect("read"), slots);
+    let at_point = ledger.point_results(point, None, 9).expect("read");
+    assert_eq!(at_point.iter().map(|it| (it.number, it.run)).collect::<Vec<_>>(), [(4, RUN), (3, RUN)]);
+    assert_eq!(ledger.point_results(point, Some(4), 1).expect("read"), at_point[1..]);
+    assert_eq!(ledger.results(RUN, Some(2), 9).expect("read").len(), 2);
 
     ledger.write(|writer| writer.put_event(&run("succeeded", true), later)).expect("written");
     assert_eq!(ledger.unfinished_runs().expect("read"), []);
-    let runs = ledger.runs(None, 9).expect("read");
+    let runs = ledger.runs(&RunFilter::default(), None, 9).expect("read");
     assert_eq!((runs.len(), runs[0].is_ended, runs[0].began, runs[0].changed), (1, true, AT, later));
-    assert_eq!(ledger.runs(Some(RUN), 9).expect("read"), []);
+    assert_eq!(ledger.runs(&RunFilter::default(), Some(RUN), 9).expect("read"), []);
+    assert_eq!(ledger.run(RUN).expect("read").as_ref(), runs.first());
+    let found = |filter: RunFilter| ledger.runs(&filter, None, 9).expect("read").len();
+    let mission = Some(runs[0].mission);
+    let all = RunFilter { mission, state: Some(RunState::Succeeded), from: Some(AT), to: Some(later) };
+    assert_eq!(found(all), 1);
+    assert_eq!(found(RunFilter { mission: Some(MissionId(Uuid::from_u128(1))), ..all }), 0);
+    assert_eq!(found(RunFilter { state: Some(RunState::Failed), ..all }), 0);
+    assert_eq!(found(RunFilter { from: Some(later), ..all }), 0);
+    assert_eq!(found(RunFilter { to: Some(AT), ..all }), 0);
 
     let event = |kind| MissionEvent { utc: None, command: None, kind };
     let ended = event(MissionEventKind::RunEnded { run: RUN, outcome: RunState::Succeeded });
@@ -243,7 +274,7 @@ fn a_damaged_ledger_is_kept_and_a_new_one_begins_with_what_can_be_read() {
         let (_, told) = reopen(dir.path());
         assert!(told, "{} bytes", damaged.len());
         let aside = dir.path().join("ledger.db.damaged");
-        // Without the last byte, only a row of the history is damaged, and the file is used on.
+        // Without the last byte, only an index of the history is damaged, and the file is used on.
         let is_used = damaged.len() + 1 == whole.len();
         assert_eq!(aside.exists(), !is_used, "{} bytes", damaged.len());
         let kept = if is_used { dir.path().join("ledger.db") } else { aside };

@@ -324,9 +324,22 @@ pub fn queries() -> impl Iterator<Item = Query> {
     let object = ObjectId::Node(NodeId(ID));
     [
         Query::Revisions { object, before: Some(Revision(3)), limit: 100 },
-        Query::Runs { before: Some(RUN), limit: 100 },
+        Query::Runs { filter: RunFilter::default(), before: Some(RUN), limit: 100 },
+        Query::Runs {
+            filter: RunFilter {
+                mission: Some(MissionId(ID)),
+                state: Some(RunState::Failed),
+                from: Some(Stamp::from_nanos(5)),
+                to: Some(NOW),
+            },
+            before: None,
+            limit: 100,
+        },
+        Query::Run(RUN),
         Query::Steps { run: RUN, after: Some((3, 1)), limit: 100 },
         Query::Results { run: RUN, after: Some(7), limit: 100 },
+        Query::PointResults { point: InspectionPointId(ID), before: Some(7), limit: 1 },
+        Query::Slots { before: Some((NOW, ScheduleId(ID))), limit: 100 },
     ]
     .into_iter()
 }
@@ -358,6 +371,7 @@ pub fn replies() -> impl Iterator<Item = QueryReply> {
     };
     let result = StoredResult {
         number: 7,
+        run: RUN,
         step: 3,
         attempt: 1,
         kind: "photo".to_owned(),
@@ -365,11 +379,19 @@ pub fn replies() -> impl Iterator<Item = QueryReply> {
         body: "{}".to_owned(),
         at,
     };
+    let slot = StoredSlot {
+        schedule: ScheduleId(ID),
+        due: NOW,
+        run: Some(RUN),
+        outcome: name(),
+        body: "{}".to_owned(),
+    };
     [
         QueryReply::Revisions(vec![revision]),
         QueryReply::Runs(vec![run]),
         QueryReply::Steps(vec![step]),
         QueryReply::Results(vec![result]),
+        QueryReply::Slots(vec![slot]),
     ]
     .into_iter()
 }

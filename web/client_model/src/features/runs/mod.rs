@@ -4,20 +4,27 @@ mod estimate;
 mod stored;
 
 pub use estimate::{RunEstimate, estimate_run};
-pub use stored::{RunContent, StoredAttempt, StoredPage, StoredResult, StoredRun};
+pub use stored::{
+    RunContent, RunQuery, StoredAttempt, StoredPage, StoredResult, StoredRun, StoredSlot, StoredSlotDetails,
+};
 
 use super::Feature;
 use crate::shared::{Change, Context};
-use crate::{ClientCommand, ClientEffect, ClientEvent};
+use crate::{ClientCommand, ClientEffect, ClientEvent, ClientTime};
 use api::Command;
 use site_model::{
-    LocalDateTime, MissionCommandKind, MissionStatus, RouteStatus, RunCause, RunId, RunState, RunStatus,
-    ScheduleId, StartMode, Utc,
+    InspectionPointId, LocalDateTime, MissionCommandKind, MissionStatus, RouteStatus, RunCause, RunId,
+    RunState, RunStatus, ScheduleId, SkipReason, StartMode, Utc,
 };
 use std::collections::BTreeMap;
 
 /// Ended runs that are kept with their tasks at most.
 const MAX_KEPT: usize = 64;
+/// Time between two fetches of the slots that were decided, seconds. Nothing is sent when a slot is skipped.
+const SLOT_PERIOD_S: f64 = 60.0;
+
+/// What came before a result: the result before it at the same inspection point if there is one, or a sentence that says why it could not be fetched.
+type Previous = Result<Option<StoredResult>, String>;
 
 /// Runs as the robot last reported them.
 #[derive(Clone, Debug, Default)]
@@ -28,8 +35,19 @@ pub struct Runs {
     seen: BTreeMap<RunId, RunStatus>,
     /// What became of slots of schedules. A slot that this client was not told of is missing.
     slots: BTreeMap<(ScheduleId, LocalDateTime), RunState>,
-    /// The runs that the robot has stored, the newest first; none before they were fetched.
+    /// Which of the stored runs are listed.
+    query: RunQuery,
+    /// The runs that the robot has stored and that are listed, the newest first; none before they were fetched.
     stored: Option<Vec<StoredRun>>,
+    /// Where older ones begin, if there are any.
+    older: Option<String>,
+    /// Why they could not be fetched.
+    list_problem: Option<String>,
+    /// Slots of schedules that were decided, those due last first.
+    decided: Vec<StoredSlot>,
+    slots_fetched: Option<ClientTime>,
+    /// Earlier results at inspection points, by the point and the number of the later one.
+    previous: BTreeMap<(InspectionPointId, u64), Previous>,
     /// What is stored of runs that were opened, or a sentence that says why it could not be fetched.
     contents: BTreeMap<RunId, Result<RunContent, String>>,
 }
@@ -80,6 +98,7 @@ impl Runs {
         let is_listed =
             |run: RunId| self.stored.iter().flatten().any(|stored| stored.run == run && stored.is_ended);
         let lately = self.status.iter().flat_map(|status| status.ended.iter().rev());
+        let lately = lately.filter(|ended| self.query.has_new(ended.mission, ended.outcome));
         let unlisted = lately.filter(move |ended| !is_listed(ended.run)).map(|ended| {
             let report = self.seen.get(&ended.run);
             PastRun {
@@ -104,18 +123,68 @@ impl Runs {
         unlisted.chain(listed)
     }
 
+    /// Which of the stored runs are listed.
+    pub fn query(&self) -> RunQuery {
+        self.query
+    }
+
+    /// Whether the list is complete: false while it is fetched.
+    pub fn is_listed(&self) -> bool {
+        self.stored.is_some() || self.list_problem.is_some()
+    }
+
+    /// Whether there are older runs than those that are listed.
+    pub fn has_older(&self) -> bool {
+        self.older.is_some()
+    }
+
+    /// Why the stored runs could not be fetched.
+    pub fn list_problem(&self) -> Option<&str> {
+        self.list_problem.as_deref()
+    }
+
+    /// Slots of schedules that were decided, those due last first.
+    pub fn decided_slots(&self) -> &[StoredSlot] {
+        &self.decided
+    }
+
+    /// Why a slot of a schedule was skipped. `None` if it has a run, or this client does not know.
+    pub fn skipped_slot(&self, schedule: ScheduleId, slot: LocalDateTime) -> Option<SkipReason> {
+        let is_it = |decided: &&StoredSlot| decided.schedule == schedule && decided.slot() == Some(slot);
+        self.decided.iter().find(is_it)?.skipped()
+    }
+
+    /// The result before another one at the same inspection point; `None` before it was fetched.
+    pub fn previous(&self, point: InspectionPointId, before: u64) -> Option<&Previous> {
+        self.previous.get(&(point, before))
+    }
+
     /// What is stored of a run, or a sentence that says why it could not be fetched; `None` before it was.
     pub fn content(&self, run: RunId) -> Option<&Result<RunContent, String>> {
         self.contents.get(&run)
     }
 
-    fn on_listed(&mut self, stored: &[StoredRun]) {
-        for run in stored {
+    fn list(&mut self, query: RunQuery, cx: &mut Context<'_>) {
+        self.query = query;
+        (self.stored, self.older, self.list_problem) = (None, None, None);
+        cx.effects.push(ClientEffect::FetchRuns { query, before: None });
+    }
+
+    fn on_listed(&mut self, before: Option<&str>, page: &StoredPage<StoredRun>) {
+        for run in &page.items {
             if let Some(RunCause::Schedule { schedule, slot }) = run.details.as_ref().map(|it| it.cause) {
                 self.slots.insert((schedule, slot), run.state);
             }
         }
-        self.stored = Some(stored.to_vec());
+        match (&mut self.stored, before) {
+            (Some(stored), Some(before)) if self.older.as_deref() == Some(before) => {
+                stored.extend(page.items.iter().cloned());
+            }
+            (_, Some(_)) => return,
+            (stored, None) => *stored = Some(page.items.clone()),
+        }
+        self.older = page.next.clone();
+        self.list_problem = None;
     }
 
     /// What became of a slot of a schedule: the state of its run. `None` if this client has not seen it.
@@ -126,7 +195,8 @@ impl Runs {
     fn on_status(&mut self, status: &MissionStatus, cx: &mut Context<'_>) {
         let last = |status: &MissionStatus| status.ended.last().map(|ended| ended.run);
         if self.status.as_ref().is_none_or(|known| last(known) != last(status)) {
-            cx.effects.push(ClientEffect::FetchRuns);
+            cx.effects.push(ClientEffect::FetchRuns { query: self.query, before: None });
+            self.fetch_slots(cx);
         }
         for run in &status.runs {
             self.seen.insert(run.run, run.clone());
@@ -142,6 +212,11 @@ impl Runs {
             self.seen.retain(|run, _| is_listed(run));
         }
         self.status = Some(status.clone());
+    }
+
+    fn fetch_slots(&mut self, cx: &mut Context<'_>) {
+        self.slots_fetched = Some(cx.shared.now);
+        cx.effects.push(ClientEffect::FetchSlots);
     }
 
     fn note_slot(&mut self, run: RunId, state: RunState) {
@@ -160,9 +235,22 @@ impl Feature for Runs {
         }
     }
 
-    fn on_client_event(&mut self, event: &ClientEvent, _cx: &mut Context<'_>) {
+    fn on_client_event(&mut self, event: &ClientEvent, cx: &mut Context<'_>) {
         match event {
-            ClientEvent::RunsListed(Ok(stored)) => self.on_listed(stored),
+            ClientEvent::RunsListed { query, before, result } if *query == self.query => match result {
+                Ok(page) => self.on_listed(before.as_deref(), page),
+                Err(sentence) => self.list_problem = Some(sentence.clone()),
+            },
+            ClientEvent::SlotsListed(Ok(page)) => self.decided = page.items.clone(),
+            ClientEvent::PreviousFetched { point, before, result } => {
+                self.previous.insert((*point, *before), result.clone());
+            }
+            ClientEvent::Tick if self.status.is_some() => {
+                let age_s = self.slots_fetched.map_or(f64::INFINITY, |at| cx.shared.now.since(at));
+                if age_s >= SLOT_PERIOD_S {
+                    self.fetch_slots(cx);
+                }
+            }
             ClientEvent::RunFetched { run, result } => {
                 self.contents.insert(*run, result.clone());
             }
@@ -178,6 +266,15 @@ impl Feature for Runs {
                 cx.send(Command::Mission(MissionCommandKind::Start { run, mission: *mission, mode }));
             }
             ClientCommand::OpenRun(run) => cx.effects.push(ClientEffect::FetchRun(*run)),
+            ClientCommand::ListRuns(query) if *query != self.query => self.list(*query, cx),
+            ClientCommand::ListOlderRuns => {
+                if let Some(before) = self.older.clone() {
+                    cx.effects.push(ClientEffect::FetchRuns { query: self.query, before: Some(before) });
+                }
+            }
+            ClientCommand::OpenPrevious { point, before } => {
+                cx.effects.push(ClientEffect::FetchPrevious { point: *point, before: *before });
+            }
             ClientCommand::Run(kind) => cx.send(Command::Mission(*kind)),
             _ => {}
         }

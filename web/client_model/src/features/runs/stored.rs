@@ -2,7 +2,32 @@
 
 use serde::Deserialize;
 use serde_json::Value;
-use site_model::{ActionReport, MissionId, NodeId, RunCause, RunId, RunState, TaskId, TaskState, Utc};
+use site_model::{
+    ActionReport, InspectionPointId, LocalDateTime, MissionId, NodeId, RunCause, RunId, RunState, ScheduleId,
+    SkipReason, TaskId, TaskState, Utc,
+};
+
+/// Which of the stored runs are wanted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RunQuery {
+    /// Of this mission.
+    pub mission: Option<MissionId>,
+    /// With this outcome.
+    pub outcome: Option<RunState>,
+    /// Asked for at this instant or later.
+    pub from: Option<Utc>,
+    /// Asked for before this instant.
+    pub to: Option<Utc>,
+}
+
+impl RunQuery {
+    /// Whether a run that has ended a moment ago is one of them.
+    pub fn has_new(&self, mission: MissionId, outcome: RunState) -> bool {
+        self.mission.is_none_or(|wanted| wanted == mission)
+            && self.outcome.is_none_or(|wanted| wanted == outcome)
+            && self.to.is_none()
+    }
+}
 
 /// A page of a list.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -78,9 +103,62 @@ pub struct StoredAttemptDetails {
     pub action: Option<String>,
 }
 
+/// A slot of a schedule that was decided.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct StoredSlot {
+    /// Its schedule.
+    pub schedule: ScheduleId,
+    /// When it was due.
+    #[serde(rename = "due_ns")]
+    pub due: Utc,
+    /// More of it.
+    pub details: StoredSlotDetails,
+}
+
+/// More of a slot.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+pub struct StoredSlotDetails {
+    /// The slot; none if several were missed.
+    #[serde(default)]
+    pub slot: Option<LocalDateTime>,
+    /// What became of it.
+    #[serde(default)]
+    pub decision: Option<site_model::SlotDecision>,
+    /// The last one of several that were missed in a row.
+    #[serde(default)]
+    pub last: Option<LocalDateTime>,
+    /// How many were missed.
+    #[serde(default)]
+    pub count: Option<u64>,
+}
+
+impl StoredSlot {
+    /// The slot by the clock of the site, if it is known.
+    pub fn slot(&self) -> Option<LocalDateTime> {
+        self.details.slot.or(self.details.last)
+    }
+
+    /// Why it was skipped; none: it has a run.
+    pub fn skipped(&self) -> Option<SkipReason> {
+        match self.details.decision {
+            Some(site_model::SlotDecision::Run(_)) => None,
+            Some(site_model::SlotDecision::Skipped(reason)) => Some(reason),
+            None => Some(SkipReason::Missed),
+        }
+    }
+}
+
 /// A result of a task.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct StoredResult {
+    /// Its number among all results.
+    pub number: u64,
+    /// When it was stored.
+    #[serde(rename = "at_ns")]
+    pub at: Utc,
+    /// The action, such as `photo`.
+    #[serde(default)]
+    pub kind: String,
     /// Number of the task in its run, from 0.
     pub step: u32,
     /// Counts from 1.
@@ -95,6 +173,9 @@ pub struct StoredResultDetails {
     /// Report of the action: a [`ActionReport`], or whatever a program of somebody else's answers.
     #[serde(default)]
     pub value: Value,
+    /// The inspection point of the task, by which results of several runs are compared.
+    #[serde(default)]
+    pub inspection_point: Option<InspectionPointId>,
 }
 
 impl StoredResult {

@@ -40,6 +40,11 @@ fn run(state: RunState) -> RunStatus {
     }
 }
 
+fn fetches() -> [ClientEffect; 2] {
+    let query = RunQuery::default();
+    [ClientEffect::FetchRuns { query, before: None }, ClientEffect::FetchSlots]
+}
+
 #[test]
 fn a_run_is_followed_from_the_queue_to_its_outcome() {
     let mut client = TestClient::connected();
@@ -105,13 +110,13 @@ fn the_remaining_time_counts_what_is_left() {
 fn stored_runs_are_fetched_when_one_has_ended_and_their_slots_are_known() {
     let mut client = TestClient::connected();
     client.event(Event::Missions(MissionStatus::default()));
-    assert_eq!(client.take_effects(), [ClientEffect::FetchRuns]);
+    assert_eq!(client.take_effects(), fetches());
     let running = MissionStatus { runs: vec![run(RunState::Running)], ..MissionStatus::default() };
     client.event(Event::Missions(running));
     assert_eq!(client.take_effects(), [], "nothing has ended");
     let ended = EndedRun { run: RUN, mission: MISSION, outcome: RunState::Succeeded };
     client.event(Event::Missions(MissionStatus { ended: vec![ended], ..MissionStatus::default() }));
-    assert_eq!(client.take_effects(), [ClientEffect::FetchRuns]);
+    assert_eq!(client.take_effects(), fetches());
     // As the gateway answers.
     let page: StoredPage<StoredRun> = serde_json::from_str(
         r#"{ "items": [{
@@ -124,7 +129,7 @@ fn stored_runs_are_fetched_when_one_has_ended_and_their_slots_are_known() {
         }], "next": null }"#,
     )
     .unwrap();
-    client.apply(ClientEvent::RunsListed(Ok(page.items)));
+    client.apply(ClientEvent::RunsListed { query: RunQuery::default(), before: None, result: Ok(page) });
     let monday = LocalDateTime { date: LocalDate { day: 23, ..slot().date }, ..slot() };
     assert_eq!(client.model.runs.slot(SCHEDULE, monday), Some(RunState::PartiallySucceeded));
     let past: Vec<_> = client.model.runs.past().collect();
@@ -159,4 +164,92 @@ fn what_is_stored_of_a_run_is_read_as_the_gateway_writes_it() {
     assert_eq!(client.take_effects(), [ClientEffect::FetchRun(RUN)]);
     client.apply(ClientEvent::RunFetched { run: RUN, result: Ok(content.clone()) });
     assert_eq!(client.model.runs.content(RUN), Some(&Ok(content)));
+}
+
+fn page(runs: std::ops::Range<u128>, next: Option<&str>) -> StoredPage<StoredRun> {
+    let run = |number| StoredRun {
+        run: RunId(Uuid::from_u128(number)),
+        mission: MISSION,
+        state: RunState::Failed,
+        is_ended: true,
+        details: None,
+        asked: Utc(5),
+        changed: Utc(9),
+    };
+    StoredPage { items: runs.map(run).collect(), next: next.map(str::to_owned) }
+}
+
+#[test]
+fn the_list_is_fetched_anew_for_another_filter_and_goes_on_with_older_runs() {
+    let mut client = TestClient::connected();
+    let ended = EndedRun { run: RUN, mission: MISSION, outcome: RunState::Succeeded };
+    client.event(Event::Missions(MissionStatus { ended: vec![ended], ..MissionStatus::default() }));
+    client.take_effects();
+    let query = RunQuery { outcome: Some(RunState::Failed), ..RunQuery::default() };
+    client.command(ClientCommand::ListRuns(query));
+    client.command(ClientCommand::ListRuns(query));
+    assert_eq!(client.take_effects(), [ClientEffect::FetchRuns { query, before: None }], "once");
+    assert!(!client.model.runs.is_listed());
+    assert_eq!(client.model.runs.past().count(), 0, "the other one has succeeded");
+    let listed = |before: Option<&str>, page| ClientEvent::RunsListed {
+        query,
+        before: before.map(str::to_owned),
+        result: Ok(page),
+    };
+    client.apply(ClientEvent::RunsListed {
+        query: RunQuery::default(),
+        before: None,
+        result: Ok(page(90..95, None)),
+    });
+    assert!(!client.model.runs.is_listed(), "the answer to an earlier question");
+    client.apply(listed(None, page(10..12, Some("b"))));
+    assert!(client.model.runs.has_older());
+    client.command(ClientCommand::ListOlderRuns);
+    let before = Some("b".to_owned());
+    assert_eq!(client.take_effects(), [ClientEffect::FetchRuns { query, before }]);
+    client.apply(listed(Some("b"), page(12..14, None)));
+    client.apply(listed(Some("b"), page(12..14, None)));
+    assert_eq!((client.model.runs.past().count(), client.model.runs.has_older()), (4, false));
+}
+
+#[test]
+fn slots_that_were_skipped_say_why_and_are_asked_for_again_after_a_while() {
+    let mut client = TestClient::connected();
+    client.event(Event::Missions(MissionStatus::default()));
+    client.take_effects();
+    // As the gateway answers.
+    let page = serde_json::from_str(
+        r#"{ "items": [{
+            "schedule": "00000000-0000-0000-0000-000000000003", "due_ns": 5, "run": null, "outcome": "blocked",
+            "details": {
+                "slot": { "date": { "year": 2026, "month": 11, "day": 24 }, "time": { "hour": 11, "minute": 0 } },
+                "decision": { "skipped": { "blocked": "00000000-0000-0000-0000-000000000009" } } }
+        }, {
+            "schedule": "00000000-0000-0000-0000-000000000003", "due_ns": 2, "run": null, "outcome": "missed",
+            "details": { "count": 3, "first": { "date": { "year": 2026, "month": 11, "day": 21 }, "time": { "hour": 11, "minute": 0 } },
+                "last": { "date": { "year": 2026, "month": 11, "day": 23 }, "time": { "hour": 11, "minute": 0 } } }
+        }], "next": null }"#,
+    )
+    .unwrap();
+    client.apply(ClientEvent::SlotsListed(Ok(page)));
+    let monitor = site_model::MonitorId(Uuid::from_u128(9));
+    assert_eq!(client.model.runs.skipped_slot(SCHEDULE, slot()), Some(SkipReason::Blocked(monitor)));
+    let monday = LocalDateTime { date: LocalDate { day: 23, ..slot().date }, ..slot() };
+    assert_eq!(client.model.runs.skipped_slot(SCHEDULE, monday), Some(SkipReason::Missed));
+    client.wait(30.0);
+    let is_fetched = |client: &mut TestClient| client.take_effects().contains(&ClientEffect::FetchSlots);
+    assert!(!is_fetched(&mut client));
+    client.wait(31.0);
+    assert!(is_fetched(&mut client));
+}
+
+#[test]
+fn the_result_before_another_one_is_fetched() {
+    let mut client = TestClient::connected();
+    let point = InspectionPointId(Uuid::from_u128(8));
+    client.command(ClientCommand::OpenPrevious { point, before: 7 });
+    assert_eq!(client.take_effects(), [ClientEffect::FetchPrevious { point, before: 7 }]);
+    assert_eq!(client.model.runs.previous(point, 7), None);
+    client.apply(ClientEvent::PreviousFetched { point, before: 7, result: Ok(None) });
+    assert_eq!(client.model.runs.previous(point, 7), Some(&Ok(None)));
 }

@@ -199,7 +199,7 @@ fn ended_runs_are_listed_filtered_and_opened_with_what_was_gathered() {
         task_id(4),
         node_id(4)
     );
-    let result = r#"{ "step": 4, "attempt": 1, "details": { "value": {
+    let result = r#"{ "number": 1, "at_ns": 3, "step": 4, "attempt": 1, "details": { "value": {
         "at": { "robot_time": 0, "utc_ns": 3, "is_synchronised": true },
         "readings": [{ "name": "dose_rate", "value": 0.11, "standard_deviation": 0.02, "unit": "µSv/h" }] } } }"#;
     let content = RunContent {

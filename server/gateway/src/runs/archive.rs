@@ -1,0 +1,230 @@
+//! What the archive of a run holds, under which names.
+
+use super::documents::{result_document, run_document, step_document};
+use api::{MAX_PAGE, Query, QueryReply, SiteState, StoredResult, StoredRun};
+use jiff::Timestamp;
+use serde::Serialize;
+use serde_json::Value;
+use site_model::{ActionReport, InspectionPointId, NodeId};
+use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use zip::write::{SimpleFileOptions, StreamWriter};
+use zip::{CompressionMethod, ZipWriter};
+
+/// Whoever answers questions about what is stored.
+pub(super) trait Core {
+    fn ask(&self, query: Query) -> io::Result<QueryReply>;
+}
+
+/// A run that is written as an archive.
+pub(super) struct Archive {
+    run: StoredRun,
+    site: Option<Arc<SiteState>>,
+    data_dir: PathBuf,
+    name: String,
+}
+
+type Zip<W> = ZipWriter<StreamWriter<W>>;
+
+impl Archive {
+    /// Names of places and of the mission are those of `site`.
+    pub(super) fn new(run: StoredRun, site: Option<Arc<SiteState>>, data_dir: &Path) -> Self {
+        let mission = site.as_ref().and_then(|state| Some(state.site.mission(run.mission)?.name.clone()));
+        let mission = file_name(mission.as_deref().unwrap_or("run"));
+        let asked = utc(run.began.nanos());
+        // `2026-11-24T11:00:00.5Z` without what a file system may reject.
+        let minute: String = asked.chars().take(16).filter(|c| *c != ':').collect();
+        Self { name: format!("{mission}_{minute}"), run, site, data_dir: data_dir.to_owned() }
+    }
+
+    /// Name of the folder in the archive: ASCII letters, digits, `-` and `_`.
+    pub(super) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Writes the archive.
+    ///
+    /// # Errors
+    /// When the core, the disk or whoever reads the archive fails.
+    pub(super) fn write(&self, core: &impl Core, sink: impl Write) -> io::Result<()> {
+        let mut zip = ZipWriter::new_stream(sink);
+        self.begin(&mut zip, "run.json")?;
+        write_json(&mut zip, &run_document(self.run.clone()))?;
+        self.begin(&mut zip, "steps.json")?;
+        self.write_steps(core, &mut zip)?;
+        self.begin(&mut zip, "results.json")?;
+        let mut list = List::default();
+        self.for_each_result(core, |result| list.push(&mut zip, &result_document(result)))?;
+        list.end(&mut zip)?;
+        self.begin(&mut zip, "readings.csv")?;
+        writeln!(zip, "utc,place,action,attempt,reading,value,standard_deviation,unit")?;
+        self.for_each_result(core, |result| self.write_readings(&mut zip, &result))?;
+        let mut names = BTreeSet::new();
+        let mut missing = Vec::new();
+        self.for_each_result(core, |result| self.write_files(&mut zip, &result, &mut names, &mut missing))?;
+        if !missing.is_empty() {
+            self.begin(&mut zip, "missing-files.txt")?;
+            writeln!(zip, "{}", missing.join("\n"))?;
+        }
+        zip.finish()?.flush()
+    }
+
+    /// Begins a file. Pictures are compressed already, and the rest is short, so nothing is.
+    fn begin<W: Write>(&self, zip: &mut Zip<W>, path: &str) -> io::Result<()> {
+        let options = SimpleFileOptions::default().compression_method(CompressionMethod::Stored);
+        Ok(zip.start_file(format!("{}/{path}", self.name), options)?)
+    }
+
+    fn write_steps<W: Write>(&self, core: &impl Core, zip: &mut Zip<W>) -> io::Result<()> {
+        let mut list = List::default();
+        let mut after = None;
+        loop {
+            let query = Query::Steps { run: self.run.run, after, limit: MAX_PAGE };
+            let QueryReply::Steps(page) = core.ask(query)? else { return Err(other_answer()) };
+            let Some(last) = page.last() else { return list.end(zip) };
+            after = Some((last.step, last.attempt));
+            for step in page {
+                list.push(zip, &step_document(step))?;
+            }
+        }
+    }
+
+    fn for_each_result(
+        &self,
+        core: &impl Core,
+        mut take: impl FnMut(StoredResult) -> io::Result<()>,
+    ) -> io::Result<()> {
+        let mut after = None;
+        loop {
+            let query = Query::Results { run: self.run.run, after, limit: MAX_PAGE };
+            let QueryReply::Results(page) = core.ask(query)? else { return Err(other_answer()) };
+            let Some(last) = page.last() else { return Ok(()) };
+            after = Some(last.number);
+            page.into_iter().try_for_each(&mut take)?;
+        }
+    }
+
+    fn write_readings<W: Write>(&self, zip: &mut Zip<W>, result: &StoredResult) -> io::Result<()> {
+        let details = details(result);
+        let Some(report) = report(&details) else { return Ok(()) };
+        let at = utc(result.at.nanos());
+        let place = self.place(&details);
+        for reading in &report.readings {
+            let deviation = reading.standard_deviation.map(|it| it.to_string()).unwrap_or_default();
+            let (attempt, value) = (result.attempt.to_string(), reading.value.to_string());
+            let fields =
+                [&at, &place, &result.kind, &attempt, &reading.name, &value, &deviation, &reading.unit];
+            writeln!(zip, "{}", fields.map(|field| csv_field(field)).join(","))?;
+        }
+        Ok(())
+    }
+
+    fn write_files<W: Write>(
+        &self,
+        zip: &mut Zip<W>,
+        result: &StoredResult,
+        names: &mut BTreeSet<String>,
+        missing: &mut Vec<String>,
+    ) -> io::Result<()> {
+        let details = details(result);
+        let Some(report) = report(&details) else { return Ok(()) };
+        let place = file_name(&self.place(&details));
+        for file in &report.files {
+            let name = format!("files/{:02}_{place}_{}", result.step + 1, file_name(&file.name));
+            // An action that was done again has files of the same names.
+            let name = if names.insert(name.clone()) {
+                name
+            } else {
+                format!(
+                    "files/{:02}_{place}_result-{}_{}",
+                    result.step + 1,
+                    result.number,
+                    file_name(&file.name)
+                )
+            };
+            let hash = file.blob.to_string();
+            match File::open(self.data_dir.join("blobs").join(&hash[..2]).join(&hash)) {
+                Ok(mut content) => {
+                    self.begin(zip, &name)?;
+                    io::copy(&mut content, zip)?;
+                }
+                Err(_) => missing.push(format!("{name} {hash}")),
+            }
+        }
+        Ok(())
+    }
+
+    /// Name of the place of a result: its inspection point, or else its node.
+    fn place(&self, details: &Value) -> String {
+        let site = self.site.as_ref().map(|state| &state.site);
+        let id = |field: &str| details.get(field).and_then(Value::as_str);
+        let point = id("inspection_point").and_then(|id| id.parse::<InspectionPointId>().ok());
+        let point = point.and_then(|point| Some(site?.inspection_point(point)?.name.clone()));
+        let node = || id("node").and_then(|id| id.parse::<NodeId>().ok());
+        let node = || node().and_then(|node| Some(site?.node(node)?.name.clone()));
+        point.or_else(node).unwrap_or_else(|| "place".to_owned())
+    }
+}
+
+/// A JSON array that is written one entry after the other.
+#[derive(Default)]
+struct List {
+    is_begun: bool,
+}
+
+impl List {
+    fn push(&mut self, sink: &mut impl Write, entry: &impl Serialize) -> io::Result<()> {
+        sink.write_all(if self.is_begun { b",\n" } else { b"[\n" })?;
+        self.is_begun = true;
+        write_json(sink, entry)
+    }
+
+    fn end(self, sink: &mut impl Write) -> io::Result<()> {
+        sink.write_all(if self.is_begun { b"\n]\n" } else { b"[]\n" })
+    }
+}
+
+fn write_json(sink: &mut impl Write, document: &impl Serialize) -> io::Result<()> {
+    sink.write_all(&serde_json::to_vec_pretty(document)?)
+}
+
+fn other_answer() -> io::Error {
+    io::Error::other("the core has answered another question")
+}
+
+fn details(result: &StoredResult) -> Value {
+    serde_json::from_str(&result.body).unwrap_or_default()
+}
+
+fn report(details: &Value) -> Option<ActionReport> {
+    serde_json::from_value(details.get("value")?.clone()).ok()
+}
+
+/// `2026-11-24T11:00:00.5Z`.
+fn utc(nanos: i64) -> String {
+    Timestamp::from_nanosecond(nanos.into()).map(|at| at.to_string()).unwrap_or_default()
+}
+
+/// A field of a CSV file (RFC 4180).
+fn csv_field(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}
+
+/// A name that every file system takes: ASCII letters, digits, `.`, `-` and `_`.
+fn file_name(name: &str) -> String {
+    let safe = |c: char| if c.is_ascii_alphanumeric() || matches!(c, '.' | '-') { c } else { '_' };
+    let name: String = name.chars().take(60).map(safe).collect();
+    let name = name.trim_matches(['.', '_']);
+    if name.is_empty() { "unnamed".to_owned() } else { name.to_owned() }
+}
+
+#[cfg(test)]
+#[path = "archive_tests.rs"]
+mod tests;

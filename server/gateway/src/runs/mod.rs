@@ -1,0 +1,26 @@
+//! Runs of missions over HTTP: what runs now, what has run, with its steps and results, and what can be asked of runs. The core decides.
+
+mod archive;
+mod commands;
+mod documents;
+mod download;
+mod lists;
+
+pub(crate) mod handlers {
+    //! What the router and the description refer to.
+    pub(crate) use super::commands::*;
+    pub(crate) use super::download::*;
+    pub(crate) use super::lists::*;
+}
+
+use crate::documents::AnyPath;
+use crate::problem::ProblemResponse;
+use crate::texts;
+use axum::extract::Path;
+use site_model::RunId;
+
+fn run_id(path: AnyPath) -> Result<RunId, ProblemResponse> {
+    let malformed = || ProblemResponse::malformed(texts::RUN_ID_MALFORMED);
+    let Path(id) = path.map_err(|_| malformed())?;
+    id.parse().map_err(|_| malformed())
+}
