@@ -39,7 +39,7 @@ pub struct BehaviourContext<'a> {
     pub at: Stamp,
     /// Poses of the robot.
     pub frames: Frames,
-    /// Terrain, in the odometry frame.
+    /// Heights of ground and obstacles, in the odometry frame.
     pub terrain: &'a ElevationMap,
     /// Whether the ground was seen lately. A behaviour that walks by itself stands still while it was not.
     pub sees_ground: bool,

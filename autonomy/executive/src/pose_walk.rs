@@ -124,8 +124,8 @@ impl PoseWalkBehaviour {
 
     fn step(&mut self, at: Stamp, frames: &Frames) {
         let offset = self.offset(frames);
-        let metres = offset.forward_m.hypot(offset.left_m).ceil().clamp(1.0, 10.0);
-        let deadline = at + self.config.step_time_limit * metres as i64;
+        let distance_m = offset.forward_m.hypot(offset.left_m).ceil().clamp(1.0, 10.0);
+        let deadline = at + self.config.step_time_limit * distance_m as i64;
         self.phase = Phase::Stepping { deadline, in_pose_since: None, is_blind: false };
     }
 

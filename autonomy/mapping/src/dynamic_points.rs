@@ -14,6 +14,8 @@ use points::hash::{CellKey, CellTable};
 pub struct DynamicPointsConfig {
     /// Greatest number of keyframes that vote. Enough to detect people who stand still for half a minute.
     pub max_voters: usize,
+    /// Keyframes farther away along the walk than this have no vote, metres.
+    pub max_walk_distance_m: f64,
     /// Edge of the voxels that are decided on as a whole, metres. About the width of a limb.
     pub voxel_m: f32,
     /// Least number of free-space votes for a dynamic voxel.
@@ -24,7 +26,13 @@ pub struct DynamicPointsConfig {
 
 impl Default for DynamicPointsConfig {
     fn default() -> Self {
-        Self { max_voters: 12, voxel_m: 0.2, min_free_votes: 2, min_surface_votes: 3 }
+        Self {
+            max_voters: 12,
+            max_walk_distance_m: 8.0,
+            voxel_m: 0.2,
+            min_free_votes: 2,
+            min_surface_votes: 3,
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! From odometry to a map: keyframes, the pose graph between them, place recognition, loop closure, and known ground.
 //!
-//! A [`Session`] owns the [`PoseGraph`] and the trajectory (about 1.5 kB a keyframe and 76 B a scan). Full clouds go to the caller. A [`LoopFinder`]
+//! A [`Session`] owns the [`PoseGraph`] and the trajectory (about 1.5 kB a keyframe and 68 B a scan). Full clouds go to the caller. A [`LoopFinder`]
 //! keeps a thinned cloud of every keyframe (about 33 kB) and finds loops in four steps: `scan_context` and `scan_context_index` recognise,
 //! `candidates` selects, `verification` registers, `consistency` decides. On known ground it anchors the robot's pose to old keyframes instead
 //! (`known_ground`). [`LoopClosing`] runs these steps with jobs and people's decisions, and moves the map. [`MapMatcher`] finds one finished map in

@@ -268,7 +268,7 @@ impl LoopFinder {
         let mut around: Vec<(f64, usize)> = (0..self.clouds.len())
             .filter(|&other| other != own)
             .filter_map(|other| Some((chain.distance_between(own, other)?, other)))
-            .filter(|(distance_m, _)| *distance_m <= self.config.submap.radius_m)
+            .filter(|(distance_m, _)| *distance_m <= config.max_walk_distance_m)
             .collect();
         around.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let others: Vec<_> = around

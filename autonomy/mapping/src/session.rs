@@ -22,7 +22,7 @@ pub struct SessionConfig {
     pub max_scan_gap: Span,
     /// Standard deviation of a distance that only legs and IMU followed, as a share of the distance. Feet slip in ways that no filter models.
     pub dead_reckoning_std_share: f64,
-    /// Greatest number of entries of the trajectory, 76 B each: a pose for each scan of the last hour and a half at 10 Hz, and fewer of the walk
+    /// Greatest number of entries of the trajectory, 68 B each: a pose for each scan of the last hour and a half at 10 Hz, and fewer of the walk
     /// before.
     pub max_trajectory_entries: usize,
     /// Degenerate scans at most this far apart belong to one segment.

@@ -149,7 +149,7 @@ impl Submap {
         let (points, viewpoint) = members
             .get(own)
             .map_or_else(Default::default, |(_, cloud)| (cloud.points().collect(), cloud.viewpoint()));
-        let members = members.into_iter().map(|(way, cloud)| (way.pose, cloud)).collect();
+        let members = members.into_iter().map(|(relative, cloud)| (relative.pose, cloud)).collect();
         Self { points, viewpoint, map, members, mean_covariance }
     }
 

@@ -1,5 +1,7 @@
 //! Parameters of the generation of topological maps.
 
+use navigation::ElevationMapConfig;
+
 /// Parameters of [`crate::generate`] and [`crate::FloorBuilder`].
 ///
 /// "Sensitivity" says what `cargo xtask bench topomap` showed when the value was changed (docs/benchmarks/topomap.md).
@@ -28,6 +30,16 @@ pub struct TopomapConfig {
     pub half_stance_m: f64,
     /// Longest distance without known ground along an edge, metres: a hole in the data, shorter than any opening that a robot falls into.
     pub ground_gap_max_m: f64,
+    /// Distance between the places of a line at which the ground is looked up, metres: half a column.
+    pub line_step_m: f64,
+    /// Distance before and behind a place of a line within which the highest ground counts, metres: a robot steps over the edge of a tread.
+    pub tread_m: f64,
+    /// Greatest difference of height between the ground at the end of a line and that end, metres; more is another floor.
+    pub line_end_height_max_m: f64,
+    /// A line follows the walked path if all of it is within this distance of samples of the path, metres.
+    pub walked_within_m: f64,
+    /// Columns to each side of an obstacle in which the ground below it is searched: walls of half a metre.
+    pub obstacle_ground_columns: i32,
     /// Greatest width of a corridor to either side, metres: room to walk round a person, as the default of [`site_model::Corridor`].
     pub corridor_max_m: f64,
     /// Distance between the samples of the walked path, metres.
@@ -37,7 +49,12 @@ pub struct TopomapConfig {
     /// A path within this distance of a walked one is the same way, metres. It has to stay below 3 m, the distance within which every walked metre has an
     /// edge. Sensitivity: with 1 m, ways back along the same aisle become ways of their own.
     pub merge_distance_m: f64,
-    /// Difference in height from which on two places are on different floors, metres: less than the lowest storey.
+    /// Greatest difference in height of a sample and the place that it belongs to, metres.
+    pub same_height_m: f64,
+    /// Two samples nearer to each other than this are one place, metres.
+    pub same_place_m: f64,
+    /// Difference in height from which on two places are on different floors, metres: less than the lowest storey. Its default is that of
+    /// [`ElevationMapConfig`].
     pub floor_separation_m: f64,
     /// Slope from which on ground is stairs: 20 degrees. EN ISO 14122-1 recommends ramps up to 20 degrees, and stairs from 20 to 45 degrees.
     pub stairs_slope_min: f64,
@@ -77,6 +94,31 @@ pub struct TopomapConfig {
     pub survey_comfort_m: f64,
     /// In surveys: factor by which floor nearer to obstacles costs more.
     pub survey_tight_cost: f64,
+    /// In surveys: largest shift by which a way is moved to the middle of a passage, metres: half the diagonal of a column.
+    pub survey_shift_max_m: f64,
+    /// Tolerances of the nodes.
+    pub tolerances: NodeToleranceConfig,
+}
+
+/// Tolerances of generated nodes: how near the robot has to come to each.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NodeToleranceConfig {
+    /// Where the robot passes by, metres; less where the corridor is narrower.
+    pub waypoint_m: f64,
+    /// Smallest one of a waypoint, metres.
+    pub waypoint_min_m: f64,
+    /// At the ends of stairs, metres.
+    pub portal_m: f64,
+    /// Heading at the ends of stairs, radians: 10 degrees.
+    pub portal_rad: f64,
+    /// On a dock, metres.
+    pub dock_m: f64,
+}
+
+impl Default for NodeToleranceConfig {
+    fn default() -> Self {
+        Self { waypoint_m: 0.3, waypoint_min_m: 0.1, portal_m: 0.2, portal_rad: 0.175, dock_m: 0.03 }
+    }
 }
 
 impl Default for TopomapConfig {
@@ -91,11 +133,18 @@ impl Default for TopomapConfig {
             half_width_m: 0.25,
             half_stance_m: 0.18,
             ground_gap_max_m: 0.3,
+            line_step_m: 0.1,
+            tread_m: 0.3,
+            line_end_height_max_m: 0.4,
+            walked_within_m: 0.3,
+            obstacle_ground_columns: 2,
             corridor_max_m: 1.0,
             sample_m: 0.25,
             path_gap_m: 1.5,
             merge_distance_m: 1.5,
-            floor_separation_m: 1.2,
+            same_height_m: 0.5,
+            same_place_m: 0.1,
+            floor_separation_m: f64::from(ElevationMapConfig::default().floor_separation_m),
             stairs_slope_min: 0.36,
             stairs_window_m: 0.8,
             stairs_rise_min_m: 0.34,
@@ -114,6 +163,8 @@ impl Default for TopomapConfig {
             survey_detour_max: 1.6,
             survey_comfort_m: 0.8,
             survey_tight_cost: 3.0,
+            survey_shift_max_m: 0.15,
+            tolerances: NodeToleranceConfig::default(),
         }
     }
 }

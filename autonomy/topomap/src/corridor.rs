@@ -5,15 +5,6 @@ use crate::path::Path;
 use geometry::Vector3;
 use nalgebra::Vector2;
 
-/// Distance between the places of a line at which the ground is looked up, metres: half a column.
-const STEP_M: f64 = 0.1;
-/// Places before and behind within which the highest ground counts, because a robot steps over the edge of a tread: 0.3 m.
-const TREAD_STEPS: usize = 3;
-/// Greatest difference of height at the end of a line, metres; more is another floor.
-const END_HEIGHT_M: f64 = 0.4;
-/// A line follows the walked path if all of it is within this distance of samples of the path, metres.
-const WALKED_WITHIN_M: f64 = 0.3;
-
 /// Free room along a line, metres, at most the distance that was searched.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Room {
@@ -54,15 +45,16 @@ impl Line {
         Vector2::new(-self.along.y, self.along.x)
     }
 
-    fn steps(&self) -> usize {
-        (self.length_m / STEP_M).ceil().max(1.0) as usize
+    fn steps(&self, step_m: f64) -> usize {
+        (self.length_m / step_m).ceil().max(1.0) as usize
     }
 }
 
 impl Floor {
     /// The ground along a line, checked as wide as the feet need it. None if the line ends on another floor.
     fn profile(&self, line: &Line) -> Option<Profile> {
-        let steps = line.steps();
+        let step_m = self.config.line_step_m;
+        let steps = line.steps(step_m);
         let side = line.left() * self.config.half_stance_m;
         let mut height = line.from.z;
         let mut profile = Profile { heights: Vec::with_capacity(steps + 1), gap_m: 0.0 };
@@ -73,19 +65,20 @@ impl Floor {
             height = found.unwrap_or(height);
             let has_sides =
                 [at + side, at - side].iter().all(|foot| self.ground(foot.x, foot.y, height).is_some());
-            gap_m = if found.is_some() && has_sides { 0.0 } else { gap_m + STEP_M };
+            gap_m = if found.is_some() && has_sides { 0.0 } else { gap_m + step_m };
             profile.gap_m = profile.gap_m.max(gap_m);
             profile.heights.push(height);
         }
-        ((height - line.to.z).abs() <= END_HEIGHT_M).then_some(profile)
+        ((height - line.to.z).abs() <= self.config.line_end_height_max_m).then_some(profile)
     }
 
-    /// Free room along a line up to `reach_m` to both sides; `points_min` points in the height of the body (docs/maths/topomap.md, equation 1) make an
+    /// Free room along a line up to `reach_m` to both sides; `points_min` points in the height of the body (docs/maths/topomap.md, equation 2) make an
     /// obstacle. Linear in the points around it.
     fn room_along(&self, line: &Line, heights: &[f64], reach_m: f64, points_min: usize) -> Room {
         let last = heights.len() - 1;
+        let tread = (self.config.tread_m / self.config.line_step_m).round() as usize;
         let highest = |place: usize| {
-            let near = place.saturating_sub(TREAD_STEPS)..=(place + TREAD_STEPS).min(last);
+            let near = place.saturating_sub(tread)..=(place + tread).min(last);
             heights[near].iter().copied().fold(f64::NEG_INFINITY, f64::max)
         };
         let low: Vec<f64> = (0..=last).map(|place| highest(place) + self.robot.step).collect();
@@ -157,15 +150,16 @@ impl Floor {
     /// How far there is ground on one side of a line, metres, up to `max_m`. The feet need [`crate::TopomapConfig::half_stance_m`] of it.
     fn ground_beside(&self, line: &Line, heights: &[f64], side: f64, max_m: f64) -> f64 {
         let last = heights.len() - 1;
+        let step_m = self.config.line_step_m;
         let mut reached_m = max_m;
         for (place, height) in heights.iter().enumerate() {
             let middle = line.at(line.length_m * place as f64 / last.max(1) as f64);
             let (mut out_m, mut level) = (0.0, *height);
             while out_m < reached_m {
-                let at = middle + line.left() * (side * (out_m + STEP_M + self.config.half_stance_m));
+                let at = middle + line.left() * (side * (out_m + step_m + self.config.half_stance_m));
                 let Some(ground) = self.ground(at.x, at.y, level) else { break };
                 level = ground;
-                out_m += STEP_M;
+                out_m += step_m;
             }
             reached_m = reached_m.min(out_m);
         }
@@ -196,7 +190,7 @@ impl Passage<'_> {
         let steps = ((to - from).norm() / self.floor.config.sample_m).ceil().max(1.0) as usize;
         (0..=steps).all(|step| {
             let at = from.lerp(to, step as f64 / steps as f64);
-            self.path.is_near(&at, WALKED_WITHIN_M)
+            self.path.is_near(&at, self.floor.config.walked_within_m)
         })
     }
 }

@@ -13,12 +13,8 @@ use vocab::Stamp;
 
 /// Edge of the squares by which obstacles are looked up, metres.
 const BLOCK_M: f64 = 0.5;
-/// Layers by which ground of neighbouring columns may differ: a step of 0.22 m, of which a layer of 0.1 m may hide a part.
-const STEP_LAYERS: i32 = 2;
 /// Bits of each coordinate of a voxel's key: 52 km at 5 cm.
 const KEY_BITS: u32 = 21;
-/// Columns to each side in which the ground beside an obstacle is searched: walls of half a metre.
-const GROUND_REACH: i32 = 2;
 
 /// Collects the clouds of a map, one at a time. Memory: 16 bytes for each cell of [`TopomapConfig::voxel_m`] that was seen.
 #[derive(Clone, Debug)]
@@ -154,7 +150,7 @@ impl Floor {
     pub fn near(&self, x: i32, y: i32, layer: i32) -> Option<i32> {
         let layers = self.columns.get(&(x, y))?;
         let nearest = layers.iter().copied().min_by_key(|other| (other - layer).abs())?;
-        ((nearest - layer).abs() <= STEP_LAYERS).then_some(nearest)
+        ((nearest - layer).abs() <= self.grid.step_layers).then_some(nearest)
     }
 
     /// Height of the ground at a place, metres, within a step of a height.
@@ -219,9 +215,10 @@ impl Floor {
                 }
             }
         }
+        let step_layers = self.grid.step_layers;
         for ((x, y), mut layers) in sides {
             layers.sort_unstable();
-            for group in layers.chunk_by(|a, b| b - a <= STEP_LAYERS) {
+            for group in layers.chunk_by(|a, b| b - a <= step_layers) {
                 if group.len() >= self.config.hole_neighbours_min {
                     self.add(x, y, group[group.len() / 2]);
                 }
@@ -245,7 +242,7 @@ impl Floor {
         for group in sorted.chunk_by(|a, b| a.0 == b.0) {
             let (x, y) = group[0].0;
             heights.clear();
-            for (dx, dy) in square(GROUND_REACH) {
+            for (dx, dy) in square(self.config.obstacle_ground_columns) {
                 heights.extend(self.columns.get(&(x + dx, y + dy)).into_iter().flatten());
             }
             heights.sort_unstable();
@@ -303,7 +300,7 @@ impl Floor {
         self.config.half_width_m.hypot(self.config.sample_m / 2.0)
     }
 
-    /// Whether the body of the robot was at a point after it was seen.
+    /// Whether the body of the robot was at a point after it was seen (docs/maths/topomap.md, equation 1).
     fn has_passed(&self, standpoint: &Standpoint, point: &[f32; 3], seen: Stamp) -> bool {
         let offset = Vector3::from(point.map(f64::from)) - standpoint.feet;
         standpoint.stamp > seen

@@ -24,7 +24,7 @@ mod survey;
 mod texts;
 mod way_graph;
 
-pub use config::TopomapConfig;
+pub use config::{NodeToleranceConfig, TopomapConfig};
 pub use floor::FloorBuilder;
 pub use navigation::RobotShape;
 pub use repose::repose_nodes;
@@ -94,7 +94,7 @@ pub fn generate(input: &TopomapInput<'_>, floor: FloorBuilder, config: &TopomapC
     let path = Path::new(input.path, input.robot.standing_height, config);
     let floor = floor.build(&path.standpoints);
     let passage = Passage { floor: &floor, path: &path };
-    let mut graph = WayGraph::default();
+    let mut graph = WayGraph::new(config);
     docks::add_docks(&mut graph, input, &passage);
     if path.walks.is_empty() {
         for way in survey::survey_ways(&floor) {

@@ -4,7 +4,7 @@ use crate::corridor::Passage;
 use crate::simplify::StraightEdges;
 use crate::texts;
 use crate::way_graph::{LinkKind, PlaceKind, WayGraph};
-use crate::{GeneratedMap, TopomapConfig, TopomapInput};
+use crate::{GeneratedMap, NodeToleranceConfig, TopomapConfig, TopomapInput};
 use geometry::{Isometry, Rotation, Vector3};
 use site_model::{
     Anchor, Corridor, Dock, DockId, Edge, EdgeFailStep, EdgeId, Node, NodeId, NodeKind, PoseTolerance,
@@ -13,23 +13,6 @@ use site_model::{
 use std::collections::{BTreeMap, BTreeSet};
 use uuid::Uuid;
 use vocab::{KeyframeId, MapId};
-
-/// Tolerances of generated nodes.
-struct Tolerances {
-    /// Where the robot passes by, metres; less where the corridor is narrower.
-    waypoint_m: f64,
-    /// Smallest one of a waypoint, metres.
-    waypoint_min_m: f64,
-    /// At the ends of stairs, metres.
-    portal_m: f64,
-    /// Heading at the ends of stairs, radians: 10 degrees.
-    portal_rad: f64,
-    /// On a dock, metres.
-    dock_m: f64,
-}
-
-const TOLERANCES: Tolerances =
-    Tolerances { waypoint_m: 0.3, waypoint_min_m: 0.1, portal_m: 0.2, portal_rad: 0.175, dock_m: 0.03 };
 
 /// Makes nodes, edges and docks.
 pub(crate) fn objects(
@@ -74,7 +57,7 @@ pub(crate) fn objects(
             },
             map_from_node: geometry::pose_from_isometry(&map_from_node),
             anchor,
-            tolerance: tolerance(at.kind, room_m),
+            tolerance: tolerance(at.kind, room_m, &passage.floor.config.tolerances),
             influence_area_m: Vec::new(),
             floor: floors.get(&place).copied().unwrap_or_default(),
             tags: BTreeSet::new(),
@@ -133,17 +116,17 @@ fn direction(graph: &WayGraph, kind: LinkKind, number: usize, from: usize, to: u
     if is_backward { TravelDirection::Backward } else { TravelDirection::Forward }
 }
 
-fn tolerance(kind: PlaceKind, room_m: f64) -> PoseTolerance {
+fn tolerance(kind: PlaceKind, room_m: f64, config: &NodeToleranceConfig) -> PoseTolerance {
     let default = PoseTolerance::default();
     let circle =
         |radius_m: f64, yaw_rad: f64| PoseTolerance { along_m: radius_m, across_m: radius_m, yaw_rad };
     match kind {
         PlaceKind::Plain => {
-            let radius_m = room_m.clamp(TOLERANCES.waypoint_min_m, TOLERANCES.waypoint_m);
+            let radius_m = room_m.clamp(config.waypoint_min_m, config.waypoint_m);
             circle(radius_m, std::f64::consts::PI)
         }
-        PlaceKind::Portal => circle(TOLERANCES.portal_m, TOLERANCES.portal_rad),
-        PlaceKind::Dock(_) => circle(TOLERANCES.dock_m, default.yaw_rad),
+        PlaceKind::Portal => circle(config.portal_m, config.portal_rad),
+        PlaceKind::Dock(_) => circle(config.dock_m, default.yaw_rad),
         PlaceKind::DockApproach(_) => default,
     }
 }

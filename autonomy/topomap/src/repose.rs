@@ -8,7 +8,7 @@ use vocab::KeyframeId;
 const SAME_M: f64 = 1e-6;
 const SAME_RAD: f64 = 1e-6;
 
-/// The nodes of `nodes` that move when the keyframes of their map get other poses, as they are afterwards: when the map was patched, extended, or merged
+/// The nodes of `nodes` that move when the keyframes of their map get other poses (docs/maths/topomap.md, equation 4), as they are afterwards: when the map was patched, extended, or merged
 /// with another. Nodes without an anchor, those whose keyframe has no pose any more, and those that stay where they are, are left out.
 ///
 /// - `keyframe_pose`: pose of a keyframe in the new version of the map;

@@ -7,13 +7,12 @@
 use crate::floor::{Floor, square};
 use geometry::Vector3;
 use mapping::ground_surface::GroundCell;
+use pathfinding::directed::dijkstra::dijkstra_reach;
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 
 /// No cell.
 const NONE: u32 = u32::MAX;
-/// Largest shift by which a way is moved to the middle of a passage, metres: half the diagonal of a column.
-const SHIFT_MAX_M: f64 = 0.15;
 /// Millimetres in a metre: distances over the floor are whole millimetres, so that they are ordered.
 const MM: f64 = 1e3;
 
@@ -60,7 +59,7 @@ impl Walkable {
     fn new(floor: &Floor) -> Self {
         let comfort_m = floor.config.survey_comfort_m;
         // The way through a narrow passage is moved to its middle later.
-        let least_m = floor.robot.radius - SHIFT_MAX_M;
+        let least_m = floor.robot.radius - floor.config.survey_shift_max_m;
         let (mut cells, mut clearance_m) = (Vec::new(), Vec::new());
         for cell in floor.cells() {
             let at = floor.centre(cell);
@@ -165,7 +164,8 @@ impl Walkable {
         let Some(along) = (after - before).xy().try_normalize(1e-6) else { return at };
         let half = Vector3::new(along.x, along.y, 0.0) * 0.05;
         let Some(room) = floor.room(&(at - half), &(at + half), comfort_m) else { return at };
-        let shift_m = ((room.left_m - room.right_m) / 2.0).clamp(-SHIFT_MAX_M, SHIFT_MAX_M);
+        let max_m = floor.config.survey_shift_max_m;
+        let shift_m = ((room.left_m - room.right_m) / 2.0).clamp(-max_m, max_m);
         at + Vector3::new(-along.y, along.x, 0.0) * shift_m
     }
 }
@@ -175,7 +175,7 @@ impl Reach {
         Self { distance: vec![u32::MAX; cells], parent: vec![NONE; cells], place: vec![NONE; cells] }
     }
 
-    /// Adds a place (Dijkstra over the cells that it is nearest to).
+    /// Adds a place: Dijkstra's search, which ends at cells that are nearer to another place (docs/decisions/graph-search.md).
     fn add(&mut self, walkable: &Walkable, floor: &Floor, cell: u32, number: u32) {
         let mut queue = BinaryHeap::from([Reverse((0_u32, cell, NONE))]);
         while let Some(Reverse((distance, cell, parent))) = queue.pop() {
@@ -226,7 +226,7 @@ fn connections(walkable: &Walkable, reach: &Reach) -> Vec<Connection> {
     best.into_values().collect()
 }
 
-/// Leaves out connections that are not much shorter than the kept ones between the same places.
+/// Leaves out connections that are not much shorter than the kept ones between the same places (docs/maths/topomap.md, equation 3).
 fn spanner(mut connections: Vec<Connection>, places: usize, detour_max: f64) -> Vec<Connection> {
     connections.sort_by_key(|connection| (connection.cost, connection.places));
     let mut links: Vec<BTreeMap<u32, u32>> = vec![BTreeMap::new(); places];
@@ -245,19 +245,8 @@ fn spanner(mut connections: Vec<Connection>, places: usize, detour_max: f64) -> 
 
 /// Whether there is a way between two places that costs at most `limit`.
 fn is_within(links: &[BTreeMap<u32, u32>], from: u32, to: u32, limit: u32) -> bool {
-    let mut best = BTreeMap::from([(from, 0_u32)]);
-    let mut queue = BinaryHeap::from([Reverse((0_u32, from))]);
-    while let Some(Reverse((cost, place))) = queue.pop() {
-        if place == to {
-            return true;
-        }
-        for (next, step) in &links[place as usize] {
-            let reached = cost.saturating_add(*step);
-            if reached <= limit && best.get(next).is_none_or(|known| reached < *known) {
-                best.insert(*next, reached);
-                queue.push(Reverse((reached, *next)));
-            }
-        }
-    }
-    false
+    let steps = |place: &u32| links[*place as usize].iter().map(|(next, step)| (*next, u64::from(*step)));
+    dijkstra_reach(&from, steps)
+        .take_while(|reached| reached.total_cost <= u64::from(limit))
+        .any(|reached| reached.node == to)
 }

@@ -5,12 +5,9 @@ use crate::TopomapConfig;
 use crate::corridor::Passage;
 use crate::path::{Sample, Step};
 use geometry::Vector3;
-use std::collections::{BTreeMap, BinaryHeap};
-
-/// Greatest difference in height of a sample and the place that it belongs to, metres.
-const SAME_HEIGHT_M: f64 = 0.5;
-/// Two samples nearer to each other than this are one place, metres.
-const SAME_PLACE_M: f64 = 0.1;
+use ordered_float::OrderedFloat;
+use pathfinding::directed::dijkstra::dijkstra_reach;
+use std::collections::BTreeMap;
 
 /// What a place is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,6 +71,7 @@ pub struct BlockedWay {
 /// The graph.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct WayGraph {
+    config: TopomapConfig,
     pub places: Vec<Place>,
     /// For each place: its neighbours.
     pub links: Vec<BTreeMap<usize, Link>>,
@@ -81,6 +79,11 @@ pub(crate) struct WayGraph {
 }
 
 impl WayGraph {
+    /// Without places.
+    pub fn new(config: &TopomapConfig) -> Self {
+        Self { config: *config, ..Self::default() }
+    }
+
     /// Adds a place.
     pub fn add(&mut self, sample: Sample, kind: PlaceKind) -> usize {
         self.places.push(Place { sample, kind });
@@ -196,7 +199,7 @@ impl WayGraph {
     /// The places within a distance of others, the nearest first.
     pub fn near(&self, feet: &Vector3, within_m: f64) -> Vec<usize> {
         let mut near: Vec<(f64, usize)> = (0..self.places.len())
-            .filter(|place| (self.feet(*place).z - feet.z).abs() <= SAME_HEIGHT_M)
+            .filter(|place| (self.feet(*place).z - feet.z).abs() <= self.config.same_height_m)
             .map(|place| ((self.feet(place) - feet).xy().norm(), place))
             .filter(|(distance_m, _)| *distance_m <= within_m)
             .collect();
@@ -214,7 +217,8 @@ impl WayGraph {
             };
             let feet = self.feet(*place);
             (feet - sample.feet).xy().norm() <= within_m
-                && ((feet - sample.feet).norm() <= SAME_PLACE_M || passage.is_free(&sample.feet, &feet))
+                && ((feet - sample.feet).norm() <= self.config.same_place_m
+                    || passage.is_free(&sample.feet, &feet))
         };
         let found = self.near(&sample.feet, config.merge_distance_m).into_iter().find(belongs);
         found.unwrap_or_else(|| self.add(*sample, PlaceKind::Plain))
@@ -222,7 +226,7 @@ impl WayGraph {
 
     /// A place at a sample.
     fn place_at(&mut self, sample: &Sample) -> usize {
-        let near = self.near(&sample.feet, SAME_PLACE_M);
+        let near = self.near(&sample.feet, self.config.same_place_m);
         let found = near.into_iter().find(|place| !matches!(self.places[*place].kind, PlaceKind::Dock(_)));
         found.unwrap_or_else(|| self.add(*sample, PlaceKind::Plain))
     }
@@ -239,23 +243,16 @@ impl WayGraph {
         (self.feet(a) - self.feet(b)).norm()
     }
 
-    /// Length of the shortest way between two places without the link between them, if it is at most `max_m`.
-    fn detour_m(&self, from: usize, to: usize, max_m: f64) -> Option<f64> {
-        let mut best = BTreeMap::from([(from, 0.0)]);
-        let mut queue = BinaryHeap::from([Reached { distance_m: 0.0, place: from }]);
-        while let Some(Reached { distance_m, place }) = queue.pop() {
-            if place == to {
-                return Some(distance_m);
-            }
-            for next in self.links[place].keys().filter(|next| (place, **next) != (from, to)) {
-                let reached = distance_m + self.length_m(place, *next);
-                if reached <= max_m && best.get(next).is_none_or(|known| reached < *known) {
-                    best.insert(*next, reached);
-                    queue.push(Reached { distance_m: reached, place: *next });
-                }
-            }
-        }
-        None
+    /// Whether two places are joined by a way of at most `max_m` without the link between them.
+    fn has_detour(&self, from: usize, to: usize, max_m: f64) -> bool {
+        let steps = |place: &usize| {
+            let place = *place;
+            let others = self.links[place].keys().copied().filter(move |next| (place, *next) != (from, to));
+            others.map(move |next| (next, OrderedFloat(self.length_m(place, next))))
+        };
+        dijkstra_reach(&from, steps)
+            .take_while(|reached| reached.total_cost.into_inner() <= max_m)
+            .any(|reached| reached.node == to)
     }
 
     /// Removes links whose ends are joined by a short way anyhow: those walked least first, the longest first among them.
@@ -268,7 +265,7 @@ impl WayGraph {
         }
         links.sort_by(|x, y| x.0.cmp(&y.0).then(y.1.total_cmp(&x.1)).then((x.2, x.3).cmp(&(y.2, y.3))));
         for (_, length_m, a, b) in links {
-            if self.detour_m(a, b, config.loop_min_m - length_m).is_some() {
+            if self.has_detour(a, b, config.loop_min_m - length_m) {
                 self.separate(a, b);
             }
         }
@@ -337,32 +334,5 @@ impl WayGraph {
                 let mut around = self.links[*drop].keys().filter(|next| **next != *keep);
                 is_plain(*drop) && around.all(|next| passage.is_free(&self.feet(*keep), &self.feet(*next)))
             })
-    }
-}
-
-/// A place in the queue of a search; the nearest comes first.
-#[derive(Clone, Copy, Debug)]
-struct Reached {
-    distance_m: f64,
-    place: usize,
-}
-
-impl PartialEq for Reached {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
-    }
-}
-
-impl Eq for Reached {}
-
-impl PartialOrd for Reached {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Reached {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        other.distance_m.total_cmp(&self.distance_m).then(other.place.cmp(&self.place))
     }
 }

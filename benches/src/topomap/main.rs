@@ -191,6 +191,9 @@ fn config(values: &[String]) -> Result<TopomapConfig> {
             "half_width_m" => &mut config.half_width_m,
             "half_stance_m" => &mut config.half_stance_m,
             "ground_gap_max_m" => &mut config.ground_gap_max_m,
+            "line_end_height_max_m" => &mut config.line_end_height_max_m,
+            "tread_m" => &mut config.tread_m,
+            "walked_within_m" => &mut config.walked_within_m,
             "sample_m" => &mut config.sample_m,
             "merge_distance_m" => &mut config.merge_distance_m,
             "stairs_slope_min" => &mut config.stairs_slope_min,
@@ -205,6 +208,7 @@ fn config(values: &[String]) -> Result<TopomapConfig> {
             "survey_detour_max" => &mut config.survey_detour_max,
             "survey_comfort_m" => &mut config.survey_comfort_m,
             "survey_tight_cost" => &mut config.survey_tight_cost,
+            "survey_shift_max_m" => &mut config.survey_shift_max_m,
             "obstacle_points_min" => {
                 config.obstacle_points_min = value as usize;
                 continue;

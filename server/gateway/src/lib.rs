@@ -67,7 +67,7 @@ pub struct GatewayConfig {
     pub data_dir: PathBuf,
     /// Folder of the client's page, with the bundle in `pkg`.
     pub static_dir: PathBuf,
-    /// Told the address once clients can connect.
+    /// Gets the address once clients can connect.
     pub on_ready: Option<oneshot::Sender<SocketAddr>>,
     /// Gets heartbeats while the gateway works.
     pub heartbeat: Option<Heartbeat>,

@@ -8,14 +8,12 @@ use crate::texts;
 use crossbeam_channel::{Receiver, Sender};
 use ports::{
     ActionCall, ActionEnd, ActionEvent, ActionRegistration, ActionServer, CameraHead,
-    MAX_ACTION_PARAMETER_BYTES, MAX_ACTION_RESULT_BYTES,
+    MAX_ACTION_PARAMETER_BYTES, MAX_ACTION_RESULT_BYTES, MAX_OPEN_ACTIONS,
 };
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use vocab::ActionCallId;
 
-/// Calls that may be under way at a time.
-const MAX_OPEN_CALLS: usize = 16;
 /// Feedback that may wait for whoever called. More is left out.
 const MAX_WAITING_FEEDBACK: usize = 64;
 
@@ -32,7 +30,7 @@ pub(crate) struct RobotActions {
 impl RobotActions {
     pub(crate) fn new(identity: &RobotIdentity, connection: Arc<CurrentConnection>) -> Self {
         // A call is begun only if no more than the feedback waits, so that there is room for the ends of all calls.
-        let (sender, events) = crossbeam_channel::bounded(MAX_WAITING_FEEDBACK + MAX_OPEN_CALLS);
+        let (sender, events) = crossbeam_channel::bounded(MAX_WAITING_FEEDBACK + MAX_OPEN_ACTIONS);
         Self {
             actions: identity.actions.clone(),
             camera_head: identity.capabilities.camera_head,
@@ -107,7 +105,7 @@ impl ActionServer for RobotActions {
         let id = call.id;
         {
             let mut open = self.open();
-            if open.len() >= MAX_OPEN_CALLS || self.sender.len() > MAX_WAITING_FEEDBACK {
+            if open.len() >= MAX_OPEN_ACTIONS || self.sender.len() > MAX_WAITING_FEEDBACK {
                 return Err(texts::TOO_MANY_ACTIONS.to_owned());
             }
             // Before the request, whose answer may come at once.

@@ -188,7 +188,7 @@ fn a_robot_that_floods_with_feedback_leaves_room_for_the_ends() {
     let connection = Arc::<CurrentConnection>::default();
     connection.install(&ours).expect("installed");
     let actions = RobotActions::new(&identity, connection);
-    for number in 0..MAX_OPEN_CALLS as u128 {
+    for number in 0..MAX_OPEN_ACTIONS as u128 {
         actions.start(call(number, "photo", "{}")).expect("begun");
     }
     assert!(actions.start(call(99, "photo", "{}")).expect_err("refused").contains("too many"));
@@ -206,7 +206,7 @@ fn a_robot_that_floods_with_feedback_leaves_room_for_the_ends() {
     actions.receive(ActionEvent::Ended { call: id(0), end: ActionEnd::Cancelled });
     actions.fail_all();
     let ends: Vec<ActionEvent> = actions.events().try_iter().skip(MAX_WAITING_FEEDBACK).collect();
-    assert_eq!(ends.len(), MAX_OPEN_CALLS);
+    assert_eq!(ends.len(), MAX_OPEN_ACTIONS);
     let is_failure =
         |event: &ActionEvent| matches!(event, ActionEvent::Ended { end: ActionEnd::Failed { .. }, .. });
     assert!(ends.iter().all(is_failure), "{ends:?}");

@@ -4,6 +4,9 @@ use crossbeam_channel::Receiver;
 use serde::{Deserialize, Serialize};
 use vocab::{ActionCallId, Span};
 
+/// Actions that may be under way at a time, at a robot and in the core.
+pub const MAX_OPEN_ACTIONS: usize = 16;
+
 /// Largest result of one action with all its files, bytes.
 pub const MAX_ACTION_RESULT_BYTES: usize = 16 << 20;
 

@@ -18,7 +18,7 @@ mod robot_link;
 
 pub use action_server::{
     ActionCall, ActionEnd, ActionEvent, ActionFile, ActionRegistration, ActionServer, CameraHead,
-    MAX_ACTION_PARAMETER_BYTES, MAX_ACTION_RESULT_BYTES,
+    MAX_ACTION_PARAMETER_BYTES, MAX_ACTION_RESULT_BYTES, MAX_OPEN_ACTIONS,
 };
 pub use api::SimulatedFault;
 pub use data_dir::DataDir;

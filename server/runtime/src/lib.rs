@@ -55,4 +55,4 @@ pub use crate::core::{Core, CoreConfig, RobotRestart};
 pub use jobs::known_map;
 pub use recording::RecordingTarget;
 pub use start_error::StartError;
-pub use threads::CONTROL_THREAD;
+pub use threads::{CONTROL_THREAD, THREAD_LIMITS, ThreadLimits};

@@ -15,7 +15,8 @@ pub const CONTROL_THREAD: &str = "control";
 /// Longest times without a heartbeat. A thread that is silent for longer hangs, and the process has to be started again.
 #[derive(Clone, Copy, Debug)]
 pub struct ThreadLimits {
-    /// The control loop. Supervisors judge it much earlier by the heartbeats that they get.
+    /// The control loop; the main threads of the gateway and of the simulated robot have the same limit. Supervisors judge them much earlier by the
+    /// heartbeats that they get.
     pub control: Duration,
     /// The publisher, which reads the list of tiles of a large map within seconds.
     pub publisher: Duration,

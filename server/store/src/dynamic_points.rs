@@ -9,21 +9,6 @@ use mapping::dynamic_points::{DynamicPointsConfig, dynamic_points};
 use mapping::range_image::RangeImage;
 use std::collections::VecDeque;
 
-/// Parameters of [`DynamicPointFilter`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct DynamicPointFilterConfig {
-    /// Keyframes farther away along the walk than this have no vote on a cloud, metres.
-    pub(crate) vote_distance_m: f64,
-    /// Number of keyframes that vote on a cloud, the nearest along the walk first.
-    pub(crate) voters_max: usize,
-}
-
-impl Default for DynamicPointFilterConfig {
-    fn default() -> Self {
-        Self { vote_distance_m: 8.0, voters_max: DynamicPointsConfig::default().max_voters }
-    }
-}
-
 /// What a keyframe saw.
 #[derive(Debug)]
 struct KeyframeView {
@@ -36,7 +21,7 @@ struct KeyframeView {
 /// A queue of keyframe clouds from which moving points are removed.
 #[derive(Debug, Default)]
 pub(crate) struct DynamicPointFilter {
-    config: DynamicPointFilterConfig,
+    config: DynamicPointsConfig,
     /// Views of the pending keyframes and of those before them that still vote.
     views: VecDeque<KeyframeView>,
     /// Clouds of the last views, in order.
@@ -64,15 +49,15 @@ impl DynamicPointFilter {
         let (Some(first), Some(last)) = (self.views.get(front), self.views.back()) else {
             return false;
         };
-        last.distance_m - first.distance_m > self.config.vote_distance_m
-            || self.views.len() - front > self.config.voters_max
+        last.distance_m - first.distance_m > self.config.max_walk_distance_m
+            || self.views.len() - front > self.config.max_voters
     }
 
     /// Removes the first pending cloud from the queue and drops its moving points.
     pub(crate) fn pop(&mut self) -> Option<MapCloud> {
         let front = self.front_view();
         let mut cloud = self.pending.pop_front()?;
-        let moving = dynamic_points(&cloud.xyz, &self.voters(front), &DynamicPointsConfig::default());
+        let moving = dynamic_points(&cloud.xyz, &self.voters(front), &self.config);
         cloud.drop_points(&moving);
         self.drop_unused_views();
         Some(cloud)
@@ -91,13 +76,13 @@ impl DynamicPointFilter {
         let mut others: Vec<(f64, usize)> = (0..self.views.len())
             .filter(|other| *other != index)
             .map(|other| ((self.views[other].distance_m - of.distance_m).abs(), other))
-            .filter(|(distance_m, _)| *distance_m <= self.config.vote_distance_m)
+            .filter(|(distance_m, _)| *distance_m <= self.config.max_walk_distance_m)
             .collect();
         others.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let keyframe_from_map = of.map_from_keyframe.inverse();
         others
             .iter()
-            .take(self.config.voters_max)
+            .take(self.config.max_voters)
             .map(|&(_, other)| {
                 let other = &self.views[other];
                 (keyframe_from_map * other.map_from_keyframe, &other.view)
@@ -110,9 +95,11 @@ impl DynamicPointFilter {
         loop {
             let front = self.front_view();
             let at = self.views.get(front).or(self.views.back()).map_or(0.0, |view| view.distance_m);
-            let is_far =
-                self.views.front().is_some_and(|first| at - first.distance_m > self.config.vote_distance_m);
-            if front == 0 || !(is_far || front > self.config.voters_max) {
+            let is_far = self
+                .views
+                .front()
+                .is_some_and(|first| at - first.distance_m > self.config.max_walk_distance_m);
+            if front == 0 || !(is_far || front > self.config.max_voters) {
                 return;
             }
             self.views.pop_front();
@@ -174,7 +161,7 @@ mod tests {
                 count(cloud, f64::from(given) * 0.5);
                 given += 1;
             }
-            assert!(filter.views.len() <= 2 * filter.config.voters_max + 2, "memory is bounded");
+            assert!(filter.views.len() <= 2 * filter.config.max_voters + 2, "memory is bounded");
         }
         while let Some(cloud) = filter.pop() {
             count(cloud, f64::from(given) * 0.5);

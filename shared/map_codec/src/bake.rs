@@ -6,7 +6,7 @@
 
 use crate::cells::CellSet;
 use crate::chunk::{GpuPoint, PointChunk};
-use crate::encode::{encode, intensity_unit};
+use crate::encode::{COORDINATE_MAX_M, encode, intensity_unit};
 use crate::octree::NodeId;
 use std::collections::BTreeMap;
 use vocab::Aabb;
@@ -17,8 +17,6 @@ const NODE_CELLS: u32 = 128;
 const CELL_STEPS_MAX: f32 = 512.0;
 /// Deepest level: the 128 cells of the root, halved 13 times, are 2^20 cells along the map's edge.
 const LEVEL_MAX: u8 = 13;
-/// Greatest coordinate that is baked, metres; points beyond it are dropped.
-const COORDINATE_MAX_M: f32 = 1e6;
 
 /// Parameters of [`bake`].
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -11,8 +11,8 @@ use vocab::Aabb;
 const STEP_RANGE: std::ops::RangeInclusive<f32> = 1e-4..=100.0;
 /// Largest number of steps from the origin to a point.
 const STEPS_MAX: f32 = u16::MAX as f32;
-/// Points with a greater coordinate are left out, metres: no sensor measures them, and differences must be finite.
-const COORDINATE_MAX: f32 = 1e6;
+/// Points with a greater coordinate are left out of scans and maps, metres: no sensor measures them, and differences must be finite.
+pub(crate) const COORDINATE_MAX_M: f32 = 1e6;
 /// zstd's fastest level. Higher levels save 2 % on these planes and take three times as long.
 const ZSTD_LEVEL: i32 = 1;
 
@@ -28,7 +28,7 @@ pub fn encode_scan(xyz: &[[f32; 3]], intensity: &[f32], resolution: f32) -> Vec<
 
 /// The chunk that [`encode_scan`] writes, in the order of the input, for callers that set level and spacing.
 pub fn quantise(xyz: &[[f32; 3]], intensity: &[f32], resolution: f32) -> PointChunk {
-    let usable = |p: &[f32; 3]| p.iter().all(|c| c.abs() <= COORDINATE_MAX);
+    let usable = |p: &[f32; 3]| p.iter().all(|c| c.abs() <= COORDINATE_MAX_M);
     let mut bounds = Aabb::EMPTY;
     for point in xyz.iter().filter(|p| usable(p)) {
         bounds.include(*point);

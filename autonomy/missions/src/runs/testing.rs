@@ -163,10 +163,10 @@ impl Rig {
         self.input(MissionInput::Clock { utc, is_synchronised });
     }
 
-    /// Gives an input to the runner, and obeys its effects.
+    /// Gives an input to the runner, and applies its effects.
     pub fn input(&mut self, input: MissionInput) {
         let effects = self.runner.update(self.now, input);
-        self.obey(effects);
+        self.apply(effects);
         if !self.holds_commits {
             self.commit();
         }
@@ -178,11 +178,11 @@ impl Rig {
             let (number, events) = self.waiting.remove(0);
             self.durable.extend(events);
             let effects = self.runner.update(self.now, MissionInput::Committed(number));
-            self.obey(effects);
+            self.apply(effects);
         }
     }
 
-    fn obey(&mut self, effects: Vec<MissionEffect>) {
+    fn apply(&mut self, effects: Vec<MissionEffect>) {
         for effect in effects {
             match &effect {
                 MissionEffect::Commit { number, events } => self.waiting.push((*number, events.clone())),

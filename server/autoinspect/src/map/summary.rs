@@ -154,8 +154,8 @@ impl Summary {
             lines.push(format!("{} loops closed of {} compared", self.loops.accepted, self.loops.proposed));
         }
         if !self.degenerate.is_empty() {
-            let metres: f64 = self.degenerate.iter().map(|segment| segment.distance_m).sum();
-            lines.push(format!("{} degenerate segments, {metres:.1} m in all", self.degenerate.len()));
+            let distance_m: f64 = self.degenerate.iter().map(|segment| segment.distance_m).sum();
+            lines.push(format!("{} degenerate segments, {distance_m:.1} m in all", self.degenerate.len()));
         }
         if self.unreadable_messages > 0 {
             lines.push(format!("{} messages could not be read", self.unreadable_messages));

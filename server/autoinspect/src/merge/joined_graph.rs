@@ -22,7 +22,8 @@ pub struct JoinedGraphConfig {
 
 impl Default for JoinedGraphConfig {
     fn default() -> Self {
-        Self { origin_information: OptimiserConfig::default().origin_information, information_min: 1e-6 }
+        let OptimiserConfig { origin_information, min_odometry_information, .. } = OptimiserConfig::default();
+        Self { origin_information, information_min: min_odometry_information }
     }
 }
 

@@ -11,7 +11,6 @@ use crossbeam_channel::select;
 use gateway::{GatewayConfig, GatewayError};
 use std::net::SocketAddr;
 use std::path::PathBuf;
-use std::time::Duration;
 use tokio::sync::oneshot;
 use watchdog::catch_panic;
 
@@ -36,8 +35,6 @@ pub struct GatewayArgs {
 
 /// Name of the thread that serves.
 const GATEWAY_THREAD: &str = "gateway";
-/// Longest time without a heartbeat. The supervisor judges it much earlier.
-const THREAD_LIMIT: Duration = Duration::from_secs(60);
 
 /// Runs the gateway until a request to stop. It prints the address on which it listens.
 pub fn run_gateway(args: &GatewayArgs) -> Result<(), Failure> {
@@ -57,7 +54,7 @@ pub fn run_gateway(args: &GatewayArgs) -> Result<(), Failure> {
         data_dir: args.data.clone(),
         static_dir: args.static_dir.clone(),
         on_ready: Some(on_ready),
-        heartbeat: Some(watchdog.watch(GATEWAY_THREAD, THREAD_LIMIT)),
+        heartbeat: Some(watchdog.watch(GATEWAY_THREAD, runtime::THREAD_LIMITS.control)),
         restart: args.supervision.restart(ProcessRole::Gateway),
     };
     let stopped = runtime.spawn_blocking(move || {

@@ -44,8 +44,6 @@ pub struct SimulatedRobotArgs {
 
 /// Name of the thread that simulates.
 const SIMULATION_THREAD: &str = "simulation";
-/// Longest time without a heartbeat. The supervisor judges it much earlier.
-const THREAD_LIMIT: Duration = Duration::from_secs(60);
 
 /// Runs the simulated robot until a request to stop. Its clock starts at this computer's time.
 pub fn run_robot(args: &SimulatedRobotArgs) -> Result<(), Failure> {
@@ -65,7 +63,7 @@ pub fn run_robot(args: &SimulatedRobotArgs) -> Result<(), Failure> {
             ..SimConfig::new(Arc::clone(&site), args.robot.seed)
         };
         let config = SimulatedRobotConfig::new(sim, args.robot.speed, args.socket.clone());
-        let heartbeat = watchdog.watch(SIMULATION_THREAD, THREAD_LIMIT);
+        let heartbeat = watchdog.watch(SIMULATION_THREAD, runtime::THREAD_LIMITS.control);
         let on_step: Option<OnStep> = Some(Box::new(move || heartbeat.beat()));
         match SimulatedRobot::start(SimulatedRobotConfig { truth: args.truth.clone(), on_step, ..config }) {
             Ok(robot) => break robot,

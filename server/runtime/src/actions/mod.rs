@@ -51,7 +51,7 @@ impl Default for ActionConfig {
     fn default() -> Self {
         Self {
             max_waiting: 32,
-            max_open: 16,
+            max_open: ports::MAX_OPEN_ACTIONS,
             max_results: 64,
             max_scans: 8,
             poll_period: Duration::from_millis(20),

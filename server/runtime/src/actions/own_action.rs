@@ -1,4 +1,4 @@
-//! Actions that need no robot: waiting, telling people something, and gathering the scans that the stack publishes.
+//! Actions that need no robot: waiting, a message to people, and gathering the scans that the stack publishes.
 
 use geometry::Isometry;
 use messages::CorrectedScan;

@@ -173,7 +173,9 @@ impl ActionWorker {
         let default_s = describe_action(action).and_then(|known| known.duration).map_or(0.0, |(_, s)| s);
         let now = self.clock.now();
         let (kind, max_s) = match action {
-            MESSAGE => return self.tell(&parse::<MessageParameters>(parameters)?.text).map(Begun::Done),
+            MESSAGE => {
+                return self.publish_message(&parse::<MessageParameters>(parameters)?.text).map(Begun::Done);
+            }
             WAIT => (OwnActionKind::Wait, WAIT_MAX_S),
             POINT_CLOUD => (OwnActionKind::Capture(Capture::default()), CAPTURE_MAX_S),
             other => return Err(texts::no_action_server(other)),
@@ -186,8 +188,8 @@ impl ActionWorker {
         Ok(Begun::Open)
     }
 
-    /// Tells all people something.
-    fn tell(&self, text: &str) -> Result<ActionOutcome, String> {
+    /// Publishes a notice for all people.
+    fn publish_message(&self, text: &str) -> Result<ActionOutcome, String> {
         let text = legible(text.trim(), MAX_MESSAGE_CHARS as usize);
         if text.is_empty() {
             return Err(texts::EMPTY_MESSAGE.to_owned());

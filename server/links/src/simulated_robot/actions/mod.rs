@@ -7,7 +7,7 @@ mod worker;
 use crate::stoppable_thread::{StoppableThread, Stopped};
 use crate::texts;
 use crossbeam_channel::{Receiver, Sender, TryRecvError};
-use ports::{ActionCall, ActionEnd, ActionEvent, ActionRegistration, CameraHead};
+use ports::{ActionCall, ActionEnd, ActionEvent, ActionRegistration, CameraHead, MAX_OPEN_ACTIONS};
 use serde::Deserialize;
 use sim::{CameraConfig, Simulator};
 use site_model::{CameraAim, describe_action};
@@ -32,7 +32,7 @@ struct ActionConfig {
 }
 
 const CONFIG: ActionConfig = ActionConfig {
-    max_open: 16,
+    max_open: MAX_OPEN_ACTIONS,
     max_queued_jobs: 32,
     sample_period: Span::from_millis(1_000),
     max_duration: Span::from_millis(3_600_000),

@@ -18,7 +18,7 @@ pub(super) struct TaskList {
     form: TaskForm,
     /// A drag by keys.
     keyboard: Option<KeyboardDrag>,
-    /// Whether the drag has ended here, and the model has yet to hear of it.
+    /// Whether the drag has ended here, and the model does not know it yet.
     is_dropped: bool,
     /// The task from which a range of tasks is selected.
     range_from: Option<TaskId>,
