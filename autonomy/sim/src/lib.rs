@@ -7,7 +7,7 @@
 //! - `shape`, `ray_packet`, `bvh`: solids, and rays cast at them;
 //! - `site`: places built of solids, with docks, routes and the paths of people;
 //! - `low_pass`, `gait`, `locomotion`, `body`: the robot's trajectory;
-//! - `lidar`, `imu`, `legs`, `battery`: the sensors that observe the body; `people`: walking people;
+//! - `lidar`, `imu`, `legs`, `battery`: the sensors that observe the body; `dock_contact`: when a dock charges; `people`: walking people;
 //! - `camera`: pictures in visible light and of temperatures, taken on request;
 //! - `instruments`: temperature and humidity of the air, and gamma spectra, read on request;
 //! - `faults`: sensor faults and their times;
@@ -17,6 +17,7 @@ mod battery;
 mod body;
 mod bvh;
 mod camera;
+mod dock_contact;
 mod faults;
 mod gait;
 mod ground_truth;

@@ -3,6 +3,7 @@
 use crate::battery::Battery;
 use crate::body::{Body, STANDING_HEIGHT};
 use crate::camera::{CameraAim, CameraConfig, CameraImage, CameraScene, CameraSnapshot, ThermalImage};
+use crate::dock_contact::DockContact;
 use crate::faults::{FaultSchedule, ScheduledFault};
 use crate::gait::PoseOffset;
 use crate::ground_truth::GroundTruth;
@@ -57,6 +58,8 @@ pub struct SimConfig {
     pub start: Option<Start>,
     /// Faults, and when they happen.
     pub faults: Vec<ScheduledFault>,
+    /// Share of the attempts to dock at which no current flows although the contacts touch, 0 to 1. The next attempt at that dock always works.
+    pub dock_contact_failure_share: f64,
     /// The instant at which the simulation begins.
     pub epoch: Stamp,
     /// Whether sensors are without noise, bias, drift and dropouts, for tests.
@@ -64,7 +67,7 @@ pub struct SimConfig {
 }
 
 impl SimConfig {
-    /// Full resolution, three people, no faults, 2026-01-01 00:00 UTC.
+    /// Full resolution, three people, no faults but 3 % of dockings whose contacts fail, 2026-01-01 00:00 UTC.
     pub fn new(site: impl Into<Arc<Site>>, seed: u64) -> Self {
         Self {
             site: site.into(),
@@ -73,6 +76,7 @@ impl SimConfig {
             people: 3,
             start: None,
             faults: Vec::new(),
+            dock_contact_failure_share: 0.03,
             epoch: Stamp::from_parts(1_767_225_600, 0),
             ideal: false,
         }
@@ -158,6 +162,7 @@ pub struct Simulator {
     imu: Imu,
     legs: Legs,
     battery: Battery,
+    dock_contact: DockContact,
     cameras: CameraConfig,
     /// What the cameras see, prepared with the first picture.
     camera_scene: Option<Arc<CameraScene>>,
@@ -194,9 +199,13 @@ impl Simulator {
         let errors = |name: &str| (!config.ideal).then(|| tree.child(name).rng());
         let start = config.start.unwrap_or_else(|| site.start());
         let Vec3 { x, y, z } = start.position;
+        let body = Body::new(&site, x, y, z, start.yaw, tree.child("gait").rng());
+        let contact_rng = tree.child("dock contact").rng();
+        let place = body.motion().at(0);
         Self {
+            dock_contact: DockContact::new(config.dock_contact_failure_share, contact_rng, &site, place),
             epoch: config.epoch,
-            body: Body::new(&site, x, y, z, start.yaw, tree.child("gait").rng()),
+            body,
             people: People::new(&site, config.people, tree.child("people")),
             lidar: Lidar::new(base_from_lidar(), config.lidar_columns, errors("lidar")),
             imu: Imu::new(base_from_imu(), errors("imu")),
@@ -391,10 +400,11 @@ impl Simulator {
     fn advance_block(&mut self, out: &mut Vec<SimEvent>) {
         let (start, elapsed) = (self.now(), self.elapsed());
         let carried = self.advance_body();
-        let place = self.body.motion().at(0).translation.vector;
-        self.people.advance(BLOCK_SECONDS, &place);
+        let site_from_base = *self.body.motion().at(0);
+        self.people.advance(BLOCK_SECONDS, &site_from_base.translation.vector);
         let (speed, _) = self.body.planar_speed();
-        self.battery.advance(BLOCK_SECONDS, speed, self.site.is_at_dock(&place));
+        let is_docked = self.dock_contact.update(&self.site, &site_from_base);
+        self.battery.advance(BLOCK_SECONDS, speed, is_docked);
         let truth = self.truth_at(0, start);
         self.ground_truth.push_back(truth);
         if self.ground_truth.len() > GROUND_TRUTH_KEPT {

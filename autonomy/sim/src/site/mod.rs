@@ -2,6 +2,7 @@
 
 mod b1;
 mod changes;
+mod dock;
 mod error;
 pub(crate) mod generated;
 mod model;
@@ -116,8 +117,6 @@ impl From<SiteName> for Arc<Site> {
 const CLEARANCE_M: f64 = 0.45;
 /// Heights above the feet at which that distance is checked, metres.
 const CLEARANCE_HEIGHTS_M: [f64; 3] = [0.25, 0.5, 0.75];
-/// The base is at a dock within this horizontal distance of it, metres.
-const DOCK_RADIUS_M: f64 = 0.35;
 
 fn plan_of(name: SiteName) -> SitePlan {
     match name {
@@ -144,7 +143,10 @@ impl Site {
     }
 
     fn from_plan(name: String, plan: SitePlan) -> Self {
-        Self { name, bvh: Bvh::new(&plan.solids), plan, walkable: None }
+        // Those of docks follow from the docks, so that a dock can be moved.
+        let docks = plan.docks.iter().flat_map(dock::solids);
+        let solids: Vec<Solid> = plan.solids.iter().copied().chain(docks).collect();
+        Self { name, bvh: Bvh::new(&solids), plan, walkable: None }
     }
 
     /// Name of the site.
@@ -191,14 +193,6 @@ impl Site {
     pub fn start(&self) -> Start {
         let dock = self.plan.docks.first().map(|dock| Start { position: dock.position, yaw: dock.yaw });
         dock.or(self.plan.start).unwrap_or(Start { position: Vec3::default(), yaw: 0.0 })
-    }
-
-    /// Whether a base at that position stands at a dock.
-    pub(crate) fn is_at_dock(&self, base: &Vector3) -> bool {
-        self.plan.docks.iter().any(|dock| {
-            let offset = base - geometry::vec_from_plain(dock.position);
-            offset.xy().norm() < DOCK_RADIUS_M && (0.0..1.0).contains(&offset.z)
-        })
     }
 
     /// The first surface along a unit direction within `range_max` metres: its range (metres) and its solid.

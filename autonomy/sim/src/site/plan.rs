@@ -6,7 +6,7 @@ use geometry::Vector3;
 use std::ops::Range;
 use vocab::Vec3;
 
-/// A charging dock.
+/// A charging dock. Its solids stand behind the docked robot (`dock.rs`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dock {
     /// Position of the docked robot, on the ground, site frame, metres.
@@ -27,6 +27,7 @@ pub(super) struct DoorLeaf {
 /// The contents of a site.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SitePlan {
+    /// All solids but those of the docks.
     pub(super) solids: Vec<Solid>,
     pub(super) docks: Vec<Dock>,
     /// Start of the robot where there is no dock.

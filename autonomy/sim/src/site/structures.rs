@@ -382,16 +382,8 @@ impl Builder {
         }
     }
 
-    /// A charging dock whose back is behind a robot looking along `yaw`.
+    /// A charging dock behind a robot that looks along `yaw`. Its solids follow from its pose.
     pub(super) fn dock(&mut self, foot: Vector3, yaw: f64) {
-        let forward = at(yaw.cos(), yaw.sin(), 0.0);
-        let left = Vector3::z().cross(&forward);
-        let back = foot - forward * 0.75;
-        self.oriented_box(back, at(0.25, 0.9, 0.75), yaw, Material::WhiteSheet);
-        self.oriented_box(back + Vector3::z() * 0.75, at(0.12, 0.5, 0.35), yaw, Material::Reflector);
-        for side in [-0.38, 0.38] {
-            self.oriented_box(foot + left * side, at(1.0, 0.06, 0.05), yaw, Material::DarkPaint);
-        }
         self.plan.docks.push(Dock { position: geometry::vec_to_plain(&foot), yaw });
     }
 }
