@@ -1,10 +1,15 @@
 //! Navigation: walking to a point without collisions.
 //!
 //! The parts can be used alone: an elevation map ([`ElevationMap`]) that learns ground and obstacles from motion-corrected scans, a path planner over
-//! it ([`plan`]), a choice of the next path for a robot whose pose is unknown ([`explore`]), and a [`PathFollower`] that computes velocities along a
-//! path.
+//! it ([`plan`]), a choice of the next path for a robot whose pose is unknown ([`explore`]), a [`PathFollower`] that computes velocities along a
+//! path, and a [`DockDetector`] that finds charging docks in scans.
 
 mod cell_index;
+mod dock_config;
+mod dock_detector;
+#[cfg(test)]
+mod dock_detector_tests;
+mod dock_outline;
 mod elevation_map;
 mod exploration;
 mod path_follower;
@@ -13,6 +18,8 @@ mod scan_cells;
 mod texts;
 
 pub use cell_index::CellIndex;
+pub use dock_config::{DockDetectorConfig, DockMarker};
+pub use dock_detector::{DockDetection, DockDetector, DockNotFound, DockScans};
 pub use elevation_map::{Cell, ElevationMap, ElevationMapConfig, RobotShape};
 pub use exploration::{ExplorationConfig, explore};
 pub use path_follower::{PathFollower, PathFollowerConfig, Velocity};

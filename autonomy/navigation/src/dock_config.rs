@@ -1,0 +1,101 @@
+//! The marker of a dock, and parameters of its detection.
+
+/// The marker of a dock, in the frame of the docked base: x away from the dock, z up from the floor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DockMarker {
+    /// Distance from the middle of the docked base to the ridge, metres.
+    pub ridge_m: f64,
+    /// Half the width of the marker, metres.
+    pub half_width_m: f64,
+    /// Distance from the ridge back to the ends of the plates, metres.
+    pub depth_m: f64,
+    /// Lower edge of the plates above the floor, metres.
+    pub bottom_m: f64,
+    /// Upper edge, metres.
+    pub top_m: f64,
+}
+
+impl Default for DockMarker {
+    /// Plates at 30 degrees: each moves the scan's points as much by a lateral error of a centimetre as by half a centimetre along.
+    fn default() -> Self {
+        Self { ridge_m: 0.60, half_width_m: 0.35, depth_m: 0.202, bottom_m: 0.75, top_m: 1.10 }
+    }
+}
+
+/// Parameters of [`crate::DockDetector`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DockDetectorConfig {
+    /// The marker that is looked for.
+    pub marker: DockMarker,
+    /// Margin at the lower and upper edge of the plates that is left out of the slice, metres: for an uneven floor.
+    pub edge_margin_m: f64,
+    /// A dock is looked for within this distance of the expected place, along each axis, metres. It may have been pushed, and the robot's pose has an error.
+    pub search_m: f64,
+    /// And within this difference of heading, radians.
+    pub search_rad: f64,
+    /// Step of the grid of poses that are tried, metres. Less than the distance from which the least squares converge.
+    pub step_m: f64,
+    /// Step of their headings, radians.
+    pub step_rad: f64,
+    /// Points of the slice that the grid is compared with, at most. More take longer and find no more.
+    pub grid_points_max: usize,
+    /// Points for the least squares, at most.
+    pub points_max: usize,
+    /// Points on the marker that are needed.
+    pub points_min: usize,
+    /// A point this near to a plate is on it, metres: three times the noise of a LiDAR.
+    pub inlier_m: f64,
+    /// Greatest root mean square of the distances of these points from the plates, metres.
+    pub residual_max_m: f64,
+    /// Points beside a plate up to this distance belong to something of another shape, metres.
+    pub beside_m: f64,
+    /// Share of the points beside the plates, of those on and beside them, from which on the shape is another one.
+    pub beside_share_max: f64,
+    /// Sections into which each plate is divided. Those without a point are hidden, or there is no plate.
+    pub sections: usize,
+    /// Share of the sections of each plate that must be seen, and the outermost one must be among them: ends are what walls and bodies do not have there.
+    pub seen_share_min: f64,
+    /// Greatest mean distance of the points of a section from the plate, metres. Noise averages out; what is bent or stands at another angle does not.
+    pub section_error_max_m: f64,
+    /// Points of a section from which on its mean counts.
+    pub section_points_min: usize,
+    /// Length beyond the ends of the plates that must be free, metres. A wall goes on there.
+    pub beyond_m: f64,
+    /// Points beyond the ends, by their share of the density on the plates, at which these are no ends.
+    pub beyond_share_max: f64,
+    /// Two poses farther apart than this that both look like the dock are ambiguous, metres.
+    pub separation_m: f64,
+    /// Greatest standard deviation of the position found, metres.
+    pub deviation_max_m: f64,
+    /// Greatest standard deviation of the heading found, radians.
+    pub deviation_max_rad: f64,
+}
+
+impl Default for DockDetectorConfig {
+    fn default() -> Self {
+        Self {
+            marker: DockMarker::default(),
+            edge_margin_m: 0.04,
+            search_m: 0.5,
+            search_rad: 15.0_f64.to_radians(),
+            step_m: 0.05,
+            step_rad: 3.0_f64.to_radians(),
+            grid_points_max: 150,
+            points_max: 1_500,
+            points_min: 30,
+            inlier_m: 0.03,
+            residual_max_m: 0.015,
+            beside_m: 0.15,
+            beside_share_max: 0.12,
+            sections: 5,
+            seen_share_min: 0.6,
+            section_error_max_m: 0.01,
+            section_points_min: 10,
+            beyond_m: 0.12,
+            beyond_share_max: 0.35,
+            separation_m: 0.15,
+            deviation_max_m: 0.01,
+            deviation_max_rad: 0.02,
+        }
+    }
+}
