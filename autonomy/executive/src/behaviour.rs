@@ -16,6 +16,9 @@ pub trait Behaviour: Debug + Send + Sync {
     /// One step, at 20 Hz. Sets [`BehaviourContext::velocity`]. With zero velocity the robot stands.
     fn update(&mut self, context: &mut BehaviourContext<'_>) -> Poll<Outcome>;
 
+    /// A scan was located, in the base frame, metres. Only behaviours that look for something need it.
+    fn observe_scan(&mut self, _at: Stamp, _odom_from_base: &Isometry, _points: &[[f32; 3]]) {}
+
     /// Progress towards the goal.
     fn progress(&self, _odom_from_base: &Isometry) -> GoalProgress {
         GoalProgress::default()

@@ -3,11 +3,11 @@
 use crate::table::{Action, Guard, TABLE};
 use crate::texts;
 use crate::{
-    Behaviour, BehaviourContext, Frames, ManualDriving, PoseWalkBehaviour, PoseWalkConfig,
-    RelocalisationBehaviour, RelocalisationConfig, StandStill, Surroundings, SurroundingsConfig,
-    WalkBehaviour, WalkConfig,
+    Behaviour, BehaviourContext, DockGoal, DockingBehaviour, DockingConfig, Frames, ManualDriving,
+    PoseWalkBehaviour, PoseWalkConfig, RelocalisationBehaviour, RelocalisationConfig, StandStill,
+    Surroundings, SurroundingsConfig, WalkBehaviour, WalkConfig,
 };
-use geometry::{Vector3, pose_from_isometry, vec_from_plain, vec_to_plain};
+use geometry::{Isometry, Vector3, pose_from_isometry, vec_from_plain, vec_to_plain};
 use localisation::ExplorationHint;
 use messages::{
     CancelCause, Drive, ExecutiveEvent, ExecutiveState, ExecutiveStatus, GoalAttempt, GoalFailure, GoalKind,
@@ -27,6 +27,8 @@ pub struct ExecutiveConfig {
     pub walk: WalkConfig,
     /// Parameters of the last steps into a pose.
     pub pose_walk: PoseWalkConfig,
+    /// Parameters of walks into docks.
+    pub docking: DockingConfig,
     /// Parameters of the search for the pose.
     pub relocalisation: RelocalisationConfig,
     /// Parameters of the terrain around the robot.
@@ -41,6 +43,7 @@ impl ExecutiveConfig {
             max_recent_goals: 64,
             walk,
             pose_walk: PoseWalkConfig::default(),
+            docking: DockingConfig::default(),
             relocalisation: RelocalisationConfig::new(&walk),
             surroundings: SurroundingsConfig::default(),
         }
@@ -89,6 +92,8 @@ pub struct Executive {
 struct RunningGoal {
     id: GoalId,
     kind: GoalKind,
+    /// The dock that it leads into.
+    dock: Option<DockGoal>,
     by: Principal,
     accepted: Stamp,
     status: GoalStatus,
@@ -138,7 +143,41 @@ impl Executive {
     pub fn start_goal(
         &mut self,
         at: Stamp,
+        goal: (GoalId, GoalKind, Principal),
+        situation: &Situation,
+        effects: &mut Vec<StackEffect>,
+    ) -> Result<(), String> {
+        self.start(at, goal, None, situation, effects)
+    }
+
+    /// Starts a walk into a dock. The goal is of the kind of a walk to a pose, by what the scans show of the dock.
+    ///
+    /// # Errors
+    /// As [`Self::start_goal`].
+    pub fn start_docking(
+        &mut self,
+        at: Stamp,
+        goal: (GoalId, PoseGoal, Principal),
+        dock: DockGoal,
+        situation: &Situation,
+        effects: &mut Vec<StackEffect>,
+    ) -> Result<(), String> {
+        let (id, pose, by) = goal;
+        self.start(at, (id, GoalKind::WalkToPose(pose), by), Some(dock), situation, effects)
+    }
+
+    /// A scan was located: the running behaviour may look for something in it. In the base frame, metres.
+    pub fn observe_scan(&mut self, at: Stamp, odom_from_base: &Isometry, points: &[[f32; 3]]) {
+        if let Some(behaviour) = &mut self.behaviour {
+            behaviour.observe_scan(at, odom_from_base, points);
+        }
+    }
+
+    fn start(
+        &mut self,
+        at: Stamp,
         (id, kind, by): (GoalId, GoalKind, Principal),
+        dock: Option<DockGoal>,
         situation: &Situation,
         effects: &mut Vec<StackEffect>,
     ) -> Result<(), String> {
@@ -151,9 +190,10 @@ impl Executive {
         let goal = match is_refused {
             true => None,
             false => {
-                let behaviour = self.begin(at, kind, situation)?;
+                let behaviour = self.begin(at, kind, dock.as_ref(), situation)?;
                 let status = GoalStatus::Accepted;
-                Some((RunningGoal { id, kind, by, accepted: at, status, tried: Vec::new() }, behaviour))
+                let goal = RunningGoal { id, kind, dock, by, accepted: at, status, tried: Vec::new() };
+                Some((goal, behaviour))
             }
         };
         self.apply(
@@ -322,7 +362,13 @@ impl Executive {
     }
 
     /// The behaviour of a new goal.
-    fn begin(&self, at: Stamp, kind: GoalKind, situation: &Situation) -> Result<Box<dyn Behaviour>, String> {
+    fn begin(
+        &self,
+        at: Stamp,
+        kind: GoalKind,
+        dock: Option<&DockGoal>,
+        situation: &Situation,
+    ) -> Result<Box<dyn Behaviour>, String> {
         match kind {
             GoalKind::WalkTo(_) | GoalKind::WalkToPose(_) if situation.is_pose_unconfirmed => {
                 Err(texts::NOT_LOCALISED.to_owned())
@@ -334,7 +380,7 @@ impl Executive {
                 walk.map(|walk| Box::new(walk) as Box<dyn Behaviour>).map_err(|error| error.to_string())
             }
             GoalKind::WalkToPose(pose) => {
-                self.pose_walk(at, &pose, situation).ok_or_else(|| texts::POINT_NOT_FINITE.to_owned())
+                self.pose_walk(at, &pose, dock, situation).ok_or_else(|| texts::POINT_NOT_FINITE.to_owned())
             }
             // Whoever knows the topological map asks for the poses on the way.
             GoalKind::GoToNode(_) | GoalKind::GoToDock(_) | GoalKind::Undock => {
@@ -346,7 +392,13 @@ impl Executive {
     }
 
     /// The behaviour of a goal that is resumed.
-    fn resume(&self, at: Stamp, kind: GoalKind, situation: &Situation) -> Box<dyn Behaviour> {
+    fn resume(
+        &self,
+        at: Stamp,
+        kind: GoalKind,
+        dock: Option<&DockGoal>,
+        situation: &Situation,
+    ) -> Box<dyn Behaviour> {
         match kind {
             GoalKind::WalkTo(point) => Box::new(WalkBehaviour::resume(
                 self.config.walk,
@@ -357,7 +409,7 @@ impl Executive {
             )),
             // It was a pose when the goal began.
             GoalKind::WalkToPose(pose) => {
-                self.pose_walk(at, &pose, situation).unwrap_or_else(|| Box::new(StandStill))
+                self.pose_walk(at, &pose, dock, situation).unwrap_or_else(|| Box::new(StandStill))
             }
             // Goals of the other kinds are refused.
             GoalKind::Relocalise | GoalKind::GoToNode(_) | GoalKind::GoToDock(_) | GoalKind::Undock => {
@@ -366,9 +418,20 @@ impl Executive {
         }
     }
 
-    /// A walk into a pose; none if that is not finite.
-    fn pose_walk(&self, at: Stamp, goal: &PoseGoal, situation: &Situation) -> Option<Box<dyn Behaviour>> {
+    /// A walk into a pose, or into a dock; none if that is not finite.
+    fn pose_walk(
+        &self,
+        at: Stamp,
+        goal: &PoseGoal,
+        dock: Option<&DockGoal>,
+        situation: &Situation,
+    ) -> Option<Box<dyn Behaviour>> {
         let (config, limits) = (self.config.pose_walk, &self.profile.autonomous_limits);
+        if let Some(dock) = dock {
+            let height_m = self.profile.standing_height_m;
+            let walk = DockingBehaviour::new(self.config.docking, limits, height_m, at, dock)?;
+            return Some(Box::new(walk));
+        }
         let (terrain, frames) = (self.surroundings.terrain(), &situation.frames);
         let walk = PoseWalkBehaviour::new(config, self.config.walk, limits, at, terrain, frames, goal)?;
         Some(Box::new(walk))
@@ -493,8 +556,8 @@ impl Executive {
             }
             Action::ResumeGoal => {
                 self.keep_attempts();
-                if let Some(kind) = self.goal.as_ref().map(|goal| goal.kind) {
-                    self.behaviour = Some(self.resume(at, kind, situation));
+                if let Some((kind, dock)) = self.goal.as_ref().map(|goal| (goal.kind, goal.dock)) {
+                    self.behaviour = Some(self.resume(at, kind, dock.as_ref(), situation));
                 }
             }
             Action::RestartSearch => {

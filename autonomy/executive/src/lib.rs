@@ -5,6 +5,9 @@
 //! services: the executive reads their state ([`Situation`]) and does not know how they work.
 
 mod behaviour;
+mod docking;
+#[cfg(test)]
+mod docking_tests;
 mod executive;
 mod manual_driving;
 mod pose_walk;
@@ -19,6 +22,7 @@ mod transcript_tests;
 mod walk;
 
 pub use behaviour::{Behaviour, BehaviourContext, Frames, Outcome};
+pub use docking::{DockGoal, DockingBehaviour, DockingConfig};
 pub use executive::{Executive, ExecutiveConfig, Situation};
 pub use manual_driving::{ManualDriving, StandStill};
 pub use pose_walk::{PoseWalkBehaviour, PoseWalkConfig};

@@ -22,6 +22,9 @@ pub(crate) fn failure(reason: GoalFailure) -> &'static str {
         GoalFailure::NoSuchPlace => "The topological map has no such place. Choose another.",
         GoalFailure::NoRoute => "No open route leads there. Open edges that are disabled or blocked.",
         GoalFailure::NotDocked => "The robot was not charged. Look at the dock and its place on the map.",
+        GoalFailure::DockNotSeen => {
+            "The robot saw no dock where the map has it. Clear the view of the dock, or correct its place on the map."
+        }
         GoalFailure::NotUndocked => "The robot could not leave its dock. Clear the way in front of it.",
     }
 }

@@ -3,8 +3,9 @@
 use crate::Lockstep;
 use geometry::{Vector3, vec_from_plain};
 use messages::{
-    Command, CommandKind, FinishedMap, GoalKind, Input, Job, JobId, LocalisationState, MappingState,
-    MotionState, PoseGraph, PoseInMap, Principal, PriorMap, Publication, RelocalisationTask, StackEffect,
+    Command, CommandKind, FinishedMap, GoalKind, GoalStatus, Input, Job, JobId, LocalisationState,
+    MappingState, MotionState, PoseGraph, PoseInMap, Principal, PriorMap, Publication, RelocalisationTask,
+    StackEffect,
 };
 use sim::{Route, RouteFollower, SimConfig, Site, SiteName, Start};
 use site_model::{MissionStatus, RouteStatus};
@@ -33,6 +34,8 @@ pub(crate) struct Day {
     pub(crate) route: Arc<RouteStatus>,
     pub(crate) refusals: Vec<String>,
     pub(crate) notices: Vec<String>,
+    /// Outcomes of all goals, in their order.
+    pub(crate) outcomes: Vec<GoalStatus>,
     /// The newest relocalisation request, with its job.
     pub(crate) asked: Option<(JobId, RelocalisationTask)>,
     pub(crate) finished: Option<Arc<FinishedMap>>,
@@ -58,6 +61,11 @@ impl Day {
     ) -> Self {
         let config =
             SimConfig { lidar_columns: 200, people, start: Some(start), ..SimConfig::new(site, seed) };
+        Self::of(config, session)
+    }
+
+    /// Of any simulation.
+    pub(crate) fn of(config: SimConfig, session: Option<SessionId>) -> Self {
         Self {
             lockstep: Lockstep::new(config, session, true),
             commands: 0,
@@ -73,6 +81,7 @@ impl Day {
             route: Arc::default(),
             refusals: Vec::new(),
             notices: Vec::new(),
+            outcomes: Vec::new(),
             asked: None,
             finished: None,
         }
@@ -107,6 +116,7 @@ impl Day {
             route,
             refusals,
             notices,
+            outcomes,
             asked,
             finished,
             ..
@@ -131,6 +141,9 @@ impl Day {
             StackEffect::Publish(Publication::Route(now)) => *route = Arc::clone(now),
             StackEffect::StartJob { job, work: Job::Relocalise(task) } => *asked = Some((*job, *task)),
             StackEffect::StartJob { work: Job::SaveMap(map), .. } => *finished = Some(Arc::clone(map)),
+            StackEffect::Publish(Publication::Goal(update)) if update.status.is_outcome() => {
+                outcomes.push(update.status.clone());
+            }
             StackEffect::Publish(Publication::Notice(notice)) => notices.push(notice.text.clone()),
             StackEffect::Answer { refused: Some(reason), .. } => refusals.push(reason.clone()),
             _ => {}

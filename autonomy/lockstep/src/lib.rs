@@ -11,6 +11,8 @@ mod day;
 #[cfg(test)]
 mod dock_tests;
 #[cfg(test)]
+mod docking_tests;
+#[cfg(test)]
 mod extend_tests;
 #[cfg(test)]
 mod foreign_tests;

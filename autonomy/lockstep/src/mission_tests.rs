@@ -16,9 +16,9 @@ use uuid::Uuid;
 use vocab::{Pose, Quat, Vec3};
 
 const LOCALISED: LocalisationState = LocalisationState::Localised { map: FIRST, degradation: None };
-const MISSION: MissionId = MissionId(Uuid::from_u128(70));
-const RUN: RunId = RunId(Uuid::from_u128(71));
-const DOCK: DockId = DockId(Uuid::from_u128(72));
+pub(crate) const MISSION: MissionId = MissionId(Uuid::from_u128(70));
+pub(crate) const RUN: RunId = RunId(Uuid::from_u128(71));
+pub(crate) const DOCK: DockId = DockId(Uuid::from_u128(72));
 
 /// Places of the site: number, position in the site, heading, and what the node is for.
 const PLACES: [(u128, [f64; 2], f64, NodeKind); 7] = [
@@ -31,16 +31,16 @@ const PLACES: [(u128, [f64; 2], f64, NodeKind); 7] = [
     (7, [21.0, 22.6], 1.57, NodeKind::Waypoint),
 ];
 
-fn node(number: u128) -> NodeId {
+pub(crate) fn node(number: u128) -> NodeId {
     NodeId(Uuid::from_u128(number))
 }
 
-fn heading(yaw: f64) -> Quat {
+pub(crate) fn heading(yaw: f64) -> Quat {
     Quat { w: (yaw / 2.0).cos(), x: 0.0, y: 0.0, z: (yaw / 2.0).sin() }
 }
 
 /// The graph round the hall, with a mission of two photos. The frame of the map begins at `origin` with the heading of the site.
-fn site(origin: &Vector3) -> Site {
+pub(crate) fn site(origin: &Vector3) -> Site {
     let mut site = Site::default();
     let mut put = |object| {
         let id = EditId(Uuid::nil());
@@ -98,12 +98,17 @@ fn site(origin: &Vector3) -> Site {
 
 /// A robot that is localised on its dock, with the site.
 fn morning(seed: u64, people: u32) -> Day {
-    let (prior_map, _, origin) = first();
+    let (_, _, origin) = first();
     let start = Start { position: Vec3::new(16.4, 23.5, 0.0), yaw: 0.0 };
-    let mut day = Day::among(people, start, seed, None);
+    localised(Day::among(people, start, seed, None), site(origin))
+}
+
+/// The robot once it is localised, with a site.
+pub(crate) fn localised(mut day: Day, site: Site) -> Day {
+    let (prior_map, _, _) = first();
     day.lockstep.keep_map(Arc::clone(prior_map));
     day.order(CommandKind::Localise { map: FIRST, at: None });
-    day.lockstep.give_site(site(origin));
+    day.lockstep.give_site(site);
     let mut tenths = 0;
     while day.localisation != LOCALISED && tenths < 200 {
         day.run(0.1);
@@ -115,7 +120,7 @@ fn morning(seed: u64, people: u32) -> Day {
 }
 
 /// Runs until the run has ended, and returns its outcome.
-fn until_ended(day: &mut Day, seconds_max: u32) -> Option<RunState> {
+pub(crate) fn until_ended(day: &mut Day, seconds_max: u32) -> Option<RunState> {
     for _ in 0..seconds_max {
         day.run(1.0);
         let ended = day.missions.ended.iter().find(|ended| ended.run == RUN);

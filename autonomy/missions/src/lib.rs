@@ -28,7 +28,7 @@ pub use order::{
     OrderPreview, Tour, TourConfig, TourError, TourProblem, WayCost, node_of, order_tasks,
     solve as solve_tour,
 };
-pub use routes::{LegResult, LegWalk, RouteEffect, RouteExecutor, RouteExecutorConfig, RouteView};
+pub use routes::{LegResult, LegWalk, LegWay, RouteEffect, RouteExecutor, RouteExecutorConfig, RouteView};
 pub use runs::{
     ActionInfo, ActionResult, BatteryConfig, CHARGE_SIGNAL, DueSlot, GoalRequest, GoalResult, MissionEffect,
     MissionInput, MissionNotice, MissionRunner, MonitorBank, RUN_TABLE, Records, Run, RunAction,

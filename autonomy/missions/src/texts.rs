@@ -78,7 +78,8 @@ pub fn reach_failure(failure: &ReachFailure) -> String {
         ReachFailure::PoseNotFound => "The robot searched for its pose in the map and did not find it.",
         ReachFailure::MapReplaced => "The map was replaced.",
         ReachFailure::NotUndocked => "The robot could not leave its dock.",
-        ReachFailure::NotDocked => "The robot could not dock.",
+        ReachFailure::NotDocked => "The robot was not charged in the dock after all attempts.",
+        ReachFailure::DockNotSeen => "The robot saw no dock where the map has it.",
     };
     text.to_owned()
 }

@@ -263,6 +263,9 @@ impl Running {
         }
         self.odometer.move_to(&located.odom_from_base.translation.vector);
         self.points_used = located.points_used;
+        if !located.is_dead_reckoned {
+            self.executive.observe_scan(at, &located.odom_from_base, &located.cloud.xyz);
+        }
         let period = self.config.elevation_map_period;
         let is_due = self.last_in_elevation_map.is_none_or(|last| located.stamp - last >= period);
         if !located.is_dead_reckoned && is_due {

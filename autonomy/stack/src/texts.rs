@@ -37,6 +37,20 @@ pub(crate) const MOUNTING_REMEDY: &str = "Correct its position and orientation i
 pub(crate) const SILENT_SENSOR_REMEDY: &str =
     "Check its cable, power and driver; mapping goes on with the other sensors.";
 
+/// The robot is not in a dock for `reason`, a sentence.
+pub(crate) fn not_docked(dock: &str, reason: &str) -> String {
+    format!("The robot is not in dock \"{dock}\". {reason}")
+}
+
+/// The robot is charged in a dock that was moved.
+pub(crate) fn dock_is_elsewhere(dock: &str, moved_m: f64, turned_rad: f64) -> String {
+    format!(
+        "Dock \"{dock}\" stands {:.0} cm and {:.0}° from its place on the map. Move its node there, or put the dock back.",
+        100.0 * moved_m,
+        turned_rad.to_degrees()
+    )
+}
+
 /// Another client holds the control lease.
 pub(crate) fn control_held_by(name: &str) -> String {
     format!("{name} is in control. Take control first; the change of hands is recorded.")

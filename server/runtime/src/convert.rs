@@ -336,6 +336,7 @@ fn goal_status(status: messages::GoalStatus) -> api::GoalStatus {
                 GoalFailure::NoSuchPlace => api::GoalFailure::NoSuchPlace,
                 GoalFailure::NoRoute => api::GoalFailure::NoRoute,
                 GoalFailure::NotDocked => api::GoalFailure::NotDocked,
+                GoalFailure::DockNotSeen => api::GoalFailure::DockNotSeen,
                 GoalFailure::NotUndocked => api::GoalFailure::NotUndocked,
             },
             tried: tried

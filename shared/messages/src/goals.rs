@@ -139,6 +139,8 @@ pub enum GoalFailure {
     NotDocked,
     /// The robot could not leave its dock.
     NotUndocked,
+    /// The scans showed no dock where the map has it.
+    DockNotSeen,
 }
 
 /// Something that was tried for a goal that failed.

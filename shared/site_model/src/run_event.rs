@@ -254,8 +254,10 @@ pub enum ReachFailure {
     MapReplaced,
     /// The robot could not leave its dock.
     NotUndocked,
-    /// The robot could not dock.
+    /// The robot was not charged after all attempts to dock.
     NotDocked,
+    /// The scans showed no dock where the map has it.
+    DockNotSeen,
 }
 
 /// What becomes of a slot.

@@ -3,7 +3,7 @@
 //! An edge that stays blocked is left out of routes for a time that doubles with each failure ([`next_block`]); the edge back is left out with it, because
 //! what stands in the way stands there for both. That the robot is charged is the only proof that it has docked.
 
-use super::interface::{LegResult, LegWalk, RouteEffect, RouteView};
+use super::interface::{LegResult, LegWalk, LegWay, RouteEffect, RouteView};
 use super::journey::{Journey, Leg, Target};
 use crate::graph::{Closure, EdgeBlockConfig, NoRoute, RouteGraph, next_block};
 use crate::ids::leg_goal_id;
@@ -145,6 +145,9 @@ impl RouteExecutor {
             match result {
                 LegResult::Reached => self.handle_reached(at, leg, view),
                 LegResult::Failed(ReachFailure::PathBlocked) => self.handle_blocked(at, leg, view),
+                LegResult::Failed(ReachFailure::DockNotSeen) if leg == Leg::OntoDock => {
+                    self.handle_no_charge(ReachFailure::DockNotSeen, view);
+                }
                 LegResult::Failed(reason) => self.end(GoalResult::Failed(reason)),
                 LegResult::MotionTaken => self.end(GoalResult::MotionTaken),
             }
@@ -163,7 +166,7 @@ impl RouteExecutor {
                 }
                 self.end_as_reached();
             }
-            Leg::Charge { until } if at >= until => self.handle_no_charge(view),
+            Leg::Charge { until } if at >= until => self.handle_no_charge(ReachFailure::NotDocked, view),
             Leg::Wait { edge, until } if at >= until => {
                 self.drop_leg();
                 self.walk_edge(at, edge, view);
@@ -252,7 +255,8 @@ impl RouteExecutor {
             Leg::BackOff(node) => {
                 (journey.current, journey.is_at_end) = (Some(node), true);
                 if journey.dock_failures >= self.config.dock_attempts_max {
-                    return self.end(GoalResult::Failed(ReachFailure::NotDocked));
+                    let reason = journey.dock_failure.take().unwrap_or(ReachFailure::NotDocked);
+                    return self.end(GoalResult::Failed(reason));
                 }
             }
             Leg::Charge { .. } | Leg::Wait { .. } | Leg::WaitForBlock { .. } => {}
@@ -272,7 +276,7 @@ impl RouteExecutor {
                 self.forget_place();
             }
             Leg::OutOfDock(_) => return self.end(GoalResult::Failed(ReachFailure::NotUndocked)),
-            Leg::OntoDock => return self.handle_no_charge(view),
+            Leg::OntoDock => return self.handle_no_charge(ReachFailure::NotDocked, view),
             Leg::BackOff(_) => return self.end(GoalResult::Failed(ReachFailure::NotDocked)),
             Leg::Charge { .. } | Leg::Wait { .. } | Leg::WaitForBlock { .. } => {}
         }
@@ -319,9 +323,13 @@ impl RouteExecutor {
     }
 
     /// The dock does not charge, or was not reached: the robot backs off and tries again.
-    fn handle_no_charge(&mut self, view: &RouteView<'_>) {
+    fn handle_no_charge(&mut self, reason: ReachFailure, view: &RouteView<'_>) {
         let Some(journey) = &mut self.journey else { return };
         journey.dock_failures += 1;
+        // A dock that was seen and does not charge says more than that it was hidden at another attempt.
+        if journey.dock_failure != Some(ReachFailure::NotDocked) {
+            journey.dock_failure = Some(reason);
+        }
         let Target::Dock { approach, .. } = journey.target else { return };
         let Some(node) = view.site.node(approach) else {
             return self.end(GoalResult::Failed(ReachFailure::NotDocked));
@@ -351,7 +359,7 @@ impl RouteExecutor {
         let Some(end) = target.route_end() else { return self.end_as_reached() };
         if journey.is_at_end {
             return match target {
-                Target::Dock { node, .. } => self.walk_onto_dock(node, view),
+                Target::Dock { node, approach, .. } => self.walk_onto_dock(node, approach, view),
                 _ => self.end_as_reached(),
             };
         }
@@ -429,7 +437,7 @@ impl RouteExecutor {
             map_from_goal,
             tolerance: is_last.then(|| standing_tolerance(to)),
             speed_max_m_s: view.graph.speed_m_s(edge).filter(|_| self.limits_speed(edge, view.site)),
-            is_straight: false,
+            way: LegWay::Path,
         };
         self.begin_walk(Leg::Edge(edge), walk);
     }
@@ -501,11 +509,15 @@ impl RouteExecutor {
         self.begin_walk(Leg::IntoPose(node.id), walk);
     }
 
-    fn walk_onto_dock(&mut self, node: NodeId, view: &RouteView<'_>) {
-        let Some(node) = view.site.node(node) else {
+    fn walk_onto_dock(&mut self, node: NodeId, approach: NodeId, view: &RouteView<'_>) {
+        let (Some(node), Some(approach)) = (view.site.node(node), view.site.node(approach)) else {
             return self.end(GoalResult::Failed(ReachFailure::NoSuchPlace));
         };
-        let walk = self.straight_walk(node.map_from_node, self.config.dock_tolerance);
+        let is_facing = is_ahead(&approach.map_from_node, &node.map_from_node);
+        let walk = LegWalk {
+            way: LegWay::OntoDock { is_facing },
+            ..self.straight_walk(node.map_from_node, self.config.dock_tolerance)
+        };
         if let Some(journey) = &mut self.journey {
             journey.route.clear();
         }
@@ -522,7 +534,7 @@ impl RouteExecutor {
 
     fn straight_walk(&self, map_from_goal: Pose, tolerance: PoseTolerance) -> LegWalk {
         let speed_max_m_s = Some(self.config.dock_speed_m_s);
-        LegWalk { map_from_goal, tolerance: Some(tolerance), speed_max_m_s, is_straight: true }
+        LegWalk { map_from_goal, tolerance: Some(tolerance), speed_max_m_s, way: LegWay::Straight }
     }
 
     fn begin_walk(&mut self, leg: Leg, walk: LegWalk) {
@@ -545,7 +557,7 @@ fn standing_tolerance(node: &Node) -> PoseTolerance {
 }
 
 fn path_walk(map_from_goal: Pose, tolerance: Option<PoseTolerance>) -> LegWalk {
-    LegWalk { map_from_goal, tolerance, speed_max_m_s: None, is_straight: false }
+    LegWalk { map_from_goal, tolerance, speed_max_m_s: None, way: LegWay::Path }
 }
 
 /// Whether the robot is charged in the dock of the target.
@@ -578,6 +590,15 @@ fn point_between(a: &Pose, b: &Pose, share: f64) -> Pose {
     let between = |a: f64, b: f64| a + share * (b - a);
     let (from, to) = (a.position, b.position);
     Pose { position: Vec3::new(between(from.x, to.x), between(from.y, to.y), between(from.z, to.z)), ..*a }
+}
+
+/// Whether a robot that stands in `from` has the other pose ahead of it, and not behind.
+fn is_ahead(from: &Pose, to: &Pose) -> bool {
+    let (w, x, y, z) = (from.orientation.w, from.orientation.x, from.orientation.y, from.orientation.z);
+    // The x axis of the pose in the plane.
+    let (ahead_x, ahead_y) = (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z));
+    let (dx, dy) = (to.position.x - from.position.x, to.position.y - from.position.y);
+    ahead_x * dx + ahead_y * dy > 0.0
 }
 
 fn distance_m(a: &Pose, b: &Pose) -> f64 {

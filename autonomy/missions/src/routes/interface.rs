@@ -29,8 +29,22 @@ pub struct LegWalk {
     pub tolerance: Option<PoseTolerance>,
     /// Greatest speed, m/s; none: that of the robot.
     pub speed_max_m_s: Option<f64>,
-    /// Whether it goes straight and in any direction, as into and out of a dock.
-    pub is_straight: bool,
+    /// How it goes.
+    pub way: LegWay,
+}
+
+/// How a walk goes to its pose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LegWay {
+    /// On a path round obstacles.
+    Path,
+    /// Straight and in any direction, as out of a dock.
+    Straight,
+    /// Into the dock that the scans show near the pose.
+    OntoDock {
+        /// Whether the robot walks in forward. Otherwise it walks in backward.
+        is_facing: bool,
+    },
 }
 
 /// How a walk ended.

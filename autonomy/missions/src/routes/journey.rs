@@ -1,6 +1,6 @@
 //! A goal on the topological map that is under way: where it leads, and what is done for it now.
 
-use site_model::{DockId, EdgeId, NodeId};
+use site_model::{DockId, EdgeId, NodeId, ReachFailure};
 use std::collections::BTreeSet;
 use vocab::{GoalId, Stamp};
 
@@ -74,6 +74,8 @@ pub(super) struct Journey {
     pub unreachable: BTreeSet<NodeId>,
     /// Attempts to dock that failed.
     pub dock_failures: u32,
+    /// Why.
+    pub dock_failure: Option<ReachFailure>,
     /// Edges that are left, the present one first.
     pub route: Vec<EdgeId>,
 }
@@ -92,6 +94,7 @@ impl Journey {
             edge_failures: 0,
             unreachable: BTreeSet::new(),
             dock_failures: 0,
+            dock_failure: None,
             route: Vec::new(),
         }
     }

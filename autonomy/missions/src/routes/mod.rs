@@ -7,4 +7,4 @@ mod journey;
 mod tests;
 
 pub use executor::{RouteExecutor, RouteExecutorConfig};
-pub use interface::{LegResult, LegWalk, RouteEffect, RouteView};
+pub use interface::{LegResult, LegWalk, LegWay, RouteEffect, RouteView};

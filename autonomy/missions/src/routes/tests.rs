@@ -1,6 +1,6 @@
 //! The executor with a world around it, in which walks end as each test says.
 
-use super::{LegResult, LegWalk, RouteEffect, RouteExecutor, RouteExecutorConfig, RouteView};
+use super::{LegResult, LegWalk, LegWay, RouteEffect, RouteExecutor, RouteExecutorConfig, RouteView};
 use crate::graph::{GraphPlace, RouteConditions, RouteConfig, RouteGraph};
 use crate::runs::{GoalRequest, GoalResult};
 use crate::testing::{SiteBuilder, edge_id, node_id};
@@ -267,7 +267,8 @@ fn only_the_charging_current_proves_that_the_robot_has_docked() {
         if attempt == 1 {
             assert_eq!(world.end_walk(LegResult::Reached).x, 20.0);
         }
-        assert!(world.walks[0].1.is_straight);
+        // Node 2 looks along x, and the dock is behind it.
+        assert_eq!(world.walks[0].1.way, LegWay::OntoDock { is_facing: false });
         assert_eq!(world.end_walk(LegResult::Reached).x, 10.0);
         world.wait(3);
         assert!(world.walks.is_empty() && world.ended.is_empty(), "it waits for the current");
@@ -285,12 +286,25 @@ fn only_the_charging_current_proves_that_the_robot_has_docked() {
 }
 
 #[test]
+fn a_dock_that_is_not_seen_is_looked_for_three_times() {
+    let mut world = World::new();
+    world.begin(GoalRequest::Dock(DOCK));
+    world.end_walk(LegResult::Reached);
+    for _ in 0..3 {
+        assert!(world.ended.is_empty());
+        world.end_walk(LegResult::Failed(ReachFailure::DockNotSeen));
+        assert_eq!(world.end_walk(LegResult::Reached).x, 20.0);
+    }
+    assert_eq!(world.ended, [GoalResult::Failed(ReachFailure::DockNotSeen)]);
+}
+
+#[test]
 fn a_docked_robot_leaves_its_dock_first() {
     let mut world = World::new();
     world.stand_at(1);
     world.docked = Some(DOCK);
     world.begin(GoalRequest::Route(node_id(3)));
-    assert!(world.walks[0].1.is_straight);
+    assert_eq!(world.walks[0].1.way, LegWay::Straight);
     world.docked = None;
     assert_eq!(world.walk_to_the_end(), [20.0, 30.0]);
     assert_eq!(world.ended, [GoalResult::Reached]);

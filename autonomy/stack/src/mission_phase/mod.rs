@@ -26,13 +26,23 @@ pub(crate) struct MissionConfig {
     /// Distance from the node of a dock within which a robot that is charged is in that dock, metres. More than the error of localisation, less than the
     /// distance of two docks side by side.
     pub dock_distance_m: f64,
+    /// Distance of a docked robot from the node of its dock from which on people are told that the dock was moved, metres. Twice the error of localisation.
+    pub dock_moved_m: f64,
+    /// The same for its heading, radians.
+    pub dock_turned_rad: f64,
     /// Commands whose answers wait until their events are durable. The oldest is forgotten beyond this; its client sends it again.
     pub waiting_max: usize,
 }
 
 impl Default for MissionConfig {
     fn default() -> Self {
-        Self { place_period: Span::from_millis(200), dock_distance_m: 0.5, waiting_max: 256 }
+        Self {
+            place_period: Span::from_millis(200),
+            dock_distance_m: 0.5,
+            dock_moved_m: 0.1,
+            dock_turned_rad: 0.1,
+            waiting_max: 256,
+        }
     }
 }
 

@@ -3,21 +3,21 @@
 
 use super::ledger_events::{Whereabouts, write};
 use super::status::mission_status;
-use super::{action_info, action_result, platform};
+use super::{MissionConfig, action_info, action_result, platform};
 use crate::{Running, notice, publish, texts};
-use executive::Frames;
-use geometry::pose_from_isometry;
+use executive::{DockGoal, Frames};
+use geometry::{Vector3, isometry_from_pose, pose_from_isometry};
 use messages::{
     Approach, CancelCause, Command, ExecutiveState, GoalFailure, GoalKind, GoalProgress, GoalResult,
     GoalStatus, GoalUpdate, Input, LedgerEvent, PoseGoal, Principal, Publication, Severity, SiteWrite,
     StackEffect,
 };
 use missions::{
-    CHARGE_SIGNAL, GoalRequest, LegResult, LegWalk, MissionEffect, MissionInput, MissionNotice, RouteEffect,
-    RouteView, Situation,
+    CHARGE_SIGNAL, GoalRequest, LegResult, LegWalk, LegWay, MissionEffect, MissionInput, MissionNotice,
+    RouteEffect, RouteView, Situation,
 };
 use site_model::{
-    MissionCommand, MissionCommandKind, Object, ObjectId, ReachFailure, RouteStatus, RunState, Utc,
+    DockId, MissionCommand, MissionCommandKind, Object, ObjectId, ReachFailure, RouteStatus, RunState, Utc,
 };
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -357,8 +357,19 @@ impl Running {
             match effect {
                 RouteEffect::Walk(walk, leg) => {
                     let situation = self.situation(self.frames(self.last.as_deref()));
-                    let goal = (walk, GoalKind::WalkToPose(pose_goal(&leg)), platform());
-                    if self.executive.start_goal(at, goal, &situation, effects).is_err() {
+                    let (pose, by) = (pose_goal(&leg), platform());
+                    let started = match leg.way {
+                        LegWay::OntoDock { is_facing } => {
+                            let (map_from_docked, speed_max_m_s) = (leg.map_from_goal, leg.speed_max_m_s);
+                            let dock = DockGoal { map_from_docked, is_facing, speed_max_m_s };
+                            self.executive.start_docking(at, (walk, pose, by), dock, &situation, effects)
+                        }
+                        LegWay::Path | LegWay::Straight => {
+                            let goal = (walk, GoalKind::WalkToPose(pose), by);
+                            self.executive.start_goal(at, goal, &situation, effects)
+                        }
+                    };
+                    if started.is_err() {
                         let result = match self.executive.state() {
                             ExecutiveState::Stopped | ExecutiveState::ManualDriving => LegResult::MotionTaken,
                             _ => LegResult::Failed(ReachFailure::PoseNotFound),
@@ -419,11 +430,48 @@ impl Running {
                     GoalStatus::Cancelled { by, cause }
                 }
             };
+            if let GoalKind::GoToDock(dock) = update.kind {
+                self.tell_docking(at, dock, &result, effects);
+            }
             publish(effects, Publication::Goal(update));
         }
         if is_of_runner {
             self.missions.pending.push_back(MissionInput::Goal { goal, result });
         }
+    }
+
+    /// Tells people why the robot is not in a dock, or that the dock is not where the map has it.
+    fn tell_docking(
+        &self,
+        at: Stamp,
+        dock: DockId,
+        result: &missions::GoalResult,
+        effects: &mut Vec<StackEffect>,
+    ) {
+        let site = &self.missions.site;
+        let Some(dock) = site.docks().find(|known| known.id == dock) else { return };
+        let text = match result {
+            missions::GoalResult::Failed(reason) => {
+                Some((Severity::Warning, texts::not_docked(&dock.name, &missions::reach_failure(reason))))
+            }
+            missions::GoalResult::Reached => {
+                let node = site.node(dock.node).and_then(|node| isometry_from_pose(&node.map_from_node));
+                let node_from_base = node
+                    .zip(self.missions.map_from_base)
+                    .and_then(|(node, base)| Some(node.inverse() * isometry_from_pose(&base)?));
+                node_from_base.and_then(|offset| {
+                    let ahead = offset.rotation * Vector3::x();
+                    let (moved_m, turned_rad) =
+                        (offset.translation.vector.xy().norm(), ahead.y.atan2(ahead.x).abs());
+                    let MissionConfig { dock_moved_m, dock_turned_rad, .. } = self.missions.config;
+                    let is_elsewhere = moved_m > dock_moved_m || turned_rad > dock_turned_rad;
+                    let text = || texts::dock_is_elsewhere(&dock.name, moved_m, turned_rad);
+                    is_elsewhere.then(|| (Severity::Info, text()))
+                })
+            }
+            missions::GoalResult::MotionTaken | missions::GoalResult::Cancelled => None,
+        };
+        effects.extend(text.map(|(severity, text)| notice(at, severity, text)));
     }
 
     fn publish_route(&mut self, at: Stamp, effects: &mut Vec<StackEffect>) {
@@ -497,6 +545,7 @@ fn leg_result(status: &GoalStatus) -> Option<LegResult> {
         GoalStatus::Failed { reason, .. } => Some(LegResult::Failed(match reason {
             GoalFailure::PoseNotFound => ReachFailure::PoseNotFound,
             GoalFailure::MapReplaced => ReachFailure::MapReplaced,
+            GoalFailure::DockNotSeen => ReachFailure::DockNotSeen,
             _ => ReachFailure::PathBlocked,
         })),
         GoalStatus::Cancelled { .. } => Some(LegResult::MotionTaken),
@@ -508,7 +557,7 @@ fn pose_goal(leg: &LegWalk) -> PoseGoal {
         map_from_goal: leg.map_from_goal,
         tolerance: leg.tolerance,
         speed_max_m_s: leg.speed_max_m_s,
-        approach: if leg.is_straight { Approach::Straight } else { Approach::Path },
+        approach: if leg.way == LegWay::Path { Approach::Path } else { Approach::Straight },
     }
 }
 
@@ -529,6 +578,7 @@ fn goal_failure(reason: &ReachFailure) -> GoalFailure {
         ReachFailure::MapReplaced => GoalFailure::MapReplaced,
         ReachFailure::NotUndocked => GoalFailure::NotUndocked,
         ReachFailure::NotDocked => GoalFailure::NotDocked,
+        ReachFailure::DockNotSeen => GoalFailure::DockNotSeen,
     }
 }
 

@@ -80,6 +80,9 @@ pub(super) fn outcome(goal: &Goal) -> String {
                 "No open route leads there. Open edges that are disabled or blocked, or connect the place."
             }
             GoalFailure::NotDocked => "The robot was not charged. Look at the dock and its place on the map.",
+            GoalFailure::DockNotSeen => {
+                "The robot saw no dock where the map has it. Clear the view of the dock, or correct its place."
+            }
             GoalFailure::NotUndocked => "The robot could not leave its dock. Clear the way in front of it.",
         }
         .to_owned(),

@@ -1,0 +1,395 @@
+//! Walking into a dock by what the scans show of it: look, go to a pose ahead of the dock that was found, then straight in, slowly.
+//!
+//! The map says only where to look. The dock found by [`DockDetector`] is kept in the odometry frame, which does not jump, and every further detection corrects
+//! it. Where the dock is not seen for a while, the robot goes on by odometry. Whether it is charged is for others to say.
+
+use crate::{Behaviour, BehaviourContext, Outcome};
+use geometry::{Isometry, Rotation, Vector3, isometry_from_pose};
+use messages::{GoalFailure, GoalProgress, SpeedLimits, WaitReason};
+use navigation::{DockDetector, DockDetectorConfig, DockScans};
+use site_model::PoseTolerance;
+use std::f64::consts::PI;
+use std::task::Poll;
+use vocab::{Pose, Span, Stamp, Twist, Vec3};
+
+/// Parameters of [`DockingBehaviour`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DockingConfig {
+    /// The search for a dock at its place on the map.
+    pub search: DockDetectorConfig,
+    /// A dock that was found is looked for again within this distance of where it was, along each axis, metres.
+    pub track_m: f64,
+    /// And within this difference of heading, radians.
+    pub track_rad: f64,
+    /// Scans of this time are looked at together. Noise averages out; odometry drifts by a millimetre in it.
+    pub scan_age: Span,
+    /// Scans that are needed for the first detection.
+    pub scans_min: usize,
+    /// Time between two detections. A detection takes some milliseconds.
+    pub detection_period: Span,
+    /// The robot stands and looks for the dock for this time.
+    pub look_time: Span,
+    /// Share by which a further detection corrects the dock that is known.
+    pub correction_share: f64,
+    /// Distance from the dock within which it is not corrected any more, metres. The last steps follow odometry, without the noise of detections.
+    pub blind_m: f64,
+    /// Time without a detection, farther away than that, after which the dock counts as lost.
+    pub lost_time: Span,
+    /// Distance ahead of the docked pose at which the robot aligns itself, metres.
+    pub staging_m: f64,
+    /// The same for a robot that cannot walk sideways: it needs the way to steer.
+    pub steering_staging_m: f64,
+    /// Errors with which the robot may go in: across, metres.
+    pub staging_across_m: f64,
+    /// And of the heading, radians.
+    pub staging_yaw_rad: f64,
+    /// Pose in which contacts touch. Those of common docks allow for 3 cm and 3 degrees.
+    pub contact: PoseTolerance,
+    /// Share of it within which the robot ends. The rest is for the errors of detection.
+    pub contact_share: f64,
+    /// Greatest speed while aligning, m/s.
+    pub staging_speed_m_s: f64,
+    /// Greatest speed into the dock, m/s.
+    pub speed_m_s: f64,
+    /// Greatest turning speed, rad/s.
+    pub turn_max_radps: f64,
+    /// Speed for each metre of distance, 1/s.
+    pub position_gain_per_s: f64,
+    /// Turning speed for each radian of heading error, 1/s.
+    pub heading_gain_per_s: f64,
+    /// Heading for each metre of lateral error, rad/m, of a robot that cannot walk sideways.
+    pub steering_gain_rad_per_m: f64,
+    /// Greatest such heading, radians.
+    pub steering_max_rad: f64,
+    /// The robot stands in the pose for this time before the walk has ended.
+    pub settle_time: Span,
+    /// Time for the whole walk.
+    pub time_limit: Span,
+}
+
+impl Default for DockingConfig {
+    fn default() -> Self {
+        Self {
+            search: DockDetectorConfig::default(),
+            track_m: 0.10,
+            track_rad: 6.0_f64.to_radians(),
+            scan_age: Span::from_millis(1_000),
+            scans_min: 5,
+            detection_period: Span::from_millis(300),
+            look_time: Span::from_millis(5_000),
+            correction_share: 0.5,
+            blind_m: 0.06,
+            lost_time: Span::from_millis(4_000),
+            staging_m: 0.45,
+            steering_staging_m: 1.0,
+            staging_across_m: 0.02,
+            staging_yaw_rad: 0.03,
+            contact: PoseTolerance { along_m: 0.03, across_m: 0.03, yaw_rad: 0.0524 },
+            contact_share: 0.35,
+            staging_speed_m_s: 0.25,
+            speed_m_s: 0.15,
+            turn_max_radps: 0.5,
+            position_gain_per_s: 1.2,
+            heading_gain_per_s: 1.8,
+            steering_gain_rad_per_m: 3.0,
+            steering_max_rad: 0.35,
+            settle_time: Span::from_millis(400),
+            time_limit: Span::from_millis(60_000),
+        }
+    }
+}
+
+/// A dock that the robot is to walk into.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DockGoal {
+    /// The docked base, as the map has it.
+    pub map_from_docked: Pose,
+    /// Whether the robot walks in forward, so that it looks at the dock. Otherwise it walks in backward.
+    pub is_facing: bool,
+    /// Greatest speed, m/s; none: that of the configuration.
+    pub speed_max_m_s: Option<f64>,
+}
+
+/// A walk into a dock.
+#[derive(Debug)]
+pub struct DockingBehaviour {
+    config: DockingConfig,
+    limits: SpeedLimits,
+    standing_height_m: f64,
+    map_from_dock: Isometry,
+    is_facing: bool,
+    scans: DockScans,
+    began: Stamp,
+    phase: Phase,
+    /// Where the dock was seen, once it was.
+    dock: Option<SeenDock>,
+    last_detection: Option<Stamp>,
+    /// The dock's expected place in the odometry frame, by the map.
+    odom_from_expected: Option<Isometry>,
+    is_blind: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Phase {
+    /// The robot stands and looks for the dock.
+    Looking { since: Option<Stamp> },
+    /// It aligns itself ahead of the dock.
+    Staging,
+    /// It walks in.
+    Entering,
+    /// It stands in the pose.
+    Settling { since: Stamp },
+}
+
+/// A dock, with x away from it.
+#[derive(Clone, Copy, Debug)]
+struct SeenDock {
+    odom_from_dock: Isometry,
+    seen: Stamp,
+}
+
+/// The robot in the frame of the dock: how far it is out, to the left of the line into the dock, and turned from the heading of the docked robot.
+#[derive(Clone, Copy, Debug)]
+struct Offset {
+    out_m: f64,
+    across_m: f64,
+    turned_rad: f64,
+}
+
+impl DockingBehaviour {
+    /// Walks into a dock. `standing_height_m` is the height of the base above the floor. None if the dock's pose is no pose.
+    pub fn new(
+        mut config: DockingConfig,
+        limits: &SpeedLimits,
+        standing_height_m: f64,
+        at: Stamp,
+        goal: &DockGoal,
+    ) -> Option<Self> {
+        let map_from_docked = isometry_from_pose(&goal.map_from_docked)?;
+        if let Some(speed_m_s) = goal.speed_max_m_s.filter(|speed| *speed > 0.0) {
+            config.staging_speed_m_s = config.staging_speed_m_s.min(speed_m_s);
+            config.speed_m_s = config.speed_m_s.min(speed_m_s);
+        }
+        Some(Self {
+            config,
+            limits: *limits,
+            standing_height_m,
+            map_from_dock: map_from_docked * dock_from_heading(goal.is_facing),
+            is_facing: goal.is_facing,
+            scans: DockScans::default(),
+            began: at,
+            phase: Phase::Looking { since: None },
+            dock: None,
+            last_detection: None,
+            odom_from_expected: None,
+            is_blind: false,
+        })
+    }
+
+    /// The known dock, or where the map has it, in the odometry frame.
+    fn expected(&self) -> Option<Isometry> {
+        self.dock.map(|dock| dock.odom_from_dock).or(self.odom_from_expected)
+    }
+
+    fn detector(&self) -> DockDetector {
+        let search = self.config.search;
+        DockDetector::new(match self.dock {
+            None => search,
+            Some(_) => DockDetectorConfig {
+                search_m: self.config.track_m,
+                search_rad: self.config.track_rad,
+                ..search
+            },
+        })
+    }
+
+    /// Looks at the recent scans. Whether the dock was found in them.
+    fn detect(&mut self, at: Stamp) -> bool {
+        let Some(expected) = self.expected() else { return false };
+        self.last_detection = Some(at);
+        let Ok(found) = self.detector().detect(&self.scans.points(), &expected) else { return false };
+        let share = self.dock.map_or(1.0, |_| self.config.correction_share);
+        let odom_from_dock = blend(&expected, &found.frame_from_dock, share);
+        self.dock = Some(SeenDock { odom_from_dock, seen: at });
+        true
+    }
+
+    fn offset(&self, odom_from_base: &Isometry) -> Option<Offset> {
+        let dock_from_base = self.dock?.odom_from_dock.inverse() * odom_from_base;
+        let place = dock_from_base.translation.vector;
+        let ahead =
+            dock_from_base.rotation * dock_from_heading(self.is_facing).rotation.inverse() * Vector3::x();
+        Some(Offset { out_m: place.x, across_m: place.y, turned_rad: ahead.y.atan2(ahead.x) })
+    }
+
+    fn can_walk_sideways(&self) -> bool {
+        self.limits.sideways_mps >= MIN_SIDEWAYS_MPS
+    }
+
+    fn staging_m(&self) -> f64 {
+        if self.can_walk_sideways() { self.config.staging_m } else { self.config.steering_staging_m }
+    }
+
+    fn is_aligned(&self, offset: &Offset) -> bool {
+        offset.across_m.abs() <= self.config.staging_across_m
+            && offset.turned_rad.abs() <= self.config.staging_yaw_rad
+    }
+
+    fn is_docked(&self, offset: &Offset, share: f64) -> bool {
+        let PoseTolerance { along_m, across_m, yaw_rad } = self.config.contact;
+        (offset.out_m / along_m).hypot(offset.across_m / across_m) <= share
+            && offset.turned_rad.abs() <= yaw_rad * share
+    }
+
+    /// The next phase at this offset.
+    fn advance(&mut self, at: Stamp, offset: &Offset) {
+        let is_out = offset.out_m >= self.staging_m() - STAGING_ALONG_M;
+        self.phase = match self.phase {
+            Phase::Staging if self.can_walk_sideways() => match self.is_aligned(offset) {
+                true if (offset.out_m - self.staging_m()).abs() <= STAGING_ALONG_M => Phase::Entering,
+                _ => Phase::Staging,
+            },
+            // What is left of the lateral error is steered out on the way in.
+            Phase::Staging if is_out => Phase::Entering,
+            Phase::Entering if self.is_docked(offset, self.config.contact_share) => {
+                Phase::Settling { since: at }
+            }
+            Phase::Entering if !self.can_walk_sideways() && self.is_beside(offset) => Phase::Staging,
+            Phase::Settling { .. } if !self.is_docked(offset, 0.8) => Phase::Entering,
+            phase => phase,
+        };
+    }
+
+    /// Whether a robot that steers has come so near that it cannot get onto the line any more.
+    fn is_beside(&self, offset: &Offset) -> bool {
+        offset.out_m < STEERED_M
+            && offset.across_m.abs() > self.config.contact.across_m * self.config.contact_share
+    }
+
+    /// Velocity of the base in its own frame.
+    fn velocity(&self, offset: &Offset) -> Twist {
+        let config = &self.config;
+        let (target_m, speed_m_s) = match self.phase {
+            Phase::Staging => (self.staging_m(), config.staging_speed_m_s),
+            _ => (0.0, config.speed_m_s),
+        };
+        let forward_m_s = speed_m_s.min(self.limits.forward_mps);
+        let mut out_m_s =
+            (config.position_gain_per_s * (target_m - offset.out_m)).clamp(-forward_m_s, forward_m_s);
+        let turn_max = config.turn_max_radps.min(self.limits.turn_radps);
+        let turn = |error_rad: f64| (config.heading_gain_per_s * error_rad).clamp(-turn_max, turn_max);
+        let sign = if self.is_facing { -1.0 } else { 1.0 };
+        if !self.can_walk_sideways() {
+            // Walking out or in at an angle to the line leads back to it. A robot that stands turns onto the line's heading.
+            let steer = (config.steering_gain_rad_per_m * offset.across_m)
+                .clamp(-config.steering_max_rad, config.steering_max_rad);
+            let wanted_rad = -steer * out_m_s.signum() * (out_m_s.abs() / STEERING_SPEED_M_S).min(1.0);
+            let turn = turn(wanted_rad - offset.turned_rad);
+            return twist(sign * out_m_s, 0.0, turn);
+        }
+        let sideways = config.staging_speed_m_s.min(self.limits.sideways_mps);
+        let across_m_s = (-config.position_gain_per_s * offset.across_m).clamp(-sideways, sideways);
+        // Nearer to the dock the robot goes in only while it is on the line.
+        let is_off = offset.across_m.abs() > 2.0 * config.staging_across_m
+            || offset.turned_rad.abs() > 2.0 * config.staging_yaw_rad;
+        if self.phase == Phase::Entering && is_off {
+            out_m_s = out_m_s.max(0.0);
+        }
+        let (sin, cos) = offset.turned_rad.sin_cos();
+        let (forward, left) = (cos * out_m_s + sin * across_m_s, cos * across_m_s - sin * out_m_s);
+        twist(sign * forward, sign * left, turn(-offset.turned_rad))
+    }
+}
+
+impl Behaviour for DockingBehaviour {
+    fn update(&mut self, context: &mut BehaviourContext<'_>) -> Poll<Outcome> {
+        let at = context.at;
+        let frames = context.frames;
+        if self.odom_from_expected.is_none() || matches!(self.phase, Phase::Looking { .. }) {
+            self.odom_from_expected = Some(level(&(frames.map_from_odom.inverse() * self.map_from_dock)));
+        }
+        if at - self.began >= self.config.time_limit {
+            return Poll::Ready(Err(GoalFailure::PathBlocked));
+        }
+        self.is_blind = !context.sees_ground;
+        if self.is_blind {
+            return Poll::Pending;
+        }
+        let is_due = self.last_detection.is_none_or(|last| at - last >= self.config.detection_period);
+        if let Phase::Looking { since } = &mut self.phase {
+            let began = *since.get_or_insert(at);
+            let is_found = is_due && self.scans.len() >= self.config.scans_min && self.detect(at);
+            if !is_found {
+                let is_late = at - began >= self.config.look_time;
+                return if is_late { Poll::Ready(Err(GoalFailure::DockNotSeen)) } else { Poll::Pending };
+            }
+            self.phase = Phase::Staging;
+        }
+        let Some(offset) = self.offset(&frames.odom_from_base) else { return Poll::Pending };
+        let is_near = matches!(self.phase, Phase::Settling { .. })
+            || (self.phase == Phase::Entering && offset.out_m < self.config.blind_m);
+        if is_due && !is_near {
+            self.detect(at);
+        }
+        let Some(offset) = self.offset(&frames.odom_from_base) else { return Poll::Pending };
+        let is_lost = self.dock.is_some_and(|dock| at - dock.seen >= self.config.lost_time);
+        if is_lost && !is_near {
+            return Poll::Ready(Err(GoalFailure::DockNotSeen));
+        }
+        self.advance(at, &offset);
+        match self.phase {
+            Phase::Settling { since } if at - since >= self.config.settle_time => Poll::Ready(Ok(())),
+            Phase::Settling { .. } => Poll::Pending,
+            _ => {
+                context.velocity = self.velocity(&offset);
+                Poll::Pending
+            }
+        }
+    }
+
+    fn observe_scan(&mut self, at: Stamp, odom_from_base: &Isometry, points: &[[f32; 3]]) {
+        let Some(expected) = self.expected() else { return };
+        let times = ((at - self.began).secs_f64(), self.config.scan_age.secs_f64());
+        let detector = self.detector();
+        self.scans.insert(times, &detector, odom_from_base, self.standing_height_m, &expected, points);
+    }
+
+    fn progress(&self, odom_from_base: &Isometry) -> GoalProgress {
+        let expected =
+            self.expected().map(|dock| (dock.inverse() * odom_from_base).translation.vector.xy().norm());
+        let rounded = expected.map(|distance_m| (10.0 * distance_m).round() / 10.0);
+        GoalProgress { remaining_m: rounded, waits_for: self.is_blind.then_some(WaitReason::Sight) }
+    }
+}
+
+/// A robot that is slower sideways does not walk sideways, m/s.
+const MIN_SIDEWAYS_MPS: f64 = 0.05;
+/// Distance from the staging pose along the line at which it is reached, metres.
+const STAGING_ALONG_M: f64 = 0.05;
+/// Distance from the dock from which on steering does not lead back to the line, metres.
+const STEERED_M: f64 = 0.08;
+/// Speed from which on a robot steers fully, m/s.
+const STEERING_SPEED_M_S: f64 = 0.08;
+
+/// The heading of the docked robot in the frame of the dock, whose x points away from it.
+fn dock_from_heading(is_facing: bool) -> Isometry {
+    let turn = if is_facing { PI } else { 0.0 };
+    Isometry::from_parts(Vector3::zeros().into(), Rotation::from_euler_angles(0.0, 0.0, turn))
+}
+
+/// The pose without roll and pitch.
+fn level(pose: &Isometry) -> Isometry {
+    let ahead = pose.rotation * Vector3::x();
+    let heading = Rotation::from_euler_angles(0.0, 0.0, ahead.y.atan2(ahead.x));
+    Isometry::from_parts(pose.translation, heading)
+}
+
+/// The pose at a share of the way between two.
+fn blend(from: &Isometry, to: &Isometry, share: f64) -> Isometry {
+    let position = from.translation.vector.lerp(&to.translation.vector, share);
+    Isometry::from_parts(position.into(), from.rotation.slerp(&to.rotation, share))
+}
+
+fn twist(forward: f64, left: f64, turn: f64) -> Twist {
+    Twist { linear: Vec3::new(forward, left, 0.0), angular: Vec3::new(0.0, 0.0, turn) }
+}
