@@ -56,7 +56,7 @@ pub fn ring() -> World {
     world
 }
 
-/// Once round the ring, a place a metre, so far to the left of the corridors' middle.
+/// One pose each metre once round the ring, `aside` metres to the left of the middle of the corridors.
 pub fn ring_poses(aside: f64) -> Vec<Isometry> {
     let corners = [[-7.2, -5.2], [7.2, -5.2], [7.2, 5.2], [-7.2, 5.2]];
     let mut poses = Vec::new();

@@ -1,5 +1,5 @@
 //! Localisation in a saved map, as the stack wires it: it reads the map, gives located scans to a [`Localiser`], starts the jobs that this asks
-//! for, and publishes what comes of it.
+//! for, and publishes the results.
 
 use crate::map_loading::MapLoading;
 use crate::odometry_adapter::LocatedScan;
