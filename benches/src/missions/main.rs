@@ -3,6 +3,8 @@
 
 #![allow(clippy::print_stdout, reason = "the table is this program's output")]
 
+mod dockings;
+
 use anyhow::{Context, Error, Result, ensure};
 use benches::prior_map::PriorMapBuilder;
 use benches::quantile;
@@ -32,6 +34,7 @@ use vocab::{ClientId, CommandId, Span, Vec3};
 ///
 /// Examples: cargo xtask bench missions
 ///           cargo xtask bench missions --sites b1 --seeds 20
+///           cargo xtask bench missions --sites b1 --seeds 0 --dockings 8
 #[derive(Parser)]
 struct Arguments {
     /// Sites, separated by commas: names, generated:SEED, or buildings as FILE.glb.
@@ -40,6 +43,9 @@ struct Arguments {
     /// Missions on each site.
     #[arg(long, default_value_t = 2)]
     seeds: u64,
+    /// Dockings on each site with the dock as the map has it, as many with a dock that was moved, and with contacts that fail.
+    #[arg(long, default_value_t = 0)]
+    dockings: u64,
     /// Tasks of each mission.
     #[arg(long, default_value_t = 6)]
     tasks: usize,
@@ -91,11 +97,16 @@ struct Score {
     positions_m: Vec<f64>,
     headings_rad: Vec<f64>,
     is_docked: bool,
+    /// Position (m) and heading (rad) from the docked pose at the end, by the truth.
+    docked_error: Option<(f64, f64)>,
     took_s: f64,
 }
 
 fn main() -> Result<()> {
     let arguments = Arguments::parse();
+    if arguments.seeds == 0 {
+        return measure_dockings(&arguments);
+    }
     println!(
         "| site | seed | outcome | tasks done | position: mean, worst | heading: worst | in the dock | robot time | failures |"
     );
@@ -109,6 +120,9 @@ fn main() -> Result<()> {
             print_row(name, seed, &score);
             scores.push(score);
         }
+        if arguments.dockings > 0 {
+            dockings::print(name, &mapped, &arguments)?;
+        }
     }
     let missed = missed_bars(&scores);
     missed.iter().for_each(|bar| println!("BAR MISSED: {bar}"));
@@ -117,6 +131,27 @@ fn main() -> Result<()> {
     }
     ensure!(missed.is_empty() || !arguments.bar, "{} bars are missed", missed.len());
     Ok(())
+}
+
+fn measure_dockings(arguments: &Arguments) -> Result<()> {
+    for name in &arguments.sites {
+        let source: SiteSource = name.parse().map_err(Error::msg)?;
+        let mapped = MappedSite::new(&source, arguments).with_context(|| name.clone())?;
+        dockings::print(name, &mapped, arguments)?;
+    }
+    Ok(())
+}
+
+/// Position (m) and heading (rad) of the robot from the nearest docked pose, by the truth.
+fn docked_error(day: &mut Lockstep, site: &SimulatedSite) -> Option<(f64, f64)> {
+    let truth = isometry_from_pose(&day.simulator().truth().site_from_base)?;
+    let ahead = truth.rotation * Vector3::x();
+    let errors = site.docks().iter().map(|dock| {
+        let off_m = (truth.translation.vector - geometry::vec_from_plain(dock.position)).xy().norm();
+        let turned = ahead.y.atan2(ahead.x) - dock.yaw;
+        (off_m, turned.sin().atan2(turned.cos()).abs())
+    });
+    errors.min_by(|(a, _), (b, _)| a.total_cmp(b))
 }
 
 fn print_row(name: &str, seed: u64, score: &Score) {
@@ -130,7 +165,10 @@ fn print_row(name: &str, seed: u64, score: &Score) {
         100.0 * mean_m,
         100.0 * worst(&score.positions_m),
         worst(&score.headings_rad).to_degrees(),
-        if score.is_docked { "yes" } else { "no" },
+        match score.docked_error.filter(|_| score.is_docked) {
+            Some((off_m, off_rad)) => format!("{:.1} cm, {:.2}°", 100.0 * off_m, off_rad.to_degrees()),
+            None => "no".to_owned(),
+        },
         score.took_s,
         score.failures.iter().map(|failure| format!("{failure:?}")).collect::<Vec<_>>().join("; "),
     );
@@ -282,6 +320,7 @@ fn run(mapped: &MappedSite, seed: u64, arguments: &Arguments) -> Result<Score> {
     command(&mut day, 2, CommandKind::Mission(start));
     state.advance_until(&mut day, TIME_LIMIT_S, |state| state.outcome().is_some());
     let mut score = state.score(graph.mission(MISSION).map_or(0, |mission| mission.tasks.len()));
+    score.docked_error = docked_error(&mut day, &mapped.site);
     score.took_s = (day.now() - begun).secs_f64();
     for call in day.calls() {
         let truth = isometry_from_pose(&call.truth.site_from_base).context("the truth is a pose")?;

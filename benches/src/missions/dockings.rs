@@ -1,0 +1,153 @@
+//! Dockings one after the other, each from another node, with docks where the map has them, docks that were moved, and contacts that fail. Scored by the truth.
+
+use super::{Arguments, MappedSite, RunWatch, command, docked_error};
+use anyhow::{Context, Result, ensure};
+use benches::quantile;
+use geometry::RngTree;
+use lockstep::Lockstep;
+use messages::{CommandKind, GoalKind, GoalStatus, Publication, StackEffect};
+use sim::{SimConfig, Start};
+use site_model::{NodeId, NodeKind};
+use std::sync::Arc;
+use uuid::Uuid;
+use vocab::{GoalId, Span};
+
+/// What is the matter with the dock.
+struct Scenario {
+    name: &'static str,
+    /// Forward, left (m) and turn (rad), as a docked robot looks.
+    moved: [f64; 3],
+    /// Share of the attempts at which no current flows.
+    contact_failure_share: f64,
+}
+
+const SCENARIOS: [Scenario; 3] = [
+    Scenario { name: "as mapped", moved: [0.0; 3], contact_failure_share: 0.0 },
+    Scenario { name: "moved by 15 cm and 8°", moved: [0.06, 0.137, 0.14], contact_failure_share: 0.0 },
+    Scenario { name: "half of the contacts fail", moved: [0.0; 3], contact_failure_share: 0.5 },
+];
+
+/// Longest time for a goal, robot time.
+const GOAL_LIMIT_S: f64 = 240.0;
+/// Nodes from which the robot comes are this near to the dock, metres.
+const START_DISTANCE_MAX_M: f64 = 15.0;
+
+/// Prints a row for each scenario.
+pub(super) fn print(name: &str, mapped: &MappedSite, arguments: &Arguments) -> Result<()> {
+    println!("| site | dock | docked | position: mean, worst | heading: mean, worst | time: median, worst |");
+    println!("| --- | --- | --- | --- | --- | --- |");
+    for (number, scenario) in SCENARIOS.iter().enumerate() {
+        let mut errors = Vec::new();
+        let mut times_s = Vec::new();
+        let mut failures = Vec::new();
+        for outcome in dock_again_and_again(mapped, scenario, number as u64 + 1, arguments)? {
+            match outcome {
+                Ok((error, took_s)) => {
+                    errors.push(error);
+                    times_s.push(took_s);
+                }
+                Err(failure) => failures.push(failure),
+            }
+        }
+        times_s.sort_by(f64::total_cmp);
+        let column = |pick: &dyn Fn(&(f64, f64)) -> f64| {
+            let values: Vec<f64> = errors.iter().map(pick).collect();
+            let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+            (mean, values.iter().copied().fold(0.0, f64::max))
+        };
+        let (mean_cm, worst_cm) = column(&|error| 100.0 * error.0);
+        let (mean_deg, worst_deg) = column(&|error| error.1.to_degrees());
+        println!(
+            "| {name} | {} | {} of {} | {mean_cm:.1}, {worst_cm:.1} cm | {mean_deg:.2}, {worst_deg:.2}° | {:.0}, {:.0} s |",
+            scenario.name,
+            errors.len(),
+            errors.len() + failures.len(),
+            quantile(&times_s, 0.5),
+            quantile(&times_s, 1.0),
+        );
+        failures.iter().for_each(|failure| println!("not docked: {failure}"));
+    }
+    Ok(())
+}
+
+/// For each docking, the error by the truth (m, rad) and its time (s), or how it failed.
+type Docking = Result<((f64, f64), f64), String>;
+
+fn dock_again_and_again(
+    mapped: &MappedSite,
+    scenario: &Scenario,
+    seed: u64,
+    arguments: &Arguments,
+) -> Result<Vec<Docking>> {
+    let [forward_m, left_m, turn_rad] = scenario.moved;
+    let site = Arc::new(mapped.site.with_moved_dock(0, forward_m, left_m, turn_rad));
+    let place = site.docks().first().context("the site has no dock")?;
+    let config = SimConfig {
+        lidar_columns: arguments.columns,
+        people: arguments.people,
+        start: Some(Start { position: place.position, yaw: place.yaw }),
+        dock_contact_failure_share: scenario.contact_failure_share,
+        ..SimConfig::new(Arc::clone(&site), seed)
+    };
+    let mut day = Lockstep::new(config, None, false);
+    day.keep_map(Arc::clone(&mapped.prior_map));
+    day.give_site(mapped.graph.clone());
+    command(&mut day, 1, CommandKind::Localise { map: mapped.prior_map.map, at: None });
+    let mut state = RunWatch::default();
+    state.advance_until(&mut day, 120.0, |state| state.is_localised);
+    ensure!(state.is_localised, "not localised at the dock within 120 s");
+    state.advance_until(&mut day, 2.0, |_| false);
+
+    let dock = mapped.graph.docks().next().context("the topological map has no dock")?.clone();
+    let nodes = near_nodes(mapped, dock.node)?;
+    let mut rng = RngTree::new(seed).child("dockings").rng();
+    let mut dockings = Vec::new();
+    for number in 0..arguments.dockings {
+        let node = nodes[((rng.uniform() * nodes.len() as f64) as usize).min(nodes.len() - 1)];
+        let commands = 100 + 2 * u128::from(number);
+        go(&mut day, commands, GoalKind::GoToNode(node));
+        let began = day.now();
+        let outcome = go(&mut day, commands + 1, GoalKind::GoToDock(dock.id));
+        dockings.push(match outcome {
+            Some(GoalStatus::Succeeded(_)) => {
+                let error = docked_error(&mut day, &site).context("the site has a dock")?;
+                Ok((error, (day.now() - began).secs_f64()))
+            }
+            other => Err(format!("{other:?}")),
+        });
+    }
+    Ok(dockings)
+}
+
+fn near_nodes(mapped: &MappedSite, dock: NodeId) -> Result<Vec<NodeId>> {
+    let graph = &mapped.graph;
+    let place = graph.node(dock).context("the dock has a node")?.map_from_node.position;
+    let is_near = |node: &&site_model::Node| {
+        let at = node.map_from_node.position;
+        let is_way = !matches!(node.kind, NodeKind::Dock | NodeKind::DockApproach | NodeKind::Portal);
+        is_way && (at.x - place.x).hypot(at.y - place.y) <= START_DISTANCE_MAX_M
+    };
+    let nodes: Vec<NodeId> = graph.nodes().filter(is_near).map(|node| node.id).collect();
+    ensure!(!nodes.is_empty(), "no node is within {START_DISTANCE_MAX_M} m of the dock");
+    Ok(nodes)
+}
+
+/// Lets the robot go to a goal. Returns the outcome; none if there is none in time.
+fn go(day: &mut Lockstep, number: u128, kind: GoalKind) -> Option<GoalStatus> {
+    let goal = GoalId(Uuid::from_u128(number));
+    command(day, number, CommandKind::StartGoal { goal, kind });
+    let end = day.now() + Span::from_secs_f64(GOAL_LIMIT_S);
+    let mut outcome = None;
+    while day.now() < end && outcome.is_none() {
+        let until = day.now() + Span::from_millis(200);
+        day.advance(until, &mut |_, effect| match effect {
+            StackEffect::Publish(Publication::Goal(update))
+                if update.id == goal && update.status.is_outcome() =>
+            {
+                outcome = Some(update.status.clone());
+            }
+            _ => {}
+        });
+    }
+    outcome
+}
