@@ -223,6 +223,7 @@ mod tests {
         );
         let failures = [GoalFailure::PathBlocked, GoalFailure::PoseNotFound, GoalFailure::MapReplaced];
         assert_eq!(failures.map(number), [0, 1, 2]);
+        assert_eq!([GoalFailure::NotUndocked, GoalFailure::DockNotSeen].map(number), [6, 7]);
         let attempts = [
             GoalAttempt::PlannedPaths(9),
             GoalAttempt::WaitedForPath(Span::ZERO),
