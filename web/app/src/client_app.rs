@@ -1,6 +1,7 @@
 //! The eframe application: every frame it decodes downloads, updates the scene, draws the viewport and the panels, and applies commands.
 
 use crate::decode_queue::EncodedKeyframeScan;
+use crate::result_files::ResultFileLoader;
 use crate::runtime::{ClientRuntime, RuntimeConfig, install_page_events, now};
 use crate::scene_sync::SceneSync;
 use crate::text_inputs::TextInputElements;
@@ -51,6 +52,7 @@ pub(crate) struct ClientApp {
     scene: SceneSync,
     viewport: Viewport,
     text_inputs: TextInputElements,
+    result_files: ResultFileLoader,
     commands: Vec<ClientCommand>,
     theme: Option<Theme>,
     startup: StartupStage,
@@ -97,6 +99,7 @@ impl ClientApp {
             scene,
             viewport: Viewport::new(ViewportConfig::default(), frame_pacer),
             text_inputs: TextInputElements::new(ctx.clone()),
+            result_files: ResultFileLoader::new(ctx.clone()),
             commands: Vec::new(),
             theme: None,
             startup: StartupStage::Opened,
@@ -196,6 +199,7 @@ impl eframe::App for ClientApp {
         self.decode_tiles(&mut runtime);
         self.decode_keyframe_scans(&mut runtime);
         self.text_inputs.take_events(&mut self.panels.text_inputs);
+        self.result_files.put_in(&mut self.panels.files);
         if runtime.decode_queue.has_tiles() {
             ctx.request_repaint();
         }
@@ -225,6 +229,7 @@ impl eframe::App for ClientApp {
             self.panels.clock.utc = browser::utc();
             panels::show(&ctx, &runtime.model, &mut self.panels, &mut commands);
             self.text_inputs.update(&self.panels.text_inputs, &tokens);
+            self.result_files.fetch_wanted(&mut self.panels.files);
         }
         for command in commands.drain(..) {
             // The effect of a command is drawn at once. A velocity command changes nothing that is drawn.

@@ -16,6 +16,8 @@ mod downloads;
 #[cfg(target_arch = "wasm32")]
 mod effects;
 #[cfg(target_arch = "wasm32")]
+mod file_dialog;
+#[cfg(target_arch = "wasm32")]
 mod graph_overlay;
 #[cfg(target_arch = "wasm32")]
 mod graphics;
@@ -25,6 +27,10 @@ mod inbox;
 mod mission_overlay;
 #[cfg(target_arch = "wasm32")]
 mod plan_files;
+#[cfg(any(target_arch = "wasm32", test))]
+mod png16;
+#[cfg(target_arch = "wasm32")]
+mod result_files;
 #[cfg(target_arch = "wasm32")]
 mod runtime;
 #[cfg(target_arch = "wasm32")]

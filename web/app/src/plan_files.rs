@@ -1,14 +1,14 @@
 //! Missions and schedules as files of the operator's machine: read from one that is chosen in the browser's dialogue, or saved as a download.
 
 use crate::browser;
+use crate::file_dialog::FileDialog;
 use crate::inbox::Inbox;
 use crate::texts;
 use client_model::ClientEvent;
-use gloo_events::EventListener;
 use site_model::PlanFile;
 use wasm_bindgen::{JsCast, JsValue};
 use wasm_bindgen_futures::JsFuture;
-use web_sys::{Blob, File, HtmlAnchorElement, HtmlInputElement, Url};
+use web_sys::{Blob, File, HtmlAnchorElement, Url};
 
 /// File types that the dialogue offers first.
 const FILE_TYPES: &str = ".json";
@@ -22,50 +22,25 @@ const MAX_FILE_BYTES: f64 = 16e6;
 /// The dialogue for files of missions and schedules.
 pub(crate) struct PlanFiles {
     inbox: Inbox,
-    input: Option<HtmlInputElement>,
+    dialog: FileDialog,
 }
 
 impl PlanFiles {
     /// `inbox` receives what was read.
     pub(crate) fn new(inbox: Inbox) -> Self {
-        Self { inbox, input: None }
+        Self { inbox, dialog: FileDialog::new(INPUT_ID, FILE_TYPES) }
     }
 
     /// Opens the browser's file dialogue; the chosen file is read.
     pub(crate) fn open_file_dialog(&mut self) {
-        if self.input.is_none() {
-            self.input = self.create_input();
-        }
-        match &self.input {
-            Some(input) => {
-                // Otherwise the browser reports no change when the same file is chosen again.
-                input.set_value("");
-                input.click();
-            }
-            None => browser::log_warning("the page has no input for files"),
-        }
-    }
-
-    fn create_input(&self) -> Option<HtmlInputElement> {
-        let input: HtmlInputElement = browser::create("input")?.dyn_into().ok()?;
-        input.set_type("file");
-        input.set_id(INPUT_ID);
-        input.set_accept(FILE_TYPES);
-        input.set_hidden(true);
-        let (inbox, source) = (self.inbox.clone(), input.clone());
-        let on_change = move |_: &web_sys::Event| {
-            if let Some(file) = source.files().and_then(|files| files.get(0)) {
-                let inbox = inbox.clone();
-                wasm_bindgen_futures::spawn_local(async move {
-                    let (name, result) = (file.name(), read(&file).await);
-                    inbox.push_event(ClientEvent::PlanFileRead { name, result });
-                });
-            }
-        };
-        browser::document()?.body()?.append_child(&input).ok()?;
-        // The input exists as long as the page.
-        EventListener::new(&input, "change", on_change).forget();
-        Some(input)
+        let inbox = self.inbox.clone();
+        self.dialog.open(move |file| {
+            let inbox = inbox.clone();
+            wasm_bindgen_futures::spawn_local(async move {
+                let (name, result) = (file.name(), read(&file).await);
+                inbox.push_event(ClientEvent::PlanFileRead { name, result });
+            });
+        });
     }
 }
 

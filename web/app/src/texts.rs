@@ -10,6 +10,7 @@ pub(crate) const SERVER_SILENT: &str =
     "The robot's server does not answer. Check the network, then try again.";
 pub(crate) const DOCUMENT_UNREADABLE: &str =
     "The server sent a document this page cannot read. Reload the page.";
+pub(crate) const FILE_UNREADABLE: &str = "This page cannot show the file. Open it in a tab of its own.";
 pub(crate) const UPLOAD_UNSUPPORTED: &str = "This browser cannot send files.";
 pub(crate) const UPLOAD_INCOMPLETE: &str =
     "The robot's server did not take all of it. Check the network, then try again.";

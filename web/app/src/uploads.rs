@@ -3,6 +3,7 @@
 //! It uses `XMLHttpRequest`, because `fetch` does not report the progress of a request's body.
 
 use crate::browser;
+use crate::file_dialog::FileDialog;
 use crate::inbox::Inbox;
 use crate::texts;
 use client_model::ClientEvent;
@@ -12,7 +13,7 @@ use std::rc::Rc;
 use uuid::Uuid;
 use vocab::UploadId;
 use wasm_bindgen::JsCast;
-use web_sys::{File, HtmlInputElement, ProgressEvent, XmlHttpRequest};
+use web_sys::{File, ProgressEvent, XmlHttpRequest};
 
 /// File types that the dialog offers first.
 const FILE_TYPES: &str = ".pcd,.ply,.las,.laz,.e57,.ptx";
@@ -24,7 +25,7 @@ type CurrentUpload = Rc<RefCell<Option<RunningUpload>>>;
 /// The file dialog and the running upload.
 pub(crate) struct Uploads {
     inbox: Inbox,
-    input: Option<HtmlInputElement>,
+    dialog: FileDialog,
     current: CurrentUpload,
 }
 
@@ -37,22 +38,13 @@ struct RunningUpload {
 impl Uploads {
     /// `inbox` receives the uploads' events.
     pub(crate) fn new(inbox: Inbox) -> Self {
-        Self { inbox, input: None, current: Rc::default() }
+        Self { inbox, dialog: FileDialog::new(INPUT_ID, FILE_TYPES), current: Rc::default() }
     }
 
     /// Opens the browser's file dialog; the chosen file is sent.
     pub(crate) fn open_file_dialog(&mut self) {
-        if self.input.is_none() {
-            self.input = self.create_input();
-        }
-        match &self.input {
-            Some(input) => {
-                // Otherwise the browser reports no change when the same file is chosen again.
-                input.set_value("");
-                input.click();
-            }
-            None => browser::log_warning("the page has no input for files"),
-        }
+        let (inbox, current) = (self.inbox.clone(), Rc::clone(&self.current));
+        self.dialog.open(move |file| start(&inbox, &current, &file));
     }
 
     /// Cancels an upload.
@@ -62,24 +54,6 @@ impl Uploads {
             // The result does not matter: nothing waits for the request any more.
             let _ = request.abort();
         }
-    }
-
-    fn create_input(&self) -> Option<HtmlInputElement> {
-        let input: HtmlInputElement = browser::create("input")?.dyn_into().ok()?;
-        input.set_type("file");
-        input.set_id(INPUT_ID);
-        input.set_accept(FILE_TYPES);
-        input.set_hidden(true);
-        let (inbox, current, source) = (self.inbox.clone(), Rc::clone(&self.current), input.clone());
-        let on_change = move |_: &web_sys::Event| {
-            if let Some(file) = source.files().and_then(|files| files.get(0)) {
-                start(&inbox, &current, &file);
-            }
-        };
-        browser::document()?.body()?.append_child(&input).ok()?;
-        // The input exists as long as the page.
-        EventListener::new(&input, "change", on_change).forget();
-        Some(input)
     }
 }
 

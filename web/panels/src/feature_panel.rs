@@ -2,6 +2,7 @@
 
 use crate::layout::{Layout, Width};
 use crate::page_clock::PageClock;
+use crate::result_files::ResultFiles;
 use crate::screens;
 use crate::text_input::TextInputs;
 use crate::theme::Tokens;
@@ -22,6 +23,8 @@ pub(crate) struct PanelContext<'a> {
     pub(crate) clock: &'a PageClock,
     /// The bridge to the text inputs of the page.
     pub(crate) text_inputs: &'a mut TextInputs,
+    /// Pictures and other files of results.
+    pub(crate) files: &'a mut ResultFiles,
     /// Which tab is open and what is unfolded.
     pub(crate) frame: &'a mut FrameState,
     /// Receives the commands of the operator.
@@ -68,6 +71,8 @@ pub(crate) struct FrameState {
     /// Whether Escape belongs to something that was shown in the last frame, such as a field for a name, a drag or a question. It then ends that and does nothing
     /// else.
     pub(crate) is_escape_taken: bool,
+    /// Whether a picture is shown over all cards. Keys belong to it then.
+    pub(crate) is_covered: bool,
     /// Whether a card covers the scene beside the tools. The drive card gives way to it.
     pub(crate) is_left_card_shown: bool,
     /// The tab that was opened last on each screen.

@@ -65,7 +65,17 @@
 //! | button | `Remove MISSION from the queue` | Runs |
 //! | button (toggled) | `MISSION, OUTCOME, FACTS` | Runs: one that has ended; opens its tasks, readings and files |
 //! | textbox | `Site name` | Settings |
-//! | button | `Open FILE of TASK` | Runs, in a run that has ended: the file in a tab of its own |
+//! | button | `Mission`, `Outcome` | Runs, History: each unfolds a list and filters the runs |
+//! | textbox | `From`, `To` | Runs, History: days between which runs were asked for |
+//! | button | `Show all`, `Show older runs` | Runs, History |
+//! | button | `MISSION, Skipped, FACTS`, `MISSION, Missed, FACTS` | Runs, History: a slot without a run; leads to the Schedule screen |
+//! | button | `Download the run` | Runs, in a run that has ended |
+//! | button | `Show FILE of TASK` | Runs, in a run that has ended: a picture or a spectrum, large |
+//! | button | `Open FILE of TASK` | Runs: the file in a tab of its own |
+//! | group | `Pictures of the run` with the status `Picture` | Runs, after that; Escape closes it, arrow keys go on |
+//! | button | `Previous picture`, `Next picture`, `Zoom in`, `Zoom out`, `Whole picture`, `Close the pictures` | in it |
+//! | button (toggled) | `With the last one` | in it: side by side with the last picture of the same inspection point |
+//! | status | `Spectrum` | in it: counts, live time, and what the pointer reads |
 //! | searchbox | `Find a time zone` | Settings |
 //! | button (toggled) | `Time zone NAME` | Settings |
 //! | button | `Open panel`, `Close panel` | top bar below 1100 px: the right card as a drawer; below 700 px the bar at the bottom opens it |
@@ -123,10 +133,12 @@ mod message;
 mod name_field;
 mod page_clock;
 mod paint;
+mod result_files;
 mod screens;
 mod select;
 mod status_line;
 mod text_input;
+mod thermal;
 mod widgets;
 
 #[cfg(test)]
@@ -135,6 +147,7 @@ mod test_support;
 pub use features::scene_labels::{SceneLabel, show_labels};
 pub(crate) use layout::{Layout, Width};
 pub use page_clock::PageClock;
+pub use result_files::{ResultFileContent, ResultFileKind, ResultFiles};
 pub use text_input::{
     TextInput, TextInputEvent, TextInputKind, TextInputRequest, TextInputResponse, TextInputs,
 };
@@ -149,6 +162,8 @@ use theme::Tokens;
 pub struct PanelState {
     /// The bridge to the page's text inputs.
     pub text_inputs: TextInputs,
+    /// Pictures and other files of results.
+    pub files: ResultFiles,
     /// The calendar clock and time zone of the operator's machine.
     pub clock: PageClock,
     /// Which tabs are open and what is unfolded.
@@ -183,6 +198,7 @@ pub fn shown_mission(model: &Model) -> Option<(&site_model::Site, &client_model:
 /// Shows everything that floats over the scene. `commands` receives the commands of the operator.
 pub fn show(ctx: &egui::Context, model: &Model, state: &mut PanelState, commands: &mut Vec<ClientCommand>) {
     state.text_inputs.begin_frame();
+    state.files.begin_frame();
     let mut cx = PanelContext {
         model,
         tokens: &Tokens::of(model.view_settings().theme),
@@ -190,6 +206,7 @@ pub fn show(ctx: &egui::Context, model: &Model, state: &mut PanelState, commands
         utc_offset_s: state.clock.utc_offset_s,
         clock: &state.clock,
         text_inputs: &mut state.text_inputs,
+        files: &mut state.files,
         frame: &mut state.frame,
         commands,
     };

@@ -18,6 +18,7 @@ use egui::Context;
 /// Shows the frame with the panels of all features.
 pub(crate) fn show(ctx: &Context, panels: &mut FeaturePanels, cx: &mut PanelContext<'_>) {
     shortcuts::handle(ctx, panels, cx);
+    cx.frame.is_covered = false;
     for panel in panels.iter_mut() {
         panel.update(ctx, cx);
     }
@@ -33,4 +34,6 @@ pub(crate) fn show(ctx: &Context, panels: &mut FeaturePanels, cx: &mut PanelCont
     }
     messages::show(ctx, panels, cx);
     help::show(ctx, cx);
+    // Escape closes an open list, and does nothing else.
+    cx.frame.is_escape_taken |= egui::Popup::is_any_open(ctx);
 }

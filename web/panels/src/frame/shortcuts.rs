@@ -1,17 +1,20 @@
 //! Keyboard shortcuts of the whole page: cancel, undo and redo, help. None of them works while text is typed.
 
-use crate::feature_panel::PanelContext;
+use crate::feature_panel::{FeaturePanel, PanelContext};
 use crate::features::FeaturePanels;
 use client_model::ClientCommand;
-use egui::{Context, Key};
+use egui::{Context, Key, Popup};
 
 /// Reads the keys of this frame.
 pub(super) fn handle(ctx: &Context, panels: &mut FeaturePanels, cx: &mut PanelContext<'_>) {
     if ctx.egui_wants_keyboard_input() {
         return;
     }
-    if ctx.input(|input| input.key_pressed(Key::Escape)) {
+    if ctx.input(|input| input.key_pressed(Key::Escape)) && !Popup::is_any_open(ctx) {
         cancel(panels, cx);
+    }
+    if cx.frame.is_covered {
+        return;
     }
     let (undo, redo) = ctx.input(|input| {
         let z = input.modifiers.command && input.key_pressed(Key::Z);
@@ -30,6 +33,10 @@ pub(super) fn handle(ctx: &Context, panels: &mut FeaturePanels, cx: &mut PanelCo
 
 /// Lets the first panel that has something unfinished cancel it.
 fn cancel(panels: &mut FeaturePanels, cx: &mut PanelContext<'_>) {
+    if cx.frame.is_covered {
+        panels.runs.cancel(cx);
+        return;
+    }
     for panel in panels.iter_mut() {
         if panel.cancel(cx) {
             return;

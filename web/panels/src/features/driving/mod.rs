@@ -61,8 +61,9 @@ impl DrivingPanel {
         let model = cx.model;
         let limits = speed_limits(model).filter(|_| model.viewed_map().is_none() && !cx.is_scene_covered());
         let commanded = limits.and_then(|limits| {
-            // While tasks are dragged, the arrow keys move them.
-            let are_keys_taken = ctx.egui_wants_keyboard_input() || model.missions.drag().is_some();
+            // While tasks are dragged, the arrow keys move them; over pictures, they go on to the next.
+            let are_keys_taken =
+                ctx.egui_wants_keyboard_input() || model.missions.drag().is_some() || cx.frame.is_covered;
             let from_keys = if are_keys_taken { None } else { ctx.input(deflection_of_keys) };
             let from_joystick = || self.deflection.map(joystick::shaped);
             from_keys.or_else(from_joystick).map(|deflection| deflection.velocity(&limits))

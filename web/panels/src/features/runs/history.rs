@@ -1,16 +1,26 @@
-//! Runs that have ended.
+//! Runs that have ended, and slots of schedules that had none.
 
+use super::exhibit::{Exhibit, status_of};
 use super::filter::Filter;
+use super::lightbox::{Lightbox, open_blob};
+use super::look::Look;
 use super::rows::{Row, show_row};
-use super::{look, texts};
+use super::{look, spectrum, texts};
 use crate::button::Button;
 use crate::feature_panel::PanelContext;
+use crate::paint::focus_ring;
+use crate::result_files::ResultFile;
 use crate::widgets::{self, fact};
-use crate::{format, icon};
-use client_model::{ClientCommand, PastRun, RunContent, StoredResult};
-use egui::{Id, Ui};
+use crate::{format, icon, screens, theme};
+use client_model::{ClientCommand, PastRun, RunContent, ScheduleSelection, StoredResult, StoredSlot};
+use egui::{Color32, Id, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 use missions::SiteZone;
-use site_model::{ActionReport, RunId, Site, TaskStatus};
+use site_model::{ActionReport, RunId, Site, SkipReason, Utc};
+
+/// Height of a picture in the list, points.
+const PICTURE_HEIGHT: f32 = 168.0;
+/// Height of a spectrum in the list, points.
+const SPECTRUM_HEIGHT: f32 = 96.0;
 
 /// What is shown of ended runs.
 #[derive(Debug, Default)]
@@ -19,30 +29,77 @@ pub(super) struct History {
     open: Option<RunId>,
 }
 
+/// An entry of the list.
+enum Entry<'a> {
+    Run(PastRun<'a>),
+    Slot(&'a StoredSlot, SkipReason),
+}
+
 impl History {
     /// Shows the list.
-    pub(super) fn show(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>) {
+    pub(super) fn show(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, lightbox: &mut Lightbox) {
         let (model, tokens) = (cx.model, cx.tokens);
         let Some(site) = model.site.site() else { return widgets::remark(ui, tokens, texts::LOADING) };
-        let mut filter = self.filter;
-        widgets::choice(ui, tokens, &texts::FILTERS, filter, |chosen| filter = chosen);
-        self.filter = filter;
-        let runs: Vec<PastRun<'_>> =
-            model.runs.past().filter(|run| filter.lets_through(run.outcome)).collect();
-        if runs.is_empty() {
+        let zone = site.settings().map_or("UTC", |settings| settings.time_zone.as_str());
+        let zone = SiteZone::new(zone).unwrap_or_else(|_| SiteZone::utc());
+        self.filter.show(ui, cx, site, &zone);
+        let entries = self.entries(cx, site, &zone);
+        if let Some(sentence) = model.runs.list_problem() {
+            widgets::tinted_box(ui, tokens, tokens.warn, |ui| widgets::sentence(ui, tokens, sentence));
+        } else if entries.is_empty() && !model.runs.is_listed() {
+            widgets::remark(ui, tokens, texts::FETCHING_LIST);
+        } else if entries.is_empty() {
             widgets::remark(ui, tokens, texts::NO_PAST_RUNS);
         }
-        for run in runs {
-            self.show_run(ui, cx, site, &run);
+        for entry in entries {
+            match entry {
+                Entry::Run(run) => self.show_run(ui, cx, site, &zone, &run, lightbox),
+                Entry::Slot(slot, reason) => show_slot(ui, cx, site, &zone, slot, reason),
+            }
+        }
+        if self.filter.has_runs()
+            && model.runs.has_older()
+            && Button::new(texts::OLDER).wide(ui).show(ui, tokens).clicked()
+        {
+            cx.commands.push(ClientCommand::ListOlderRuns);
         }
     }
 
-    fn show_run(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, site: &Site, run: &PastRun<'_>) {
+    /// Runs and slots that are listed, the newest first.
+    fn entries<'a>(&self, cx: &PanelContext<'a>, site: &Site, zone: &SiteZone) -> Vec<Entry<'a>> {
+        let runs = &cx.model.runs;
+        let listed: Vec<PastRun<'a>> = runs.past().filter(|_| self.filter.has_runs()).collect();
+        // Slots before the oldest run that is listed belong to a later page.
+        let oldest = listed.iter().filter_map(|run| run.began).min().filter(|_| runs.has_older());
+        let query = self.filter.query(zone);
+        let skipped = runs.decided_slots().iter().filter_map(|slot| {
+            let mission = site.schedule(slot.schedule).map(|schedule| schedule.mission);
+            let is_listed = self.filter.has_slot(&query, mission, slot.due)
+                && oldest.is_none_or(|oldest| slot.due >= oldest);
+            Some(Entry::Slot(slot, slot.skipped().filter(|_| is_listed)?))
+        });
+        let mut entries: Vec<Entry<'a>> = listed.into_iter().map(Entry::Run).chain(skipped).collect();
+        // One that has just ended, and of which the time is not known yet, is the newest.
+        let time = |entry: &Entry<'_>| match entry {
+            Entry::Run(run) => run.began.unwrap_or(Utc(i64::MAX)),
+            Entry::Slot(slot, _) => slot.due,
+        };
+        entries.sort_by_key(|entry| std::cmp::Reverse(time(entry)));
+        entries
+    }
+
+    fn show_run(
+        &mut self,
+        ui: &mut Ui,
+        cx: &mut PanelContext<'_>,
+        site: &Site,
+        zone: &SiteZone,
+        run: &PastRun<'_>,
+        lightbox: &mut Lightbox,
+    ) {
         let tokens = cx.tokens;
         let title = look::mission_name(cx.model, run.mission);
         let outcome = texts::run_state(run.outcome);
-        let zone = site.settings().map_or("UTC", |settings| settings.time_zone.as_str());
-        let zone = SiteZone::new(zone).unwrap_or_else(|_| SiteZone::utc());
         let facts = texts::past_facts(site, run, run.began.map(|began| zone.to_local(began)));
         let name = texts::past_row(&title, outcome, &facts);
         let is_open = self.open == Some(run.run);
@@ -65,34 +122,76 @@ impl History {
             return;
         }
         match cx.model.runs.content(run.run) {
-            Some(Ok(content)) => show_content(ui, cx, site, run, content),
+            Some(Ok(content)) => show_content(ui, cx, site, run, content, lightbox),
             Some(Err(sentence)) => widgets::tinted_box(ui, tokens, tokens.warn, |ui| {
                 widgets::sentence(ui, tokens, sentence);
             }),
             None => widgets::remark(ui, tokens, texts::FETCHING),
         }
+        let download = Button::new(texts::DOWNLOAD).icon(icon::DOWNLOAD_SIMPLE).hint(texts::DOWNLOAD_HINT);
+        if download.wide(ui).show(ui, tokens).clicked() {
+            let address = api::paths::RUN_DOWNLOAD_PATH.replace("{run}", &run.run.to_string());
+            // In a tab of its own, which the browser closes again, so that an error does not replace this page.
+            ui.ctx().open_url(egui::OpenUrl::new_tab(address));
+        }
+    }
+}
+
+/// A slot of a schedule that had no run, and why. A press shows it on the Schedule screen.
+fn show_slot(
+    ui: &mut Ui,
+    cx: &mut PanelContext<'_>,
+    site: &Site,
+    zone: &SiteZone,
+    slot: &StoredSlot,
+    reason: SkipReason,
+) {
+    let schedule = site.schedule(slot.schedule);
+    let mission = schedule.map(|schedule| look::mission_name(cx.model, schedule.mission));
+    let title = mission.unwrap_or_else(|| texts::DELETED_MISSION.to_owned());
+    let at = slot.slot().unwrap_or_else(|| zone.to_local(slot.due));
+    let name = schedule.map_or(texts::DELETED_SCHEDULE, |schedule| schedule.name.as_str());
+    let count = slot.details.count.unwrap_or(1);
+    let facts = texts::skipped_facts(Some(at), name, &texts::skip_reason(site, reason), count);
+    let state = if reason == SkipReason::Missed { texts::MISSED } else { texts::SKIPPED };
+    let row = Row {
+        name: &texts::past_row(&title, state, &facts),
+        title: &title,
+        facts: &facts,
+        state,
+        time: "",
+        look: Look { colour: cx.tokens.warn, sign: icon::SKIP_FORWARD, is_filled: false },
+        is_selected: false,
+    };
+    let id = Id::unique(("skipped slot", slot.schedule.0, slot.due.0));
+    if show_row(ui, cx.tokens, id, &row).on_hover_text(&facts).clicked() && schedule.is_some() {
+        let selection = ScheduleSelection { schedule: slot.schedule, slot: Some(at) };
+        cx.commands.push(ClientCommand::ShowScreen(screens::SCHEDULE));
+        cx.commands.push(ClientCommand::ShowWeek(Some(at.date)));
+        cx.commands.push(ClientCommand::SelectSchedule(Some(selection)));
     }
 }
 
 /// The last attempt of each task, with what was gathered.
-fn show_content(ui: &mut Ui, cx: &PanelContext<'_>, site: &Site, run: &PastRun<'_>, content: &RunContent) {
+fn show_content(
+    ui: &mut Ui,
+    cx: &mut PanelContext<'_>,
+    site: &Site,
+    run: &PastRun<'_>,
+    content: &RunContent,
+    lightbox: &mut Lightbox,
+) {
     let tokens = cx.tokens;
     if content.attempts.is_empty() {
         widgets::remark(ui, tokens, texts::NO_ATTEMPTS);
     }
     for attempt in content.last_attempts() {
-        let task = TaskStatus {
-            task: attempt.details.task,
-            node: attempt.details.node,
-            action: attempt.details.action.clone(),
-            state: attempt.state,
-            attempt: attempt.attempt,
-            failure: None,
-        };
+        let task = status_of(attempt);
         let title = look::task_name(site, run.mission, &task);
         let state = texts::task_state(task.state);
         let took_s = attempt.done.map(|done| (done.0 - attempt.intended.0) as f64 * 1e-9);
-        let facts = texts::task_facts(&look::action_name(&task), &task);
+        let action = look::action_name(&task);
+        let facts = texts::task_facts(&action, &task);
         let row = Row {
             name: &texts::task_row(&title, state),
             title: &title,
@@ -103,24 +202,88 @@ fn show_content(ui: &mut Ui, cx: &PanelContext<'_>, site: &Site, run: &PastRun<'
             is_selected: false,
         };
         show_row(ui, tokens, Id::unique(("past task", run.run.0, task.task.0)), &row);
-        for report in content.results_of(attempt).filter_map(StoredResult::report) {
-            show_report(ui, cx, &title, &report);
+        for result in content.results_of(attempt) {
+            let exhibit = Exhibit::of(&title, &action, result);
+            if let Some(exhibit) = &exhibit
+                && show_exhibit(ui, cx, exhibit)
+            {
+                lightbox.look_at(run.run, run.mission, result.number);
+            }
+            if let Some(report) = result.report() {
+                show_report(ui, cx, &title, result, &report, exhibit.as_ref());
+            }
         }
     }
 }
 
-/// Readings with their units, and files, each of which opens in a tab of its own.
-fn show_report(ui: &mut Ui, cx: &PanelContext<'_>, title: &str, report: &ActionReport) {
+/// A picture or a spectrum over the width of the card. Returns whether it was pressed.
+fn show_exhibit(ui: &mut Ui, cx: &mut PanelContext<'_>, exhibit: &Exhibit) -> bool {
+    use crate::result_files::ResultFileKind;
+    let tokens = cx.tokens;
+    let height = if exhibit.kind == ResultFileKind::Spectrum { SPECTRUM_HEIGHT } else { PICTURE_HEIGHT };
+    let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());
+    let response = ui.interact(rect, Id::unique(("exhibit", exhibit.result.number)), Sense::click());
+    let name = texts::show_file(&exhibit.file.name, &exhibit.title);
+    response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &name));
+    if ui.is_rect_visible(rect) {
+        let radius = f32::from(theme::BUTTON_RADIUS);
+        ui.painter().rect_filled(rect, radius, tokens.raised);
+        let ctx = ui.ctx().clone();
+        match cx.files.get(exhibit.file.blob, exhibit.kind) {
+            ResultFile::Loading => {}
+            ResultFile::Failed(sentence) => {
+                let room = (rect.width() - 24.0).max(40.0);
+                let small = theme::font(theme::SMALL, theme::Weight::Regular);
+                let galley = ui.painter().layout(sentence.clone(), small, tokens.dim, room);
+                ui.painter().galley(rect.center() - 0.5 * galley.size(), galley, tokens.dim);
+            }
+            ResultFile::Picture(texture) => {
+                paint_cropped(ui, texture.id(), texture.size_vec2(), rect, radius)
+            }
+            ResultFile::Thermal(picture) => {
+                let scale = picture.scale();
+                let texture = picture.texture(&ctx, scale);
+                paint_cropped(ui, texture.id(), texture.size_vec2(), rect, radius);
+            }
+            ResultFile::Spectrum(found) => spectrum::paint_small(ui, tokens, rect, found),
+        }
+        let border = if response.hovered() { tokens.accent } else { tokens.line };
+        ui.painter().rect_stroke(rect, radius, (tokens.line_width, border), egui::StrokeKind::Inside);
+        if response.has_focus() {
+            focus_ring(ui, rect, tokens);
+        }
+    }
+    response.on_hover_cursor(egui::CursorIcon::ZoomIn).clicked()
+}
+
+/// The middle of a picture, so that it fills a place.
+fn paint_cropped(ui: &Ui, texture: egui::TextureId, size: egui::Vec2, rect: Rect, radius: f32) {
+    let share = rect.size() / (size * (rect.size() / size).max_elem());
+    let uv = Rect::from_center_size(pos2(0.5, 0.5), share);
+    let image = egui::epaint::RectShape::filled(rect, radius, Color32::WHITE).with_texture(texture, uv);
+    ui.painter().add(image);
+}
+
+/// Readings with their units, and files that are not drawn, each of which opens in a tab of its own.
+fn show_report(
+    ui: &mut Ui,
+    cx: &PanelContext<'_>,
+    title: &str,
+    result: &StoredResult,
+    report: &ActionReport,
+    exhibit: Option<&Exhibit>,
+) {
     let tokens = cx.tokens;
     for reading in &report.readings {
         fact(ui, tokens, &texts::reading_name(&reading.name), &texts::reading(reading));
     }
-    for file in &report.files {
+    // What is drawn is opened from there.
+    for file in report.files.iter().filter(|_| exhibit.is_none()) {
         let name = texts::open_file(&file.name, title);
         let text = texts::file(&file.name, file.bytes);
-        if Button::new(&name).text(&text).icon(icon::EYE).left().wide(ui).show(ui, tokens).clicked() {
-            let address = api::paths::BLOB_PATH.replace("{hash}", &file.blob.to_string());
-            ui.ctx().open_url(egui::OpenUrl::new_tab(address));
+        let button = Button::new(&name).text(&text).icon(icon::EYE).left().wide(ui);
+        if ui.push_id((result.number, &file.name), |ui| button.show(ui, tokens)).inner.clicked() {
+            open_blob(ui, file);
         }
     }
 }

@@ -1,10 +1,15 @@
 //! Runs of missions: the one under way with its tasks, the queue, and those that have ended.
 
 mod current;
+mod exhibit;
 mod filter;
 mod history;
+mod lightbox;
 mod look;
+mod picture_paint;
+mod picture_view;
 mod rows;
+mod spectrum;
 #[cfg(test)]
 mod tests;
 mod texts;
@@ -18,7 +23,10 @@ use client_model::{ClientCommand, RunEstimate, estimate_run};
 use current::CurrentRun;
 use egui::{Context, Ui};
 use history::History;
+use lightbox::Lightbox;
 use site_model::RunId;
+
+pub(crate) use texts::skip_reason;
 
 /// The tab of the run under way.
 const CURRENT: Tab = Tab { screen: screens::RUNS, name: texts::CURRENT_TAB, scrolls: true, row_spacing: 8.0 };
@@ -30,12 +38,14 @@ const HISTORY: Tab = Tab { screen: screens::RUNS, name: texts::HISTORY_TAB, scro
 pub(crate) struct RunsPanel {
     current: CurrentRun,
     history: History,
+    lightbox: Lightbox,
     /// What the run under way takes, with the run and the revision of the site that it was computed for.
     estimate: Option<(RunId, u64, Option<RunEstimate>)>,
 }
 
 impl FeaturePanel for RunsPanel {
-    fn update(&mut self, _ctx: &Context, cx: &mut PanelContext<'_>) {
+    fn update(&mut self, ctx: &Context, cx: &mut PanelContext<'_>) {
+        self.lightbox.update(ctx, cx);
         let model = cx.model;
         let (Some(run), Some(site)) = (model.runs.current(), model.site.site()) else { return };
         let revision = model.site.revision();
@@ -45,7 +55,11 @@ impl FeaturePanel for RunsPanel {
     }
 
     fn cancel(&mut self, _cx: &mut PanelContext<'_>) -> bool {
-        self.current.cancel()
+        self.lightbox.close() || self.current.cancel()
+    }
+
+    fn show_card(&mut self, ctx: &Context, cx: &mut PanelContext<'_>) {
+        self.lightbox.show(ctx, cx);
     }
 
     /// A question is asked on every screen, because the run waits for its answer.
@@ -70,7 +84,7 @@ impl FeaturePanel for RunsPanel {
 
     fn show_section(&mut self, tab: Tab, ui: &mut Ui, cx: &mut PanelContext<'_>) {
         if tab == HISTORY {
-            return self.history.show(ui, cx);
+            return self.history.show(ui, cx, &mut self.lightbox);
         }
         let run = cx.model.runs.current();
         let of_run = self.estimate.as_ref().filter(|(of, ..)| run.is_some_and(|run| run.run == *of));

@@ -1,16 +1,17 @@
 //! Texts of runs, by key.
 
-use super::filter::Filter;
 use crate::format;
-use client_model::PastRun;
+use client_model::{PastRun, StoredResult};
 use site_model::{
-    AskDefault, LocalDateTime, Reading, RunCause, RunState, RunStatus, Site, TaskState, TaskStatus,
+    ActionReport, AskDefault, LocalDateTime, Reading, RunCause, RunState, RunStatus, Site, SkipReason,
+    TaskState, TaskStatus,
 };
 
 pub(super) const CURRENT_TAB: &str = "Now";
 pub(super) const HISTORY_TAB: &str = "History";
 pub(super) const LOADING: &str = "The robot has not reported its missions yet.";
 pub(super) const DELETED_MISSION: &str = "Deleted mission";
+pub(super) const DELETED_SCHEDULE: &str = "Deleted schedule";
 pub(super) const DELETED_PLACE: &str = "Deleted place";
 pub(super) const DELETED_MONITOR: &str = "A monitor";
 pub(super) const VISIT: &str = "Visit";
@@ -41,8 +42,45 @@ pub(super) const END_AT_DOCK: &str = "End at a dock";
 pub(super) const END_HERE: &str = "End here";
 pub(super) const QUEUE_HEAD: &str = "Waiting";
 
-pub(super) const FILTERS: [(&str, Filter); 3] =
-    [("All", Filter::All), ("Succeeded", Filter::Succeeded), ("Others", Filter::Problems)];
+pub(super) const MISSION_FILTER: &str = "Mission";
+pub(super) const OUTCOME_FILTER: &str = "Outcome";
+pub(super) const FROM_FILTER: &str = "From";
+pub(super) const TO_FILTER: &str = "To";
+pub(super) const DATE_HINT: &str = "2026-11-24";
+pub(super) const DATE_MALFORMED: &str = "Write a date like 2026-11-24.";
+pub(super) const ALL_MISSIONS: &str = "All missions";
+pub(super) const ALL_OUTCOMES: &str = "All outcomes";
+pub(super) const SKIPPED: &str = "Skipped";
+pub(super) const MISSED: &str = "Missed";
+/// Outcomes that can be chosen.
+pub(super) const OUTCOMES: [RunState; 5] = [
+    RunState::Succeeded,
+    RunState::PartiallySucceeded,
+    RunState::Failed,
+    RunState::Cancelled,
+    RunState::Interrupted,
+];
+pub(super) const CLEAR_FILTER: &str = "Show all";
+pub(super) const OLDER: &str = "Show older runs";
+pub(super) const FETCHING_LIST: &str = "The runs are fetched from the robot.";
+pub(super) const DOWNLOAD: &str = "Download the run";
+pub(super) const DOWNLOAD_HINT: &str = "One ZIP file with pictures, readings as a table, and all records.";
+
+pub(super) const LIGHTBOX: &str = "Pictures of the run";
+pub(super) const PICTURE: &str = "Picture";
+pub(super) const SPECTRUM: &str = "Spectrum";
+pub(super) const CLOSE: &str = "Close the pictures";
+pub(super) const PREVIOUS: &str = "Previous picture";
+pub(super) const NEXT: &str = "Next picture";
+pub(super) const ZOOM_IN: &str = "Zoom in";
+pub(super) const ZOOM_OUT: &str = "Zoom out";
+pub(super) const WHOLE: &str = "Whole picture";
+pub(super) const COMPARE: &str = "With the last one";
+pub(super) const FETCHING_FILE: &str = "It is fetched from the robot.";
+pub(super) const WARMEST: &str = "warmest";
+pub(super) const HERE: &str = "here";
+pub(super) const ENERGY_AXIS: &str = "Energy, keV";
+pub(super) const COUNT_AXIS: &str = "Counts in a channel";
 pub(super) const NO_PAST_RUNS: &str = "No such run has ended yet.";
 pub(super) const FETCHING: &str = "Its tasks are fetched from the robot.";
 pub(super) const NO_ATTEMPTS: &str = "It ended before its first task.";
@@ -174,14 +212,45 @@ pub(super) fn cause(site: &Site, cause: &RunCause) -> String {
     }
 }
 
-/// `24 Nov, 11:00 · Round A, 11:00`.
-pub(super) fn past_facts(site: &Site, run: &PastRun<'_>, began: Option<LocalDateTime>) -> String {
+fn month(at: LocalDateTime) -> &'static str {
     const MONTHS: [&str; 12] =
         ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"];
-    let began = began.map(|at| {
-        let month = MONTHS.get(usize::from(at.date.month.wrapping_sub(1))).copied().unwrap_or_default();
-        format!("{} {month}, {:02}:{:02}", at.date.day, at.time.hour, at.time.minute)
-    });
+    MONTHS.get(usize::from(at.date.month.wrapping_sub(1))).copied().unwrap_or_default()
+}
+
+/// `24 Nov, 11:00`.
+pub(super) fn day_and_time(at: LocalDateTime) -> String {
+    format!("{} {}, {:02}:{:02}", at.date.day, month(at), at.time.hour, at.time.minute)
+}
+
+/// `24 Nov 2026, 11:00`.
+pub(super) fn date_and_time(at: LocalDateTime) -> String {
+    let (date, time) = (at.date, at.time);
+    format!("{} {} {}, {:02}:{:02}", date.day, month(at), date.year, time.hour, time.minute)
+}
+
+/// Why a slot of a schedule was skipped, a clause.
+pub(crate) fn skip_reason(site: &Site, reason: SkipReason) -> String {
+    match reason {
+        SkipReason::Blocked(monitor) => {
+            let monitor = site.monitors().find(|it| it.id == monitor);
+            let name = monitor.map_or(DELETED_MONITOR, |monitor| &monitor.name);
+            format!("{name} blocked missions for too long")
+        }
+        reason => missions::skip_reason(reason).to_owned(),
+    }
+}
+
+/// `24 Nov, 11:00 · Round A: the queue was full`.
+pub(super) fn skipped_facts(at: Option<LocalDateTime>, schedule: &str, reason: &str, count: u64) -> String {
+    let at = at.map(|at| format!("{} · ", day_and_time(at))).unwrap_or_default();
+    let more = if count > 1 { format!(" ({count} in a row)") } else { String::new() };
+    format!("{at}{schedule}: {reason}{more}")
+}
+
+/// `24 Nov, 11:00 · Round A, 11:00`.
+pub(super) fn past_facts(site: &Site, run: &PastRun<'_>, began: Option<LocalDateTime>) -> String {
+    let began = began.map(day_and_time);
     let cause = run.cause.map(|of_run| cause(site, &of_run));
     let facts: Vec<String> = began.into_iter().chain(cause).collect();
     if facts.is_empty() { JUST_ENDED.to_owned() } else { facts.join(" · ") }
@@ -212,4 +281,101 @@ pub(super) fn file(name: &str, bytes: u64) -> String {
 /// Accessible name of the row of a run that has ended.
 pub(super) fn past_row(mission: &str, outcome: &str, facts: &str) -> String {
     format!("{mission}, {outcome}, {facts}")
+}
+
+/// Accessible name of a picture in the list.
+pub(super) fn show_file(file: &str, task: &str) -> String {
+    format!("Show {file} of {task}")
+}
+
+/// `3 of 9: Pump 7, Photo`.
+pub(super) fn exhibit(number: usize, all: usize, title: &str, action: &str) -> String {
+    format!("{number} of {all}: {title}, {action}")
+}
+
+/// `Photo · 3 of 9 · Round A`.
+pub(super) fn exhibit_rest(number: usize, all: usize, action: &str, mission: &str) -> String {
+    format!("{action} · {number} of {all} · {mission}")
+}
+
+pub(super) fn this_run(taken: &str) -> String {
+    format!("This run · {taken}")
+}
+
+/// `Before · 17 Nov 2026, 11:02 · 7 days earlier`.
+pub(super) fn before(taken: &str, age_s: f64) -> String {
+    let days = (age_s / 86_400.0).round();
+    let age = match days {
+        _ if age_s < 86_400.0 => format::duration(age_s),
+        1.0 => "1 day".to_owned(),
+        _ => format!("{days:.0} days"),
+    };
+    format!("Before · {taken} · {age} earlier")
+}
+
+/// Why there is no earlier picture beside one. `has_point`: whether it was taken at an inspection point.
+pub(super) fn no_previous(
+    has_point: bool,
+    previous: Option<&Result<Option<(StoredResult, ActionReport)>, String>>,
+) -> String {
+    match previous {
+        Some(Err(sentence)) => sentence.clone(),
+        Some(Ok(_)) => "There is no earlier one of this inspection point.".to_owned(),
+        None if !has_point => {
+            "It was not taken at an inspection point, so none of another run belongs to it.".to_owned()
+        }
+        None => FETCHING_FILE.to_owned(),
+    }
+}
+
+/// What differs in how two pictures were taken, a clause; none if that is little.
+pub(super) fn difference(before: &ActionReport, now: &ActionReport) -> Option<String> {
+    let (before, now) = (before.camera?.aim, now.camera?.aim);
+    let turned = (before.pan_rad - now.pan_rad).hypot(before.tilt_rad - now.tilt_rad).to_degrees();
+    let zoomed = (before.zoom / now.zoom.max(f64::EPSILON)).ln().abs() > 0.05;
+    match (turned > 2.0, zoomed) {
+        (_, true) => Some(format!("before: zoom {:.1}×", before.zoom)),
+        (true, false) => Some(format!("before: head turned {turned:.0}° otherwise")),
+        (false, false) => None,
+    }
+}
+
+/// `Pan 69° · tilt 6° · zoom 4.0× · focal length 2217 px · position ±2 cm · Centre temperature 41.20 °C`.
+pub(super) fn exhibit_facts(report: &ActionReport, difference: Option<&str>) -> String {
+    let mut facts = Vec::new();
+    if let Some(camera) = &report.camera {
+        let aim = camera.aim;
+        facts.push(format!("Pan {:.0}°", aim.pan_rad.to_degrees()));
+        facts.push(format!("tilt {:.0}°", aim.tilt_rad.to_degrees()));
+        facts.push(format!("zoom {:.1}×", aim.zoom));
+        facts.push(format!("focal length {:.0} px", camera.focal_px));
+    }
+    if let Some(place) = &report.place {
+        let rows = place.covariance.0;
+        let sigma_m = (rows[3][3] + rows[4][4]).max(0.0).sqrt();
+        facts.push(format!("robot's position {}", format::accuracy(sigma_m)));
+    }
+    facts.extend(report.readings.iter().map(|it| format!("{} {}", reading_name(&it.name), reading(it))));
+    facts.extend(difference.map(str::to_owned));
+    facts.join(" · ")
+}
+
+/// `21.4 °C`.
+pub(super) fn celsius(celsius: f64) -> String {
+    format!("{celsius:.1} °C")
+}
+
+/// `warmest 62.1 °C`.
+pub(super) fn spot(what: &str, celsius: f64) -> String {
+    format!("{what} {celsius:.1} °C")
+}
+
+/// `12 345 counts in 60 s live time`.
+pub(super) fn spectrum_total(counts: u64, live_time_s: f64) -> String {
+    format!("{} counts in {live_time_s:.0} s live time", format::count(counts))
+}
+
+/// `662 keV · 134 counts`.
+pub(super) fn spectrum_at(kev: f64, count: u32) -> String {
+    format!("{kev:.0} keV · {} counts", format::count(count.into()))
 }

@@ -155,7 +155,8 @@ pub(super) fn stepped_date(date: LocalDate, step: &Step) -> Option<LocalDate> {
     }
 }
 
-pub(super) fn parse_date(text: &str) -> Option<LocalDate> {
+/// A date as it is typed: `2026-11-25`.
+pub(crate) fn parse_date(text: &str) -> Option<LocalDate> {
     let mut parts = text.trim().split(['-', '/']);
     let date = LocalDate {
         year: parts.next()?.parse().ok()?,

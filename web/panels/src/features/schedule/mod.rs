@@ -16,7 +16,9 @@ mod tests;
 mod texts;
 mod week;
 mod week_paint;
+mod when_texts;
 
+pub(crate) use fields::parse_date;
 pub(crate) use state::SchedulePanel;
 
 use crate::button::{Button, Kind};

@@ -6,6 +6,7 @@ use super::state::SchedulePanel;
 use super::{drag, texts};
 use crate::button::Button;
 use crate::feature_panel::PanelContext;
+use crate::features::runs::skip_reason;
 use crate::{icon, widgets};
 use client_model::ClientCommand;
 use egui::Ui;
@@ -34,6 +35,10 @@ impl SchedulePanel {
         }
         if let Some(sentence) = texts::clock_change(slot, plan.zone.to_local(due), change) {
             widgets::remark(ui, tokens, &sentence);
+        }
+        let site = cx.model.site.site();
+        if let (Some(reason), Some(site)) = (cx.model.runs.skipped_slot(schedule.id, slot), site) {
+            return widgets::sentence(ui, tokens, &texts::was_skipped(&skip_reason(site, reason)));
         }
         if plan.is_past(due) {
             return widgets::remark(ui, tokens, texts::IN_THE_PAST);

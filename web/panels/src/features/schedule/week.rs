@@ -6,8 +6,11 @@ use super::state::{Drag, Dragged, Question, SchedulePanel};
 use super::week_paint::{BlockLook, paint_block, paint_ghost, paint_hours, paint_now};
 use super::{drag, texts};
 use crate::feature_panel::PanelContext;
+use crate::features::runs::skip_reason;
 use crate::theme::{self, Tokens, Weight, font};
-use client_model::{ClientCommand, DaySegment, Occurrence, ScheduleSelection, ShownSpan, lay_out_week};
+use client_model::{
+    ClientCommand, DaySegment, Occurrence, OccurrenceState, ScheduleSelection, ShownSpan, lay_out_week,
+};
 use egui::{
     Align2, CornerRadius, EventFilter, Id, Key, Rect, Response, Role, ScrollArea, Sense, Ui, WidgetInfo,
     pos2, vec2,
@@ -80,14 +83,19 @@ impl SchedulePanel {
         let sense = if is_past { Sense::click() } else { Sense::click_and_drag() };
         let response = ui.interact(rect, id, sense);
         let outcome = cx.model.runs.slot(schedule.id, occurrence.slot);
-        let state = texts::state_with_outcome(occurrence.state, outcome, is_past);
-        let name = texts::occurrence(&schedule.name, at, state);
+        let skipped = cx.model.runs.skipped_slot(schedule.id, occurrence.slot).filter(|_| outcome.is_none());
+        let state = match skipped {
+            Some(_) => texts::SKIPPED,
+            None => texts::state_with_outcome(occurrence.state, outcome, is_past),
+        };
+        let reason = skipped.map(|reason| skip_reason(site, reason));
+        let name = texts::occurrence(&schedule.name, at, &texts::with_reason(state, reason.as_deref()));
         response.widget_info(|| WidgetInfo::selected(Role::Button, true, is_selected, &name));
         let dragged =
             self.drag.is_some_and(|drag| drag.dragged == Dragged::Slot(schedule.id, occurrence.slot));
         let look = BlockLook {
             text: &texts::block(&schedule.name, at.time, state),
-            state: occurrence.state,
+            state: if skipped.is_some() { OccurrenceState::Skipped } else { occurrence.state },
             outcome,
             is_past,
             is_selected,

@@ -1,0 +1,64 @@
+//! What can be looked at of a run: its pictures and spectra, in the order of their tasks.
+
+use super::look;
+use crate::result_files::ResultFileKind;
+use client_model::{RunContent, StoredResult};
+use site_model::{ActionReport, MissionId, ReportFile, Site, TaskStatus};
+
+/// A picture or a spectrum.
+#[derive(Clone, Debug)]
+pub(super) struct Exhibit {
+    /// Name of the place.
+    pub(super) title: String,
+    /// What was done.
+    pub(super) action: String,
+    /// The result that it belongs to.
+    pub(super) result: StoredResult,
+    pub(super) report: ActionReport,
+    /// The file that is drawn.
+    pub(super) file: ReportFile,
+    pub(super) kind: ResultFileKind,
+}
+
+impl Exhibit {
+    /// What can be looked at of a result; none if it has neither a picture nor a spectrum.
+    pub(super) fn of(title: &str, action: &str, result: &StoredResult) -> Option<Self> {
+        let report = result.report()?;
+        let (file, kind) = viewable(&report)?;
+        let (title, action) = (title.to_owned(), action.to_owned());
+        Some(Self { title, action, result: result.clone(), report, file, kind })
+    }
+}
+
+/// The file that is drawn of a report. Temperatures come before their picture in colours, because they can be read.
+pub(super) fn viewable(report: &ActionReport) -> Option<(ReportFile, ResultFileKind)> {
+    let named = |name: &str| report.files.iter().find(|file| file.name == name);
+    let picture = || report.files.iter().find(|file| file.media_type.starts_with("image/"));
+    let found = named("temperatures_centikelvin.png")
+        .map(|file| (file, ResultFileKind::Temperatures))
+        .or_else(|| named("spectrum.json").map(|file| (file, ResultFileKind::Spectrum)))
+        .or_else(|| picture().map(|file| (file, ResultFileKind::Picture)))?;
+    Some((found.0.clone(), found.1))
+}
+
+/// All of a run.
+pub(super) fn exhibits(site: &Site, mission: MissionId, content: &RunContent) -> Vec<Exhibit> {
+    let of_attempt = |attempt| {
+        let task = status_of(attempt);
+        let (title, action) = (look::task_name(site, mission, &task), look::action_name(&task));
+        content.results_of(attempt).filter_map(move |result| Exhibit::of(&title, &action, result))
+    };
+    content.last_attempts().flat_map(of_attempt).collect()
+}
+
+/// An attempt as the status of its task.
+pub(super) fn status_of(attempt: &client_model::StoredAttempt) -> TaskStatus {
+    TaskStatus {
+        task: attempt.details.task,
+        node: attempt.details.node,
+        action: attempt.details.action.clone(),
+        state: attempt.state,
+        attempt: attempt.attempt,
+        failure: None,
+    }
+}

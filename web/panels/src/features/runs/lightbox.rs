@@ -1,0 +1,389 @@
+//! Pictures and spectra large, over everything but the top bar: one, or side by side with the last one of the same inspection point.
+
+use super::exhibit::{Exhibit, exhibits, viewable};
+use super::picture_paint::{paint_picture, paint_scale, paint_spot, show_note};
+use super::picture_view::{PictureView, ZOOM_STEP, middle_of, pixel_at};
+use super::{look, spectrum, texts};
+use crate::button::{Button, Kind};
+use crate::feature_panel::PanelContext;
+use crate::result_files::{ResultFile, ResultFileKind};
+use crate::theme::{self, GAP, Tokens, Weight, font};
+use crate::thermal::Scale;
+use crate::{Width, icon, layout, screens, widgets};
+use client_model::{ClientCommand, StoredResult};
+use egui::{Align, Align2, Color32, Context, Key, Layout, Order, Rect, Sense, Ui, pos2, vec2};
+use missions::SiteZone;
+use site_model::{ActionReport, MissionId, ReportFile, RunId, Site};
+
+/// Width of the scale of a thermal picture with its labels, points.
+const SCALE_WIDTH: f32 = 72.0;
+/// Height of the line above a picture, points.
+const CAPTION_HEIGHT: f32 = 28.0;
+
+/// What is looked at.
+#[derive(Debug, Default)]
+pub(super) struct Lightbox {
+    /// The run, its mission, and the number of the result.
+    open: Option<(RunId, MissionId, u64)>,
+    is_compared: bool,
+    view: PictureView,
+}
+
+/// One of the pictures that are shown.
+struct Pane {
+    file: ReportFile,
+    kind: ResultFileKind,
+    caption: String,
+}
+
+impl Lightbox {
+    /// Looks at a result.
+    pub(super) fn look_at(&mut self, run: RunId, mission: MissionId, number: u64) {
+        self.open = Some((run, mission, number));
+        self.view = PictureView::default();
+    }
+
+    /// Closes it. Returns whether it was open.
+    pub(super) fn close(&mut self) -> bool {
+        self.open.take().is_some()
+    }
+
+    /// Reads keys.
+    pub(super) fn update(&mut self, ctx: &Context, cx: &mut PanelContext<'_>) {
+        if cx.screen() != screens::RUNS {
+            self.open = None;
+        }
+        let Some((run, mission, number)) = self.open else { return };
+        cx.frame.is_covered = true;
+        let (Some(site), Some(Ok(content))) = (cx.model.site.site(), cx.model.runs.content(run)) else {
+            return;
+        };
+        let step = ctx.input(|input| {
+            let pressed = |key| i64::from(input.key_pressed(key));
+            pressed(Key::ArrowRight) - pressed(Key::ArrowLeft)
+        });
+        if step != 0 {
+            let all = exhibits(site, mission, content);
+            self.go(&all, number, step);
+        }
+    }
+
+    /// Shows it.
+    pub(super) fn show(&mut self, ctx: &Context, cx: &mut PanelContext<'_>) {
+        let Some((run, mission, number)) = self.open else { return };
+        // Whether or not Escape has just closed it, it was meant for that.
+        cx.frame.is_escape_taken = true;
+        let model = cx.model;
+        let (Some(site), Some(Ok(content))) = (model.site.site(), model.runs.content(run)) else { return };
+        let all = exhibits(site, mission, content);
+        let Some(at) = all.iter().position(|it| it.result.number == number) else {
+            self.open = None;
+            return;
+        };
+        let window = ctx.content_rect();
+        let min = pos2(window.left() + GAP, cx.layout.top.bottom() + GAP);
+        let rect = Rect::from_min_max(min, window.max - vec2(GAP, GAP));
+        layout::area(texts::LIGHTBOX, Order::Foreground).fixed_pos(rect.min).show(ctx, |ui| {
+            theme::card(cx.tokens).fill(cx.tokens.card.to_opaque()).show(ui, |ui| {
+                let inside =
+                    rect.size() - egui::Vec2::splat(2.0 * (f32::from(theme::PADDING) + cx.tokens.line_width));
+                ui.set_min_size(inside);
+                ui.set_max_size(inside);
+                self.show_content(ui, cx, site, mission, &all, at);
+            });
+        });
+    }
+
+    fn show_content(
+        &mut self,
+        ui: &mut Ui,
+        cx: &mut PanelContext<'_>,
+        site: &Site,
+        mission: MissionId,
+        all: &[Exhibit],
+        at: usize,
+    ) {
+        let exhibit = &all[at];
+        let zone = site.settings().map_or("UTC", |settings| settings.time_zone.as_str());
+        let zone = SiteZone::new(zone).unwrap_or_else(|_| SiteZone::utc());
+        let previous = self.previous(cx, exhibit);
+        self.show_head(ui, cx, mission, all, at);
+        let facts_height = 24.0;
+        let room = vec2(ui.available_width(), (ui.available_height() - facts_height - 8.0).max(80.0));
+        let (rect, _) = ui.allocate_exact_size(room, Sense::hover());
+        let taken = |result: &StoredResult| texts::date_and_time(zone.to_local(result.at));
+        let mut panes = vec![Pane {
+            file: exhibit.file.clone(),
+            kind: exhibit.kind,
+            caption: texts::this_run(&taken(&exhibit.result)),
+        }];
+        let earlier = match &previous {
+            Some(Ok(Some((result, report)))) => viewable(report).map(|shown| (result, report, shown)),
+            _ => None,
+        };
+        if let Some((result, _, (file, kind))) = &earlier {
+            let age_s = (exhibit.result.at.0 - result.at.0) as f64 * 1e-9;
+            let caption = texts::before(&taken(result), age_s);
+            panes.insert(0, Pane { file: file.clone(), kind: *kind, caption });
+        }
+        let places = if self.is_compared { halves(rect, cx.layout.width) } else { vec![rect] };
+        let places_of_panes = if panes.len() < places.len() { &places[1..] } else { &places[..] };
+        let scale = common_scale(cx, &panes);
+        let highest = common_height(cx, &panes);
+        for (pane, place) in panes.iter().zip(places_of_panes) {
+            self.show_pane(ui, cx, pane, *place, scale, highest);
+        }
+        if self.is_compared && earlier.is_none() {
+            let has_point = exhibit.result.details.inspection_point.is_some();
+            show_note(ui, cx.tokens, places[0], &texts::no_previous(has_point, previous.as_ref()));
+        }
+        if !self.is_compared {
+            self.show_arrows(ui, cx.tokens, rect, all, at);
+        }
+        let difference =
+            earlier.as_ref().and_then(|(_, report, _)| texts::difference(report, &exhibit.report));
+        let facts = texts::exhibit_facts(&exhibit.report, difference.as_deref());
+        ui.add(
+            egui::Label::new(egui::RichText::new(facts).size(theme::SMALL).color(cx.tokens.dim)).truncate(),
+        );
+    }
+
+    /// The result before this one at its inspection point, fetched while it is compared. None: it is not compared, or not fetched yet.
+    fn previous(
+        &self,
+        cx: &mut PanelContext<'_>,
+        exhibit: &Exhibit,
+    ) -> Option<Result<Option<(StoredResult, ActionReport)>, String>> {
+        let (point, before) = (exhibit.result.details.inspection_point?, exhibit.result.number);
+        if !self.is_compared {
+            return None;
+        }
+        match cx.model.runs.previous(point, before) {
+            None => {
+                cx.commands.push(ClientCommand::OpenPrevious { point, before });
+                None
+            }
+            Some(Err(sentence)) => Some(Err(sentence.clone())),
+            Some(Ok(result)) => {
+                Some(Ok(result.as_ref().and_then(|result| Some((result.clone(), result.report()?)))))
+            }
+        }
+    }
+
+    fn show_head(
+        &mut self,
+        ui: &mut Ui,
+        cx: &mut PanelContext<'_>,
+        mission: MissionId,
+        all: &[Exhibit],
+        at: usize,
+    ) {
+        let (tokens, exhibit) = (cx.tokens, &all[at]);
+        let is_wide = cx.layout.width != Width::Narrow;
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = 8.0;
+            ui.set_min_height(theme::TOUCH);
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                if Button::icon_only(texts::CLOSE, icon::X).kind(Kind::Quiet).show(ui, tokens).clicked() {
+                    self.open = None;
+                }
+                let name = texts::open_file(&exhibit.file.name, &exhibit.title);
+                let open = Button::icon_only(&name, icon::DOWNLOAD_SIMPLE).kind(Kind::Quiet);
+                if open.show(ui, tokens).clicked() {
+                    open_blob(ui, &exhibit.file);
+                }
+                if exhibit.kind != ResultFileKind::Spectrum && is_wide {
+                    self.show_zoom(ui, tokens);
+                }
+                let compare = Button::new(texts::COMPARE).icon(icon::SQUARE_HALF).on(self.is_compared);
+                if compare
+                    .slim()
+                    .size(if is_wide { 172.0 } else { 120.0 }, theme::TOUCH)
+                    .show(ui, tokens)
+                    .clicked()
+                {
+                    self.is_compared = !self.is_compared;
+                }
+                ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+                    for (name, sign, step) in
+                        [(texts::PREVIOUS, icon::CARET_LEFT, -1), (texts::NEXT, icon::CARET_RIGHT, 1)]
+                    {
+                        let button = Button::icon_only(name, sign).enabled(can_go(all, at, step));
+                        if button.show(ui, tokens).clicked() {
+                            self.go(all, exhibit.result.number, step);
+                        }
+                    }
+                    let value = texts::exhibit(at + 1, all.len(), &exhibit.title, &exhibit.action);
+                    let title = (exhibit.title.as_str(), theme::LARGE, Weight::SemiBold, tokens.text);
+                    let mission = look::mission_name(cx.model, mission);
+                    let rest = texts::exhibit_rest(at + 1, all.len(), &exhibit.action, &mission);
+                    let rest = (rest.as_str(), theme::BODY, Weight::Regular, tokens.dim);
+                    let parts = if is_wide { vec![title, rest] } else { vec![title] };
+                    widgets::status_line(ui, texts::PICTURE, &value, &parts);
+                });
+            });
+        });
+    }
+
+    fn show_zoom(&mut self, ui: &mut Ui, tokens: &Tokens) {
+        // From right to left.
+        for (name, sign, factor) in [
+            (texts::WHOLE, icon::CORNERS_OUT, None),
+            (texts::ZOOM_IN, icon::PLUS, Some(ZOOM_STEP)),
+            (texts::ZOOM_OUT, icon::MINUS, Some(1.0 / ZOOM_STEP)),
+        ] {
+            let is_possible =
+                factor.is_some_and(|factor| factor > 1.0) || self.view != PictureView::default();
+            let button = Button::icon_only(name, sign).kind(Kind::Quiet).enabled(is_possible);
+            if button.show(ui, tokens).clicked() {
+                match factor {
+                    // Any pane will do: the middle stays the middle.
+                    Some(factor) => {
+                        let pane = Rect::from_min_size(pos2(0.0, 0.0), vec2(400.0, 300.0));
+                        self.view.zoom_by(factor, pane.center(), pane, vec2(400.0, 300.0));
+                    }
+                    None => self.view = PictureView::default(),
+                }
+            }
+        }
+    }
+
+    /// Large buttons at both sides, for fingers.
+    fn show_arrows(&mut self, ui: &mut Ui, tokens: &Tokens, rect: Rect, all: &[Exhibit], at: usize) {
+        for (key, sign, step, x) in [
+            ("back", icon::CARET_LEFT, -1, rect.left() + 34.0),
+            ("on", icon::CARET_RIGHT, 1, rect.right() - 34.0),
+        ] {
+            if !can_go(all, at, step) {
+                continue;
+            }
+            let place = Rect::from_center_size(pos2(x, rect.center().y), vec2(52.0, 88.0));
+            let response = ui.interact(place, ui.scope_id().with(key), Sense::click());
+            let opacity = if response.hovered() { 0.85 } else { 0.45 };
+            ui.painter().rect_filled(
+                place,
+                f32::from(theme::CARD_RADIUS),
+                tokens.card.gamma_multiply(opacity),
+            );
+            crate::paint::icon_at(ui, place.center(), sign, 24.0, tokens.text);
+            if response.clicked() {
+                self.go(all, all[at].result.number, step);
+            }
+        }
+    }
+
+    fn go(&mut self, all: &[Exhibit], number: u64, step: i64) {
+        let at = all.iter().position(|it| it.result.number == number).and_then(|at| i64::try_from(at).ok());
+        let next = at.and_then(|at| usize::try_from(at + step).ok()).and_then(|next| all.get(next));
+        if let (Some(next), Some((_, _, open))) = (next, &mut self.open) {
+            *open = next.result.number;
+            self.view = PictureView::default();
+        }
+    }
+
+    fn show_pane(
+        &mut self,
+        ui: &mut Ui,
+        cx: &mut PanelContext<'_>,
+        pane: &Pane,
+        place: Rect,
+        scale: Option<Scale>,
+        highest: u32,
+    ) {
+        let tokens = cx.tokens;
+        let (line, rect) = place.split_top_bottom_at_y(place.top() + CAPTION_HEIGHT);
+        let caption_font = font(theme::BODY, Weight::Medium);
+        ui.painter().text(line.left_center(), Align2::LEFT_CENTER, &pane.caption, caption_font, tokens.text);
+        let response =
+            ui.interact(rect, ui.scope_id().with(("pane", pane.file.blob.0)), Sense::click_and_drag());
+        let ground = if tokens.dark { Color32::from_gray(8) } else { tokens.ground };
+        ui.painter().rect_filled(rect, f32::from(theme::BUTTON_RADIUS), ground);
+        let ctx = ui.ctx().clone();
+        match cx.files.get(pane.file.blob, pane.kind) {
+            ResultFile::Loading => show_note(ui, tokens, rect, texts::FETCHING_FILE),
+            ResultFile::Failed(sentence) => show_note(ui, tokens, rect, &sentence.clone()),
+            ResultFile::Picture(texture) => {
+                let size = texture.size_vec2();
+                self.view.follow(ui, &response, rect, size);
+                paint_picture(ui, texture.id(), self.view.picture_rect(rect, size), rect);
+            }
+            ResultFile::Thermal(picture) => {
+                let scale = scale.unwrap_or_else(|| picture.scale());
+                let texture = picture.texture(&ctx, scale);
+                let (rect, side) = rect.split_left_right_at_x(rect.right() - SCALE_WIDTH);
+                let size = texture.size_vec2();
+                self.view.follow(ui, &response, rect, size);
+                let shown = self.view.picture_rect(rect, size);
+                paint_picture(ui, texture.id(), shown, rect);
+                let pointer = response.hover_pos().filter(|at| rect.contains(*at));
+                let pixel = pointer.and_then(|at| pixel_at(at, shown, picture.size()));
+                let spots = [(picture.warmest(), texts::WARMEST), (pixel, texts::HERE)];
+                let mut read = None;
+                for (pixel, what) in spots {
+                    let Some((pixel, celsius)) = pixel.and_then(|it| Some((it, picture.at(it[0], it[1])?)))
+                    else {
+                        continue;
+                    };
+                    paint_spot(
+                        ui,
+                        rect,
+                        middle_of(pixel, shown, picture.size()),
+                        &texts::spot(what, celsius),
+                    );
+                    read = Some(celsius);
+                }
+                paint_scale(ui, tokens, side.shrink2(vec2(8.0, 16.0)), scale, read);
+            }
+            ResultFile::Spectrum(found) => {
+                let read = spectrum::paint(ui, tokens, rect, found, highest, response.hover_pos());
+                let total = texts::spectrum_total(spectrum::total(found), found.live_time_s);
+                let value = read.map_or_else(|| total.clone(), |read| format!("{total} · {read}"));
+                let at = pos2(rect.right() - 16.0, line.center().y);
+                let small = font(theme::BODY, Weight::Regular);
+                ui.painter().text(at, Align2::RIGHT_CENTER, &total, small, tokens.dim);
+                widgets::status_node(&response, texts::SPECTRUM, &value);
+            }
+        }
+    }
+}
+
+/// Opens a file in a tab of its own.
+pub(super) fn open_blob(ui: &Ui, file: &ReportFile) {
+    let address = api::paths::BLOB_PATH.replace("{hash}", &file.blob.to_string());
+    ui.ctx().open_url(egui::OpenUrl::new_tab(address));
+}
+
+fn can_go(all: &[Exhibit], at: usize, step: i64) -> bool {
+    if step < 0 { at > 0 } else { at + 1 < all.len() }
+}
+
+/// Places for two pictures: beside each other, or on narrow windows below each other.
+fn halves(rect: Rect, width: Width) -> Vec<Rect> {
+    let half = 0.5 * GAP;
+    let (a, b) = if width == Width::Narrow {
+        let (a, b) = rect.split_top_bottom_at_fraction(0.5);
+        (a.with_max_y(a.bottom() - half), b.with_min_y(b.top() + half))
+    } else {
+        let (a, b) = rect.split_left_right_at_fraction(0.5);
+        (a.with_max_x(a.right() - half), b.with_min_x(b.left() + half))
+    };
+    vec![a, b]
+}
+
+/// The scale that all thermal pictures share, so that equal colours are equal temperatures.
+fn common_scale(cx: &mut PanelContext<'_>, panes: &[Pane]) -> Option<Scale> {
+    let scales = panes.iter().filter_map(|pane| match cx.files.get(pane.file.blob, pane.kind) {
+        ResultFile::Thermal(picture) => Some(picture.scale()),
+        _ => None,
+    });
+    scales.reduce(Scale::of_both)
+}
+
+/// The greatest number of events of all spectra, which share one axis.
+fn common_height(cx: &mut PanelContext<'_>, panes: &[Pane]) -> u32 {
+    let heights = panes.iter().filter_map(|pane| match cx.files.get(pane.file.blob, pane.kind) {
+        ResultFile::Spectrum(found) => Some(spectrum::highest(found)),
+        _ => None,
+    });
+    heights.max().unwrap_or(0)
+}
