@@ -53,7 +53,7 @@ const OURS: &[(&str, &[&str])] = &[
     ("sim", &["geometry", "messages", "vocab"]),
     ("lockstep", &["geometry", "messages", "scan_codec", "sim", "site_model", "stack", "vocab"]),
     //
-    ("ports", &["api", "messages", "vocab"]),
+    ("ports", &["api", "messages", "site_model", "vocab"]),
     ("watchdog", &[]),
     ("formats", &["messages", "vocab"]),
     ("links", &["geometry", "messages", "ports", "scan_codec", "sim", "site_model", "vocab"]),
@@ -106,6 +106,7 @@ const OURS: &[(&str, &[&str])] = &[
             "map_codec",
             "mapping",
             "messages",
+            "missions",
             "points",
             "ports",
             "recorder",

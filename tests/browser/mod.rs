@@ -1,5 +1,6 @@
 //! Tests of the product in a real browser.
 
+mod example;
 mod harness;
 mod importing;
 mod mapping;

@@ -24,11 +24,17 @@ pub struct Server {
 impl Server {
     /// Starts a server with the simulated site `site` and waits until it prints its address.
     pub fn start(site: &str, data: &Path) -> Self {
+        Self::start_with(site, data, &[])
+    }
+
+    /// As [`Self::start`], with further arguments.
+    pub fn start_with(site: &str, data: &Path, more: &[&str]) -> Self {
         let mut process = Command::new(autoinspect())
             .args(["up", "--robot", &format!("sim:{site}"), "--listen", "127.0.0.1:0", "--data"])
             .arg(data)
             .arg("--static")
             .arg(workspace_root().join("static"))
+            .args(more)
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .spawn()

@@ -2,8 +2,8 @@
 
 use crate::failure::Failure;
 use crate::{
-    align, convert, export, import, info, localise, map, merge, optimise, patch, replay, sim_record, site,
-    topomap, trajectory, up,
+    align, convert, example, export, import, info, localise, map, merge, optimise, patch, replay, sim_record,
+    site, topomap, trajectory, up,
 };
 use clap::{Parser, Subcommand};
 
@@ -46,6 +46,8 @@ enum Command {
     Align(align::AlignArgs),
     /// Make a topological map, nodes and edges, from a saved map.
     Topomap(topomap::TopomapArgs),
+    /// Make a site to try: map, topological map, inspection points, a mission and a schedule.
+    Example(example::ExampleArgs),
     /// Find the best poses for a pose graph.
     Optimise(optimise::OptimiseArgs),
     /// Describe a recording and its missing inputs, or a saved map.
@@ -105,6 +107,7 @@ impl Cli {
             Command::Import(args) => import::run(&args),
             Command::Align(args) => align::run(&args),
             Command::Topomap(args) => topomap::run(&args),
+            Command::Example(args) => example::run(&args),
             Command::Optimise(args) => optimise::run(&args),
             Command::Info(args) => info::run(&args),
             Command::Convert(args) => convert::run(&args),

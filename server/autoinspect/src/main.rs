@@ -7,6 +7,7 @@ mod align;
 mod calibration;
 mod cli;
 mod convert;
+mod example;
 mod export;
 mod failure;
 mod import;

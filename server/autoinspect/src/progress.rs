@@ -31,6 +31,8 @@ impl Progress {
             ImportStage::Reading => "reading",
             ImportStage::ComputingViewpoints => "finding viewpoints",
             ImportStage::Writing => "writing",
+            ImportStage::Walking => "walking",
+            ImportStage::MakingTopomap => "making the topological map",
         }))
     }
 

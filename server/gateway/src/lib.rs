@@ -16,6 +16,7 @@ mod client_io;
 mod control;
 mod core_link;
 mod documents;
+mod example;
 mod files;
 mod hub;
 mod json_response;

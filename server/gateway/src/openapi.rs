@@ -2,7 +2,7 @@
 
 use crate::runs::handlers as runs;
 use crate::site::handlers as site;
-use crate::{blobs, documents, maps, uploads};
+use crate::{blobs, documents, example, maps, uploads};
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
 use utoipa::OpenApi;
@@ -44,6 +44,9 @@ pub(crate) const PATH: &str = "/api/v1/openapi.json";
         site::delete_object,
         site::list_revisions,
         site::post_edit,
+        example::make,
+        example::progress,
+        example::cancel,
         runs::current,
         runs::start,
         runs::command,

@@ -6,7 +6,7 @@ use crate::problem::ProblemResponse;
 use crate::runs::handlers as runs;
 use crate::site::handlers as site;
 use crate::texts;
-use crate::{blobs, control, documents, maps, openapi, security, static_files, stream, uploads};
+use crate::{blobs, control, documents, example, maps, openapi, security, static_files, stream, uploads};
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::ws::{WebSocket, WebSocketUpgrade};
 use axum::extract::{DefaultBodyLimit, State};
@@ -25,6 +25,7 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .route(api::paths::MAP_PATH, patch(maps::rename).delete(maps::delete))
         .route(api::paths::RESTORE_MAP_PATH, post(maps::restore))
         .route(api::paths::BINNED_MAP_PATH, delete(maps::delete_permanently))
+        .route(api::paths::EXAMPLE_PATH, post(example::make).delete(example::cancel))
         .route(api::paths::RUNS_PATH, post(runs::start))
         .route(api::paths::RUN_COMMANDS_PATH, post(runs::command))
         .layer(DefaultBodyLimit::max(FIXED.max_json_bytes))
@@ -49,6 +50,7 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .route(api::paths::SITE_KIND_PATH, get(site::list_objects))
         .route(api::paths::SITE_OBJECT_PATH, get(site::get_object))
         .route(api::paths::SITE_REVISIONS_PATH, get(site::list_revisions))
+        .route(api::paths::EXAMPLE_PATH, get(example::progress))
         .route(api::paths::RUNS_PATH, get(runs::list))
         .route(api::paths::CURRENT_RUNS_PATH, get(runs::current))
         .route(api::paths::RUN_STEPS_PATH, get(runs::steps))

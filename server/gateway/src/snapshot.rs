@@ -204,9 +204,9 @@ impl Snapshot {
         self.site.is_stale
     }
 
-    /// Last lists of saved maps, of those that cannot be read, of the bin and of uploads, and the last state of missions and of the route.
-    pub(crate) fn stored_data(&self) -> [Option<Arc<Event>>; 6] {
-        [MAPS, DAMAGED_MAPS, BINNED_MAPS, UPLOADS, MISSIONS, ROUTE]
+    /// Last lists of saved maps, of those that cannot be read, of the bin and of uploads, and the last state of the making of a map, of missions and of the route.
+    pub(crate) fn stored_data(&self) -> [Option<Arc<Event>>; 7] {
+        [MAPS, DAMAGED_MAPS, BINNED_MAPS, UPLOADS, IMPORT, MISSIONS, ROUTE]
             .map(|kind| self.latest[kind].as_ref().map(|(_, event)| event.clone()))
     }
 
@@ -376,6 +376,7 @@ impl Snapshot {
 
 const GRAPH: usize = 1;
 const MAPS: usize = 7;
+const IMPORT: usize = 11;
 const GOALS: usize = 14;
 const DAMAGED_MAPS: usize = 15;
 const INTERRUPTED_SESSIONS: usize = 16;
@@ -400,7 +401,7 @@ fn latest_kind(event: &Event) -> Option<usize> {
         Event::Platform(_) => Some(8),
         Event::Quality(_) => Some(9),
         Event::Localisation(_) => Some(10),
-        Event::Import(_) => Some(11),
+        Event::Import(_) => Some(IMPORT),
         Event::Docks(_) => Some(12),
         Event::Executive(_) => Some(13),
         Event::Goals(_) => Some(GOALS),

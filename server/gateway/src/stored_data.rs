@@ -1,6 +1,6 @@
 //! What the core has sent last of stored data and missions: maps, damaged maps, the bin, uploads, runs.
 
-use api::{BinnedMap, DamagedMap, Event, MapSummary, StoredUpload};
+use api::{BinnedMap, DamagedMap, Event, Import, MapSummary, StoredUpload};
 use site_model::{MissionStatus, RouteStatus};
 use std::sync::Arc;
 
@@ -15,6 +15,8 @@ pub(crate) struct StoredData<'a> {
     pub(crate) binned: Option<&'a [BinnedMap]>,
     /// Uploaded files.
     pub(crate) uploads: Option<&'a [StoredUpload]>,
+    /// The making of a map.
+    pub(crate) import: Option<&'a Import>,
     /// State of missions.
     pub(crate) missions: Option<&'a MissionStatus>,
     /// Place on the topological map, and route.
@@ -31,6 +33,7 @@ impl<'a> StoredData<'a> {
                 Event::DamagedMaps(maps) => data.damaged = Some(maps),
                 Event::BinnedMaps(maps) => data.binned = Some(maps),
                 Event::Uploads(uploads) => data.uploads = Some(uploads),
+                Event::Import(import) => data.import = Some(import),
                 Event::Missions(missions) => data.missions = Some(missions),
                 Event::Route(route) => data.route = Some(route),
                 _ => {}

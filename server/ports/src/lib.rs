@@ -4,6 +4,7 @@
 //! - [`ActionServer`]: robots and other programs that perform actions on one side, the runtime on the other;
 //! - [`Journal`] and [`SegmentWriter`]: the recorder on one side, the runtime on the other;
 //! - [`MapImporter`]: the program that imports point clouds on one side, the runtime on the other;
+//! - [`ExampleMaker`]: the program that makes a site to try on one side, the runtime on the other;
 //! - [`encode_frame`], [`read_frame`]: messages on the Unix sockets between processes;
 //! - [`DataDir`]: the layout of the data directory, for the store that writes and the gateway that reads;
 //! - [`error_with_causes`]: an error as a text for people, for all parts that report errors.
@@ -11,6 +12,7 @@
 mod action_server;
 mod data_dir;
 mod error_text;
+mod example_maker;
 mod frames;
 mod journal;
 mod map_importer;
@@ -23,6 +25,7 @@ pub use action_server::{
 pub use api::SimulatedFault;
 pub use data_dir::DataDir;
 pub use error_text::error_with_causes;
+pub use example_maker::{ExampleMaker, ExampleRequest};
 pub use frames::{FrameError, encode_frame, read_frame};
 pub use journal::{Journal, JournalError, Segment, SegmentWriter};
 pub use map_importer::MapImporter;

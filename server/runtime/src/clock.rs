@@ -2,7 +2,15 @@
 
 use std::sync::atomic::{AtomicI64, Ordering};
 use std::time::{SystemTime, UNIX_EPOCH};
-use vocab::Stamp;
+use vocab::{Span, Stamp};
+
+/// Added to the computer's clock, nanoseconds, see [`set_clock_offset`].
+static OFFSET_NS: AtomicI64 = AtomicI64::new(0);
+
+/// Moves the clock of schedules in this process, to try them. The clock of the robot stays. To be called before a core starts.
+pub fn set_clock_offset(offset: Span) {
+    OFFSET_NS.store(offset.nanos(), Ordering::Relaxed);
+}
 
 /// The calendar time as this computer has it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,6 +27,14 @@ impl CalendarTime {
         let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let utc = Stamp::from_nanos(i64::try_from(since_1970.as_nanos()).unwrap_or(i64::MAX));
         Self { utc, is_synchronised: follows_a_time_server() }
+    }
+
+    /// Reads the clock of schedules and of what the ledger notes: the computer's, moved by [`set_clock_offset`]. What is stored ages by the one that is not moved.
+    pub fn read_of_schedules() -> Self {
+        let offset = Span::from_nanos(OFFSET_NS.load(Ordering::Relaxed));
+        let Self { utc, is_synchronised } = Self::read();
+        // Whoever has moved the clock relies on it.
+        Self { utc: utc + offset, is_synchronised: is_synchronised || offset != Span::ZERO }
     }
 
     /// UTC, if it can be relied on.

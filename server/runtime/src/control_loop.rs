@@ -344,7 +344,7 @@ impl ControlLoop {
 
 /// The calendar time as the computer has it.
 fn wall_clock() -> Input {
-    let CalendarTime { utc, is_synchronised } = CalendarTime::read();
+    let CalendarTime { utc, is_synchronised } = CalendarTime::read_of_schedules();
     Input::WallClock { utc_ns: utc.nanos(), synchronised: is_synchronised }
 }
 

@@ -27,6 +27,8 @@ pub enum RoutedCommand {
     StoredData(StoredDataChange),
     /// The import thread: cancels the import of this upload.
     CancelImport(UploadId),
+    /// The import thread: makes a site to try, in this time zone.
+    MakeExample(UploadId, String),
     /// Disk lane, compute lane and ledger: makes a topological map of this map, with an edit of this id.
     GenerateTopomap(MapId, EditId),
 }
@@ -67,6 +69,7 @@ pub fn route(command: Command) -> RoutedCommand {
         }
         Command::CancelImport(upload) => return RoutedCommand::CancelImport(upload),
         Command::GenerateTopomap { map, edit } => return RoutedCommand::GenerateTopomap(map, edit),
+        Command::MakeExample { upload, time_zone } => return RoutedCommand::MakeExample(upload, time_zone),
         Command::TakeControl { name } => CommandKind::TakeControl { name },
         Command::ReleaseControl => CommandKind::ReleaseControl,
         Command::StartMapping(session) => CommandKind::StartMapping(session),

@@ -28,7 +28,7 @@ use crate::topomap_generation::TopomapGenerator;
 use api::ProcessRestart;
 use crossbeam_channel::Sender;
 use messages::RobotProfile;
-use ports::{MapImporter, RobotLink};
+use ports::{ExampleMaker, MapImporter, RobotLink};
 use stack::Stack;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -60,6 +60,8 @@ pub struct CoreConfig {
     pub socket: PathBuf,
     /// Makes maps of files; `None` refuses all imports.
     pub importer: Option<Box<dyn MapImporter>>,
+    /// Makes the example, with `importer`; `None` refuses it.
+    pub example_maker: Option<Box<dyn ExampleMaker>>,
     /// Watches the threads. Whoever starts a core ends it when one of them fails.
     pub watchdog: Watchdog,
     /// Why this process was started again, if it was.
@@ -102,8 +104,17 @@ impl Core {
     /// # Errors
     /// When the socket or a thread cannot be created, or the saved maps cannot be listed.
     pub fn start(config: CoreConfig) -> Result<Self, StartError> {
-        let CoreConfig { link, store, recording, socket, importer, watchdog, restart, robot_restart } =
-            config;
+        let CoreConfig {
+            link,
+            store,
+            recording,
+            socket,
+            importer,
+            example_maker,
+            watchdog,
+            restart,
+            robot_restart,
+        } = config;
         let (mailbox, state_publisher, clock) =
             (Arc::<Mailbox>::default(), Arc::<StatePublisher>::default(), Arc::default());
         let (last_pose, docks, stop_latch) = (store.last_pose(), store.docks(), store.stop_latch());
@@ -240,8 +251,16 @@ impl Core {
             None => (Imports::none(), None),
             Some(importer) => {
                 let (imports, requests) = Imports::new();
+                let commands_of_imports = command_sender.clone();
                 let worker = ImportWorker {
                     importer,
+                    example_maker,
+                    robot_site: link.site(),
+                    ledger: Arc::clone(&inbox),
+                    command: Box::new(move |command| {
+                        // The control loop may have ended; then nobody waits for an answer.
+                        let _ = commands_of_imports.send(LoopRequest::Command(command));
+                    }),
                     store: Arc::clone(&store),
                     state_publisher: Arc::clone(&state_publisher),
                     mailbox: Arc::clone(&mailbox),

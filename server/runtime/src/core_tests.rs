@@ -126,6 +126,7 @@ fn bench_of(
         recording: Some(recording),
         socket: socket.clone(),
         importer,
+        example_maker: None,
         watchdog,
         restart: Some(restart),
         robot_restart: Some(RobotRestart { restart: of_robot, is_new: true }),

@@ -6,7 +6,7 @@
 
 use crate::control_loop::LoopRequest;
 use crate::convert::{self, RoutedCommand};
-use crate::imports::Imports;
+use crate::imports::{ImportRequest, Imports};
 use crate::interrupted_sessions::SessionRequest;
 use crate::jobs::{DiskJob, Jobs};
 use crate::ledger::{EditRequest, LedgerInbox};
@@ -239,6 +239,11 @@ fn read_all(stream: &UnixStream, shared: &Shared, heartbeat: &Heartbeat) -> io::
                     RoutedCommand::CancelImport(upload) => {
                         shared.imports.cancel(upload);
                         shared.state_publisher.answer(id, by, None);
+                        continue;
+                    }
+                    RoutedCommand::MakeExample(upload, time_zone) => {
+                        let request = ImportRequest::example(upload, by, time_zone);
+                        shared.state_publisher.answer(id, by, shared.imports.begin(request).err());
                         continue;
                     }
                     RoutedCommand::GenerateTopomap(map, edit) => {

@@ -4,22 +4,23 @@
 //! goes. If no map could be made, the file is kept for a second attempt, unless a person cancelled the import.
 
 use crate::clock::{CalendarTime, RobotClock};
+use crate::ledger::LedgerInbox;
 use crate::mailbox::Mailbox;
 use crate::map_list::{publish_map_list, publish_uploads};
 use crate::map_usage::MapUsage;
 use crate::state_publisher::StatePublisher;
 use crate::texts::{self, ImportVerb};
-use api::{Event, Import, ImportStage};
+use api::{Event, Import, ImportStage, MapSummary};
 use crossbeam_channel::{Receiver, Sender, TrySendError};
-use messages::Severity;
-use ports::{MapImporter, error_with_causes};
+use messages::{Command, Severity};
+use ports::{ExampleMaker, ExampleRequest, MapImporter, error_with_causes};
 use std::fs;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use store::{Store, StoreError, UploadNote};
-use vocab::{MapId, UploadId, Vec3};
+use vocab::{ClientId, MapId, UploadId, Vec3};
 use watchdog::{BEAT_PERIOD, Heartbeat};
 
 /// Parameters of imports.
@@ -60,14 +61,30 @@ pub enum ImportSource {
         /// Corresponding points picked in both maps; without any, the alignment is found by place recognition.
         pairs: Vec<[Vec3; 2]>,
     },
+    /// The example, which a simulated robot walks.
+    Example {
+        /// Who asks.
+        by: ClientId,
+        /// Time zone of its schedule.
+        time_zone: String,
+    },
+}
+
+impl ImportRequest {
+    /// A request for the example.
+    pub fn example(upload: UploadId, by: ClientId, time_zone: String) -> Self {
+        let source = ImportSource::Example { by, time_zone };
+        Self { upload, name: texts::EXAMPLE_NAME.to_owned(), source }
+    }
 }
 
 impl ImportSource {
     /// The saved maps that the import reads.
     fn maps(&self) -> Vec<MapId> {
-        match *self {
-            Self::File { frame } => frame.into_iter().collect(),
-            Self::Map { map, onto, .. } => vec![map, onto],
+        match self {
+            Self::File { frame } => frame.iter().copied().collect(),
+            Self::Map { map, onto, .. } => vec![*map, *onto],
+            Self::Example { .. } => Vec::new(),
         }
     }
 
@@ -75,6 +92,7 @@ impl ImportSource {
         match self {
             Self::File { .. } => ImportVerb::Imported,
             Self::Map { .. } => ImportVerb::Aligned,
+            Self::Example { .. } => ImportVerb::Made,
         }
     }
 }
@@ -94,6 +112,13 @@ pub struct Imports {
 pub struct ImportWorker {
     /// Makes the maps.
     pub importer: Box<dyn MapImporter>,
+    /// Makes the example.
+    pub example_maker: Option<Box<dyn ExampleMaker>>,
+    /// The simulated site of the robot, if it is simulated.
+    pub robot_site: Option<String>,
+    pub ledger: Arc<LedgerInbox>,
+    /// Hands a command to the stack.
+    pub command: Box<dyn Fn(Command) + Send>,
     pub store: Arc<Store>,
     pub state_publisher: Arc<StatePublisher>,
     pub mailbox: Arc<Mailbox>,
@@ -172,15 +197,15 @@ impl ImportWorker {
             }));
             if self.is_cancelled(upload) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
-        let imported = if progress(ImportStage::Reading, 0.0).is_break() {
-            Err(texts::IMPORT_CANCELLED.to_owned())
-        } else {
-            self.run_importer(upload, source, name, &out, &mut progress)
+        let adopted = match source {
+            ImportSource::Example { by, time_zone } => {
+                self.make_example(upload, *by, ExampleRequest { name, time_zone, out: &out }, &mut progress)
+            }
+            _ if progress(ImportStage::Reading, 0.0).is_break() => Err(texts::IMPORT_CANCELLED.to_owned()),
+            _ => self
+                .run_importer(upload, source, name, &out, &mut progress)
+                .and_then(|()| self.adopt(upload, &out)),
         };
-        let adopted = imported.and_then(|()| match self.is_cancelled(upload) {
-            true => Err(texts::IMPORT_CANCELLED.to_owned()),
-            false => self.store.adopt_map(&out).map_err(|error| store_reason(&error)),
-        });
         // A folder that cannot be removed now is removed at the next start.
         let _ = fs::remove_dir_all(&out);
         match &adopted {
@@ -191,6 +216,14 @@ impl ImportWorker {
         }
         self.usage.end_import();
         self.publish_outcome(upload, name, source.verb(), adopted.map(|summary| summary.id));
+    }
+
+    /// Makes a complete map one of the store's, unless that was cancelled.
+    pub(crate) fn adopt(&self, upload: UploadId, out: &Path) -> Result<MapSummary, String> {
+        if self.is_cancelled(upload) {
+            return Err(texts::IMPORT_CANCELLED.to_owned());
+        }
+        self.store.adopt_map(out).map_err(|error| store_reason(&error))
     }
 
     /// Notes what an uploaded file is to become, and why it has not.
@@ -226,6 +259,8 @@ impl ImportWorker {
         let file = &self.store.dir().upload(upload);
         let folder = |map: MapId| Some(self.store.dir().map(map)).filter(|folder| folder.exists());
         match source {
+            // It is made by `make_example`.
+            ImportSource::Example { .. } => Ok(()),
             ImportSource::File { .. } if !file.exists() => Err(texts::UPLOAD_MISSING.to_owned()),
             ImportSource::File { .. }
                 if !self.store.has_space_for_import(upload).map_err(|error| store_reason(&error))? =>
@@ -282,7 +317,7 @@ impl ImportWorker {
 }
 
 /// Why the store refuses the map, one sentence for people.
-fn store_reason(error: &StoreError) -> String {
+pub(crate) fn store_reason(error: &StoreError) -> String {
     match error {
         StoreError::MapExists { .. } => texts::MAP_EXISTS.to_owned(),
         StoreError::MapInBin { .. } => texts::MAP_IN_BIN.to_owned(),

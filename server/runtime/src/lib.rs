@@ -23,6 +23,7 @@ mod clock;
 mod control_loop;
 mod convert;
 mod core;
+mod example;
 mod gateway_link;
 mod gateway_queue;
 mod imports;
@@ -52,6 +53,7 @@ mod tile_recovery;
 mod topomap_generation;
 
 pub use crate::core::{Core, CoreConfig, RobotRestart};
+pub use clock::set_clock_offset;
 pub use jobs::known_map;
 pub use recording::RecordingTarget;
 pub use start_error::StartError;

@@ -41,6 +41,24 @@ pub const MAP_NOT_IN_BIN: &str = "That map is not in the bin any more.";
 pub const SAME_MAP_IN_BIN: &str = "The same map is in the bin already. Delete that one for good first.";
 /// A map that is to be restored while one of the same id is saved.
 pub const SAME_MAP_SAVED: &str = "The same map is saved already. Delete one of them for good first.";
+/// The core was started without a maker of examples.
+pub const NO_EXAMPLE: &str = "This platform makes no example.";
+/// The objects of the example were refused for `reason`, a clause or sentence.
+pub fn example_not_stored(reason: &str) -> String {
+    format!(
+        "The map is saved, but its topological map and missions are not: {}.",
+        reason.trim_end_matches('.')
+    )
+}
+/// Name of the example's map and site.
+pub const EXAMPLE_NAME: &str = "Example hall";
+/// The example is asked for during a mapping session.
+pub const EXAMPLE_WHILE_MAPPING: &str =
+    "The robot is mapping. Finish or discard that map first, then make the example.";
+/// The example is asked for a second time.
+pub const EXAMPLE_EXISTS: &str = "There is a map named Example hall already. Rename or delete it first.";
+/// The example is asked for on a site in use.
+pub const SITE_IS_NOT_EMPTY: &str = "This site has a topological map or missions of its own. The example needs an empty site: start the platform with a new data directory.";
 /// An uploaded file that is to be deleted while it is imported.
 pub const UPLOAD_IN_USE: &str = "The file is being imported. Cancel the import first.";
 /// A damaged map in the bin.
@@ -122,11 +140,12 @@ pub fn more_files_damaged(count: usize) -> String {
 /// Recordings may not take more of the disk, see [`store::RecordingSpace`].
 pub const RECORDINGS_FILL_THEIR_SHARE: &str = "it holds all of the disk that recordings may take";
 
-/// Whether an import made a map of a file or aligned a saved map.
+/// Whether an import made a map of a file, aligned a saved map, or made the example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImportVerb {
     Imported,
     Aligned,
+    Made,
 }
 
 impl ImportVerb {
@@ -134,6 +153,7 @@ impl ImportVerb {
         match self {
             Self::Imported => "imported",
             Self::Aligned => "aligned",
+            Self::Made => "ready",
         }
     }
 }

@@ -144,6 +144,14 @@ pub enum Command {
         /// Id of the edit, made by the client.
         edit: EditId,
     },
+    /// Make a site to try: map, topological map, inspection points, a mission and a schedule. Refused while the site has a topological map or missions, while a map
+    /// has its name, and while one is made. Progress and result are those of an import. Needs no lease.
+    MakeExample {
+        /// What [`crate::Import`] calls this work.
+        upload: UploadId,
+        /// Time zone of the schedule, a name of the IANA database.
+        time_zone: String,
+    },
 }
 
 /// Pairs of points of [`Command::AlignMap`] at most.

@@ -169,6 +169,10 @@ pub enum ImportStage {
     ComputingViewpoints,
     /// The map is written.
     Writing,
+    /// A simulated robot walks through the example, and maps it.
+    Walking,
+    /// The topological map of the example is made.
+    MakingTopomap,
 }
 
 /// Estimate of the robot's pose with its covariance.

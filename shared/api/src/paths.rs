@@ -41,6 +41,8 @@ pub const SITE_OBJECT_PATH: &str = "/api/v1/site/{kind}/{id}";
 pub const SITE_REVISIONS_PATH: &str = "/api/v1/site/{kind}/{id}/revisions";
 /// POST: a [`site_model::Edit`], which changes several objects together.
 pub const SITE_EDITS_PATH: &str = "/api/v1/site/edits";
+/// POST: makes a site to try. GET: how far that is. DELETE: cancels it.
+pub const EXAMPLE_PATH: &str = "/api/v1/example";
 /// GET: a page of the runs of missions, the newest first. POST: runs a mission.
 pub const RUNS_PATH: &str = "/api/v1/runs";
 /// GET: the runs that have not ended, and where the robot is on the topological map.

@@ -42,6 +42,15 @@ pub enum ClientCommand {
     },
     /// Cancel the upload, or the import on the server.
     CancelImport,
+    /// Make the example, with schedules in this time zone.
+    MakeExample {
+        /// A name of the IANA database.
+        time_zone: String,
+    },
+    /// Cancel the making of the example, whoever has asked for it.
+    CancelExample,
+    /// The example was shown to the operator, or why there is none.
+    DismissExample,
     /// Begin to align a saved map to another one.
     AlignMap {
         /// The map that is moved.

@@ -28,6 +28,7 @@ pub use features::alignment::{AlignmentFeature, MapAlignment};
 pub use features::connection::{Connection, ServerClock, SocketLink, SocketState, Throughput};
 pub use features::control::ControlLease;
 pub use features::driving::Driving;
+pub use features::example::ExampleFeature;
 pub use features::goals::{GoalOutcome, Goals};
 pub use features::history::{EditResult, LoopEdit, UndoHistory};
 pub use features::imports::{Imports, Upload};

@@ -126,6 +126,7 @@ pub(crate) fn command_name(command: &Command) -> &'static str {
         Command::DeleteUpload(_) => "Deleting the file",
         Command::CancelImport(_) => "Cancelling the import",
         Command::GenerateTopomap { .. } => "Making the topological map",
+        Command::MakeExample { .. } => "Making the example",
         Command::InjectFault(_) => "The simulated fault",
         Command::LeaveMap => "Leaving the map",
     }

@@ -79,6 +79,8 @@
 //! | searchbox | `Find a time zone` | Settings |
 //! | button (toggled) | `Time zone NAME` | Settings |
 //! | button | `Open panel`, `Close panel` | top bar below 1100 px: the right card as a drawer; below 700 px the bar at the bottom opens it |
+//! | button | `Explore the example`, `Map your own`, `Not now` | Live, while there is no map |
+//! | status | `Example`, with the button `Cancel the example` | Live, while the example is made |
 //! | button | `Start mapping` | Map, while not mapping |
 //! | textbox | `Map name` | Map, while mapping |
 //! | button | `Finish and save` | Map, while mapping: asks for nothing more when a name is given |

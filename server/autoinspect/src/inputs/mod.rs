@@ -4,7 +4,7 @@ mod reader;
 mod sources;
 mod ticks;
 
-pub use reader::{Message, Reader};
+pub use reader::{Message, ReadStatistics, Reader};
 pub use ticks::Ticks;
 
 use crate::calibration::Calibration;

@@ -39,10 +39,18 @@ pub struct ReadStatistics {
 impl Reader {
     /// Starts reading.
     pub fn start(recordings: Vec<Recording>) -> Result<Self, Failure> {
+        Self::spawn("reader", move |sender| read(&recordings, sender))
+    }
+
+    /// Starts another source of messages on a thread of this name. It ends when nobody receives them any more.
+    pub fn spawn(
+        name: &str,
+        work: impl FnOnce(&Sender<Message>) -> ReadStatistics + Send + 'static,
+    ) -> Result<Self, Failure> {
         let (sender, messages) = crossbeam_channel::bounded(CONFIG.max_messages_ahead);
         let thread = thread::Builder::new()
-            .name("reader".to_owned())
-            .spawn(move || read(&recordings, &sender))
+            .name(name.to_owned())
+            .spawn(move || work(&sender))
             .map_err(Failure::failed)?;
         Ok(Self { messages, thread })
     }

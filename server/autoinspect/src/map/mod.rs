@@ -1,6 +1,6 @@
 //! `autoinspect map`: makes a map from recordings with the stack that runs on the robot, as fast as possible.
 
-mod offline_mapper;
+pub mod offline_mapper;
 mod summary;
 
 use crate::failure::Failure;

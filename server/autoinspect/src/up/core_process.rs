@@ -1,6 +1,7 @@
 //! The core's process: link to the robot, store, recorder and control loop.
 
 use super::child_report::ChildReport;
+use super::example_process::ExampleProcess;
 use super::import_process::ImportProcess;
 use super::process_watch::{SupervisionArgs, thread_failed, watch_process, watchdog};
 use super::stop::Stop;
@@ -13,12 +14,12 @@ use clap::Args;
 use crossbeam_channel::select;
 use ports::RobotLink;
 use recorder::RecordingMeta;
-use runtime::{CONTROL_THREAD, Core, CoreConfig, RecordingTarget, RobotRestart};
+use runtime::{CONTROL_THREAD, Core, CoreConfig, RecordingTarget, RobotRestart, set_clock_offset};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 use store::{Recordings, RecordingsConfig, Store};
-use vocab::Stamp;
+use vocab::{Span, Stamp};
 
 /// Arguments of the core's process.
 #[derive(Args, Debug)]
@@ -34,6 +35,8 @@ pub struct CoreArgs {
     no_record: bool,
     #[command(flatten)]
     recordings: RecordingsArgs,
+    #[command(flatten)]
+    trial: TrialArgs,
     #[command(flatten)]
     robot: RobotArgs,
     #[command(flatten)]
@@ -55,6 +58,26 @@ impl CoreArgs {
         };
         // A core whose robot is started again begins anew, too.
         Some(RobotRestart { restart, is_new: self.supervision.was_restarted_because(texts::ROBOT_RESTARTED) })
+    }
+}
+
+/// What makes the platform quick to try and to test.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct TrialArgs {
+    /// Seconds by which the clock of schedules is ahead of this computer's, to try schedules.
+    #[arg(long, value_name = "SECONDS", default_value_t = 0, allow_hyphen_values = true)]
+    clock_offset: i64,
+    /// Length of the walk of the example, minutes.
+    #[arg(long, hide = true)]
+    example_minutes: Option<f64>,
+}
+
+impl TrialArgs {
+    /// The same as arguments of a child process.
+    pub fn to_arguments(self) -> Vec<String> {
+        let mut arguments = vec![format!("--clock-offset={}", self.clock_offset)];
+        arguments.extend(self.example_minutes.map(|minutes| format!("--example-minutes={minutes}")));
+        arguments
     }
 }
 
@@ -87,6 +110,7 @@ pub fn run_core(args: &CoreArgs) -> Result<(), Failure> {
     let watchdog = watchdog();
     let failed = watch_process(&watchdog, CONTROL_THREAD, &args.supervision)?;
     let stop = Stop::on_signals_or_end_of_input(&watchdog)?;
+    set_clock_offset(Span::from_millis(args.trial.clock_offset.saturating_mul(1_000)));
     let store = Arc::new(Store::open(&args.data).map_err(Failure::usage)?);
     let now = wall_clock();
     let Some(link) = args.robot.link(&stop)? else {
@@ -100,6 +124,7 @@ pub fn run_core(args: &CoreArgs) -> Result<(), Failure> {
         recording,
         socket: args.socket.clone(),
         importer: Some(Box::new(ImportProcess)),
+        example_maker: Some(Box::new(ExampleProcess { minutes: args.trial.example_minutes })),
         watchdog,
         restart: args.supervision.restart(ProcessRole::Core),
         robot_restart: args.robot_restart(),

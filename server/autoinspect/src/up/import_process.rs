@@ -44,7 +44,7 @@ impl MapImporter for ImportProcess {
             .into_iter()
             .filter_map(|(path, name)| Some((path?, name)))
             .collect();
-        run(LimitedCommand::Import, &arguments, &named, progress)
+        run(Some(LimitedCommand::Import), &arguments, &named, progress)
     }
 
     fn align(
@@ -64,13 +64,13 @@ impl MapImporter for ImportProcess {
         }));
         arguments.extend(["--background".into(), "--".into(), map.into()]);
         let named = [(map, texts::ALIGNED_MAP), (onto, texts::OTHER_MAP)];
-        run(LimitedCommand::Align, &arguments, &named, progress)
+        run(Some(LimitedCommand::Align), &arguments, &named, progress)
     }
 }
 
-/// Runs this program with other arguments until it ends or is cancelled. Paths in its errors are replaced by the names given here.
-fn run(
-    command: LimitedCommand,
+/// Runs this program with other arguments until it ends or is cancelled. `command` says whose limits it has. Paths in its errors are replaced by the names given here.
+pub(super) fn run(
+    command: Option<LimitedCommand>,
     arguments: &[OsString],
     named: &[(&Path, &str)],
     progress: &mut dyn FnMut(ImportStage, f32) -> ControlFlow<()>,
@@ -96,11 +96,11 @@ fn run(
         _ if cancelled => Err(texts::IMPORT_CANCELLED.to_owned()),
         Ok(status) if status.success() => Ok(()),
         Ok(status) => Err(match (limit_reached(status), command) {
-            (Some(Limit::Memory), LimitedCommand::Import) => texts::IMPORT_OUT_OF_MEMORY.to_owned(),
-            (Some(Limit::Time), LimitedCommand::Import) => texts::IMPORT_OUT_OF_TIME.to_owned(),
-            (Some(Limit::Memory), LimitedCommand::Align) => texts::ALIGN_OUT_OF_MEMORY.to_owned(),
-            (Some(Limit::Time), LimitedCommand::Align) => texts::ALIGN_OUT_OF_TIME.to_owned(),
-            (None, _) => named
+            (Some(Limit::Memory), Some(LimitedCommand::Import)) => texts::IMPORT_OUT_OF_MEMORY.to_owned(),
+            (Some(Limit::Time), Some(LimitedCommand::Import)) => texts::IMPORT_OUT_OF_TIME.to_owned(),
+            (Some(Limit::Memory), Some(LimitedCommand::Align)) => texts::ALIGN_OUT_OF_MEMORY.to_owned(),
+            (Some(Limit::Time), Some(LimitedCommand::Align)) => texts::ALIGN_OUT_OF_TIME.to_owned(),
+            (None, _) | (_, None) => named
                 .iter()
                 .fold(complaint, |text, (path, name)| text.replace(&path.display().to_string(), name)),
         }),

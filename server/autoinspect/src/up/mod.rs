@@ -6,6 +6,7 @@
 
 mod child_report;
 mod core_process;
+mod example_process;
 mod gateway_process;
 mod health;
 mod import_process;
@@ -17,8 +18,8 @@ mod role;
 mod stop;
 mod supervisor;
 
-use core_process::RecordingsArgs;
 pub use core_process::{CoreArgs, run_core};
+use core_process::{RecordingsArgs, TrialArgs};
 pub use gateway_process::{GatewayArgs, run_gateway};
 pub use robot_process::{SimulatedRobotArgs, run_robot};
 pub use stop::Stop;
@@ -58,6 +59,8 @@ pub struct UpArgs {
     #[command(flatten)]
     recordings: RecordingsArgs,
     #[command(flatten)]
+    trial: TrialArgs,
+    #[command(flatten)]
     robot: RobotArgs,
 }
 
@@ -84,6 +87,7 @@ pub fn run(args: &UpArgs) -> Result<(), Failure> {
         vec!["core".to_owned(), "--data".to_owned(), text(&data), "--socket".to_owned(), text(&socket)];
     core.extend(robot.to_arguments());
     core.extend(args.recordings.to_arguments());
+    core.extend(args.trial.to_arguments());
     if args.no_record {
         core.push("--no-record".to_owned());
     }

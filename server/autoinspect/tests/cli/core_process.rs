@@ -69,20 +69,29 @@ impl CoreProcess {
 
     fn with(data: &Path, robot: &[&str], log: Stdio) -> Self {
         let robot = RobotProcess::start(data, robot);
-        let mut core = Self::spawn(data, &robot, log);
+        let mut core = Self::spawn(data, &robot, log, &[]);
+        core.robot = Some(robot);
+        core
+    }
+
+    /// As [`Self::start`], with further arguments of the core.
+    pub fn start_with_arguments(data: &Path, arguments: &[&str]) -> Self {
+        let robot = RobotProcess::start(data, &["--lidar-columns", "200", "--people", "0"]);
+        let mut core = Self::spawn(data, &robot, Stdio::inherit(), arguments);
         core.robot = Some(robot);
         core
     }
 
     /// Starts a core of this robot.
     pub fn start_with(data: &Path, robot: &RobotProcess) -> Self {
-        Self::spawn(data, robot, Stdio::inherit())
+        Self::spawn(data, robot, Stdio::inherit(), &[])
     }
 
-    fn spawn(data: &Path, robot: &RobotProcess, log: Stdio) -> Self {
+    fn spawn(data: &Path, robot: &RobotProcess, log: Stdio, more: &[&str]) -> Self {
         let socket = data.join("core.sock");
         let child = program()
             .args(["core", "--data", text(data), "--socket", text(&socket), "--robot", &robot.name()])
+            .args(more)
             .stdin(Stdio::piped())
             .stderr(log)
             .spawn()

@@ -3,6 +3,7 @@
 mod actions;
 mod core_process;
 mod crash;
+mod example;
 mod failures;
 mod fake_gateway;
 mod import;

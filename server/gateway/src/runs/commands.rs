@@ -150,7 +150,9 @@ pub(crate) async fn command(
 }
 
 /// A JSON document of a request.
-fn parse<T: for<'a> Deserialize<'a>>(body: Result<Bytes, BytesRejection>) -> Result<T, ProblemResponse> {
+pub(crate) fn parse<T: for<'a> Deserialize<'a>>(
+    body: Result<Bytes, BytesRejection>,
+) -> Result<T, ProblemResponse> {
     let too_long = |_| ProblemResponse::new(StatusCode::PAYLOAD_TOO_LARGE, texts::DOCUMENT_TOO_LONG);
     let malformed = |error: serde_json::Error| {
         ProblemResponse::malformed(texts::run_document_malformed(&error.to_string()))

@@ -333,7 +333,7 @@ impl ActionWorker {
 
     /// An instant of the robot's clock on the calendar.
     fn time_at(&self, robot_time: Stamp) -> ReportTime {
-        let CalendarTime { utc, is_synchronised } = CalendarTime::read();
+        let CalendarTime { utc, is_synchronised } = CalendarTime::read_of_schedules();
         let age_ns = (self.clock.now() - robot_time).nanos().max(0);
         ReportTime { robot_time, utc_ns: utc.nanos().saturating_sub(age_ns), is_synchronised }
     }

@@ -142,7 +142,7 @@ impl SiteKeeper {
         if edits.is_empty() {
             return;
         }
-        let at = CalendarTime::read().utc;
+        let at = CalendarTime::read_of_schedules().utc;
         let applied = self.transaction(|writer, state| {
             edits
                 .iter()
@@ -167,7 +167,7 @@ impl SiteKeeper {
     /// Makes an edit of the site as it is, and applies it.
     pub fn apply_work(&mut self, work: SiteWork) {
         let SiteWork { by, make, done } = work;
-        let at = CalendarTime::read().utc;
+        let at = CalendarTime::read_of_schedules().utc;
         let applied = self.transaction(|writer, state| {
             let edit = make(&state.site);
             if edit.changes.is_empty() {
@@ -196,7 +196,7 @@ impl SiteKeeper {
         if events.is_empty() {
             return Ok(());
         }
-        let at = CalendarTime::read().utc;
+        let at = CalendarTime::read_of_schedules().utc;
         let changes = self.transaction(|writer, state| {
             let mut changes = Vec::new();
             for event in events {

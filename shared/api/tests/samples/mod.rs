@@ -86,6 +86,7 @@ pub fn commands() -> Vec<Command> {
         Command::DeleteMapPermanently(MAP),
         Command::DeleteUpload(UPLOAD),
         Command::GenerateTopomap { map: MAP, edit: site::EDIT },
+        Command::MakeExample { upload: UPLOAD, time_zone: name() },
     ]
     .into_iter()
     .chain(site::mission_commands().map(Command::Mission))
@@ -210,6 +211,8 @@ fn imports() -> Vec<Event> {
         running(ImportStage::Reading),
         running(ImportStage::ComputingViewpoints),
         running(ImportStage::Writing),
+        running(ImportStage::Walking),
+        running(ImportStage::MakingTopomap),
         Import::Done { upload: UPLOAD, map: MAP },
         Import::Failed { upload: UPLOAD, name: name(), reason: name() },
     ];

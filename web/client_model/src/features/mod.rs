@@ -20,6 +20,7 @@ pub(crate) mod commands;
 pub(crate) mod connection;
 pub(crate) mod control;
 pub(crate) mod driving;
+pub(crate) mod example;
 pub(crate) mod goals;
 pub(crate) mod history;
 pub(crate) mod imports;
@@ -141,6 +142,8 @@ model_of! {
     map_management: map_management::MapManagement,
     /// Maps made of point clouds.
     imports: imports::Imports,
+    /// The example, a site to try.
+    example: example::ExampleFeature,
     /// How things look.
     view: view_settings::ViewFeature,
 }

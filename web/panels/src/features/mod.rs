@@ -16,6 +16,7 @@ pub(crate) mod alignment;
 pub(crate) mod connection;
 pub(crate) mod control;
 pub(crate) mod driving;
+pub(crate) mod example;
 pub(crate) mod goals;
 pub(crate) mod imports;
 pub(crate) mod inspection_points;
@@ -69,6 +70,8 @@ macro_rules! panels_of {
 panels_of! {
     /// The view tools.
     view_settings: view_settings::ViewTools,
+    /// The beginning of an empty site. Before the drive card, which gives way to it.
+    example: example::ExamplePanel,
     /// Driving by hand.
     driving: driving::DrivingPanel,
     /// The connection to the robot.

@@ -24,6 +24,8 @@ pub(super) fn stage(stage: ImportStage, map: &str) -> String {
         ImportStage::Reading => "Reading",
         ImportStage::ComputingViewpoints => "Computing viewpoints of",
         ImportStage::Writing => "Writing",
+        ImportStage::Walking => "Walking through",
+        ImportStage::MakingTopomap => "Finding nodes and ways of",
     };
     format!("{doing} {map}")
 }
