@@ -27,7 +27,8 @@ fn an_empty_site_offers_the_example_and_a_map_of_ones_own() {
         assert!(harness.query_by_label(texts::LOOKING_ONLY).is_none());
         click(&mut harness, texts::EXPLORE);
         let mut emitted = harness.state().commands.iter();
-        assert!(emitted.any(|command| matches!(command, ClientCommand::MakeExample { .. })));
+        let is_asked = emitted.any(|command| matches!(command, ClientCommand::MakeExample { .. }));
+        assert!(is_asked, "{width}: {example}");
         click(&mut harness, texts::MAP_OWN);
         assert!(harness.state().emitted(&ClientCommand::ShowScreen(screens::MAP)));
     }
