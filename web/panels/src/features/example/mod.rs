@@ -45,10 +45,10 @@ impl FeaturePanel for ExamplePanel {
         if progress.is_none() && (self.is_dismissed || !is_empty(model)) {
             return;
         }
-        // The drive card gives way on windows without room for both.
-        cx.frame.is_left_card_shown |= cx.layout.width == Width::Narrow;
+        // On windows without room for both it lies over the drive card.
+        let order = if cx.layout.width == Width::Narrow { Order::Foreground } else { Order::Middle };
         let free = cx.layout.free_beside(cx.frame.drawer_open, false);
-        let area = layout::area(texts::HEAD, Order::Middle);
+        let area = layout::area(texts::HEAD, order);
         area.pivot(Align2::CENTER_CENTER).fixed_pos(free.center()).show(ctx, |ui| {
             theme::card(cx.tokens).inner_margin(20).show(ui, |ui| {
                 ui.set_width(MAX_WIDTH.min(free.width() - 48.0));
