@@ -14,7 +14,7 @@ pub(super) const MAP_OWN_HINT: &str =
     "Drive the robot once through your site. Its map, and all that is built on it, follow from that walk.";
 pub(super) const DISMISS: &str = "Not now";
 
-pub(super) const MAKING: &str = "The example is made";
+pub(super) const MAKING: &str = "Making the example";
 pub(super) const STATE: &str = "Example";
 pub(super) const CANCEL: &str = "Cancel the example";
 
