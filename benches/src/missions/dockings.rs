@@ -108,13 +108,17 @@ fn dock_again_and_again(
         go(&mut day, commands, GoalKind::GoToNode(node));
         let began = day.now();
         let outcome = go(&mut day, commands + 1, GoalKind::GoToDock(dock.id));
-        dockings.push(match outcome {
+        let docking = match outcome {
             Some(GoalStatus::Succeeded(_)) => {
                 let error = docked_error(&mut day, &site).context("the site has a dock")?;
                 Ok((error, (day.now() - began).secs_f64()))
             }
             other => Err(format!("{other:?}")),
-        });
+        };
+        if arguments.verbose {
+            println!("{}: docking {}: {docking:?}", scenario.name, number + 1);
+        }
+        dockings.push(docking);
     }
     Ok(dockings)
 }
