@@ -3,14 +3,18 @@
 use crate::mission_overlay;
 use crate::vector::vector;
 use client_model::{Model, Selection};
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use panels::SceneLabel;
 use scene::STANDING_HEIGHT_M;
+use vocab::Pose;
 
 /// Largest number of keyframes in the accessible tree. More would bury the other controls for users of a screen reader.
 const MAX_KEYFRAME_LABELS: usize = 24;
 /// Largest number of nodes and inspection points with a name in the scene.
 const MAX_NODE_LABELS: usize = 60;
+
+/// Half the length and half the width of the drawn robot, and the height of its sensor over the base, m.
+const ROBOT_EXTENT_M: [f64; 3] = [0.5, 0.22, 0.22];
 
 /// Position on the screen (points) and depth (m).
 type ScreenPosition = (egui::Pos2, f64);
@@ -46,17 +50,39 @@ fn robot_labels(
     labels: &mut Vec<SceneLabel>,
 ) {
     if let Some(estimate) = &model.robot.estimate
-        && let Some((at, _)) = project(vector(estimate.value.map_from_base.position))
+        && let Some(body) = robot_on_screen(&estimate.value.map_from_base, project)
     {
         let v = estimate.value.velocity.linear;
         let is_selected = model.selection() == Some(Selection::Robot);
-        labels.push(SceneLabel::robot(at, v.x.hypot(v.y), is_selected));
+        labels.push(SceneLabel::robot(body, v.x.hypot(v.y), is_selected));
     }
     if let api::Motion::Walking { goal, remaining_m, .. } = model.motion()
         && let Some((at, _)) = project(vector(*goal))
     {
         labels.push(SceneLabel::goal(at, *remaining_m));
     }
+}
+
+/// The rectangle round the robot on the screen, points, with the point of its base in the middle. None if that point is not in the image.
+fn robot_on_screen(
+    map_from_base: &Pose,
+    project: &impl Fn(DVec3) -> Option<ScreenPosition>,
+) -> Option<egui::Rect> {
+    let base = vector(map_from_base.position);
+    let (middle, _) = project(base)?;
+    let q = map_from_base.orientation;
+    let rotation = DQuat::from_xyzw(q.x, q.y, q.z, q.w);
+    let [half_length, half_width, top] = ROBOT_EXTENT_M;
+    let corners = (0..8).map(|bits| {
+        let side = |bit: i32, half: f64| if bits & bit == 0 { half } else { -half };
+        let z = if bits & 4 == 0 { top } else { -STANDING_HEIGHT_M };
+        base + rotation * DVec3::new(side(1, half_length), side(2, half_width), z)
+    });
+    let mut half = egui::Vec2::ZERO;
+    for (corner, _) in corners.filter_map(project) {
+        half = half.max((corner - middle).abs());
+    }
+    Some(egui::Rect::from_center_size(middle, 2.0 * half))
 }
 
 /// Labels of the survey targets.

@@ -26,6 +26,8 @@ pub struct SceneLabel {
     tag: String,
     /// Its position on the screen, points.
     at: Pos2,
+    /// Size of the thing on the screen where no tag may hide it, points; zero where tags may.
+    size: Vec2,
     /// What a click on it selects; nothing if none.
     selects: Option<Selection>,
     /// Whether it is selected.
@@ -36,13 +38,14 @@ pub struct SceneLabel {
 
 impl SceneLabel {
     fn new(name: String, tag: String, at: Pos2) -> Self {
-        Self { name, tag, at, selects: None, is_selected: false, is_crowded: false }
+        Self { name, tag, at, size: Vec2::ZERO, selects: None, is_selected: false, is_crowded: false }
     }
 
-    /// The robot, with its horizontal speed, m/s.
-    pub fn robot(at: Pos2, speed_m_s: f64, is_selected: bool) -> Self {
-        let label = Self::new(texts::ROBOT.to_owned(), texts::robot_tag(speed_m_s), at);
-        Self { selects: Some(Selection::Robot), is_selected, ..label }
+    /// The robot, with the rectangle that it covers on the screen and its horizontal speed, m/s. No tag hides it.
+    pub fn robot(body: Rect, speed_m_s: f64, is_selected: bool) -> Self {
+        let label = Self::new(texts::ROBOT.to_owned(), texts::robot_tag(speed_m_s), body.center());
+        let size = body.size().max(Vec2::splat(2.0 * RING_RADIUS));
+        Self { size, selects: Some(Selection::Robot), is_selected, ..label }
     }
 
     /// The point to which the robot walks, with the rest of the path, metres.
@@ -82,6 +85,11 @@ impl SceneLabel {
         Self { selects: Some(Selection::InspectionPoint(id)), is_selected, is_crowded: true, ..label }
     }
 
+    /// The rectangle of the thing on the screen, points.
+    fn body(&self) -> Rect {
+        Rect::from_center_size(self.at, self.size)
+    }
+
     /// The same without its tag, where another label names the place.
     pub fn without_tag(self) -> Self {
         Self { tag: String::new(), ..self }
@@ -101,6 +109,9 @@ impl SceneLabel {
 pub fn show_labels(ui: &mut Ui, tokens: &Tokens, labels: &[SceneLabel], commands: &mut Vec<ClientCommand>) {
     let cards = covering_rects(ui.ctx());
     let mut placer = LabelPlacer::new(LabelPlacementConfig::default(), ui.max_rect(), cards);
+    for label in labels.iter().filter(|label| label.size != Vec2::ZERO) {
+        placer.keep_clear(label.body());
+    }
     for label in labels {
         if let Some(selection) = label.selects {
             show_target(ui, tokens, label, selection, &placer, commands);
@@ -136,7 +147,7 @@ fn show_target(
 fn paint_tag(ui: &Ui, tokens: &Tokens, label: &SceneLabel, placer: &mut LabelPlacer) {
     let text = font(theme::SMALL, Weight::Medium);
     let galley = ui.painter().layout_no_wrap(label.tag.clone(), text, tokens.text);
-    let Some(rect) = placer.place(label.at, galley.size() + vec2(14.0, 8.0)) else { return };
+    let Some(rect) = placer.place(label.body(), galley.size() + vec2(14.0, 8.0)) else { return };
     let line = Stroke::new(tokens.line_width, tokens.line);
     ui.painter().rect(rect, CornerRadius::same(5), tokens.card, line, StrokeKind::Inside);
     ui.painter().galley(rect.min + vec2(7.0, 4.0), galley, tokens.text);

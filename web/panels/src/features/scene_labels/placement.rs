@@ -10,7 +10,7 @@ pub(super) const RING_WIDTH: f32 = 2.0;
 /// Parameters of [`LabelPlacer`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LabelPlacementConfig {
-    /// Distance between the label's point and the nearest edge of its tag, points.
+    /// Distance between the label's point and the nearest edge of its tag, points. Where the thing on the screen is larger, the tag is beside it.
     pub(crate) tag_distance: f32,
     /// Distance that a tag keeps from cards and from the edge of the window, points.
     pub(crate) margin: f32,
@@ -30,14 +30,15 @@ pub(crate) struct LabelPlacer {
     config: LabelPlacementConfig,
     window: Rect,
     cards: Vec<Rect>,
-    tags: Vec<Rect>,
+    /// Tags, and things that no tag may hide.
+    taken: Vec<Rect>,
 }
 
 impl LabelPlacer {
     /// - `window`: the area of the scene, points.
     /// - `cards`: the rectangles that cover the scene, points.
     pub(crate) fn new(config: LabelPlacementConfig, window: Rect, cards: Vec<Rect>) -> Self {
-        Self { config, window, cards, tags: Vec::new() }
+        Self { config, window, cards, taken: Vec::new() }
     }
 
     /// Whether a card covers a point.
@@ -51,24 +52,31 @@ impl LabelPlacer {
         !self.cards.iter().any(|card| card.intersects(ring))
     }
 
-    /// The rectangle of a tag of this size for the label at `at`: below it, else above, to the right or to the left. None if the label's
-    /// point is covered or no position is free.
-    pub(crate) fn place(&mut self, at: Pos2, size: Vec2) -> Option<Rect> {
+    /// Keeps the tags that are placed from now on off this rectangle, points.
+    pub(crate) fn keep_clear(&mut self, rect: Rect) {
+        self.taken.push(rect);
+    }
+
+    /// The rectangle of a tag of this size for a label whose thing covers `body` on the screen: below it, else above, to the right or to the
+    /// left. None if the middle of the thing is covered or no position is free. Points.
+    pub(crate) fn place(&mut self, body: Rect, size: Vec2) -> Option<Rect> {
+        let at = body.center();
         if self.is_covered(at) {
             return None;
         }
-        let distance = self.config.tag_distance;
+        let distance =
+            (0.5 * body.size() + Vec2::splat(self.config.margin)).max(Vec2::splat(self.config.tag_distance));
         let candidates = [
-            (Align2::CENTER_TOP, vec2(0.0, distance)),
-            (Align2::CENTER_BOTTOM, vec2(0.0, -distance)),
-            (Align2::LEFT_CENTER, vec2(distance, 0.0)),
-            (Align2::RIGHT_CENTER, vec2(-distance, 0.0)),
+            (Align2::CENTER_TOP, vec2(0.0, distance.y)),
+            (Align2::CENTER_BOTTOM, vec2(0.0, -distance.y)),
+            (Align2::LEFT_CENTER, vec2(distance.x, 0.0)),
+            (Align2::RIGHT_CENTER, vec2(-distance.x, 0.0)),
         ];
         let placed = candidates
             .into_iter()
             .map(|(anchor, offset)| anchor.anchor_size(at + offset, size))
             .find(|rect| self.is_free(*rect))?;
-        self.tags.push(placed);
+        self.taken.push(placed);
         Some(placed)
     }
 
@@ -76,7 +84,7 @@ impl LabelPlacer {
         let kept_clear = rect.expand(self.config.margin);
         self.window.contains_rect(kept_clear)
             && !self.cards.iter().any(|card| card.intersects(kept_clear))
-            && !self.tags.iter().any(|tag| tag.intersects(rect))
+            && !self.taken.iter().any(|taken| taken.intersects(rect))
     }
 }
 
@@ -106,14 +114,17 @@ mod tests {
         LabelPlacer::new(LabelPlacementConfig::default(), window, cards)
     }
 
+    fn point(x: f32, y: f32) -> Rect {
+        Rect::from_center_size(pos2(x, y), Vec2::ZERO)
+    }
+
     fn card(min: [f32; 2], max: [f32; 2]) -> Rect {
         Rect::from_min_max(min.into(), max.into())
     }
 
     #[test]
     fn a_tag_is_below_its_point_where_there_is_room() {
-        let at = pos2(500.0, 400.0);
-        let tag = placer(Vec::new()).place(at, SIZE).unwrap();
+        let tag = placer(Vec::new()).place(point(500.0, 400.0), SIZE).unwrap();
         assert_eq!((tag.center().x, tag.top()), (500.0, 417.0));
     }
 
@@ -122,18 +133,18 @@ mod tests {
         let cards = vec![card([600.0, 0.0], [1000.0, 800.0]), card([0.0, 700.0], [1000.0, 800.0])];
         let mut placer = placer(cards.clone());
         let clear = |tag: Rect| cards.iter().all(|card| !card.intersects(tag));
-        let above = placer.place(pos2(300.0, 680.0), SIZE).unwrap();
+        let above = placer.place(point(300.0, 680.0), SIZE).unwrap();
         assert!(above.bottom() < 680.0 && clear(above), "{above}");
-        let left = placer.place(pos2(570.0, 300.0), SIZE).unwrap();
+        let left = placer.place(point(570.0, 300.0), SIZE).unwrap();
         assert!(left.right() < 570.0 && clear(left), "{left}");
-        let right = placer.place(pos2(6.0, 300.0), SIZE).unwrap();
+        let right = placer.place(point(6.0, 300.0), SIZE).unwrap();
         assert!(right.left() > 6.0, "{right}");
     }
 
     #[test]
     fn a_label_under_a_card_has_neither_tag_nor_ring() {
         let mut placer = placer(vec![card([600.0, 0.0], [1000.0, 800.0])]);
-        assert_eq!(placer.place(pos2(610.0, 400.0), SIZE), None);
+        assert_eq!(placer.place(point(610.0, 400.0), SIZE), None);
         assert!(placer.is_covered(pos2(610.0, 400.0)));
         assert!(!placer.has_room_for_ring(pos2(590.0, 400.0)), "half of it would be covered");
         assert!(placer.has_room_for_ring(pos2(580.0, 400.0)));
@@ -142,11 +153,24 @@ mod tests {
     #[test]
     fn tags_avoid_each_other_and_are_left_out_where_all_is_taken() {
         let mut placer = placer(Vec::new());
-        let at = pos2(500.0, 400.0);
+        let at = point(500.0, 400.0);
         let tags: Vec<Rect> = std::iter::from_fn(|| placer.place(at, SIZE)).collect();
         assert_eq!(tags.len(), 4);
         for (index, tag) in tags.iter().enumerate() {
             assert!(tags[..index].iter().all(|other| !other.intersects(*tag)));
+        }
+    }
+
+    #[test]
+    fn no_tag_hides_a_thing_that_is_kept_clear_at_any_zoom() {
+        for side in [28.0, 90.0, 300.0, 700.0] {
+            let mut placer = placer(Vec::new());
+            let robot = Rect::from_center_size(pos2(500.0, 400.0), Vec2::splat(side));
+            placer.keep_clear(robot);
+            let goal = placer.place(point(500.0, 380.0), SIZE);
+            let tags = [placer.place(robot, SIZE), goal];
+            assert!(tags.into_iter().flatten().all(|tag| !tag.intersects(robot)), "{side} {tags:?}");
+            assert!(tags[0].is_some(), "the robot has its own tag: {side}");
         }
     }
 }

@@ -50,7 +50,10 @@ fn tags_carry_units() {
     let at = pos2(400.0, 300.0);
     let keyframe = |sigma_m, is_selected| SceneLabel::keyframe(at, KeyframeId(41), sigma_m, is_selected).tag;
     for (tag, expected) in [
-        (SceneLabel::robot(at, 0.84, false).tag, "Robot · 0.8 m/s"),
+        (
+            SceneLabel::robot(egui::Rect::from_center_size(at, vec2(40.0, 30.0)), 0.84, false).tag,
+            "Robot · 0.8 m/s",
+        ),
         (SceneLabel::goal(at, 12.34).tag, "Goal · 12.3 m"),
         (
             SceneLabel::survey_target(at, 1, SurveyReason::FromAfar { area_m2: 34.0 }).tag,
