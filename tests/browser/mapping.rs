@@ -63,6 +63,7 @@ fn a_hall_is_mapped_saved_and_opened_again() {
     page.screenshot().save("saved-map-1440x900");
     extend(&mut page, "Test hall", "Larger hall");
     localise(&mut page, "Larger hall");
+    zoom_to_the_robot(&mut page);
     set_pose(&mut page, "Larger hall");
     cover_the_lidar(&mut page);
 
@@ -134,6 +135,19 @@ pub(super) fn localise(page: &mut Page, map: &str) {
     });
     wait_for_drawn_map(page);
     page.screenshot().save("localised-1440x900");
+}
+
+/// Zooms to the robot until the camera is a hand's breadth away from it, and away again until the hall is small.
+#[track_caller]
+fn zoom_to_the_robot(page: &mut Page) {
+    for (delta_y, picture) in [(-700.0, "near"), (-3000.0, "nearest"), (6000.0, "far")] {
+        let robot = page.control("button", "Robot in the scene");
+        let at = page.middle(&robot).expect("it is in the image");
+        page.move_to(at);
+        page.wheel(at, delta_y);
+        wait_for_drawn_map(page);
+        page.screenshot().save(&format!("robot-{picture}-1440x900"));
+    }
 }
 
 /// Sets the pose of the robot on the saved map, near its newest keyframe and facing ahead, and waits until the robot is localised.

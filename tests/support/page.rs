@@ -195,6 +195,14 @@ impl Page {
         self.pointer("mouseReleased", at);
     }
 
+    /// Turns the wheel over a place. Positive is towards the user, CSS pixels.
+    pub fn wheel(&mut self, at: At, delta_y: f64) {
+        self.call(
+            "Input.dispatchMouseEvent",
+            json!({ "type": "mouseWheel", "x": at.x, "y": at.y, "deltaX": 0.0, "deltaY": delta_y }),
+        );
+    }
+
     fn pointer(&mut self, kind: &str, at: At) {
         let button = if kind == "mouseMoved" { "none" } else { "left" };
         let buttons = i32::from(kind != "mouseReleased");

@@ -162,6 +162,9 @@ pub(crate) const OTHER_ID: &str =
 pub(crate) const UNKNOWN_FIELD: &str = "There is no such field. Look for a mistake in its name.";
 pub(crate) const OBJECT_UNUSABLE: &str =
     "The object could not be used, so nothing was changed; each wrong field is named.";
+pub(crate) fn wrong_parameter(action: &str, error: &impl std::fmt::Display) -> String {
+    format!("The action {action} cannot have these parameters: {error}.")
+}
 pub(crate) const EDIT_DOES_NOT_FIT: &str =
     "The edit does not fit the site, so nothing was changed; each wrong change is named.";
 

@@ -337,8 +337,10 @@ impl Viewport {
             self.camera.pan(pan, height);
             stop_following(model, out);
         }
-        if response.hovered()
-            && let Some(at) = response.hover_pos()
+        // A label in front of the scene does not take the wheel, a card does.
+        let over_scene = |at: &egui::Pos2| ui.ctx().layer_id_at(*at) == Some(response.layer_id);
+        if response.contains_pointer()
+            && let Some(at) = ui.input(|input| input.pointer.hover_pos()).filter(over_scene)
         {
             let (scroll, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
             let factor = (f64::from(scroll) * self.config.zoom_per_px).exp() * f64::from(pinch);

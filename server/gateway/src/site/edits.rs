@@ -1,5 +1,6 @@
 //! Objects of the site: made, changed and removed. Each request is one edit.
 
+use super::action_parameters::parameter_problems;
 use super::fields::{FieldProblem, site_problem};
 use super::objects::{KindPath, ObjectPath, kind_of, named, no_object, respond, site};
 use super::parse;
@@ -258,13 +259,20 @@ fn check(state: &SiteState, edit: &Edit) -> Result<(), ProblemResponse> {
     let problems = problems
         .iter()
         .filter(|problem| problem.kind.severity() == Severity::Error && put.contains(&problem.object));
-    let fields: Vec<FieldProblem> = problems
+    let mut fields: Vec<FieldProblem> = problems
         .filter_map(|problem| {
             let object = &after.get(problem.object)?.object;
             let field = site_problem(object, &parse::document(object), problem);
             Some(field.below(&prefix(edit, problem.object)))
         })
         .collect();
+    for change in &edit.changes {
+        if let Change::Put { object, .. } = change {
+            let prefix = prefix(edit, change.object_id());
+            let wrong = parameter_problems(&parse::document(object));
+            fields.extend(wrong.into_iter().map(|problem| problem.below(&prefix)));
+        }
+    }
     if fields.is_empty() {
         return Ok(());
     }

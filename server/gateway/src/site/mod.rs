@@ -1,5 +1,6 @@
 //! The documents of the site over HTTP. They are read from the snapshot; changes are edits that the core applies and makes durable before they are answered.
 
+mod action_parameters;
 mod edits;
 mod fields;
 mod objects;

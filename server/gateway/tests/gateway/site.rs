@@ -384,6 +384,13 @@ async fn each_mistake_is_named_by_its_field_and_nothing_is_stored() {
         ("POST", "/zones", with(zone, "/effect", json!({ "speed_limit": 9.0 })), 422, "/effect/speed_limit"),
         ("POST", "/monitors", monitor, 422, "/condition/below/release"),
         ("POST", "/inspection-points", point.clone(), 422, "/node"),
+        (
+            "POST",
+            "/inspection-points",
+            with(point.clone(), "/request/parameters", json!({ "zoom": "far" })),
+            422,
+            "/request/parameters/zoom",
+        ),
         ("POST", "/inspection-points", with(point, "/request/action", json!(" ")), 422, "/request/action"),
         (
             "PUT",
