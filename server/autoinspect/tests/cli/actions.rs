@@ -156,6 +156,14 @@ impl Bench {
         })
     }
 
+    /// Waits for the end of the run. Its steps say why it ended otherwise.
+    #[track_caller]
+    fn expect_end(&mut self, run: RunId, outcome: &str) {
+        let ended = self.until_ended(run);
+        let steps = self.steps(run);
+        assert_eq!(ended, outcome, "{steps:#?}");
+    }
+
     fn ask(&mut self, query: Query) -> QueryReply {
         self.queries += 1;
         let asked = self.queries;
@@ -225,7 +233,7 @@ fn a_photo_of_a_mission_in_b1_is_stored_with_its_place_and_fetched_over_http() {
     let mut bench = Bench::start();
     bench.put_mission(1, "photo", [("zoom".to_owned(), Parameter::Integer(2))].into());
     let run = bench.begin(1);
-    assert_eq!(bench.until_ended(run), "succeeded");
+    bench.expect_end(run, "succeeded");
     let results = bench.results(run);
     let [result] = &results[..] else { panic!("{results:?}") };
     assert_eq!(result.kind, "photo");
@@ -267,7 +275,7 @@ fn a_robot_that_is_killed_during_an_action_fails_the_task_and_the_run_ends() {
         steps.iter().any(|step| step.state == "running").then_some(())
     });
     drop(bench.robot.take());
-    assert_eq!(bench.until_ended(run), "failed");
+    bench.expect_end(run, "failed");
     let steps = bench.steps(run);
     // The call may have been on its way when the robot died.
     let reasons = ["nobody knows whether it was done", "The robot is not connected"];
@@ -289,14 +297,15 @@ fn a_task_that_is_skipped_cancels_its_action_in_the_robot() {
         steps.iter().any(|step| step.state == "running").then_some(())
     });
     let skip = MissionCommandKind::SkipTask(run, TaskId(Uuid::from_u128(201)));
-    bench.gateway.command(Command::Mission(skip));
+    let outcome = bench.gateway.outcome(Command::Mission(skip));
+    assert_eq!(outcome, CommandOutcome::Accepted, "{:#?}", bench.steps(run));
     // 3000 s of the robot are 750 s here: it ends long before that.
-    assert_eq!(bench.until_ended(run), "failed");
+    bench.expect_end(run, "failed");
     until("the step is stored", || bench.steps(run).iter().any(|step| step.state == "skipped").then_some(()));
     // The robot is free for the next one.
     bench.put_mission(2, "temperature_humidity", Parameters::new());
     let run = bench.begin(2);
-    assert_eq!(bench.until_ended(run), "succeeded");
+    bench.expect_end(run, "succeeded");
     let results = bench.results(run);
     assert!(results[0].body.contains("relative_humidity"), "{results:?}");
 }
