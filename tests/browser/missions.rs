@@ -12,7 +12,7 @@ use std::time::Duration;
 
 const LIMIT: Duration = Duration::from_secs(60);
 /// The map of the fixture.
-const MAP: &str = "a0a00000-0000-4000-8000-000000000001";
+pub(super) const MAP: &str = "a0a00000-0000-4000-8000-000000000001";
 /// Places of the nodes in it, metres: a round through the hall that begins at the dock.
 const PLACES: [[f64; 2]; 9] = [
     [0.0, 0.0],
@@ -97,7 +97,7 @@ fn expect_tasks(page: &mut Page, names: &[&str]) {
 }
 
 #[track_caller]
-fn middle(page: &mut Page, name: &str) -> At {
+pub(super) fn middle(page: &mut Page, name: &str) -> At {
     wait_for(name, LIMIT, || {
         let control = page.find("button", name)?;
         page.middle(&control)
@@ -137,13 +137,13 @@ fn touch_drag(page: &mut Page, from: &str, to: &str) {
     page.touch("touchEnd", None);
 }
 
-fn get(page: &mut Page, path: &str) -> Value {
+pub(super) fn get(page: &mut Page, path: &str) -> Value {
     page.evaluate(&format!("fetch('{path}').then(answer => answer.json())"))
 }
 
 /// Nodes, a dock on the first, and inspection points at some of the others.
 #[track_caller]
-fn make_site(page: &mut Page) {
+pub(super) fn make_site(page: &mut Page) {
     let id = |kind: u32, number: usize| format!("{kind:08}-0000-4000-8000-{number:012}");
     let put = |object: Value| json!({ "put": { "base": null, "object": object } });
     let mut changes =
@@ -188,7 +188,7 @@ fn make_site(page: &mut Page) {
     assert!(answer.as_str().unwrap().contains("\"revision\""), "{answer}");
 }
 
-fn copy(from: &Path, to: &Path) {
+pub(super) fn copy(from: &Path, to: &Path) {
     fs::create_dir_all(to).unwrap();
     for entry in fs::read_dir(from).unwrap().map(Result::unwrap) {
         let target = to.join(entry.file_name());

@@ -7,3 +7,4 @@ mod mapping;
 mod missions;
 mod operating;
 mod own_building;
+mod site_editor;

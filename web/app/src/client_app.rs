@@ -215,8 +215,9 @@ impl eframe::App for ClientApp {
         self.apply_theme(&ctx, theme);
         let tokens = Tokens::of(theme);
         let mut commands = std::mem::take(&mut self.commands);
-        self.scene.update(&runtime.model, self.viewport.dragged_pose(), self.viewport.dragged_node());
+        self.scene.update(&runtime.model, self.viewport.dragged_pose(), self.viewport.graph().preview());
         let free = self.panels.free_area(ctx.content_rect());
+        let was_dragging = self.viewport.graph().is_dragging();
         self.viewport.show(ui, &runtime.model, &self.scene, free, &mut commands);
         if let Some(viewpoint) = self.viewport.viewpoint() {
             runtime.apply(ClientEvent::ViewpointChanged(viewpoint));
@@ -225,7 +226,9 @@ impl eframe::App for ClientApp {
             // The first frame shows the map only, because the first layout of all texts takes as long as the rest of the frame.
             ctx.request_repaint();
         } else {
-            panels::show_labels(ui, &tokens, &self.viewport.labels(&runtime.model), &mut commands);
+            let labels = self.viewport.labels(&runtime.model);
+            panels::show_labels(ui, &runtime.model, &tokens, &labels, &mut commands);
+            self.panels.set_scene_drag(self.viewport.graph().scene_drag(&runtime.model, was_dragging));
             self.panels.clock.utc = browser::utc();
             panels::show(&ctx, &runtime.model, &mut self.panels, &mut commands);
             self.text_inputs.update(&self.panels.text_inputs, &tokens);

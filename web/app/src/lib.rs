@@ -18,7 +18,11 @@ mod effects;
 #[cfg(target_arch = "wasm32")]
 mod file_dialog;
 #[cfg(target_arch = "wasm32")]
+mod graph_gestures;
+#[cfg(target_arch = "wasm32")]
 mod graph_overlay;
+#[cfg(target_arch = "wasm32")]
+mod graph_preview;
 #[cfg(target_arch = "wasm32")]
 mod graphics;
 #[cfg(target_arch = "wasm32")]

@@ -131,18 +131,21 @@ fn node_labels(
     project: &impl Fn(DVec3) -> Option<ScreenPosition>,
     labels: &mut Vec<SceneLabel>,
 ) {
-    let Some(site) = model.site.site().filter(|_| model.is_site_on_screen()) else { return };
+    if !model.is_site_on_screen() {
+        return;
+    }
     let stops = mission_overlay::stop_nodes(model);
     let mut candidates: Vec<(f64, SceneLabel)> = Vec::new();
-    for node in site.nodes() {
+    let selected = model.selected_nodes();
+    for node in model.site.shown_nodes() {
         let floor = vector(node.map_from_node.position) - DVec3::Z * STANDING_HEIGHT_M;
         let Some((at, depth_m)) = project(floor) else { continue };
-        let is_selected = model.selection() == Some(Selection::Node(node.id));
+        let is_selected = selected.contains(&node.id);
         let order = if is_selected { f64::NEG_INFINITY } else { depth_m };
         let label = SceneLabel::node(at, node.id, &node.name, is_selected);
         candidates.push((order, if stops.contains(&node.id) { label.without_tag() } else { label }));
     }
-    for point in model.site.inspection_points() {
+    for point in model.site.inspection_points().into_iter().filter(|point| model.site.is_point_shown(point)) {
         let Some((at, depth_m)) = project(vector(point.target_m)) else { continue };
         let is_selected = model.selection() == Some(Selection::InspectionPoint(point.id));
         let order = if is_selected { f64::NEG_INFINITY } else { depth_m };

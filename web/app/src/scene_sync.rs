@@ -1,6 +1,7 @@
 //! Passes changes of the model to the renderer of the 3D scene.
 
-use crate::graph_overlay::GraphOverlay;
+use crate::graph_overlay::{GraphOverlay, GraphTarget};
+use crate::graph_preview::GraphPreview;
 use crate::mission_overlay::MissionOverlay;
 use crate::vector::vector;
 use api::Quality;
@@ -12,7 +13,6 @@ use scene::{
     AnchorId, CameraPose, LoopEdge, LoopState, Marker, Node, Options, Palette, PointBlock, Polyline,
     Renderer, RobotState, STANDING_HEIGHT_M, Shape, TileId, View, WHOLE_MAP,
 };
-use site_model::NodeId;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -36,6 +36,8 @@ struct SceneSyncConfig {
     /// Standard deviation from which a keyframe has the colour of an uncertain one, m. From this value on the platform suggests to survey
     /// the area again.
     uncertain_deviation_m: f32,
+    /// Depth under the lowest node of a floor to which points are drawn while the floor alone is shown, m.
+    below_floor_m: f64,
     /// Age of the last state from which the robot is drawn as one of unknown position, s.
     max_robot_age_s: f64,
 }
@@ -50,6 +52,7 @@ impl Default for SceneSyncConfig {
             marker_height_m: 0.5,
             certain_deviation_m: 0.03,
             uncertain_deviation_m: 0.3,
+            below_floor_m: 0.4,
             max_robot_age_s: 3.0,
         }
     }
@@ -149,19 +152,14 @@ impl SceneSync {
         }
     }
 
-    /// What the marker of a [`scene::Hit`] selects.
-    pub(crate) fn marker_target(&self, marker: u64) -> Option<Selection> {
+    /// What the marker of a [`scene::Hit`] is for.
+    pub(crate) fn marker_target(&self, marker: u64) -> Option<GraphTarget> {
         self.graph_overlay.target(marker)
     }
 
     /// Passes changes of the model to the renderer. `dragged_pose`: the robot's position and a point in its heading that an operator
-    /// drags. `dragged_node`: a node of the topological map that an operator drags, and the position of the base there.
-    pub(crate) fn update(
-        &mut self,
-        model: &Model,
-        dragged_pose: Option<[DVec3; 2]>,
-        dragged_node: Option<(NodeId, DVec3)>,
-    ) {
+    /// drags. `preview`: what an operator drags of the topological map.
+    pub(crate) fn update(&mut self, model: &Model, dragged_pose: Option<[DVec3; 2]>, preview: &GraphPreview) {
         self.switch_map(model);
         let shown = model.displayed_map();
         let mut renderer = self.renderer.borrow_mut();
@@ -200,7 +198,7 @@ impl SceneSync {
         let targets = model.quality().targets.iter().filter(|_| live);
         let arrow = dragged_pose.map(|ends| pose_arrow(ends, model, self.config.marker_height_m));
         let (mut lines, arrow_heads): (Vec<_>, Vec<_>) = arrow.into_iter().unzip();
-        self.graph_overlay = GraphOverlay::of(model, dragged_node);
+        self.graph_overlay = GraphOverlay::of(model, preview);
         lines.extend(self.graph_overlay.lines.iter().cloned());
         let way = MissionOverlay::of(model);
         lines.extend(way.lines);
@@ -295,6 +293,9 @@ impl SceneSync {
         pixels_per_point: f32,
     ) -> View {
         let settings = model.view_settings();
+        // Where one floor alone is shown, its points are.
+        let of_floor = model.site.shown_heights_m().filter(|_| model.is_site_on_screen());
+        let below_floor_m = self.config.below_floor_m;
         let stamps = &model.displayed_map().graph.nodes;
         let age_range = match (stamps.first(), stamps.last()) {
             (Some(first), Some(last)) => [first.stamp.secs_f64(), last.stamp.secs_f64()],
@@ -308,7 +309,11 @@ impl SceneSync {
                 colour_by: colour_by(settings.colour),
                 height_range: self.config.colour_heights_m.map(|height| (self.ground + height) as f32),
                 age_range,
-                ceiling: self.ceiling(settings),
+                floor: of_floor.map_or(f32::MIN, |[low, _]| (low - STANDING_HEIGHT_M - below_floor_m) as f32),
+                ceiling: of_floor.map_or_else(
+                    || self.ceiling(settings),
+                    |[_, high]| (high - STANDING_HEIGHT_M) as f32 + settings.ceiling_m,
+                ),
                 point_size: settings.point_size,
                 point_budget: self.config.point_budget,
                 // Only the two scans that are compared are drawn, without the map.

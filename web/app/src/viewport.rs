@@ -1,5 +1,7 @@
 //! The viewport: gestures move the camera, clicks select things or set a goal.
 
+use crate::graph_gestures::{GestureContext, GraphGestures};
+use crate::graph_overlay::GraphTarget;
 use crate::scene_sync::{SceneSync, SharedRenderer};
 use crate::vector::vector;
 use crate::{browser, scene_labels, texts};
@@ -14,7 +16,6 @@ use scene::{
     Camera, CameraConfig, CameraPose, CameraProjection, FramePacer, FreeArea, Hit, PickOptions,
     STANDING_HEIGHT_M, View,
 };
-use site_model::NodeId;
 use std::collections::BTreeMap;
 use std::time::Duration;
 use vocab::MapId;
@@ -85,8 +86,8 @@ pub(crate) struct Viewport {
     frame_pacer: FramePacer,
     /// The robot's pose that an operator drags: the pressed point of the ground and the point under the pointer, m, map frame.
     dragged_pose: Option<[DVec3; 2]>,
-    /// The node of the topological map that an operator drags, and the position of the base there, m, map frame.
-    dragged_node: Option<(NodeId, DVec3)>,
+    /// What an operator drags of the topological map.
+    graph: GraphGestures,
     /// The part of the viewport that no card covers.
     free_area: Option<FreeArea>,
     /// The displayed saved map.
@@ -105,7 +106,7 @@ impl Viewport {
             view: None,
             frame_pacer,
             dragged_pose: None,
-            dragged_node: None,
+            graph: GraphGestures::default(),
             free_area: None,
             viewed: None,
             last_poses: BTreeMap::new(),
@@ -122,9 +123,9 @@ impl Viewport {
         self.dragged_pose
     }
 
-    /// The node of the topological map that an operator drags, and the position of the base there, m, map frame.
-    pub(crate) fn dragged_node(&self) -> Option<(NodeId, DVec3)> {
-        self.dragged_node
+    /// What an operator drags of the topological map.
+    pub(crate) fn graph(&self) -> &GraphGestures {
+        &self.graph
     }
 
     /// Draws the scene and handles its gestures. Maps are fitted into `free`, the part of the window that no card covers.
@@ -149,7 +150,7 @@ impl Viewport {
             self.drag_robot_pose(ui, &response, model, scene, out);
         } else {
             self.dragged_pose = None;
-            if !self.drag_graph_node(ui, &response, model, scene, out) {
+            if !self.edit_by_drag(ui, &response, model, scene, out) {
                 self.gestures(ui, &response, model, scene, out);
             }
         }
@@ -389,8 +390,8 @@ impl Viewport {
         }
     }
 
-    /// On the screen that edits the site, a drag that begins on a node moves it over the floor, and Escape puts it back. Returns whether a node is dragged.
-    fn drag_graph_node(
+    /// On the screen that edits the site, drags edit it: see [`GraphGestures`]. Returns whether one is under way.
+    fn edit_by_drag(
         &mut self,
         ui: &Ui,
         response: &Response,
@@ -399,50 +400,19 @@ impl Viewport {
         out: &mut Vec<ClientCommand>,
     ) -> bool {
         let Some(view) = self.view.filter(|_| panels::is_editing_graph(model)) else {
-            self.dragged_node = None;
+            self.graph.cancel();
             return false;
         };
-        let projection = CameraProjection::new(view.camera, view.viewport_px);
-        if response.drag_started_by(PointerButton::Primary)
-            && let Some(pressed) = ui.input(|input| input.pointer.press_origin())
-        {
-            let hit = scene.renderer.borrow().pick(
-                &view,
-                pixel(pressed, response, &view),
-                &self.pick_options(&view),
-            );
-            let node = hit.and_then(|hit| match hit {
-                Hit::Marker(marker) => scene.marker_target(marker),
-                _ => None,
-            });
-            if let Some(Selection::Node(node)) = node
-                && let Some(at) = node_position(model, node)
-            {
-                self.dragged_node = Some((node, at));
-                out.push(ClientCommand::Select(Some(Selection::Node(node))));
-            }
-        }
-        let Some((node, at)) = self.dragged_node else { return false };
-        if ui.input(|input| input.key_pressed(egui::Key::Escape)) {
-            self.dragged_node = None;
-            return true;
-        }
-        if let Some(pointer) = response.interact_pointer_pos() {
-            // The height of a node is that of the base; the pointer shows a place on the floor.
-            let floor = projection.ray(pixel(pointer, response, &view)).at_height(at.z - STANDING_HEIGHT_M);
-            let near = floor.filter(|to| {
-                to.distance(projection.camera_position())
-                    < self.config.max_goal_distance_m + view.camera.distance
-            });
-            self.dragged_node = Some((node, near.map_or(at, |to| to.with_z(at.z))));
-        }
-        if response.drag_stopped_by(PointerButton::Primary)
-            && let Some((node, to)) = self.dragged_node.take()
-        {
-            let edit = model.site.moving_node(node, vocab::Vec3::from(to.to_array()));
-            out.push(ClientCommand::EditSite(edit));
-        }
-        true
+        let options = self.pick_options(&view);
+        let pixel = |at| pixel(at, response, &view);
+        let target_at = |at| match scene.renderer.borrow().pick(&view, pixel(at), &options)? {
+            Hit::Marker(marker) => scene.marker_target(marker),
+            _ => None,
+        };
+        let max_distance_m = self.config.max_goal_distance_m + view.camera.distance;
+        let (target_at, pixel) = (&target_at, &pixel);
+        let cx = GestureContext { ui, response, model, scene, view, target_at, pixel, max_distance_m };
+        self.graph.update(&cx, out)
     }
 
     fn pick_options(&self, view: &View) -> PickOptions {
@@ -457,30 +427,26 @@ impl Viewport {
 
     /// A click while the topological map is edited: see [`GraphTool`].
     fn edit_graph(
-        &self,
         tool: GraphTool,
         hit: Option<Selection>,
         floor: Option<DVec3>,
         model: &Model,
         out: &mut Vec<ClientCommand>,
     ) {
-        let from = match model.selection() {
-            Some(Selection::Node(node)) => Some(node),
-            _ => None,
-        };
+        let selected = model.selected_nodes();
         match (hit, tool, model.saved_map_on_screen()) {
-            (Some(Selection::Node(to)), ..) => {
-                let edit = from.map(|from| model.site.connecting(from, to));
-                out.extend(edit.filter(|edit| !edit.put.is_empty()).map(ClientCommand::EditSite));
-                out.push(ClientCommand::Select(Some(Selection::Node(to))));
+            (Some(Selection::Node(node)), ..) => {
+                out.extend(model.site.clicking_node(tool, node, &selected));
             }
             (_, GraphTool::AddNodes, Some(map)) => {
                 let Some(floor) = floor else { return };
                 let position = vocab::Vec3::new(floor.x, floor.y, floor.z + STANDING_HEIGHT_M);
+                let from = selected.first().copied().filter(|_| selected.len() == 1);
                 let (node, edit) = model.site.adding_node(position, map, from);
                 out.push(ClientCommand::EditSite(edit));
                 out.push(ClientCommand::Select(Some(Selection::Node(node))));
             }
+            (_, GraphTool::SelectSeveral, _) => out.push(ClientCommand::Select(None)),
             _ => {}
         }
     }
@@ -549,6 +515,11 @@ impl Viewport {
             Hit::Marker(marker) => scene.marker_target(marker),
             _ => None,
         });
+        let marked = match marked {
+            Some(GraphTarget::Object(selection)) => Some(selection),
+            Some(GraphTarget::Heading(node)) => Some(Selection::Node(node)),
+            None => None,
+        };
         if model.graph_tool() == Some(GraphTool::PickTarget) {
             let projection = CameraProjection::new(view.camera, view.viewport_px);
             let reach = self.config.point_reach_px * scale;
@@ -563,9 +534,9 @@ impl Viewport {
             }
             return;
         }
-        if let Some(tool) = model.graph_tool() {
+        if let Some(tool) = panels::graph_tool(&response.ctx, model) {
             let floor = self.ground_at(&view, at, scene);
-            return self.edit_graph(tool, marked, floor, model, out);
+            return Self::edit_graph(tool, marked, floor, model, out);
         }
         if response.double_clicked() {
             if let Some(Hit::Point(target)) = hit {
@@ -599,11 +570,6 @@ impl Viewport {
                 < self.config.max_goal_distance_m + view.camera.distance
         })
     }
-}
-
-/// Position of the base at a node, m, map frame.
-fn node_position(model: &Model, node: NodeId) -> Option<DVec3> {
-    Some(vector(model.site.site()?.node(node)?.map_from_node.position))
 }
 
 /// Positions of the two keyframes of a loop, m, map frame; `None` while they are unknown.

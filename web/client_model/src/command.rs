@@ -5,7 +5,8 @@ use crate::{
     ScheduleSelection, Screen, Selection, SiteEdit, ViewSettings,
 };
 use api::SimulatedFault;
-use site_model::{InspectionPointId, LocalDate, MissionCommandKind, MissionId, RunId};
+use site_model::{InspectionPointId, LocalDate, MissionCommandKind, MissionId, NodeId, RunId};
+use std::collections::BTreeSet;
 use vocab::{GoalId, MapId, Pose, SessionId, Twist, UploadId, Vec3};
 
 /// A command of the operator at this client. Views emit these; only [`crate::Model::handle_event`] acts on them.
@@ -137,6 +138,10 @@ pub enum ClientCommand {
     UseGraphTool(Option<GraphTool>),
     /// Change objects of the site together.
     EditSite(SiteEdit),
+    /// Select these nodes of the topological map and nothing else.
+    SelectNodes(BTreeSet<NodeId>),
+    /// Show only this floor of the topological map; `None`: all.
+    ShowFloor(Option<i32>),
     /// Change what is shown of a mission that is edited.
     MissionEditor(MissionEditorCommand),
     /// Run a mission.

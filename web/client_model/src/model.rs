@@ -15,6 +15,8 @@ use crate::features::view_settings::ViewFeature;
 use crate::shared::{Change, Context, Shared};
 use crate::{ClientCommand, ClientEffect, ClientEvent, ClientTime, Ids, Model, Socket, ViewSettings};
 use api::{Localisation, Mapping, Motion, Quality, ServerMessage};
+use site_model::NodeId;
+use std::collections::BTreeSet;
 use vocab::{ClientId, MapId, Pose, Twist, Vec3};
 
 impl Model {
@@ -232,6 +234,13 @@ impl Model {
     /// What is selected.
     pub fn selection(&self) -> Option<Selection> {
         self.shared.selected.selection
+    }
+
+    /// The nodes of the topological map that are selected: one, or several together.
+    pub fn selected_nodes(&self) -> BTreeSet<NodeId> {
+        let mut nodes = self.shared.selected.nodes();
+        nodes.retain(|node| self.site.site().is_some_and(|site| site.node(*node).is_some()));
+        nodes
     }
 
     /// Whether the next click on the ground sets the goal of a walk.

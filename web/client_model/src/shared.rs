@@ -159,6 +159,7 @@ impl Context<'_> {
         let changed = self.shared.map_views.view(map, self.effects);
         if changed {
             self.shared.selected.selection = None;
+            self.shared.selected.part();
             self.shared.selected.leave(PointerMode::PickPose);
         }
         self.changes.push(Change::MapViewed { map, changed });

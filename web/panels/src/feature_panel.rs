@@ -61,9 +61,33 @@ pub(crate) struct Tab {
     pub(crate) row_spacing: f32,
 }
 
+/// What is dragged in the scene.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SceneDrag {
+    /// Whether something is.
+    pub is_under_way: bool,
+    /// Something that stands in an edge of the node that is dragged.
+    pub obstruction: Option<DragObstruction>,
+}
+
+/// Something that stands in an edge.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DragObstruction {
+    /// Name of the node from which it is measured.
+    pub from: String,
+    /// Name of the node at the other end.
+    pub to: String,
+    /// Distance from the first, m.
+    pub along_m: f64,
+    /// Number of further edges in which something stands.
+    pub others: usize,
+}
+
 /// Which tabs are open and what is unfolded.
 #[derive(Debug, Default)]
 pub(crate) struct FrameState {
+    /// What is dragged in the scene.
+    pub(crate) scene_drag: SceneDrag,
     /// Below 1100 px: whether the side card is shown.
     pub(crate) drawer_open: bool,
     /// Whether the list of keyboard shortcuts is shown.

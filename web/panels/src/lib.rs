@@ -129,10 +129,12 @@ mod button;
 mod feature_panel;
 mod features;
 mod frame;
+mod heading;
 mod layout;
 mod map_name;
 mod message;
 mod name_field;
+mod number_field;
 mod page_clock;
 mod paint;
 mod result_files;
@@ -146,7 +148,8 @@ mod widgets;
 #[cfg(test)]
 mod test_support;
 
-pub use features::scene_labels::{SceneLabel, show_labels};
+pub use feature_panel::{DragObstruction, SceneDrag};
+pub use features::scene_labels::{SceneLabel, graph_tool, show_labels};
 pub(crate) use layout::{Layout, Width};
 pub use page_clock::PageClock;
 pub use result_files::{ResultFileContent, ResultFileKind, ResultFiles};
@@ -178,6 +181,11 @@ impl PanelState {
     /// For a page that lays its own inputs over the text fields.
     pub fn for_page(clock: PageClock) -> Self {
         Self { clock, text_inputs: TextInputs::new(true), ..Self::default() }
+    }
+
+    /// What is dragged in the scene in this frame. Escape then belongs to it.
+    pub fn set_scene_drag(&mut self, drag: SceneDrag) {
+        self.frame.scene_drag = drag;
     }
 
     /// The part of the scene in a window that no card covers: maps are fitted into it.

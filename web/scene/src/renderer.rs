@@ -9,6 +9,7 @@ use crate::picking::{
     Hit, PickCone, PickOptions, PickTarget, nearest_loop, nearest_point, nearest_target, resolve_pick,
 };
 use crate::pipelines::{OverlayPipelines, Pipelines};
+use crate::point_columns::{ColumnsConfig, PointColumns};
 use crate::pose_graph::{LoopEdge, Node};
 use crate::projection::CameraProjection;
 use crate::render_targets::{RenderTargets, attachment};
@@ -339,6 +340,24 @@ impl Renderer {
             best = nearest_point(points, map_from_anchor, &cone, limit).or(best);
         }
         best.map(|(_, position)| position)
+    }
+
+    /// The points of all tiles between two corners, m, map frame, in columns. Linear in the points of the tiles that reach there.
+    pub fn columns(&self, config: ColumnsConfig, corners: [DVec2; 2]) -> PointColumns {
+        let [min, max] = corners;
+        let overlaps = |centre: DVec3, reach: f64| {
+            let (low, high) = (centre.truncate() - reach, centre.truncate() + reach);
+            low.cmple(max).all() && high.cmpge(min).all()
+        };
+        PointColumns::new(config, corners, |visit| {
+            for tile in self.tiles.values() {
+                let points = &tile.points;
+                let Some(pose) = self.anchors.get(&points.anchor) else { continue };
+                if overlaps(pose.transform_point3(points.centre), points.radius) {
+                    points.visit_blocks(pose, &overlaps, visit);
+                }
+            }
+        })
     }
 
     fn pick_targets(&self) -> Vec<PickTarget> {

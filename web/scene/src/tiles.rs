@@ -86,6 +86,22 @@ impl TilePoints {
         self.origin + lattice([point[0], point[1], point[2]]) * self.step
     }
 
+    /// Visits the points, m, map frame, of all blocks of which centre and half diagonal, m, map frame, are in question.
+    pub(crate) fn visit_blocks(
+        &self,
+        map_from_anchor: &DAffine3,
+        is_in_question: &impl Fn(DVec3, f64) -> bool,
+        visit: &mut dyn FnMut(DVec3),
+    ) {
+        for (block, points) in self.blocks.iter().zip(self.points.chunks(PICK_BLOCK_POINTS)) {
+            let (min, max) = (lattice(block.min), lattice(block.max));
+            let middle = map_from_anchor.transform_point3(self.origin + (min + max) * (0.5 * self.step));
+            if is_in_question(middle, (max - min).length() * 0.5 * self.step) {
+                points.iter().for_each(|point| visit(map_from_anchor.transform_point3(self.position(point))));
+            }
+        }
+    }
+
     /// Transform from lattice coordinates to metres relative to the camera, along the map's axes. It is computed in f64, so that points
     /// kilometres from the map's origin do not jitter.
     pub(crate) fn relative_from_lattice(&self, map_from_anchor: &DAffine3, camera_position: DVec3) -> Mat4 {

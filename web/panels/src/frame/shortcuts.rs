@@ -10,7 +10,9 @@ pub(super) fn handle(ctx: &Context, panels: &mut FeaturePanels, cx: &mut PanelCo
     if ctx.egui_wants_keyboard_input() {
         return;
     }
-    if ctx.input(|input| input.key_pressed(Key::Escape)) && !Popup::is_any_open(ctx) {
+    // While something is dragged in the scene, Escape puts it back and does nothing else.
+    let is_scene_dragged = cx.frame.scene_drag.is_under_way;
+    if !is_scene_dragged && ctx.input(|input| input.key_pressed(Key::Escape)) && !Popup::is_any_open(ctx) {
         cancel(panels, cx);
     }
     if cx.frame.is_covered {

@@ -5,6 +5,7 @@ mod drawing;
 mod frame_pacing;
 mod level_of_detail;
 mod picking;
+mod point_columns;
 mod shaders;
 
 use crate::*;

@@ -2,6 +2,7 @@
 
 use crate::LoopPair;
 use site_model::{EdgeId, InspectionPointId, NodeId};
+use std::collections::BTreeSet;
 use vocab::KeyframeId;
 
 /// Something selected in the scene.
@@ -30,6 +31,8 @@ pub enum GraphTool {
     Connect,
     /// Takes the point of the map that is clicked as the target of the inspection point that is selected, or of a new one at the node that is selected.
     PickTarget,
+    /// A drag selects the nodes in a box. A node that is clicked is added to those that are selected, or taken from them.
+    SelectSeveral,
 }
 
 /// What the next click or drag on the ground does.
@@ -50,10 +53,36 @@ pub enum PointerMode {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Selected {
     pub(crate) selection: Option<Selection>,
+    /// Two or more nodes that are selected together. They count only while nothing else is selected.
+    together: BTreeSet<NodeId>,
     mode: PointerMode,
 }
 
 impl Selected {
+    /// Selects these nodes and nothing else.
+    pub(crate) fn select_nodes(&mut self, nodes: &BTreeSet<NodeId>) {
+        self.together.clear();
+        self.selection = None;
+        match nodes.len() {
+            0 | 1 => self.selection = nodes.first().map(|node| Selection::Node(*node)),
+            _ => nodes.clone_into(&mut self.together),
+        }
+    }
+
+    /// Forgets which nodes are selected together.
+    pub(crate) fn part(&mut self) {
+        self.together.clear();
+    }
+
+    /// All nodes that are selected.
+    pub(crate) fn nodes(&self) -> BTreeSet<NodeId> {
+        match self.selection {
+            Some(Selection::Node(node)) => BTreeSet::from([node]),
+            Some(_) => BTreeSet::new(),
+            None => self.together.clone(),
+        }
+    }
+
     pub(crate) fn mode(&self) -> PointerMode {
         self.mode
     }

@@ -87,7 +87,7 @@ impl SiteFeature {
         Some((node, edit))
     }
 
-    fn new_edges(&self, ends: impl IntoIterator<Item = [NodeId; 2]>) -> Vec<Object> {
+    pub(super) fn new_edges(&self, ends: impl IntoIterator<Item = [NodeId; 2]>) -> Vec<Object> {
         let edge = |(number, [from, to]): (u32, [NodeId; 2])| {
             Object::Edge(Edge::walk(EdgeId(self.new_id(number)), from, to))
         };

@@ -6,7 +6,9 @@
 //! An edit waits until earlier ones of the same objects are answered. So none is applied to a state that the operator has not seen.
 
 mod edit;
+mod floors;
 mod graph_edits;
+mod group_edits;
 mod inspection_edits;
 mod pending;
 mod plan_file;
@@ -59,6 +61,8 @@ pub struct SiteFeature {
     /// What ids of new objects are made of.
     id_seed: Option<Uuid>,
     topomap: TopomapProgress,
+    /// The floor that is shown; `None`: all.
+    floor: Option<i32>,
 }
 
 impl SiteFeature {
@@ -315,6 +319,9 @@ impl Feature for SiteFeature {
                 cx.shared.selected.enter(PointerMode::EditGraph(*tool));
             }
             ClientCommand::UseGraphTool(None) => cx.shared.selected.enter(PointerMode::Select),
+            ClientCommand::SelectNodes(nodes) => cx.shared.selected.select_nodes(nodes),
+            ClientCommand::Select(_) => cx.shared.selected.part(),
+            ClientCommand::ShowFloor(floor) => self.floor = *floor,
             _ => {}
         }
     }
@@ -351,5 +358,7 @@ impl Feature for SiteFeature {
     }
 }
 
+#[cfg(test)]
+mod group_tests;
 #[cfg(test)]
 mod tests;

@@ -23,14 +23,14 @@ fn asset(number: u128, name: &str) -> Object {
 
 /// What the robot does with edits.
 #[derive(Default)]
-struct Robot {
-    state: SiteState,
+pub(super) struct Robot {
+    pub(super) state: SiteState,
     applied: BTreeMap<site_model::EditId, u64>,
 }
 
 impl Robot {
     /// Applies an edit; returns the events for all and for its client.
-    fn apply(&mut self, edit: &Edit, by: vocab::ClientId) -> (Option<Event>, Event) {
+    pub(super) fn apply(&mut self, edit: &Edit, by: vocab::ClientId) -> (Option<Event>, Event) {
         let done = |outcome| Event::EditDone(EditDone { id: edit.id, outcome });
         if let Some(revision) = self.applied.get(&edit.id) {
             return (None, done(EditOutcome::Applied { revision: *revision, changes: Vec::new() }));
@@ -49,7 +49,7 @@ impl Robot {
     }
 
     /// Somebody else's edit.
-    fn put(&mut self, number: u128, object: Object) -> Event {
+    pub(super) fn put(&mut self, number: u128, object: Object) -> Event {
         let edit = self.state.site.put(site_model::EditId(Uuid::from_u128(number)), object);
         self.apply(&edit, OTHER).0.expect("of this state")
     }
@@ -65,13 +65,13 @@ impl Robot {
 }
 
 impl TestClient {
-    fn with_site(robot: &Robot) -> Self {
+    pub(super) fn with_site(robot: &Robot) -> Self {
         let mut client = Self::connected();
         client.load(robot);
         client
     }
 
-    fn load(&mut self, robot: &Robot) {
+    pub(super) fn load(&mut self, robot: &Robot) {
         robot.parts().into_iter().for_each(|part| self.event(Event::SitePart(part)));
     }
 
@@ -82,7 +82,7 @@ impl TestClient {
         }));
     }
 
-    fn take_edits(&mut self) -> Vec<Edit> {
+    pub(super) fn take_edits(&mut self) -> Vec<Edit> {
         let edit = |effect| match effect {
             ClientEffect::Send(ClientMessage::Edit(edit)) => Some(edit),
             _ => None,
@@ -95,7 +95,7 @@ impl TestClient {
     }
 
     /// The robot gets what was sent and answers, until nothing is sent any more.
-    fn settle(&mut self, robot: &mut Robot) {
+    pub(super) fn settle(&mut self, robot: &mut Robot) {
         loop {
             let edits = self.take_edits();
             if edits.is_empty() {
@@ -108,7 +108,7 @@ impl TestClient {
         }
     }
 
-    fn notices(&self) -> String {
+    pub(super) fn notices(&self) -> String {
         let texts: Vec<_> = self.model.notices().visible().iter().map(|shown| shown.text.clone()).collect();
         texts.join(" ")
     }

@@ -8,7 +8,7 @@ mod texts;
 use crate::format;
 use crate::theme::{self, Tokens, Weight, font};
 use api::SurveyReason;
-use client_model::{ClientCommand, Selection};
+use client_model::{ClientCommand, GraphTool, Model, Selection};
 use egui::{CornerRadius, Id, Pos2, Rect, Role, Sense, Stroke, StrokeKind, Ui, Vec2, WidgetInfo, vec2};
 use placement::{LabelPlacementConfig, LabelPlacer, RING_RADIUS, RING_WIDTH, covering_rects};
 use site_model::{InspectionPointId, NodeId};
@@ -106,7 +106,13 @@ impl SceneLabel {
 
 /// Draws the labels over the scene and under all cards, the most important first. A tag avoids the cards and the tags before it. It is left
 /// out where there is no room.
-pub fn show_labels(ui: &mut Ui, tokens: &Tokens, labels: &[SceneLabel], commands: &mut Vec<ClientCommand>) {
+pub fn show_labels(
+    ui: &mut Ui,
+    model: &Model,
+    tokens: &Tokens,
+    labels: &[SceneLabel],
+    commands: &mut Vec<ClientCommand>,
+) {
     let cards = covering_rects(ui.ctx());
     let mut placer = LabelPlacer::new(LabelPlacementConfig::default(), ui.max_rect(), cards);
     for label in labels.iter().filter(|label| label.size != Vec2::ZERO) {
@@ -114,7 +120,9 @@ pub fn show_labels(ui: &mut Ui, tokens: &Tokens, labels: &[SceneLabel], commands
     }
     for label in labels {
         if let Some(selection) = label.selects {
-            show_target(ui, tokens, label, selection, &placer, commands);
+            if show_target(ui, tokens, label, &placer) {
+                commands.extend(on_click(ui, model, selection, label.is_selected));
+            }
         }
         if !label.tag.is_empty() {
             paint_tag(ui, tokens, label, &mut placer);
@@ -122,26 +130,33 @@ pub fn show_labels(ui: &mut Ui, tokens: &Tokens, labels: &[SceneLabel], commands
     }
 }
 
-/// The click target of a label, and the ring around it while it is selected or has the keyboard's focus.
-fn show_target(
-    ui: &Ui,
-    tokens: &Tokens,
-    label: &SceneLabel,
-    selection: Selection,
-    placer: &LabelPlacer,
-    commands: &mut Vec<ClientCommand>,
-) {
+/// What a click on a label does: it selects, or works as a click on the thing itself does while a tool is on.
+fn on_click(ui: &Ui, model: &Model, selection: Selection, is_selected: bool) -> Vec<ClientCommand> {
+    match (selection, graph_tool(ui.ctx(), model)) {
+        (Selection::Node(node), Some(tool)) if tool != GraphTool::PickTarget => {
+            model.site.clicking_node(tool, node, &model.selected_nodes())
+        }
+        _ => vec![ClientCommand::Select((!is_selected).then_some(selection))],
+    }
+}
+
+/// The tool of the topological map that works now. While Ctrl is held, nodes are selected together.
+pub fn graph_tool(ctx: &egui::Context, model: &Model) -> Option<GraphTool> {
+    let is_adding = crate::is_editing_graph(model) && ctx.input(|input| input.modifiers.command);
+    if is_adding { Some(GraphTool::SelectSeveral) } else { model.graph_tool() }
+}
+
+/// The click target of a label, and the ring around it while it is selected or has the keyboard's focus. Returns whether it was clicked.
+fn show_target(ui: &Ui, tokens: &Tokens, label: &SceneLabel, placer: &LabelPlacer) -> bool {
     // Beside the marker of a crowded label the scene decides what a click selects, because another thing may be nearer.
     let side = if label.is_crowded { SMALL_TARGET } else { theme::TOUCH };
     let target = Rect::from_center_size(label.at, Vec2::splat(side));
     let response = ui.interact(target, Id::unique(("scene", &label.name)), Sense::click());
     response.widget_info(|| WidgetInfo::selected(Role::Button, true, label.is_selected, &label.name));
-    if response.clicked() {
-        commands.push(ClientCommand::Select((!label.is_selected).then_some(selection)));
-    }
     if (label.is_selected || response.has_focus()) && placer.has_room_for_ring(label.at) {
         ui.painter().circle_stroke(label.at, RING_RADIUS, Stroke::new(RING_WIDTH, tokens.accent));
     }
+    response.clicked()
 }
 
 fn paint_tag(ui: &Ui, tokens: &Tokens, label: &SceneLabel, placer: &mut LabelPlacer) {

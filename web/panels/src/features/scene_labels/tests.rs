@@ -1,6 +1,7 @@
 //! Labels can be clicked, say what they are, and show their tags.
 
 use super::{SceneLabel, show_labels};
+use crate::test_support::TestClient;
 use crate::theme::{self, Tokens};
 use api::SurveyReason;
 use client_model::{ClientCommand, Selection, Theme};
@@ -12,10 +13,11 @@ use vocab::KeyframeId;
 /// These labels in a window of 800 x 600 points, and the commands that they emitted.
 fn shown<'a>(labels: Vec<SceneLabel>) -> Harness<'a, Vec<ClientCommand>> {
     let mut has_fonts = false;
+    let model = TestClient::connected().model;
     let mut harness = Harness::builder().with_size(vec2(800.0, 600.0)).build_ui_state(
         move |ui, commands: &mut Vec<ClientCommand>| {
             if has_fonts {
-                show_labels(ui, &Tokens::of(Theme::Dark), &labels, commands);
+                show_labels(ui, &model, &Tokens::of(Theme::Dark), &labels, commands);
             } else {
                 theme::install_fonts(ui.ctx());
                 has_fonts = true;

@@ -12,7 +12,7 @@ pub(crate) struct SelectionPanel;
 
 impl FeaturePanel for SelectionPanel {
     fn cancel(&mut self, cx: &mut PanelContext<'_>) -> bool {
-        let is_selected = cx.model.selection().is_some();
+        let is_selected = cx.model.selection().is_some() || cx.model.selected_nodes().len() > 1;
         if is_selected {
             cx.commands.push(ClientCommand::Select(None));
         }

@@ -1,6 +1,9 @@
 //! The topological map: adding and joining nodes, what is selected of it, and its problems.
 
+mod edge;
 mod generation;
+mod group;
+mod node;
 #[cfg(test)]
 mod tests;
 mod texts;
@@ -8,13 +11,16 @@ mod texts;
 use crate::button::{Button, Kind};
 use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
 use crate::message::show_message;
-use crate::name_field::NameField;
+use crate::theme::Tokens;
 use crate::widgets::{self, fact};
-use crate::{format, icon, screens};
+use crate::{icon, screens};
 use client_model::{ClientCommand, GraphTool, Selection};
-use egui::Ui;
+use edge::EdgeSection;
+use egui::{Key, Ui};
 use generation::GenerationSection;
-use site_model::{Edge, EdgeId, Node, NodeId, ObjectId, Problem, Severity, Site, ValidationConfig};
+use group::GroupSection;
+use node::NodeSection;
+use site_model::{Edge, MissionId, NodeId, ObjectId, Problem, Severity, Site, ValidationConfig};
 use std::collections::BTreeSet;
 use vocab::MapId;
 
@@ -26,17 +32,26 @@ const MAX_PROBLEMS: usize = 30;
 /// What the panel keeps between frames.
 #[derive(Debug, Default)]
 pub(crate) struct SiteGraphPanel {
-    name: NameField,
+    node: NodeSection,
+    edge: EdgeSection,
+    group: GroupSection,
     /// Problems of the site, with the revision that they were found in.
     problems: Option<(u64, Vec<Problem>)>,
     generation: GenerationSection,
 }
 
 impl FeaturePanel for SiteGraphPanel {
-    fn update(&mut self, _ctx: &egui::Context, cx: &mut PanelContext<'_>) {
+    fn update(&mut self, ctx: &egui::Context, cx: &mut PanelContext<'_>) {
         // A tool works on its screen only, so that no click elsewhere edits anything.
         if cx.model.graph_tool().is_some() && cx.screen() != screens::SITE {
             cx.commands.push(ClientCommand::UseGraphTool(None));
+        }
+        // Elsewhere nothing says that other floors are hidden.
+        if cx.model.site.shown_floor().is_some() && cx.screen() != screens::SITE {
+            cx.commands.push(ClientCommand::ShowFloor(None));
+        }
+        if crate::is_editing_graph(cx.model) && !ctx.egui_wants_keyboard_input() {
+            follow_keys(ctx, cx);
         }
     }
 
@@ -49,9 +64,14 @@ impl FeaturePanel for SiteGraphPanel {
     }
 
     fn show_messages(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>) {
+        if let Some(obstruction) = &cx.frame.scene_drag.obstruction {
+            let sentence = texts::obstructed(obstruction);
+            return show_message(ui, cx.tokens, cx.tokens.bad, icon::WARNING_OCTAGON, &sentence, |_| {});
+        }
         let hint = match cx.model.graph_tool() {
             Some(GraphTool::AddNodes) => texts::ADD_HINT,
             Some(GraphTool::Connect) => texts::CONNECT_HINT,
+            Some(GraphTool::SelectSeveral) => texts::SELECT_HINT,
             // Its hint is that of the inspection points.
             Some(GraphTool::PickTarget) | None => return,
         };
@@ -75,20 +95,58 @@ impl FeaturePanel for SiteGraphPanel {
         if let Some(map) = show_tools(ui, cx, site) {
             self.generation.show(ui, cx, site, map);
         }
+        let selected = cx.model.selected_nodes();
         match cx.model.selection() {
             Some(Selection::Node(node)) => {
                 if let Some(node) = site.node(node) {
-                    self.show_node(ui, cx, site, node);
+                    self.node.show(ui, cx, site, node);
                 }
             }
             Some(Selection::Edge(edge)) => {
                 if let Some(edge) = site.edge(edge) {
-                    show_edge(ui, cx, site, edge);
+                    self.edge.show(ui, cx, site, edge);
                 }
             }
+            None if selected.len() > 1 => self.group.show(ui, cx, site, &selected),
             _ => {}
         }
         self.show_problems(ui, cx, site);
+    }
+}
+
+/// Delete deletes what is selected, and Ctrl A selects all nodes that are shown.
+fn follow_keys(ctx: &egui::Context, cx: &mut PanelContext<'_>) {
+    let (delete, all) = ctx.input(|input| {
+        let delete = input.key_pressed(Key::Delete) || input.key_pressed(Key::Backspace);
+        (delete, input.modifiers.command && input.key_pressed(Key::A))
+    });
+    let site = &cx.model.site;
+    if all {
+        let nodes = site.shown_nodes().map(|node| node.id).collect();
+        cx.commands.push(ClientCommand::SelectNodes(nodes));
+    }
+    if delete && let Some(edit) = site.removing_selected(cx.model.selection(), &cx.model.selected_nodes()) {
+        cx.commands.push(ClientCommand::EditSite(edit));
+        cx.commands.push(ClientCommand::Select(None));
+    }
+}
+
+/// The choice of the floor that is shown, where there are several.
+fn show_floors(ui: &mut Ui, cx: &mut PanelContext<'_>) {
+    let floors = cx.model.site.floors();
+    if floors.len() < 2 {
+        return;
+    }
+    let shown = cx.model.site.shown_floor();
+    let names: Vec<(String, Option<i32>)> = std::iter::once((texts::ALL_FLOORS.to_owned(), None))
+        .chain(floors.into_iter().map(|floor| (texts::floor(floor), Some(floor))))
+        .collect();
+    let choices: Vec<(&str, Option<i32>)> =
+        names.iter().map(|(name, floor)| (name.as_str(), *floor)).collect();
+    for choices in choices.chunks(3) {
+        widgets::choice(ui, cx.tokens, choices, shown, |floor| {
+            cx.commands.push(ClientCommand::ShowFloor(floor))
+        });
     }
 }
 
@@ -113,59 +171,29 @@ fn show_tools(ui: &mut Ui, cx: &mut PanelContext<'_>, site: &Site) -> Option<Map
     let tools = [
         (texts::ADD_NODES, icon::PLUS, GraphTool::AddNodes),
         (texts::CONNECT, icon::GRAPH, GraphTool::Connect),
+        (texts::SELECT_SEVERAL, icon::CORNERS_OUT, GraphTool::SelectSeveral),
     ];
-    for (name, sign, tool) in tools {
-        let is_on = model.graph_tool() == Some(tool);
-        let has_ends = tool == GraphTool::AddNodes || site.nodes().count() > 1;
-        if Button::new(name).icon(sign).on(is_on).enabled(has_ends).wide(ui).show(ui, tokens).clicked() {
-            cx.commands.push(ClientCommand::UseGraphTool((!is_on).then_some(tool)));
+    ui.horizontal(|ui| {
+        let gap = 6.0;
+        ui.spacing_mut().item_spacing.x = gap;
+        let width = ((ui.available_width() + gap) / tools.len() as f32 - gap).floor();
+        for (name, sign, tool) in tools {
+            let is_on = model.graph_tool() == Some(tool);
+            let has_nodes = tool == GraphTool::AddNodes || site.nodes().count() > 1;
+            let button = Button::new(name).icon(sign).on(is_on).enabled(has_nodes).stacked();
+            if button.size(width, 60.0).show(ui, tokens).clicked() {
+                cx.commands.push(ClientCommand::UseGraphTool((!is_on).then_some(tool)));
+            }
         }
-    }
+    });
     if site.nodes().next().is_none() {
         widgets::remark(ui, tokens, texts::EMPTY);
     }
+    show_floors(ui, cx);
     Some(on_screen)
 }
 
 impl SiteGraphPanel {
-    fn show_node(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, site: &Site, node: &Node) {
-        let tokens = cx.tokens;
-        widgets::rule(ui, tokens);
-        widgets::section_head(ui, tokens, texts::NODE_HEAD);
-        if let Some(name) = self.name.show(ui, cx, &texts::NAME_FIELD, ObjectId::Node(node.id), &node.name) {
-            let edit = cx.model.site.changing_node(node.id, |node| node.name = name);
-            cx.commands.push(ClientCommand::EditSite(edit));
-        }
-        fact(ui, tokens, texts::POSITION, &texts::position(node));
-        for kinds in texts::KINDS.chunks(2) {
-            widgets::choice(ui, tokens, kinds, node.kind, |kind| {
-                let edit = cx.model.site.changing_node(node.id, |node| node.kind = kind);
-                cx.commands.push(ClientCommand::EditSite(edit));
-            });
-        }
-        // Of a pair of edges the one that leads away stands for both.
-        let leads_here_only = |edge: &Edge| edge.to == node.id && both_ways(site, edge).count() == 1;
-        for edge in site.edges().filter(|edge| edge.from == node.id || leads_here_only(edge)) {
-            let [from, to] = [name_of(site, edge.from), name_of(site, edge.to)];
-            let row = texts::edge_row(from, to, length_m(site, edge));
-            let name = texts::edge(from, to);
-            if Button::new(&name).text(&row).kind(Kind::Quiet).wide(ui).show(ui, tokens).clicked() {
-                cx.commands.push(ClientCommand::Select(Some(Selection::Edge(edge.id))));
-            }
-        }
-        let needed = site.missions_that_need(ObjectId::Node(node.id));
-        let names: Vec<&str> =
-            needed.iter().filter_map(|id| Some(site.mission(*id)?.name.as_str())).collect();
-        if !names.is_empty() {
-            widgets::remark(ui, tokens, &texts::needed_by(&names));
-        }
-        let name = texts::delete_node(&node.name);
-        let delete = Button::new(&name).text(texts::DELETE_SHORT).icon(icon::TRASH).kind(Kind::Danger);
-        if delete.wide(ui).show(ui, tokens).clicked() {
-            remove(cx, ObjectId::Node(node.id));
-        }
-    }
-
     /// The problems of the graph; a click selects the object. They are looked for once for each change of the site.
     fn show_problems(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, site: &Site) {
         let revision = cx.model.site.revision();
@@ -192,55 +220,24 @@ impl SiteGraphPanel {
     }
 }
 
-fn show_edge(ui: &mut Ui, cx: &mut PanelContext<'_>, site: &Site, edge: &Edge) {
-    let (model, tokens) = (cx.model, cx.tokens);
-    widgets::rule(ui, tokens);
-    widgets::section_head(ui, tokens, texts::EDGE_HEAD);
-    let ends = texts::ends(name_of(site, edge.from), name_of(site, edge.to));
-    fact(ui, tokens, &ends, &format::distance(length_m(site, edge)));
-    let both: BTreeSet<EdgeId> = both_ways(site, edge).map(|edge| edge.id).collect();
-    if Button::new(texts::ENABLED).on(edge.is_enabled).wide(ui).show(ui, tokens).clicked() {
-        let mut edit = client_model::SiteEdit::default();
-        for id in &both {
-            edit.put.extend(model.site.changing_edge(*id, |it| it.is_enabled = !edge.is_enabled).put);
-        }
-        cx.commands.push(ClientCommand::EditSite(edit));
-    }
-    let is_pair = both.len() > 1;
-    if Button::new(texts::BOTH_WAYS).on(is_pair).wide(ui).show(ui, tokens).clicked() {
-        let edit = if is_pair {
-            let back = both.iter().filter(|id| **id != edge.id).map(|id| ObjectId::Edge(*id));
-            client_model::SiteEdit { put: Vec::new(), removed: back.collect() }
-        } else {
-            model.site.connecting(edge.from, edge.to)
-        };
-        cx.commands.push(ClientCommand::EditSite(edit));
-    }
-    let split = Button::new(texts::SPLIT).icon(icon::PLUS).wide(ui);
-    if split.show(ui, tokens).clicked()
-        && let Some(map) = model.saved_map_on_screen()
-        && let Some((node, edit)) = model.site.splitting_edge(edge.id, map)
-    {
-        cx.commands.push(ClientCommand::EditSite(edit));
-        cx.commands.push(ClientCommand::Select(Some(Selection::Node(node))));
-    }
-    let delete = Button::new(texts::DELETE_EDGE).text(texts::DELETE_SHORT).icon(icon::TRASH);
-    if delete.kind(Kind::Danger).wide(ui).show(ui, tokens).clicked() {
-        let removed = both.into_iter().map(ObjectId::Edge).collect();
-        cx.commands.push(ClientCommand::EditSite(client_model::SiteEdit { put: Vec::new(), removed }));
-        cx.commands.push(ClientCommand::Select(None));
-    }
-}
-
 /// An edge, and the one that leads back if there is one.
 fn both_ways<'a>(site: &'a Site, edge: &'a Edge) -> impl Iterator<Item = &'a Edge> {
     site.edges().filter(|it| it.id == edge.id || (it.from == edge.to && it.to == edge.from))
 }
 
-fn remove(cx: &mut PanelContext<'_>, object: ObjectId) {
-    let edit = client_model::SiteEdit { put: Vec::new(), removed: vec![object] };
-    cx.commands.push(ClientCommand::EditSite(edit));
-    cx.commands.push(ClientCommand::Select(None));
+/// Says which missions need one of these nodes.
+fn needed_by(ui: &mut Ui, tokens: &Tokens, site: &Site, nodes: &BTreeSet<NodeId>) {
+    let needed: BTreeSet<MissionId> =
+        nodes.iter().flat_map(|node| site.missions_that_need(ObjectId::Node(*node))).collect();
+    let names: Vec<&str> = needed.iter().filter_map(|id| Some(site.mission(*id)?.name.as_str())).collect();
+    if !names.is_empty() {
+        widgets::remark(ui, tokens, &texts::needed_by(&names));
+    }
+}
+
+/// A name, or what stands for one that is missing.
+fn missing_name(name: &str) -> &str {
+    if name.trim().is_empty() { texts::UNNAMED } else { name }
 }
 
 /// What the scene selects for an object; `None` for what it does not show.
@@ -255,8 +252,7 @@ fn selection_of(object: ObjectId) -> Option<Selection> {
 
 fn object_name(site: &Site, selection: Selection) -> String {
     match selection {
-        Selection::Node(node) if name_of(site, node).trim().is_empty() => texts::UNNAMED.to_owned(),
-        Selection::Node(node) => name_of(site, node).to_owned(),
+        Selection::Node(node) => missing_name(name_of(site, node)).to_owned(),
         Selection::Edge(edge) => site
             .edge(edge)
             .map_or_else(String::new, |edge| texts::ends(name_of(site, edge.from), name_of(site, edge.to))),

@@ -72,7 +72,7 @@ fn a_tool_is_on_until_it_is_pressed_again_or_escape_is() {
 
 #[test]
 fn a_node_is_renamed_given_a_kind_and_deleted_and_each_is_undone() {
-    let mut harness = with_two_nodes().shown(1440.0, 900.0);
+    let mut harness = with_two_nodes().shown(1440.0, 1400.0);
     assert_eq!((value(&harness, "Nodes"), value(&harness, "Edges")), ("2".to_owned(), "2".to_owned()));
     click(&mut harness, "Inspection");
     carry_out(&mut harness);
@@ -111,7 +111,7 @@ fn a_node_is_renamed_given_a_kind_and_deleted_and_each_is_undone() {
 
 #[test]
 fn an_edge_is_made_one_way_disabled_and_split() {
-    let mut harness = with_two_nodes().shown(1440.0, 900.0);
+    let mut harness = with_two_nodes().shown(1440.0, 1400.0);
     click(&mut harness, "Edge N2 to N1");
     carry_out(&mut harness);
     click(&mut harness, "Routes may use it");
@@ -128,6 +128,101 @@ fn an_edge_is_made_one_way_disabled_and_split() {
     click(&mut harness, "Both ways");
     carry_out(&mut harness);
     assert_eq!(value(&harness, "Edges"), "3");
+}
+
+#[test]
+fn fields_move_and_turn_a_node_and_set_how_an_edge_is_used() {
+    let mut harness = with_two_nodes().shown(1440.0, 1400.0);
+    click(&mut harness, "More: x (m)");
+    carry_out(&mut harness);
+    click(&mut harness, "More: Heading (°)");
+    carry_out(&mut harness);
+    click(&mut harness, "More: Floor");
+    carry_out(&mut harness);
+    let node = |harness: &egui_kittest::Harness<'_, TestClient>| {
+        let model = &harness.state().model;
+        let node = model.selected_nodes().first().copied().expect("selected");
+        model.site.site().and_then(|site| site.node(node)).expect("a node").clone()
+    };
+    let after = node(&harness);
+    assert!((after.map_from_node.position.x - 3.1).abs() < 1e-9);
+    assert!((crate::heading::heading_deg(&after.map_from_node.orientation) - 15.0).abs() < 0.01);
+    assert_eq!(after.floor, 1);
+    harness.state_mut().commands.push(ClientCommand::Undo);
+    carry_out(&mut harness);
+    assert_eq!(node(&harness).floor, 0);
+
+    click(&mut harness, "Edge N2 to N1");
+    carry_out(&mut harness);
+    click(&mut harness, "More: Speed (m/s)");
+    carry_out(&mut harness);
+    click(&mut harness, "Less: Room left (m)");
+    carry_out(&mut harness);
+    let model = &harness.state().model;
+    let edges: Vec<_> = model.site.site().expect("a site").edges().collect();
+    assert!(edges.iter().all(|edge| edge.max_speed_m_s == Some(0.1)), "both directions");
+    let of_selected = |edge: &&&site_model::Edge| model.selection() == Some(Selection::Edge(edge.id));
+    let selected = edges.iter().find(of_selected).expect("selected");
+    let back = edges.iter().find(|edge| edge.id != selected.id).expect("the other");
+    assert!((selected.corridor.left_m - 0.9).abs() < 1e-9 && (back.corridor.right_m - 0.9).abs() < 1e-9);
+    assert!((selected.corridor.right_m - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn all_nodes_are_selected_by_keys_changed_and_deleted_together() {
+    let mut harness = with_two_nodes().shown(1440.0, 1400.0);
+    harness.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::A);
+    harness.run_steps(2);
+    carry_out(&mut harness);
+    assert_eq!(value(&harness, "Selected"), "2");
+    click(&mut harness, "Hold");
+    carry_out(&mut harness);
+    click(&mut harness, "More: Middle, x (m)");
+    carry_out(&mut harness);
+    let xs = |harness: &egui_kittest::Harness<'_, TestClient>| -> Vec<i64> {
+        let nodes = harness.state().model.site.site().into_iter().flat_map(|site| site.nodes());
+        let mut xs: Vec<i64> =
+            nodes.map(|node| (10.0 * node.map_from_node.position.x).round() as i64).collect();
+        xs.sort_unstable();
+        xs
+    };
+    assert_eq!(xs(&harness), [1, 31]);
+    harness.key_press(egui::Key::Delete);
+    harness.run_steps(2);
+    carry_out(&mut harness);
+    assert_eq!((value(&harness, "Nodes"), value(&harness, "Edges")), ("0".to_owned(), "0".to_owned()));
+    for _ in 0..2 {
+        harness.state_mut().commands.push(ClientCommand::Undo);
+        carry_out(&mut harness);
+    }
+    assert_eq!(xs(&harness), [0, 30]);
+}
+
+#[test]
+fn escape_belongs_to_a_drag_in_the_scene_and_what_is_in_the_way_is_said() {
+    let mut client = with_two_nodes();
+    let obstruction = crate::DragObstruction { from: "N1".into(), to: "N2".into(), along_m: 1.2, others: 1 };
+    client.panels.set_scene_drag(crate::SceneDrag { is_under_way: true, obstruction: Some(obstruction) });
+    let mut harness = client.shown(1440.0, 900.0);
+    let is_said = |text: Option<String>| {
+        text.as_deref()
+            == Some("Something stands between N1 and N2, 1.2 m from N1. One more edge is not free.")
+    };
+    assert!(harness.query_all_by(|node| is_said(node.value())).next().is_some());
+    harness.key_press(egui::Key::Escape);
+    harness.run_steps(2);
+    assert!(!harness.state().emitted(&ClientCommand::StopMotion));
+    assert!(!harness.state().emitted(&ClientCommand::Select(None)));
+}
+
+#[test]
+fn floors_are_offered_where_there_are_several() {
+    let mut harness = with_two_nodes().shown(1440.0, 1400.0);
+    assert!(harness.query_by_label("All floors").is_none());
+    click(&mut harness, "More: Floor");
+    carry_out(&mut harness);
+    click(&mut harness, "Floor 1");
+    assert!(harness.state().emitted(&ClientCommand::ShowFloor(Some(1))));
 }
 
 #[test]

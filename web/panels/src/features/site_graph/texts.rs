@@ -1,10 +1,10 @@
 //! Texts of the topological map, by key.
 
+use crate::feature_panel::DragObstruction;
 use crate::format;
 use crate::name_field::NameFieldTexts;
 use api::TopomapSummary;
-use site_model::{Node, NodeKind, Problem, Severity};
-use vocab::Vec3;
+use site_model::{NodeKind, Problem, Severity, TravelDirection, Traversal};
 
 pub(super) const TAB: &str = "Topological map";
 pub(super) const HEAD: &str = "Topological map";
@@ -25,7 +25,27 @@ pub(super) const VIEW_ITS_MAP: &str = "View its map";
 pub(super) const NODE_HEAD: &str = "Node";
 pub(super) const NAME_FIELD: NameFieldTexts =
     NameFieldTexts { field: "Node name", rename: "Rename node", rename_short: "Rename" };
-pub(super) const POSITION: &str = "Position";
+pub(super) const COORDINATES: [&str; 3] = ["x (m)", "y (m)", "Height (m)"];
+pub(super) const HEADING: &str = "Heading (°)";
+pub(super) const FLOOR: &str = "Floor";
+/// Numbers of floors that people may enter.
+pub(super) const FLOORS: [f64; 2] = [-99.0, 999.0];
+pub(super) const ALL_FLOORS: &str = "All floors";
+pub(super) const SELECT_SEVERAL: &str = "Select several";
+pub(super) const SELECT_HINT: &str =
+    "Drag a box round nodes, or click them one by one. Drag one of them to move all. Escape ends it.";
+pub(super) const GROUP_HEAD: &str = "Several nodes";
+pub(super) const SELECTED: &str = "Selected";
+pub(super) const MIDDLE: [&str; 2] = ["Middle, x (m)", "Middle, y (m)"];
+pub(super) const SEVERAL: &str = "Different";
+pub(super) const JOIN: &str = "Join them";
+pub(super) const JOIN_HINT: &str = "Adds the shortest edges by which all of them are joined.";
+pub(super) const EDGES_ENABLED: &str = "Routes may use their edges";
+pub(super) const TRAVERSAL: &str = "Traversal";
+pub(super) const SPEED: &str = "Speed (m/s)";
+pub(super) const SPEED_OF_ROBOT: &str = "Robot's";
+pub(super) const ROOM_LEFT: &str = "Room left (m)";
+pub(super) const ROOM_RIGHT: &str = "Room right (m)";
 pub(super) const EDGE_HEAD: &str = "Edge";
 pub(super) const ENABLED: &str = "Routes may use it";
 pub(super) const BOTH_WAYS: &str = "Both ways";
@@ -90,6 +110,51 @@ pub(super) const KINDS: [(&str, NodeKind); 4] = [
     ("Safe", NodeKind::Safe),
 ];
 
+/// The ways to traverse an edge that people choose; others come with what makes them.
+pub(super) const TRAVERSALS: [(&str, Traversal); 4] = [
+    ("Walk", Traversal::Walk),
+    ("Walk slowly", Traversal::Slow),
+    ("Door", Traversal::Door),
+    ("Stairs", Traversal::Stairs),
+];
+
+pub(super) fn traversal(traversal: &Traversal) -> &str {
+    match traversal {
+        Traversal::Walk => "Walk",
+        Traversal::Slow => "Walk slowly",
+        Traversal::Door => "Door",
+        Traversal::Stairs => "Stairs",
+        Traversal::Dock => "Onto a dock",
+        Traversal::Action { name, .. } => name,
+    }
+}
+
+/// Which way the robot faces.
+pub(super) const DIRECTIONS: [(&str, TravelDirection); 3] = [
+    ("Forwards", TravelDirection::Forward),
+    ("Backwards", TravelDirection::Backward),
+    ("Any way", TravelDirection::Any),
+];
+
+/// What stands in an edge while a node is dragged.
+pub(super) fn obstructed(found: &DragObstruction) -> String {
+    let DragObstruction { from, to, along_m, others } = found;
+    let more = match others {
+        0 => String::new(),
+        1 => " One more edge is not free.".to_owned(),
+        others => format!(" {others} more edges are not free."),
+    };
+    format!("Something stands between {from} and {to}, {} from {from}.{more}", format::distance(*along_m))
+}
+
+pub(super) fn floor(floor: i32) -> String {
+    format!("Floor {floor}")
+}
+
+pub(super) fn delete_nodes(count: usize) -> String {
+    format!("Delete {count} nodes")
+}
+
 pub(super) fn delete_node(name: &str) -> String {
     format!("Delete node {name}")
 }
@@ -109,11 +174,6 @@ pub(super) fn edge_row(from: &str, to: &str, length_m: f64) -> String {
 /// What deleting a node breaks.
 pub(super) fn needed_by(missions: &[&str]) -> String {
     format!("Needed by: {}. Their tasks here will have to be changed.", missions.join(", "))
-}
-
-pub(super) fn position(node: &Node) -> String {
-    let Vec3 { x, y, z } = node.map_from_node.position;
-    format::position(&Vec3::new(x, y, z))
 }
 
 /// A sentence on a problem. `name`: of its object.

@@ -1,0 +1,85 @@
+//! The node that is selected: its name, kind, place, edges, and what needs it.
+
+use super::{both_ways, length_m, missing_name, name_of, needed_by, texts};
+use crate::button::{Button, Kind};
+use crate::feature_panel::PanelContext;
+use crate::heading::{heading_deg, orientation_of};
+use crate::icon;
+use crate::name_field::NameField;
+use crate::number_field::{NumberField, TypedNumber};
+use crate::widgets;
+use client_model::{ClientCommand, Selection, SiteEdit};
+use egui::Ui;
+use site_model::{Edge, Node, ObjectId, Site};
+use std::collections::BTreeSet;
+
+/// Coordinates that people may enter, metres.
+pub(super) const RANGE_M: [f64; 2] = [-100_000.0, 100_000.0];
+
+/// What the section keeps between frames.
+#[derive(Debug, Default)]
+pub(super) struct NodeSection {
+    name: NameField,
+    typed: TypedNumber,
+}
+
+impl NodeSection {
+    pub(super) fn show(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, site: &Site, node: &Node) {
+        let tokens = cx.tokens;
+        widgets::section_head(ui, tokens, texts::NODE_HEAD);
+        if let Some(name) = self.name.show(ui, cx, &texts::NAME_FIELD, ObjectId::Node(node.id), &node.name) {
+            change(cx, node, |node| node.name = name);
+        }
+        for kinds in texts::KINDS.chunks(2) {
+            widgets::choice(ui, tokens, kinds, node.kind, |kind| change(cx, node, |node| node.kind = kind));
+        }
+        self.show_place(ui, cx, node);
+        // Of a pair of edges the one that leads away stands for both.
+        let leads_here_only = |edge: &Edge| edge.to == node.id && both_ways(site, edge).count() == 1;
+        for edge in site.edges().filter(|edge| edge.from == node.id || leads_here_only(edge)) {
+            let [from, to] = [name_of(site, edge.from), name_of(site, edge.to)];
+            let row = texts::edge_row(from, to, length_m(site, edge));
+            let name = texts::edge(from, to);
+            if Button::new(&name).text(&row).kind(Kind::Quiet).wide(ui).left().show(ui, tokens).clicked() {
+                cx.commands.push(ClientCommand::Select(Some(Selection::Edge(edge.id))));
+            }
+        }
+        needed_by(ui, tokens, site, &BTreeSet::from([node.id]));
+        let name = texts::delete_node(missing_name(&node.name));
+        let delete = Button::new(&name).text(texts::DELETE_SHORT).icon(icon::TRASH).kind(Kind::Danger);
+        if delete.wide(ui).show(ui, tokens).clicked() {
+            cx.commands.push(ClientCommand::EditSite(cx.model.site.removing_nodes(&[node.id].into())));
+            cx.commands.push(ClientCommand::Select(None));
+        }
+    }
+
+    /// Fields for position, heading and floor, by which keys and fingers move and turn the node as drags do.
+    fn show_place(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, node: &Node) {
+        let object = ObjectId::Node(node.id);
+        let mut field = |ui: &mut Ui, cx: &mut PanelContext<'_>, name, value, step, decimals, range| {
+            let field = NumberField { name, object, value: Some(value), hint: "", step, decimals, range };
+            field.show(ui, cx, &mut self.typed).flatten()
+        };
+        let position = node.map_from_node.position;
+        for (index, name) in texts::COORDINATES.into_iter().enumerate() {
+            let present = [position.x, position.y, position.z][index];
+            if let Some(value) = field(ui, cx, name, present, 0.1, 2, RANGE_M) {
+                let mut to = position;
+                *[&mut to.x, &mut to.y, &mut to.z][index] = value;
+                cx.commands.push(ClientCommand::EditSite(cx.model.site.moving_node(node.id, to)));
+            }
+        }
+        let heading = heading_deg(&node.map_from_node.orientation);
+        if let Some(value) = field(ui, cx, texts::HEADING, heading, 15.0, 0, [-360.0, 360.0]) {
+            change(cx, node, |node| node.map_from_node.orientation = orientation_of(value.to_radians()));
+        }
+        if let Some(floor) = field(ui, cx, texts::FLOOR, f64::from(node.floor), 1.0, 0, texts::FLOORS) {
+            change(cx, node, |node| node.floor = floor as i32);
+        }
+    }
+}
+
+fn change(cx: &mut PanelContext<'_>, node: &Node, change: impl FnOnce(&mut Node)) {
+    let edit: SiteEdit = cx.model.site.changing_node(node.id, change);
+    cx.commands.push(ClientCommand::EditSite(edit));
+}
