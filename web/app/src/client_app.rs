@@ -1,5 +1,6 @@
 //! The eframe application: every frame it decodes downloads, updates the scene, draws the viewport and the panels, and applies commands.
 
+use crate::camera_inset::CameraInset;
 use crate::decode_queue::EncodedKeyframeScan;
 use crate::result_files::ResultFileLoader;
 use crate::runtime::{ClientRuntime, RuntimeConfig, install_page_events, now};
@@ -38,7 +39,8 @@ impl Default for ClientAppConfig {
 /// Begins to connect. This precedes the graphics device, so that the server answers while the browser makes it.
 pub(crate) fn connect() -> Rc<RefCell<ClientRuntime>> {
     let ids = Ids::new(browser::random_u128());
-    let model = Model::new(storage::load_client_id(), ids, storage::load_view_settings(), now());
+    let mut model = Model::new(storage::load_client_id(), ids, storage::load_view_settings(), now());
+    model.restore_draft(storage::load_draft());
     let runtime = Rc::new(RefCell::new(ClientRuntime::new(RuntimeConfig::default(), model)));
     install_page_events(&runtime);
     runtime
@@ -51,6 +53,7 @@ pub(crate) struct ClientApp {
     panels: PanelState,
     scene: SceneSync,
     viewport: Viewport,
+    camera_inset: CameraInset,
     text_inputs: TextInputElements,
     result_files: ResultFileLoader,
     commands: Vec<ClientCommand>,
@@ -98,6 +101,7 @@ impl ClientApp {
             panels: PanelState::for_page(browser::clock()),
             scene,
             viewport: Viewport::new(ViewportConfig::default(), frame_pacer),
+            camera_inset: CameraInset::default(),
             text_inputs: TextInputElements::new(ctx.clone()),
             result_files: ResultFileLoader::new(ctx.clone()),
             commands: Vec::new(),
@@ -231,6 +235,9 @@ impl eframe::App for ClientApp {
             self.panels.set_scene_drag(self.viewport.graph().scene_drag(&runtime.model, was_dragging));
             self.panels.clock.utc = browser::utc();
             panels::show(&ctx, &runtime.model, &mut self.panels, &mut commands);
+            if let Some(view) = self.viewport.view() {
+                self.camera_inset.show(&ctx, &mut self.panels, &self.scene, &view);
+            }
             self.text_inputs.update(&self.panels.text_inputs, &tokens);
             self.result_files.fetch_wanted(&mut self.panels.files);
         }

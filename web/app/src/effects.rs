@@ -68,6 +68,7 @@ impl EffectExecutor {
             ClientEffect::SavePlanFile(file) => plan_files::save(&file),
             ClientEffect::CancelUpload(upload) => self.uploads.cancel(upload),
             ClientEffect::SaveSettings(settings) => storage::save_view_settings(&settings),
+            ClientEffect::SaveDraft(draft) => storage::save_draft(&draft),
             ClientEffect::RemoveTile(hash) => self.scene_effects.push_back(SceneEffect::RemoveTile(hash)),
             ClientEffect::MoveCamera(to) => self.scene_effects.push_back(SceneEffect::MoveCamera(to)),
         }

@@ -8,6 +8,8 @@ mod aria;
 #[cfg(target_arch = "wasm32")]
 mod browser;
 #[cfg(target_arch = "wasm32")]
+mod camera_inset;
+#[cfg(target_arch = "wasm32")]
 mod client_app;
 #[cfg(target_arch = "wasm32")]
 mod decode_queue;

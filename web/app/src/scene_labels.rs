@@ -1,5 +1,6 @@
 //! Labels of the scene: robot, goal, docks, picked points, keyframes.
 
+use crate::graph_preview::GraphPreview;
 use crate::mission_overlay;
 use crate::vector::vector;
 use client_model::{Model, Selection};
@@ -19,9 +20,10 @@ const ROBOT_EXTENT_M: [f64; 3] = [0.5, 0.22, 0.22];
 /// Position on the screen (points) and depth (m).
 type ScreenPosition = (egui::Pos2, f64);
 
-/// Labels of the things in the image, the most important first. `project` maps a point of the map to the screen, if it is in the image.
+/// Labels of the things in the image, the most important first. `preview`: what an operator drags. `project` maps a point of the map to the screen, if it is in the image.
 pub(crate) fn scene_labels(
     model: &Model,
+    preview: &GraphPreview,
     project: impl Fn(DVec3) -> Option<ScreenPosition>,
 ) -> Vec<SceneLabel> {
     let mut labels = Vec::new();
@@ -34,7 +36,7 @@ pub(crate) fn scene_labels(
     mission_overlay::stop_labels(model, &project, &mut labels);
     dock_labels(model, &project, &mut labels);
     alignment_labels(model, &project, &mut labels);
-    node_labels(model, &project, &mut labels);
+    node_labels(model, preview, &project, &mut labels);
     // Keyframes would hide the robot's pose or the points that are picked.
     let picking = model.is_picking_pose() || model.alignment().is_some();
     if (model.view_settings().graph || model.loop_pick().is_some()) && model.has_pose_graph() && !picking {
@@ -128,6 +130,7 @@ fn alignment_labels(
 /// Names of the nodes of the topological map and of the inspection points nearest to the camera, and of the selected one.
 fn node_labels(
     model: &Model,
+    preview: &GraphPreview,
     project: &impl Fn(DVec3) -> Option<ScreenPosition>,
     labels: &mut Vec<SceneLabel>,
 ) {
@@ -138,7 +141,9 @@ fn node_labels(
     let mut candidates: Vec<(f64, SceneLabel)> = Vec::new();
     let selected = model.selected_nodes();
     for node in model.site.shown_nodes() {
-        let floor = vector(node.map_from_node.position) - DVec3::Z * STANDING_HEIGHT_M;
+        let dragged = preview.nodes.get(&node.id).copied();
+        let base = dragged.unwrap_or_else(|| vector(node.map_from_node.position));
+        let floor = base - DVec3::Z * STANDING_HEIGHT_M;
         let Some((at, depth_m)) = project(floor) else { continue };
         let is_selected = selected.contains(&node.id);
         let order = if is_selected { f64::NEG_INFINITY } else { depth_m };

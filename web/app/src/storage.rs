@@ -1,13 +1,14 @@
-//! Stores data in the browser between visits: the view settings, and the client's id as long as the tab is open.
+//! Stores data in the browser between visits: the view settings, the draft of the site, and the client's id as long as the tab is open.
 //!
 //! A browser may forbid storage, or its storage may be full. Then every visit starts with the defaults.
 
 use crate::browser;
-use client_model::ViewSettings;
+use client_model::{StoredDraft, ViewSettings};
 use vocab::ClientId;
 
 const CLIENT_KEY: &str = "autoinspect.client";
 const VIEW_KEY: &str = "autoinspect.view";
+const DRAFT_KEY: &str = "autoinspect.draft";
 
 /// The id of this tab. It is kept over reloads, so that a reload keeps control of the robot.
 pub(crate) fn load_client_id() -> ClientId {
@@ -37,5 +38,26 @@ pub(crate) fn save_view_settings(settings: &ViewSettings) {
     if let (Some(storage), Ok(text)) = (browser::lasting_storage(), serde_json::to_string(settings)) {
         // Without storage the next visit starts with the defaults.
         let _ = storage.set_item(VIEW_KEY, &text);
+    }
+}
+
+/// The draft of the site of the last visit, or none.
+pub(crate) fn load_draft() -> StoredDraft {
+    browser::lasting_storage()
+        .and_then(|storage| storage.get_item(DRAFT_KEY).ok().flatten())
+        .and_then(|text| serde_json::from_str(&text).ok())
+        .unwrap_or_default()
+}
+
+/// Stores the draft of the site for the next visit; one that is over is removed.
+pub(crate) fn save_draft(draft: &StoredDraft) {
+    let Some(storage) = browser::lasting_storage() else { return };
+    let stored = if *draft == StoredDraft::default() {
+        storage.remove_item(DRAFT_KEY)
+    } else {
+        serde_json::to_string(draft).map_or(Ok(()), |text| storage.set_item(DRAFT_KEY, &text))
+    };
+    if stored.is_err() {
+        browser::log_warning("the draft of the site could not be stored: it will be gone after a reload");
     }
 }

@@ -113,6 +113,11 @@ impl Viewport {
         }
     }
 
+    /// The view that was drawn last.
+    pub(crate) fn view(&self) -> Option<View> {
+        self.view
+    }
+
     /// The viewpoint, for the selection of tiles to fetch.
     pub(crate) fn viewpoint(&self) -> Option<client_model::Viewpoint> {
         self.view.map(|view| viewpoint_of(view.camera, view.viewport_px))
@@ -195,7 +200,7 @@ impl Viewport {
             let point = pixel / f64::from(view.pixels_per_point);
             inside.then_some((egui::pos2(point.x as f32, point.y as f32), depth))
         };
-        scene_labels::scene_labels(model, project)
+        scene_labels::scene_labels(model, self.graph.preview(), project)
     }
 
     /// Moves the camera. Returns the view settings if this changed them.

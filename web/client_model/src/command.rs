@@ -1,8 +1,8 @@
 //! What operators ask for, as views emit it.
 
 use crate::{
-    CameraMove, GraphTool, LoopInitialGuess, LoopPair, MissionEditorCommand, NoticeId, RunQuery, ScanOverlay,
-    ScheduleSelection, Screen, Selection, SiteEdit, ViewSettings,
+    CameraMove, DraftCommand, GraphTool, LoopInitialGuess, LoopPair, MissionEditorCommand, NoticeId, RunQuery,
+    ScanOverlay, ScheduleSelection, Screen, Selection, SiteEdit, ViewSettings,
 };
 use api::SimulatedFault;
 use site_model::{InspectionPointId, LocalDate, MissionCommandKind, MissionId, NodeId, RunId};
@@ -138,6 +138,8 @@ pub enum ClientCommand {
     UseGraphTool(Option<GraphTool>),
     /// Change objects of the site together.
     EditSite(SiteEdit),
+    /// Work on the draft of the site.
+    Draft(DraftCommand),
     /// Select these nodes of the topological map and nothing else.
     SelectNodes(BTreeSet<NodeId>),
     /// Show only this floor of the topological map; `None`: all.

@@ -1,7 +1,7 @@
 //! What the shell shall do.
 
 use crate::features::view_settings::{Bookmark, ViewSettings};
-use crate::{LoopPair, RunQuery};
+use crate::{LoopPair, RunQuery, StoredDraft};
 use api::{ClientMessage, Command, StreamRequest, TileHash};
 use site_model::{InspectionPointId, PlanFile, RunId};
 use vocab::{KeyframeId, MapId, SessionId, UploadId, Vec3};
@@ -90,6 +90,8 @@ pub enum ClientEffect {
     MoveCamera(CameraMove),
     /// Store the settings for the next visit.
     SaveSettings(ViewSettings),
+    /// Store the draft of the site for the next visit.
+    SaveDraft(StoredDraft),
 }
 
 impl ClientEffect {

@@ -60,7 +60,10 @@ pub use features::schedule::{
     ShownSpan, conflicts_of, expected_durations, first_slot, lay_out_week, plan_schedules, week_of,
 };
 pub use features::selection::{GraphTool, PointerMode, Selection};
-pub use features::site::{SiteEdit, SiteFeature, parameters_from_json, parameters_to_json};
+pub use features::site::{
+    CameraSight, DraftChange, DraftCommand, DraftEntry, FieldChange, SiteEdit, SiteFeature, StoredDraft,
+    field_changes, parameters_from_json, parameters_to_json,
+};
 pub use features::trajectory::Trajectory;
 pub use features::view_settings::{Bookmark, CameraPose, ColourBy, Screen, Theme, ViewFeature, ViewSettings};
 pub use ids::Ids;

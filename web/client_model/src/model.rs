@@ -13,7 +13,9 @@ use crate::features::notices::Notices;
 use crate::features::selection::{GraphTool, PointerMode, Selection};
 use crate::features::view_settings::ViewFeature;
 use crate::shared::{Change, Context, Shared};
-use crate::{ClientCommand, ClientEffect, ClientEvent, ClientTime, Ids, Model, Socket, ViewSettings};
+use crate::{
+    ClientCommand, ClientEffect, ClientEvent, ClientTime, Ids, Model, Socket, StoredDraft, ViewSettings,
+};
 use api::{Localisation, Mapping, Motion, Quality, ServerMessage};
 use site_model::NodeId;
 use std::collections::BTreeSet;
@@ -25,6 +27,11 @@ impl Model {
         let mut model = Self::compose(Shared::new(client, ids, now));
         model.view = ViewFeature::new(view);
         model
+    }
+
+    /// Goes on with a draft of the site from an earlier visit.
+    pub fn restore_draft(&mut self, stored: StoredDraft) {
+        self.site.restore_draft(stored);
     }
 
     /// Opens both sockets; once, before the first event.

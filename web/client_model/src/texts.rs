@@ -15,6 +15,9 @@ pub(crate) const VIEWED_MAP_DELETED: &str = "The map on the screen was moved to 
 /// Name of a map that is not listed.
 pub(crate) const UNNAMED_MAP: &str = "Map";
 
+/// Shown when a draft cannot be published yet.
+pub(crate) const DRAFT_CONFLICTS: &str = "Somebody else has changed objects of the draft. Choose on the tab Draft which of the two counts, then publish again.";
+
 /// Shown when the site is edited before it has come.
 pub(crate) const SITE_NOT_LOADED: &str =
     "The robot has not sent its graph, missions and schedules yet. Wait a moment and try again.";

@@ -1,5 +1,6 @@
 //! The interface between the frame and the panels of features: what a panel may show, and what it reads and writes meanwhile.
 
+use crate::camera_preview::{CameraPreview, SightCheck};
 use crate::layout::{Layout, Width};
 use crate::page_clock::PageClock;
 use crate::result_files::ResultFiles;
@@ -88,6 +89,10 @@ pub struct DragObstruction {
 pub(crate) struct FrameState {
     /// What is dragged in the scene.
     pub(crate) scene_drag: SceneDrag,
+    /// Room for the picture of the robot's camera in this frame.
+    pub(crate) camera_preview: Option<CameraPreview>,
+    /// What stands between that camera and its target.
+    pub(crate) sight_check: Option<SightCheck>,
     /// Below 1100 px: whether the side card is shown.
     pub(crate) drawer_open: bool,
     /// Whether the list of keyboard shortcuts is shown.

@@ -16,7 +16,15 @@
 //! | button | `Allow motion` | top bar, while motion is stopped |
 //! | button | `Take control`, `Release control` | top bar |
 //! | button (toggled) | `Live`, `Map`, `Site`, `Missions`, `Schedule`, `Runs`, `Settings` | rail |
-//! | button (toggled) | `Add nodes`, `Connect nodes` | Site: what a click in the scene does |
+//! | button (toggled) | `Add nodes`, `Connect nodes`, `Select several` | Site: what a click or drag in the scene does |
+//! | button (toggled) | `All floors`, `Floor NUMBER` | Site, where there are several floors: the one that is shown |
+//! | status | `Selected` | Site, while several nodes are selected |
+//! | button | `Join them`, `Delete NUMBER nodes` | Site, while several nodes are selected |
+//! | button (toggled) | `Routes may use their edges` | Site, while several nodes are selected |
+//! | textbox | `x (m)`, `y (m)`, `Height (m)`, `Heading (°)`, `Floor`, each with the buttons `Less: NAME` and `More: NAME` | Site, while a node is selected |
+//! | textbox | `Speed (m/s)`, `Room left (m)`, `Room right (m)`, with the same buttons | Site, while an edge is selected |
+//! | button | `Traversal` | Site, while an edge is selected: unfolds a list |
+//! | button (toggled) | `Forwards`, `Backwards`, `Any way` | Site, while an edge is selected |
 //! | status | `Nodes`, `Edges`, `Not confirmed` | Site |
 //! | button | `Make from the map`, then `Replace them`, `Keep them` if there are nodes | Site |
 //! | status | `Making the topological map`, then `Result` with the button `Dismiss the result` | Site, after that |
@@ -27,10 +35,17 @@
 //! | button (toggled) | `Routes may use it`, `Both ways` | Site, while an edge is selected |
 //! | button | `Split edge`, `Delete edge` | Site, while an edge is selected |
 //! | button | the sentence itself | Site: a problem; selects its object |
-//! | button (toggled) | `Topological map`, `Inspection points` | Site: parts of its card |
+//! | button (toggled) | `Topological map`, `Inspection points`, `Draft` | Site: parts of its card |
+//! | button | `Edit as draft`, then `Publish`, `Discard the draft` or `End the draft` | Site, Draft |
+//! | status | `Changes` | Site, Draft |
+//! | button | `KIND NAME: added`, `changed` or `removed` | Site, Draft: selects the object |
+//! | button | `Keep mine: KIND NAME`, `Take theirs: KIND NAME` | Site, Draft: where somebody else has changed it too |
+//! | button | `Show the draft` | Site, Missions, Schedule and Settings, while a draft is edited |
 //! | button (toggled) | `Add an inspection point` | Site, while a node is selected: the next click in the scene picks the target |
 //! | button (toggled) | `Inspection point NAME` | Site: selects it |
-//! | status | `Seen from`, `Stand-off`, `Target` | Site, while an inspection point is selected |
+//! | status | `Seen from`, `Stand-off`, `Target`, `Camera view` | Site, while an inspection point is selected |
+//! | textbox | `Stand off (m)`, with the buttons `Less: Stand off (m)` and `More: Stand off (m)` | Site, while an inspection point is selected |
+//! | button | `Turn the node to the target` | Site, while an inspection point is selected |
 //! | textbox | `Inspection point name`, `Parameters (JSON)` | Site, while an inspection point is selected |
 //! | button | `Rename inspection point`, `Pick the target anew`, `Show the target`, `Apply the parameters`, `Delete inspection point NAME` | Site, while an inspection point is selected |
 //! | button | `New mission`, `Mission NAME`, `Duplicate NAME`, `Delete NAME` | Missions: the list |
@@ -126,6 +141,7 @@ pub mod icon;
 pub mod theme;
 
 mod button;
+mod camera_preview;
 mod feature_panel;
 mod features;
 mod frame;
@@ -148,6 +164,7 @@ mod widgets;
 #[cfg(test)]
 mod test_support;
 
+pub use camera_preview::{CameraPreview, SightCheck};
 pub use feature_panel::{DragObstruction, SceneDrag};
 pub use features::scene_labels::{SceneLabel, graph_tool, show_labels};
 pub(crate) use layout::{Layout, Width};
@@ -188,6 +205,16 @@ impl PanelState {
         self.frame.scene_drag = drag;
     }
 
+    /// Where the picture of the robot's camera is shown in this frame, if anywhere.
+    pub fn camera_preview(&self) -> Option<CameraPreview> {
+        self.frame.camera_preview
+    }
+
+    /// What stands between the camera and its target.
+    pub fn set_sight_check(&mut self, check: SightCheck) {
+        self.frame.sight_check = Some(check);
+    }
+
     /// The part of the scene in a window that no card covers: maps are fitted into it.
     pub fn free_area(&self, window: egui::Rect) -> egui::Rect {
         Layout::of(window).free_beside(self.frame.drawer_open, self.frame.is_left_card_shown)
@@ -209,6 +236,7 @@ pub fn shown_mission(model: &Model) -> Option<(&site_model::Site, &client_model:
 pub fn show(ctx: &egui::Context, model: &Model, state: &mut PanelState, commands: &mut Vec<ClientCommand>) {
     state.text_inputs.begin_frame();
     state.files.begin_frame();
+    state.frame.camera_preview = None;
     let mut cx = PanelContext {
         model,
         tokens: &Tokens::of(model.view_settings().theme),

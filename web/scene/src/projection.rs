@@ -26,6 +26,8 @@ pub struct CameraProjection {
     pose: CameraPose,
     camera_position: DVec3,
     viewport_px: DVec2,
+    /// Tangent of half the vertical field of view.
+    tan_half_fov: f64,
 }
 
 impl CameraProjection {
@@ -38,7 +40,13 @@ impl CameraProjection {
     /// Projects into a viewport, which counts as one pixel at least along each side.
     pub fn new(pose: CameraPose, viewport_px: [u32; 2]) -> Self {
         let viewport_px = DVec2::new(f64::from(viewport_px[0].max(1)), f64::from(viewport_px[1].max(1)));
-        Self { pose, camera_position: pose.position(), viewport_px }
+        Self { pose, camera_position: pose.position(), viewport_px, tan_half_fov: Self::TAN_HALF_FOV }
+    }
+
+    /// The same with a focal length that is this many times as long.
+    pub(crate) fn magnified(self, magnification: f64) -> Self {
+        let magnification = if magnification > 0.0 { magnification } else { 1.0 };
+        Self { tan_half_fov: Self::TAN_HALF_FOV / magnification, ..self }
     }
 
     /// Position of the camera, m, map frame.
@@ -48,7 +56,7 @@ impl CameraProjection {
 
     /// Focal length, px: a metre at a depth of 1 m spans this many pixels.
     pub fn focal_px(&self) -> f64 {
-        0.5 * self.viewport_px.y / Self::TAN_HALF_FOV
+        0.5 * self.viewport_px.y / self.tan_half_fov
     }
 
     /// From metres relative to the camera, along the map's axes, to clip coordinates: depth 1 at the near plane, 0 at
@@ -62,7 +70,7 @@ impl CameraProjection {
             DVec4::new(right.z, up.z, -forward.z, 0.0),
             DVec4::W,
         );
-        let scale = 1.0 / Self::TAN_HALF_FOV;
+        let scale = 1.0 / self.tan_half_fov;
         let projection = DMat4::from_cols(
             DVec4::new(scale * self.viewport_px.y / self.viewport_px.x, 0.0, 0.0, 0.0),
             DVec4::new(0.0, scale, 0.0, 0.0),
@@ -118,8 +126,7 @@ impl CameraProjection {
         let (right, forward) = (self.pose.right(), self.pose.forward());
         let up = right.cross(forward);
         let depth = relative.dot(forward);
-        let tan =
-            DVec2::new(Self::TAN_HALF_FOV * self.viewport_px.x / self.viewport_px.y, Self::TAN_HALF_FOV);
+        let tan = DVec2::new(self.tan_half_fov * self.viewport_px.x / self.viewport_px.y, self.tan_half_fov);
         // Signed distance beyond each pair of side planes, whose normals have this length before scaling.
         let beyond = |across: f64, tan: f64| (across.abs() - depth * tan) / (1.0 + tan * tan).sqrt();
         depth > Self::NEAR_M - radius

@@ -1,6 +1,7 @@
 //! The renderer: it holds the content of the scene. `renderer/frame.rs` draws a frame of it.
 
 mod frame;
+mod inset;
 
 use crate::level_of_detail::{LevelOfDetailConfig, SelectedTile, TileCandidate, select_tiles};
 use crate::overlay::{Marker, Overlay, OverlayConfig, Polyline};
@@ -57,6 +58,8 @@ pub struct Renderer {
     /// The view of the finished image; none when the scene has changed since.
     finished_view: Option<View>,
     statistics: FrameStatistics,
+    /// A second image of the same scene; none before one was drawn.
+    inset: Option<inset::Inset>,
 }
 
 /// Counts of the last frame.
@@ -132,6 +135,7 @@ impl Renderer {
             overlay_palette: None,
             finished_view: None,
             statistics: FrameStatistics::default(),
+            inset: None,
             overlay_pipelines: None,
             overlay_deferred: false,
             pipelines,
@@ -288,7 +292,7 @@ impl Renderer {
             self.targets = Some(RenderTargets::new(&self.device, size, layouts.0, layouts.1));
         }
         self.rebuild_overlay(&view.palette);
-        let projection = CameraProjection::new(view.camera, size);
+        let projection = CameraProjection::new(view.camera, size).magnified(view.options.magnification);
         let points_only = std::mem::take(&mut self.overlay_deferred) && self.overlay_pipelines.is_none();
         if !points_only && self.overlay_pipelines.is_none() {
             self.overlay_pipelines = Some(OverlayPipelines::new(&self.device, &self.pipelines));
@@ -300,10 +304,14 @@ impl Renderer {
     /// Copies the image into the viewport of the caller's pass. Draws nothing before the first [`Self::prepare`].
     pub fn paint(&self, pass: &mut wgpu::RenderPass<'_>) {
         if let Some(targets) = &self.targets {
-            pass.set_pipeline(&self.pipelines.present);
-            pass.set_bind_group(0, &targets.finished_group, &[]);
-            pass.draw(0..3, 0..1);
+            self.present(targets, pass);
         }
+    }
+
+    fn present(&self, targets: &RenderTargets, pass: &mut wgpu::RenderPass<'_>) {
+        pass.set_pipeline(&self.pipelines.present);
+        pass.set_bind_group(0, &targets.finished_group, &[]);
+        pass.draw(0..3, 0..1);
     }
 
     /// Finds the thing under a pixel (from the top left corner of the viewport, y down) of a view.
@@ -376,6 +384,9 @@ impl Renderer {
     /// Marks the finished image as out of date.
     fn invalidate(&mut self) {
         self.finished_view = None;
+        if let Some(inset) = &mut self.inset {
+            inset.finished_view = None;
+        }
     }
 
     fn change_overlay(&mut self, with: impl FnOnce(&mut Overlay)) {

@@ -75,6 +75,10 @@ pub struct Options {
     pub map: bool,
     /// Whether the current scan is drawn.
     pub live_scan: bool,
+    /// Whether robot, lines and markers are drawn.
+    pub overlay: bool,
+    /// Focal length, in those of the usual field of view ([`crate::CameraProjection::TAN_HALF_FOV`]).
+    pub magnification: f64,
     /// Rendered pixels for each pixel of the screen, along each side, between 0.25 and 1; less is faster. See [`crate::FramePacer`].
     pub resolution: f32,
 }
@@ -95,6 +99,8 @@ impl Default for Options {
             point_budget: 1_500_000,
             map: true,
             live_scan: true,
+            overlay: true,
+            magnification: 1.0,
             resolution: 1.0,
         }
     }

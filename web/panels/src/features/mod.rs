@@ -41,6 +41,7 @@ pub(crate) mod schedule;
 pub(crate) mod selection;
 pub(crate) mod sensors;
 pub(crate) mod simulated_faults;
+pub(crate) mod site_draft;
 pub(crate) mod site_graph;
 pub(crate) mod site_settings;
 pub(crate) mod tabs;
@@ -108,6 +109,8 @@ panels_of! {
     site_graph: site_graph::SiteGraphPanel,
     /// What is looked at, from where.
     inspection_points: inspection_points::InspectionPointsPanel,
+    /// Edits that gather until they are published.
+    site_draft: site_draft::SiteDraftPanel,
     /// Places and actions for missions.
     mission_palette: mission_palette::MissionPalette,
     /// The list of missions.

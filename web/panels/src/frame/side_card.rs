@@ -6,6 +6,9 @@ use crate::{layout, screens, widgets};
 use client_model::Screen;
 use egui::{Context, ScrollArea, Ui};
 
+/// Letters of the names of tabs that fit into one row.
+const MAX_ROW_LETTERS: usize = 34;
+
 /// Shows the card of the screen.
 pub(super) fn show(ctx: &Context, panels: &mut FeaturePanels, cx: &mut PanelContext<'_>) {
     let screen = cx.screen();
@@ -16,7 +19,11 @@ pub(super) fn show(ctx: &Context, panels: &mut FeaturePanels, cx: &mut PanelCont
         let mut open = cx.frame.tab_of(screen).filter(|tab| tabs.contains(tab)).unwrap_or(*first);
         if tabs.len() > 1 {
             let choices: Vec<(&str, Tab)> = tabs.iter().map(|tab| (tab.name, *tab)).collect();
-            widgets::choice(ui, tokens, &choices, open, |tab| open = tab);
+            // Names that are too long for one row stand in two.
+            let letters: usize = tabs.iter().map(|tab| tab.name.len()).sum();
+            for row in choices.chunks(if letters > MAX_ROW_LETTERS { 2 } else { tabs.len() }) {
+                widgets::choice(ui, tokens, row, open, |tab| open = tab);
+            }
             cx.frame.open_tab(open);
         }
         if open.scrolls {

@@ -1,6 +1,7 @@
 //! Draws one frame: its draw calls and its passes.
 
 use super::*;
+use crate::view::Options;
 
 impl Renderer {
     /// Encodes all passes of the finished image.
@@ -28,7 +29,7 @@ impl Renderer {
         if let Some(targets) = &self.targets {
             self.draw_surfaces(encoder, targets, buffer, &draw_calls);
             self.fill(encoder, targets);
-            self.finish(encoder, targets, view.options.grid);
+            self.finish(encoder, targets, &view.options);
         }
         if let Some(grown) = grown {
             self.draw_uniforms = grown;
@@ -167,7 +168,7 @@ impl Renderer {
     }
 
     /// Draws background and shading, then grid, lines and markers on top.
-    fn finish(&self, encoder: &mut wgpu::CommandEncoder, targets: &RenderTargets, grid: bool) {
+    fn finish(&self, encoder: &mut wgpu::CommandEncoder, targets: &RenderTargets, options: &Options) {
         let clear = wgpu::LoadOp::Clear(wgpu::Color::BLACK);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("scene: finish"),
@@ -182,12 +183,12 @@ impl Renderer {
         else {
             return;
         };
-        if grid {
+        if options.grid {
             pass.set_pipeline(grid_pipeline);
             pass.draw(0..6, 0..1);
         }
         for (instances, pipeline) in [(&self.lines, lines), (&self.markers, markers)] {
-            if instances.count > 0 {
+            if options.overlay && instances.count > 0 {
                 pass.set_pipeline(pipeline);
                 pass.set_vertex_buffer(0, instances.buffer.slice(..));
                 pass.draw(0..6, 0..instances.count);

@@ -33,6 +33,8 @@ pub(crate) enum HistoryStep {
     Loop(LoopEdit),
     /// The site was edited. Its feature holds what was done.
     Site,
+    /// The draft of the site was edited. Its feature holds what was done.
+    Draft,
     /// A saved map was deleted. Undone, it is not done again.
     MapDeleted(MapId),
 }
@@ -64,7 +66,7 @@ impl History {
         let at = self.past.iter().rposition(|step| matches!(step, HistoryStep::Loop(_)))?;
         match self.past.remove(at) {
             HistoryStep::Loop(edit) => Some(edit),
-            HistoryStep::View | HistoryStep::Site | HistoryStep::MapDeleted(_) => None,
+            HistoryStep::View | HistoryStep::Site | HistoryStep::Draft | HistoryStep::MapDeleted(_) => None,
         }
     }
 
@@ -87,7 +89,7 @@ impl History {
     pub(crate) fn last_loop(&self) -> Option<&LoopEdit> {
         self.past.iter().rev().find_map(|step| match step {
             HistoryStep::Loop(edit) => Some(edit),
-            HistoryStep::View | HistoryStep::Site | HistoryStep::MapDeleted(_) => None,
+            HistoryStep::View | HistoryStep::Site | HistoryStep::Draft | HistoryStep::MapDeleted(_) => None,
         })
     }
 
@@ -106,11 +108,20 @@ impl History {
         self.past.retain(|step| *step != HistoryStep::MapDeleted(map));
     }
 
+    /// The draft of the site was published: its steps cannot be taken one by one any more.
+    pub(crate) fn forget_drafts(&mut self) {
+        for steps in [&mut self.past, &mut self.future] {
+            steps.retain(|step| *step != HistoryStep::Draft);
+        }
+    }
+
     fn retain_loops(&mut self, keep: impl Fn(&LoopEdit) -> bool) {
         for steps in [&mut self.past, &mut self.future] {
             steps.retain(|step| match step {
                 HistoryStep::Loop(edit) => keep(edit),
-                HistoryStep::View | HistoryStep::Site | HistoryStep::MapDeleted(_) => true,
+                HistoryStep::View | HistoryStep::Site | HistoryStep::Draft | HistoryStep::MapDeleted(_) => {
+                    true
+                }
             });
         }
     }

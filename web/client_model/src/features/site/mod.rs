@@ -5,6 +5,10 @@
 //!
 //! An edit waits until earlier ones of the same objects are answered. So none is applied to a state that the operator has not seen.
 
+mod camera_sight;
+mod draft;
+mod draft_edits;
+mod draft_fields;
 mod edit;
 mod floors;
 mod graph_edits;
@@ -14,6 +18,10 @@ mod pending;
 mod plan_file;
 mod topomap_generation;
 
+pub use camera_sight::CameraSight;
+pub use draft::{DraftChange, DraftEntry, StoredDraft};
+pub use draft_edits::DraftCommand;
+pub use draft_fields::{FieldChange, field_changes};
 pub use edit::SiteEdit;
 pub use inspection_edits::{parameters_from_json, parameters_to_json};
 
@@ -26,6 +34,8 @@ use api::{
     ClientMessage, EditOutcome, EditRefusal, Severity, SiteAssembly, SiteChanged, SiteState,
     TopomapGeneration,
 };
+use draft::Draft;
+use draft_edits::PublishedDraft;
 use pending::{PendingEdit, PendingEdits};
 use site_model::{Edit, EditError, EditId, RevisionChange, Site, UndoHistory};
 use topomap_generation::TopomapProgress;
@@ -49,7 +59,12 @@ pub struct SiteFeature {
     confirmed: Option<SiteState>,
     /// With own edits that the robot has not confirmed.
     shown: Site,
-    /// Grows with every change of `shown`.
+    /// What is shown while the draft is on: `shown` with the draft in it.
+    drafted: Site,
+    draft: Draft,
+    /// The draft that the robot has not confirmed.
+    published: Option<PublishedDraft>,
+    /// Grows with every change of what is shown.
     revision: u64,
     pending: PendingEdits,
     history: UndoHistory,
@@ -66,9 +81,9 @@ pub struct SiteFeature {
 }
 
 impl SiteFeature {
-    /// The site as the operator sees it; none before it has come.
+    /// The site as the operator sees it, with the draft while that is on; none before it has come.
     pub fn site(&self) -> Option<&Site> {
-        self.confirmed.as_ref().map(|_| &self.shown)
+        self.confirmed.as_ref().map(|_| if self.draft.is_on() { &self.drafted } else { &self.shown })
     }
 
     /// The site as the robot has it, with the number of edits that led to it.
@@ -112,6 +127,9 @@ impl SiteFeature {
         if self.confirmed.is_none() {
             return cx.notify(Severity::Warning, texts::SITE_NOT_LOADED.to_owned());
         }
+        if self.draft.is_on() {
+            return self.edit_draft(wanted, cx);
+        }
         let id = cx.shared.ids.edit();
         self.id_seed = None;
         let edit = self.edit_of(id, wanted);
@@ -121,7 +139,12 @@ impl SiteFeature {
         if api::encoded_bytes(&edit) > api::MAX_EDIT_BYTES {
             return cx.notify(Severity::Warning, texts::EDIT_TOO_LONG.to_owned());
         }
-        match self.shown.apply(&edit, id) {
+        self.apply_own(edit, cx);
+    }
+
+    /// Applies an own edit to what is shown, as a step of undo, and sends it.
+    fn apply_own(&mut self, edit: Edit, cx: &mut Context<'_>) {
+        match self.shown.apply(&edit, edit.id) {
             Ok(applied) => {
                 let revisions = applied.revisions.clone();
                 self.history.record(applied);
@@ -133,22 +156,23 @@ impl SiteFeature {
     }
 
     fn edit_of(&self, id: EditId, wanted: &SiteEdit) -> Edit {
+        let site = if self.draft.is_on() { &self.drafted } else { &self.shown };
         let mut changes = Vec::new();
         for object in &wanted.removed {
-            for change in self.shown.removal(id, *object).changes {
+            for change in site.removal(id, *object).changes {
                 let is_known = |known: &site_model::Change| known.object_id() == change.object_id();
                 if !changes.iter().any(is_known) {
                     changes.push(change);
                 }
             }
         }
-        changes.extend(wanted.put.iter().flat_map(|object| self.shown.put(id, object.clone()).changes));
+        changes.extend(wanted.put.iter().flat_map(|object| site.put(id, object.clone()).changes));
         Edit { id, changes }
     }
 
     /// An own edit was applied to what is shown.
     fn add(&mut self, edit: Edit, revisions: Vec<RevisionChange>, cx: &mut Context<'_>) {
-        self.revision += 1;
+        self.mark_changed();
         self.pending.add(edit, revisions);
         self.send(cx);
     }
@@ -166,7 +190,7 @@ impl SiteFeature {
         let Some(confirmed) = &self.confirmed else { return };
         self.shown = confirmed.site.clone();
         self.pending.apply_to(&mut self.shown);
-        self.revision += 1;
+        self.mark_changed();
     }
 
     fn on_whole(&mut self, state: SiteState, cx: &mut Context<'_>) {
@@ -197,13 +221,14 @@ impl SiteFeature {
             return;
         }
         let revision = confirmed.revision;
+        self.on_published(changed.edit.id, cx);
         let is_shown_already = self.pending.confirm(changed.edit.id);
         self.pending.confirm_up_to(revision);
         let is_apart = !self.pending.touches(&changed.edit);
         if is_shown_already {
             // It was applied when it was made.
         } else if is_apart && self.shown.apply(&changed.edit, changed.edit.id).is_ok() {
-            self.revision += 1;
+            self.mark_changed();
         } else {
             self.rebuild();
         }
@@ -214,6 +239,7 @@ impl SiteFeature {
         match outcome {
             EditOutcome::Applied { revision, .. } => {
                 self.pending.set_applied(id, *revision);
+                self.on_published(id, cx);
                 if let Some(confirmed) = self.confirmed.as_ref().map(|confirmed| confirmed.revision)
                     && self.pending.confirm_up_to(confirmed)
                 {
@@ -243,6 +269,7 @@ impl SiteFeature {
         }
         for PendingEdit { edit, revisions, .. } in &dropped {
             self.history.forget(edit.id, revisions);
+            self.on_taken_back(edit.id);
         }
         self.rebuild();
         cx.notify(Severity::Warning, text);
@@ -321,6 +348,7 @@ impl Feature for SiteFeature {
             ClientCommand::UseGraphTool(None) => cx.shared.selected.enter(PointerMode::Select),
             ClientCommand::SelectNodes(nodes) => cx.shared.selected.select_nodes(nodes),
             ClientCommand::Select(_) => cx.shared.selected.part(),
+            ClientCommand::Draft(command) => self.on_draft_command(*command, cx),
             ClientCommand::ShowFloor(floor) => self.floor = *floor,
             _ => {}
         }
@@ -342,7 +370,11 @@ impl Feature for SiteFeature {
     }
 
     fn undo(&mut self, step: HistoryStep, cx: &mut Context<'_>) -> bool {
-        let done = step == HistoryStep::Site && self.step(UndoHistory::undo, cx);
+        let done = match step {
+            HistoryStep::Site => self.step(UndoHistory::undo, cx),
+            HistoryStep::Draft => self.step_draft(true, cx),
+            _ => false,
+        };
         if done {
             cx.shared.history.add_undone(step);
         }
@@ -350,7 +382,11 @@ impl Feature for SiteFeature {
     }
 
     fn redo(&mut self, step: HistoryStep, cx: &mut Context<'_>) -> bool {
-        let done = step == HistoryStep::Site && self.step(UndoHistory::redo, cx);
+        let done = match step {
+            HistoryStep::Site => self.step(UndoHistory::redo, cx),
+            HistoryStep::Draft => self.step_draft(false, cx),
+            _ => false,
+        };
         if done {
             cx.shared.history.add_redone(step);
         }
@@ -358,6 +394,8 @@ impl Feature for SiteFeature {
     }
 }
 
+#[cfg(test)]
+mod draft_tests;
 #[cfg(test)]
 mod group_tests;
 #[cfg(test)]

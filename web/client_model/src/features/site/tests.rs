@@ -9,11 +9,11 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use uuid::Uuid;
 
-fn id(number: u128) -> ObjectId {
+pub(super) fn id(number: u128) -> ObjectId {
     ObjectId::Asset(AssetId(Uuid::from_u128(number)))
 }
 
-fn asset(number: u128, name: &str) -> Object {
+pub(super) fn asset(number: u128, name: &str) -> Object {
     Object::Asset(Asset {
         id: AssetId(Uuid::from_u128(number)),
         name: name.to_owned(),
@@ -75,7 +75,7 @@ impl TestClient {
         robot.parts().into_iter().for_each(|part| self.event(Event::SitePart(part)));
     }
 
-    fn put(&mut self, number: u128, name: &str) {
+    pub(super) fn put(&mut self, number: u128, name: &str) {
         self.command(ClientCommand::EditSite(SiteEdit {
             put: vec![asset(number, name)],
             removed: Vec::new(),
@@ -90,7 +90,7 @@ impl TestClient {
         self.take_effects().into_iter().filter_map(edit).collect()
     }
 
-    fn name(&self, number: u128) -> Option<&str> {
+    pub(super) fn name(&self, number: u128) -> Option<&str> {
         self.model.site.site()?.get(id(number))?.object.name()
     }
 

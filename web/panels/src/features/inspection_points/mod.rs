@@ -1,6 +1,7 @@
 //! Inspection points: what is looked at, from which node, and with which action.
 
 mod request;
+mod sight;
 #[cfg(test)]
 mod tests;
 mod texts;
@@ -10,6 +11,7 @@ use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
 use crate::features::site_graph::name_of;
 use crate::message::show_message;
 use crate::name_field::NameField;
+use crate::number_field::{NumberField, TypedNumber};
 use crate::widgets::{self, fact};
 use crate::{format, icon, screens};
 use client_model::{CameraMove, ClientCommand, GraphTool, Selection, SiteEdit};
@@ -20,11 +22,15 @@ use site_model::{InspectionPoint, ObjectId, Site};
 /// The tab of inspection points.
 const INSPECTION: Tab = Tab { screen: screens::SITE, name: texts::TAB, scrolls: true, row_spacing: 8.0 };
 
+/// Distances from a target that people may enter, m.
+const STAND_OFF_RANGE_M: [f64; 2] = [0.3, 30.0];
+
 /// What the panel keeps between frames.
 #[derive(Debug, Default)]
 pub(crate) struct InspectionPointsPanel {
     name: NameField,
     request: RequestFields,
+    typed: TypedNumber,
     /// What was selected in the last frame.
     selection: Option<Selection>,
 }
@@ -41,6 +47,8 @@ impl FeaturePanel for InspectionPointsPanel {
 
     fn show_messages(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>) {
         if cx.model.graph_tool() == Some(GraphTool::PickTarget) {
+            // Whoever ends it has no danger in mind.
+            cx.frame.is_escape_taken = true;
             show_message(ui, cx.tokens, cx.tokens.accent, icon::CAMERA, texts::PICK_HINT, |_| {});
         }
     }
@@ -102,13 +110,17 @@ impl InspectionPointsPanel {
         if let Some(name) = self.name.show(ui, cx, &texts::NAME_FIELD, object, &point.name) {
             change(cx, point, |point| point.name = name);
         }
+        let is_editable = model.is_site_on_screen();
         fact(ui, tokens, texts::NODE, name_of(site, point.node));
         if let Some(stand_off_m) = stand_off_m(site, point) {
             fact(ui, tokens, texts::STAND_OFF, &format::distance(stand_off_m));
         }
         fact(ui, tokens, texts::TARGET, &format::position(&point.target_m));
+        if is_editable {
+            sight::show(ui, cx, point);
+        }
+        self.show_stand_off(ui, cx, site, point);
         let is_on = model.graph_tool() == Some(GraphTool::PickTarget);
-        let is_editable = model.is_site_on_screen();
         let pick = Button::new(texts::MOVE_TARGET).icon(icon::MAP_PIN).on(is_on).enabled(is_editable);
         if pick.wide(ui).show(ui, tokens).clicked() {
             cx.commands.push(ClientCommand::UseGraphTool((!is_on).then_some(GraphTool::PickTarget)));
@@ -131,6 +143,45 @@ impl InspectionPointsPanel {
             let removed = vec![object];
             cx.commands.push(ClientCommand::EditSite(SiteEdit { put: Vec::new(), removed }));
             cx.commands.push(ClientCommand::Select(None));
+        }
+    }
+}
+
+impl InspectionPointsPanel {
+    /// Places the node at a distance from the target, or turns it towards the target.
+    fn show_stand_off(
+        &mut self,
+        ui: &mut Ui,
+        cx: &mut PanelContext<'_>,
+        site: &Site,
+        point: &InspectionPoint,
+    ) {
+        let tokens = cx.tokens;
+        let field = NumberField {
+            name: texts::STAND_OFF_FIELD,
+            object: ObjectId::InspectionPoint(point.id),
+            value: stand_off_m(site, point).map(|distance_m| (distance_m * 1e3).round() / 1e3),
+            hint: "",
+            step: 0.1,
+            decimals: 2,
+            range: STAND_OFF_RANGE_M,
+        };
+        if let Some(distance_m) = field.show(ui, cx, &mut self.typed).flatten() {
+            let edit = cx.model.site.standing_off(point, distance_m);
+            cx.commands.push(ClientCommand::EditSite(edit));
+        }
+        let face = cx.model.site.facing_target(point);
+        let button = Button::new(texts::FACE).icon(icon::NAVIGATION_ARROW).enabled(!face.put.is_empty());
+        if button.wide(ui).show(ui, tokens).clicked() {
+            cx.commands.push(ClientCommand::EditSite(face));
+        }
+        let sharing = cx.model.site.inspection_points().into_iter();
+        let sharing: Vec<&str> = sharing
+            .filter(|other| other.node == point.node && other.id != point.id)
+            .map(|other| other.name.as_str())
+            .collect();
+        if !sharing.is_empty() {
+            widgets::remark(ui, tokens, &texts::shared_node(name_of(site, point.node), &sharing));
         }
     }
 }

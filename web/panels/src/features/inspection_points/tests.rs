@@ -30,7 +30,7 @@ fn with_point<'a>() -> Harness<'a, TestClient> {
     let (client, node) = with_node();
     let (point, edit) = client.model.site.adding_inspection_point(node, Vec3::new(2.0, 0.0, 0.5));
     let client = client.command(ClientCommand::EditSite(edit));
-    client.command(ClientCommand::Select(Some(Selection::InspectionPoint(point)))).shown(1440.0, 1200.0)
+    client.command(ClientCommand::Select(Some(Selection::InspectionPoint(point)))).shown(1440.0, 1700.0)
 }
 
 fn carry_out(harness: &mut Harness<'_, TestClient>) {
@@ -118,4 +118,21 @@ fn parameters_are_applied_once_they_are_json() {
     harness.run_steps(2);
     type_text(&mut harness, "  ");
     assert!(harness.query_by_label("Apply the parameters").is_some());
+}
+
+#[test]
+fn the_node_is_placed_at_a_distance_and_turned_and_the_line_of_sight_is_said() {
+    let mut harness = with_point();
+    harness.run_steps(2);
+    let sight = harness.state().panels.camera_preview().expect("room for the picture").sight;
+    assert_eq!(value(&harness, "Camera view"), "The points of the map are being looked at.");
+    let check = crate::SightCheck { sight, blocked_m: Some(1.2) };
+    harness.state_mut().panels.set_sight_check(check);
+    harness.run_steps(2);
+    assert!(value(&harness, "Camera view").starts_with("Something stands in the way, 1.2 m"));
+    click(&mut harness, "Less: Stand off (m)");
+    carry_out(&mut harness);
+    assert_eq!(value(&harness, "Stand-off"), "1.9 m");
+    let before = value(&harness, "Camera view");
+    assert_eq!(before, "The points of the map are being looked at.", "the check was of another place");
 }

@@ -1,5 +1,6 @@
 //! Texts of inspection points, by key.
 
+use crate::format;
 use crate::name_field::NameFieldTexts;
 
 pub(super) const TAB: &str = "Inspection points";
@@ -20,6 +21,12 @@ pub(super) const NAME_FIELD: NameFieldTexts = NameFieldTexts {
 };
 pub(super) const NODE: &str = "Seen from";
 pub(super) const STAND_OFF: &str = "Stand-off";
+pub(super) const STAND_OFF_FIELD: &str = "Stand off (m)";
+pub(super) const FACE: &str = "Turn the node to the target";
+pub(super) const SIGHT: &str = "Camera view";
+pub(super) const UNCHECKED: &str = "The points of the map are being looked at.";
+pub(super) const TILT_IMPOSSIBLE: &str =
+    "The camera cannot tilt that far. Stand farther off, or choose another node.";
 pub(super) const TARGET: &str = "Target";
 pub(super) const MOVE_TARGET: &str = "Pick the target anew";
 pub(super) const SHOW: &str = "Show the target";
@@ -46,4 +53,21 @@ pub(super) fn needed_by(missions: &[&str]) -> String {
 
 pub(super) fn not_json(reason: &str) -> String {
     format!("These are no parameters: {reason}. An example: {{\"zoom\": 2}}.")
+}
+
+/// The line of sight ends at the target.
+pub(super) fn clear(distance_m: f64) -> String {
+    format!("Nothing stands in the way. The target is {} from the camera.", format::distance(distance_m))
+}
+
+pub(super) fn blocked(blocked_m: f64) -> String {
+    format!(
+        "Something stands in the way, {} from the camera. Choose another node or target.",
+        format::distance(blocked_m)
+    )
+}
+
+/// Other points that a change of the node concerns.
+pub(super) fn shared_node(node: &str, points: &[&str]) -> String {
+    format!("{node} moves for these too: {}.", points.join(", "))
 }

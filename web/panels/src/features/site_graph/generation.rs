@@ -51,7 +51,10 @@ impl GenerationSection {
         } else {
             // Where there are no nodes, it is what to do first.
             let kind = if nodes == 0 { Kind::Primary } else { Kind::Plain };
-            let button = Button::new(texts::GENERATE).icon(icon::GRAPH).kind(kind).enabled(!is_asked_for);
+            let button = Button::new(texts::GENERATE)
+                .icon(icon::GRAPH)
+                .kind(kind)
+                .enabled(!is_asked_for && !model.site.is_draft());
             if button.wide(ui).show(ui, tokens).clicked() {
                 self.is_asking = nodes > 0;
                 if nodes == 0 {

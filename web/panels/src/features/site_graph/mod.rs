@@ -75,6 +75,8 @@ impl FeaturePanel for SiteGraphPanel {
             // Its hint is that of the inspection points.
             Some(GraphTool::PickTarget) | None => return,
         };
+        // Whoever ends a tool has no danger in mind.
+        cx.frame.is_escape_taken = true;
         show_message(ui, cx.tokens, cx.tokens.accent, icon::GRAPH, hint, |_| {});
     }
 
