@@ -1,8 +1,8 @@
 //! What operators ask for, as views emit it.
 
 use crate::{
-    CameraMove, DraftCommand, GraphTool, LoopInitialGuess, LoopPair, MissionEditorCommand, NoticeId, RunQuery,
-    ScanOverlay, ScheduleSelection, Screen, Selection, SiteEdit, ViewSettings,
+    CameraMove, DraftCommand, GraphTool, LoopInitialGuess, LoopPair, MissionEditorCommand, NoticeId,
+    RunQuery, ScanOverlay, ScheduleSelection, Screen, Selection, SiteEdit, ViewSettings,
 };
 use api::SimulatedFault;
 use site_model::{InspectionPointId, LocalDate, MissionCommandKind, MissionId, NodeId, RunId};

@@ -33,7 +33,7 @@ fn stored(client: &mut TestClient) -> Option<StoredDraft> {
         ClientEffect::SaveDraft(draft) => Some(draft),
         _ => None,
     };
-    client.take_effects().into_iter().filter_map(saved).last()
+    client.take_effects().into_iter().filter_map(saved).next_back()
 }
 
 #[test]

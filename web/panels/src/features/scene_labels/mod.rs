@@ -119,10 +119,10 @@ pub fn show_labels(
         placer.keep_clear(label.body());
     }
     for label in labels {
-        if let Some(selection) = label.selects {
-            if show_target(ui, tokens, label, &placer) {
-                commands.extend(on_click(ui, model, selection, label.is_selected));
-            }
+        if let Some(selection) = label.selects
+            && show_target(ui, tokens, label, &placer)
+        {
+            commands.extend(on_click(ui, model, selection, label.is_selected));
         }
         if !label.tag.is_empty() {
             paint_tag(ui, tokens, label, &mut placer);
