@@ -29,7 +29,6 @@ pub struct Key {
 impl Key {
     pub const W: Self = Self { code: "KeyW", key: "w", number: b'W' };
     pub const ESCAPE: Self = Self { code: "Escape", key: "Escape", number: 27 };
-    pub const DELETE: Self = Self { code: "Delete", key: "Delete", number: 46 };
     pub const Q: Self = Self { code: "KeyQ", key: "q", number: b'Q' };
 }
 
