@@ -137,7 +137,7 @@ pub(super) fn localise(page: &mut Page, map: &str) {
     page.screenshot().save("localised-1440x900");
 }
 
-/// Zooms to the robot until the camera is a hand's breadth away from it, and away again until the hall is small.
+/// Zooms to the robot as near as it goes while the camera follows it, and away again until the hall is small.
 #[track_caller]
 fn zoom_to_the_robot(page: &mut Page) {
     for (delta_y, picture) in [(-700.0, "near"), (-3000.0, "nearest"), (6000.0, "far")] {

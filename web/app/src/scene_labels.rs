@@ -4,7 +4,7 @@ use crate::graph_preview::GraphPreview;
 use crate::mission_overlay;
 use crate::vector::vector;
 use client_model::{Model, Selection};
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 use panels::SceneLabel;
 use scene::STANDING_HEIGHT_M;
 use vocab::Pose;
@@ -14,8 +14,8 @@ const MAX_KEYFRAME_LABELS: usize = 24;
 /// Largest number of nodes and inspection points with a name in the scene.
 const MAX_NODE_LABELS: usize = 60;
 
-/// Half the length and half the width of the drawn robot, and the height of its sensor over the base, m.
-const ROBOT_EXTENT_M: [f64; 3] = [0.5, 0.22, 0.22];
+/// Radius of the smallest ring round the robot, and the height of its sensor over the base, m.
+const ROBOT_EXTENT_M: [f64; 2] = [0.62, 0.22];
 
 /// Position on the screen (points) and depth (m).
 type ScreenPosition = (egui::Pos2, f64);
@@ -72,13 +72,11 @@ fn robot_on_screen(
 ) -> Option<egui::Rect> {
     let base = vector(map_from_base.position);
     let (middle, _) = project(base)?;
-    let q = map_from_base.orientation;
-    let rotation = DQuat::from_xyzw(q.x, q.y, q.z, q.w);
-    let [half_length, half_width, top] = ROBOT_EXTENT_M;
+    let [radius, top] = ROBOT_EXTENT_M;
     let corners = (0..8).map(|bits| {
-        let side = |bit: i32, half: f64| if bits & bit == 0 { half } else { -half };
+        let side = |bit: i32| if bits & bit == 0 { radius } else { -radius };
         let z = if bits & 4 == 0 { top } else { -STANDING_HEIGHT_M };
-        base + rotation * DVec3::new(side(1, half_length), side(2, half_width), z)
+        base + DVec3::new(side(1), side(2), z)
     });
     let mut half = egui::Vec2::ZERO;
     for (corner, _) in corners.filter_map(project) {

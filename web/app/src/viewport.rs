@@ -44,6 +44,8 @@ pub(crate) struct ViewportConfig {
     min_loop_pitch_rad: f64,
     /// Longest camera distance after moving to the robot or to a point, m.
     max_robot_distance_m: f64,
+    /// Shortest camera distance to the robot while the camera follows it, m: nearer, the camera would be within its body, which is 1 m long.
+    min_robot_distance_m: f64,
     /// Longest distance of a goal from the camera, beyond the camera's distance to its target, m. A click farther away counts as accidental.
     max_goal_distance_m: f64,
     /// Share of the camera's distance that a double click leaves.
@@ -67,6 +69,7 @@ impl Default for ViewportConfig {
             loop_distance_ratio: 2.5,
             min_loop_pitch_rad: 0.9,
             max_robot_distance_m: 25.0,
+            min_robot_distance_m: 1.2,
             max_goal_distance_m: 80.0,
             double_click_ratio: 0.5,
             min_double_click_distance_m: 1.0,
@@ -462,7 +465,8 @@ impl Viewport {
         let pose = self.camera.pose();
         let view = self.view.filter(|_| !model.view_settings().follow || model.viewed_map().is_some());
         let Some(view) = view else {
-            self.camera.zoom(factor, pose.target);
+            let nearest = (pose.distance / self.config.min_robot_distance_m).max(1.0);
+            self.camera.zoom(factor.min(nearest), pose.target);
             return;
         };
         let projection = CameraProjection::new(view.camera, view.viewport_px);

@@ -7,6 +7,33 @@ use serde::{Deserialize, Serialize};
 use site_model::{Change, Edit, EditId, Object, ObjectId, Site};
 use std::collections::BTreeMap;
 
+/// What the operator does with the draft.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DraftCommand {
+    /// Edits go into the draft from now on.
+    Begin,
+    /// The site gets all of it as one edit.
+    Publish,
+    /// It ends, and its changes are gone. It can be undone.
+    Discard,
+    /// Of an object that somebody else has changed too, one of the two counts.
+    Resolve {
+        /// Which object.
+        object: ObjectId,
+        /// Whether it is that of the draft.
+        keep_mine: bool,
+    },
+}
+
+/// A draft that was sent to be published.
+#[derive(Clone, Debug)]
+pub(super) struct PublishedDraft {
+    /// The edit as which it was sent.
+    pub(super) edit: EditId,
+    /// What it held.
+    pub(super) changes: Vec<DraftChange>,
+}
+
 /// Steps of undo that are kept.
 const STEPS_MAX: usize = 200;
 

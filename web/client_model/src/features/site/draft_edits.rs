@@ -1,37 +1,12 @@
 //! The draft of the site in the slice: where edits go while it is on, publishing, and what is shown.
 
-use super::draft::{DraftChange, DraftEntry, StoredDraft};
+use super::draft::{DraftCommand, DraftEntry, PublishedDraft, StoredDraft};
 use super::{SiteEdit, SiteFeature};
 use crate::features::history::HistoryStep;
 use crate::shared::Context;
 use crate::{ClientEffect, texts};
 use api::Severity;
-use site_model::{EditId, ObjectId};
-
-/// What the operator does with the draft.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DraftCommand {
-    /// Edits go into the draft from now on.
-    Begin,
-    /// The site gets all of it as one edit.
-    Publish,
-    /// It ends, and its changes are gone. It can be undone.
-    Discard,
-    /// Of an object that somebody else has changed too, one of the two counts.
-    Resolve {
-        /// Which object.
-        object: ObjectId,
-        /// Whether it is that of the draft.
-        keep_mine: bool,
-    },
-}
-
-/// A draft that was sent to be published.
-#[derive(Clone, Debug)]
-pub(super) struct PublishedDraft {
-    edit: EditId,
-    changes: Vec<DraftChange>,
-}
+use site_model::EditId;
 
 impl SiteFeature {
     /// Whether edits go into a draft.

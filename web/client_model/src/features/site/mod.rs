@@ -19,8 +19,7 @@ mod plan_file;
 mod topomap_generation;
 
 pub use camera_sight::CameraSight;
-pub use draft::{DraftChange, DraftEntry, StoredDraft};
-pub use draft_edits::DraftCommand;
+pub use draft::{DraftChange, DraftCommand, DraftEntry, StoredDraft};
 pub use draft_fields::{FieldChange, field_changes};
 pub use edit::SiteEdit;
 pub use inspection_edits::{parameters_from_json, parameters_to_json};
@@ -34,8 +33,7 @@ use api::{
     ClientMessage, EditOutcome, EditRefusal, Severity, SiteAssembly, SiteChanged, SiteState,
     TopomapGeneration,
 };
-use draft::Draft;
-use draft_edits::PublishedDraft;
+use draft::{Draft, PublishedDraft};
 use pending::{PendingEdit, PendingEdits};
 use site_model::{Edit, EditError, EditId, RevisionChange, Site, UndoHistory};
 use topomap_generation::TopomapProgress;

@@ -1,5 +1,6 @@
 //! The draft of the site: what it changes, what that breaks, and its end: published or discarded.
 
+mod row_kind;
 mod rows;
 #[cfg(test)]
 mod tests;
@@ -12,7 +13,8 @@ use crate::widgets::{self, fact};
 use crate::{icon, screens};
 use client_model::{ClientCommand, DraftCommand};
 use egui::Ui;
-use rows::{DraftRow, RowKind, rows_of};
+use row_kind::RowKind;
+use rows::{DraftRow, rows_of};
 
 /// The tab of the draft.
 const DRAFT: Tab = Tab { screen: screens::SITE, name: texts::TAB, scrolls: true, row_spacing: 8.0 };

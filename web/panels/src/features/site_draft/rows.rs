@@ -1,18 +1,11 @@
 //! What a draft changes, object by object, in words.
 
+use super::row_kind::RowKind;
 use super::texts;
 use crate::features::site_graph::name_of;
 use client_model::{DraftEntry, FieldChange, Selection, SiteFeature, field_changes};
 use site_model::{Object, ObjectId, Site};
 use uuid::Uuid;
-
-/// What becomes of an object.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum RowKind {
-    Added,
-    Changed,
-    Removed,
-}
 
 /// An object that the draft changes.
 #[derive(Clone, Debug, PartialEq)]

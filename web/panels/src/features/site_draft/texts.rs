@@ -1,6 +1,6 @@
 //! Texts of the draft, by key.
 
-use super::rows::RowKind;
+use super::row_kind::RowKind;
 use client_model::FieldChange;
 use site_model::ObjectKind;
 

@@ -1,6 +1,7 @@
 //! The edge that is selected: how it may be used. What is changed holds for both directions of a pair.
 
-use super::{both_ways, length_m, name_of, texts};
+use super::facts::{both_ways, length_m, name_of};
+use super::texts;
 use crate::button::{Button, Kind};
 use crate::feature_panel::PanelContext;
 use crate::number_field::{NumberField, TypedNumber};

@@ -1,7 +1,8 @@
 //! Several nodes that are selected together: what is done with all of them is one step of undo.
 
+use super::facts::needed_by;
 use super::node::RANGE_M;
-use super::{needed_by, texts};
+use super::texts;
 use crate::button::{Button, Kind};
 use crate::feature_panel::PanelContext;
 use crate::icon;

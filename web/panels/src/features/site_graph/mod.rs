@@ -1,6 +1,7 @@
 //! The topological map: adding and joining nodes, what is selected of it, and its problems.
 
 mod edge;
+mod facts;
 mod generation;
 mod group;
 mod node;
@@ -8,20 +9,21 @@ mod node;
 mod tests;
 mod texts;
 
+pub(crate) use facts::name_of;
+
 use crate::button::{Button, Kind};
 use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
 use crate::message::show_message;
-use crate::theme::Tokens;
 use crate::widgets::{self, fact};
 use crate::{icon, screens};
 use client_model::{ClientCommand, GraphTool, Selection};
 use edge::EdgeSection;
 use egui::{Key, Ui};
+use facts::missing_name;
 use generation::GenerationSection;
 use group::GroupSection;
 use node::NodeSection;
-use site_model::{Edge, MissionId, NodeId, ObjectId, Problem, Severity, Site, ValidationConfig};
-use std::collections::BTreeSet;
+use site_model::{ObjectId, Problem, Severity, Site, ValidationConfig};
 use vocab::MapId;
 
 /// The tab of the topological map.
@@ -222,26 +224,6 @@ impl SiteGraphPanel {
     }
 }
 
-/// An edge, and the one that leads back if there is one.
-fn both_ways<'a>(site: &'a Site, edge: &'a Edge) -> impl Iterator<Item = &'a Edge> {
-    site.edges().filter(|it| it.id == edge.id || (it.from == edge.to && it.to == edge.from))
-}
-
-/// Says which missions need one of these nodes.
-fn needed_by(ui: &mut Ui, tokens: &Tokens, site: &Site, nodes: &BTreeSet<NodeId>) {
-    let needed: BTreeSet<MissionId> =
-        nodes.iter().flat_map(|node| site.missions_that_need(ObjectId::Node(*node))).collect();
-    let names: Vec<&str> = needed.iter().filter_map(|id| Some(site.mission(*id)?.name.as_str())).collect();
-    if !names.is_empty() {
-        widgets::remark(ui, tokens, &texts::needed_by(&names));
-    }
-}
-
-/// A name, or what stands for one that is missing.
-fn missing_name(name: &str) -> &str {
-    if name.trim().is_empty() { texts::UNNAMED } else { name }
-}
-
 /// What the scene selects for an object; `None` for what it does not show.
 fn selection_of(object: ObjectId) -> Option<Selection> {
     match object {
@@ -263,16 +245,4 @@ fn object_name(site: &Site, selection: Selection) -> String {
         }
         _ => String::new(),
     }
-}
-
-/// Name of a node; a question mark where there is none of this id.
-pub(crate) fn name_of(site: &Site, node: NodeId) -> &str {
-    site.node(node).map_or("?", |node| node.name.as_str())
-}
-
-/// Straight length of an edge, metres; 0 without its nodes.
-fn length_m(site: &Site, edge: &Edge) -> f64 {
-    let position = |node| site.node(node).map(|node| node.map_from_node.position);
-    let (Some(a), Some(b)) = (position(edge.from), position(edge.to)) else { return 0.0 };
-    (a.x - b.x).hypot(a.y - b.y).hypot(a.z - b.z)
 }

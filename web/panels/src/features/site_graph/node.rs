@@ -1,6 +1,7 @@
 //! The node that is selected: its name, kind, place, edges, and what needs it.
 
-use super::{both_ways, length_m, missing_name, name_of, needed_by, texts};
+use super::facts::{both_ways, length_m, missing_name, name_of, needed_by};
+use super::texts;
 use crate::button::{Button, Kind};
 use crate::feature_panel::PanelContext;
 use crate::heading::{heading_deg, orientation_of};
