@@ -140,7 +140,7 @@ pub(super) fn localise(page: &mut Page, map: &str) {
 /// Zooms to the robot as near as it goes while the camera follows it, and away again until the hall is small.
 #[track_caller]
 fn zoom_to_the_robot(page: &mut Page) {
-    for (delta_y, picture) in [(-700.0, "near"), (-3000.0, "nearest"), (6000.0, "far")] {
+    for (delta_y, picture) in [(-700.0, "near"), (-3000.0, "nearest"), (1400.0, "far")] {
         let robot = page.control("button", "Robot in the scene");
         let at = page.middle(&robot).expect("it is in the image");
         page.move_to(at);
