@@ -43,10 +43,16 @@ pub struct DockingConfig {
     pub staging_across_m: f64,
     /// And of the heading, radians.
     pub staging_yaw_rad: f64,
+    /// And along the line, metres.
+    pub staging_along_m: f64,
+    /// On the way in, the robot goes on only with errors below this multiple of those. Above 1, so that noise does not stop it.
+    pub entering_ratio: f64,
     /// Pose in which contacts touch. Those of common docks allow for 3 cm and 3 degrees.
     pub contact: PoseTolerance,
     /// Share of it within which the robot ends. The rest is for the errors of detection.
     pub contact_share: f64,
+    /// Share of it beyond which a robot that has come to rest in the pose moves again. Between `contact_share` and 1.
+    pub settled_share: f64,
     /// Greatest speed while aligning, m/s.
     pub staging_speed_m_s: f64,
     /// Greatest speed into the dock, m/s.
@@ -61,6 +67,12 @@ pub struct DockingConfig {
     pub steering_gain_rad_per_m: f64,
     /// Greatest such heading, radians.
     pub steering_max_rad: f64,
+    /// Distance from the dock from which steering does not lead back to the line any more, metres. Such a robot backs out and tries again.
+    pub min_steering_distance_m: f64,
+    /// Speed from which the robot takes the whole of that heading, m/s. A slower one turns less, and one that stands turns onto the line.
+    pub full_steering_speed_m_s: f64,
+    /// A robot whose greatest sideways speed is below this does not walk sideways, m/s.
+    pub min_sideways_m_s: f64,
     /// The robot stands in the pose for this time before the walk has ended.
     pub settle_time: Span,
     /// Time for the whole walk.
@@ -84,8 +96,11 @@ impl Default for DockingConfig {
             steering_staging_m: 1.0,
             staging_across_m: 0.02,
             staging_yaw_rad: 0.03,
+            staging_along_m: 0.05,
+            entering_ratio: 2.0,
             contact: PoseTolerance { along_m: 0.03, across_m: 0.03, yaw_rad: 0.0524 },
             contact_share: 0.35,
+            settled_share: 0.8,
             staging_speed_m_s: 0.25,
             speed_m_s: 0.15,
             turn_max_radps: 0.5,
@@ -93,6 +108,9 @@ impl Default for DockingConfig {
             heading_gain_per_s: 1.8,
             steering_gain_rad_per_m: 3.0,
             steering_max_rad: 0.35,
+            min_steering_distance_m: 0.08,
+            full_steering_speed_m_s: 0.08,
+            min_sideways_m_s: 0.05,
             settle_time: Span::from_millis(400),
             time_limit: Span::from_millis(60_000),
         }
@@ -223,7 +241,7 @@ impl DockingBehaviour {
     }
 
     fn can_walk_sideways(&self) -> bool {
-        self.limits.sideways_mps >= MIN_SIDEWAYS_MPS
+        self.limits.sideways_mps >= self.config.min_sideways_m_s
     }
 
     fn staging_m(&self) -> f64 {
@@ -243,10 +261,12 @@ impl DockingBehaviour {
 
     /// The next phase at this offset.
     fn advance(&mut self, at: Stamp, offset: &Offset) {
-        let is_out = offset.out_m >= self.staging_m() - STAGING_ALONG_M;
+        let is_out = offset.out_m >= self.staging_m() - self.config.staging_along_m;
         self.phase = match self.phase {
             Phase::Staging if self.can_walk_sideways() => match self.is_aligned(offset) {
-                true if (offset.out_m - self.staging_m()).abs() <= STAGING_ALONG_M => Phase::Entering,
+                true if (offset.out_m - self.staging_m()).abs() <= self.config.staging_along_m => {
+                    Phase::Entering
+                }
                 _ => Phase::Staging,
             },
             // What is left of the lateral error is steered out on the way in.
@@ -255,14 +275,14 @@ impl DockingBehaviour {
                 Phase::Settling { since: at }
             }
             Phase::Entering if !self.can_walk_sideways() && self.is_beside(offset) => Phase::Staging,
-            Phase::Settling { .. } if !self.is_docked(offset, 0.8) => Phase::Entering,
+            Phase::Settling { .. } if !self.is_docked(offset, self.config.settled_share) => Phase::Entering,
             phase => phase,
         };
     }
 
     /// Whether a robot that steers has come so near that it cannot get onto the line any more.
     fn is_beside(&self, offset: &Offset) -> bool {
-        offset.out_m < STEERED_M
+        offset.out_m < self.config.min_steering_distance_m
             && offset.across_m.abs() > self.config.contact.across_m * self.config.contact_share
     }
 
@@ -283,15 +303,16 @@ impl DockingBehaviour {
             // Walking out or in at an angle to the line leads back to it. A robot that stands turns onto the line's heading.
             let steer = (config.steering_gain_rad_per_m * offset.across_m)
                 .clamp(-config.steering_max_rad, config.steering_max_rad);
-            let wanted_rad = -steer * out_m_s.signum() * (out_m_s.abs() / STEERING_SPEED_M_S).min(1.0);
+            let wanted_rad =
+                -steer * out_m_s.signum() * (out_m_s.abs() / config.full_steering_speed_m_s).min(1.0);
             let turn = turn(wanted_rad - offset.turned_rad);
             return twist(sign * out_m_s, 0.0, turn);
         }
         let sideways = config.staging_speed_m_s.min(self.limits.sideways_mps);
         let across_m_s = (-config.position_gain_per_s * offset.across_m).clamp(-sideways, sideways);
         // Nearer to the dock the robot goes in only while it is on the line.
-        let is_off = offset.across_m.abs() > 2.0 * config.staging_across_m
-            || offset.turned_rad.abs() > 2.0 * config.staging_yaw_rad;
+        let is_off = offset.across_m.abs() > config.entering_ratio * config.staging_across_m
+            || offset.turned_rad.abs() > config.entering_ratio * config.staging_yaw_rad;
         if self.phase == Phase::Entering && is_off {
             out_m_s = out_m_s.max(0.0);
         }
@@ -361,15 +382,6 @@ impl Behaviour for DockingBehaviour {
         GoalProgress { remaining_m: rounded, waits_for: self.is_blind.then_some(WaitReason::Sight) }
     }
 }
-
-/// A robot that is slower sideways does not walk sideways, m/s.
-const MIN_SIDEWAYS_MPS: f64 = 0.05;
-/// Distance from the staging pose along the line at which it is reached, metres.
-const STAGING_ALONG_M: f64 = 0.05;
-/// Distance from the dock from which on steering does not lead back to the line, metres.
-const STEERED_M: f64 = 0.08;
-/// Speed from which on a robot steers fully, m/s.
-const STEERING_SPEED_M_S: f64 = 0.08;
 
 /// The heading of the docked robot in the frame of the dock, whose x points away from it.
 fn dock_from_heading(is_facing: bool) -> Isometry {
