@@ -161,19 +161,19 @@ impl Scheduler {
         }
         let due = plan.slots.after(after).filter(is_open).take_while(|slot| slot.due <= now);
         let due: Vec<Slot> = due.take(self.config.slots_max).collect();
-        let judge = Judge {
+        let policy = SlotPolicy {
             schedule: &plan.schedule,
             now,
             today: zone.to_local(now).date,
             on_time: self.config.on_time,
             waiting: &self.waiting,
         };
-        judge.judge(&due, self.config.missed_max)
+        policy.evaluate(&due, self.config.missed_max)
     }
 }
 
-/// Says what becomes of the slots of one schedule.
-struct Judge<'a> {
+/// What decides whether the slots of one schedule run.
+struct SlotPolicy<'a> {
     schedule: &'a Schedule,
     now: Utc,
     today: site_model::LocalDate,
@@ -181,8 +181,8 @@ struct Judge<'a> {
     waiting: &'a BTreeSet<(ScheduleId, LocalDateTime)>,
 }
 
-impl Judge<'_> {
-    fn judge(&self, due: &[Slot], missed_max: usize) -> DueSlots {
+impl SlotPolicy<'_> {
+    fn evaluate(&self, due: &[Slot], missed_max: usize) -> DueSlots {
         // Old ones in a row that were missed and need no further reason.
         let is_missed = |slot: &&Slot| self.skip(slot, true) == Some(SkipReason::Missed);
         let missed_in_a_row = due.iter().take_while(is_missed).count();
