@@ -3,8 +3,8 @@
 use crate::table::{Action, Guard, TABLE};
 use crate::texts;
 use crate::{
-    Behaviour, BehaviourContext, DockGoal, DockingBehaviour, DockingConfig, Frames, ManualDriving,
-    PoseWalkBehaviour, PoseWalkConfig, RelocalisationBehaviour, RelocalisationConfig, StandStill,
+    Behaviour, BehaviourContext, DockGoal, DockingBehaviour, DockingConfig, Frames, ManualDriving, MapZone,
+    MapZones, PoseWalkBehaviour, PoseWalkConfig, RelocalisationBehaviour, RelocalisationConfig, StandStill,
     Surroundings, SurroundingsConfig, WalkBehaviour, WalkConfig,
 };
 use geometry::{Isometry, Vector3, pose_from_isometry, vec_from_plain, vec_to_plain};
@@ -71,6 +71,7 @@ pub struct Executive {
     config: ExecutiveConfig,
     profile: RobotProfile,
     surroundings: Surroundings,
+    zones: MapZones,
     state: ExecutiveState,
     /// Start of the present state, and the event that caused it.
     entered: (Stamp, ExecutiveEvent),
@@ -117,6 +118,7 @@ impl Executive {
             config,
             profile: profile.clone(),
             surroundings: Surroundings::new(config.surroundings, profile),
+            zones: MapZones::default(),
             state: ExecutiveState::Idle,
             entered: (Stamp::EPOCH, ExecutiveEvent::Started),
             behaviour: None,
@@ -134,6 +136,11 @@ impl Executive {
     /// The terrain around the robot, for inserting scans.
     pub fn surroundings(&mut self) -> &mut Surroundings {
         &mut self.surroundings
+    }
+
+    /// Replaces the zones that hold for a robot that walks by itself. A person who drives may enter all.
+    pub fn set_zones(&mut self, zones: Vec<MapZone>) {
+        self.zones.set(zones);
     }
 
     /// Starts a goal.
@@ -184,6 +191,7 @@ impl Executive {
         if self.recent_goals.contains(&id) {
             return Ok(());
         }
+        self.surroundings.set_zones(self.zones.in_odom(&situation.frames));
         let is_refused = self
             .find_row(ExecutiveEvent::GoalRequested, situation)
             .is_some_and(|row| TABLE[row].actions.contains(&Action::Refuse));
@@ -270,6 +278,7 @@ impl Executive {
             self.fire(at, ExecutiveEvent::PoseFound, None, situation, effects);
         }
         let Some(behaviour) = &mut self.behaviour else { return };
+        self.surroundings.set_zones(self.zones.in_odom(&situation.frames));
         let mut context = BehaviourContext {
             at,
             frames: situation.frames,
@@ -281,7 +290,12 @@ impl Executive {
         };
         match behaviour.update(&mut context) {
             Poll::Pending => {
-                effects.push(StackEffect::Drive(Drive { velocity: context.velocity }));
+                let mut velocity = context.velocity;
+                if self.state != ExecutiveState::ManualDriving {
+                    let ground = self.surroundings.terrain().zones();
+                    velocity = self.zones.limited(velocity, ground, &situation.frames);
+                }
+                effects.push(StackEffect::Drive(Drive { velocity }));
                 self.publish_progress(situation, effects);
             }
             Poll::Ready(outcome) => {

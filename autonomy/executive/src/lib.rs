@@ -20,6 +20,7 @@ mod texts;
 #[cfg(test)]
 mod transcript_tests;
 mod walk;
+mod zones;
 
 pub use behaviour::{Behaviour, BehaviourContext, Frames, Outcome};
 pub use docking::{DockGoal, DockingBehaviour, DockingConfig};
@@ -30,3 +31,4 @@ pub use relocalisation::{RelocalisationBehaviour, RelocalisationConfig};
 pub use surroundings::{Surroundings, SurroundingsConfig};
 pub use table::{Action, Guard, TABLE, Transition, to_markdown};
 pub use walk::{WalkBehaviour, WalkConfig};
+pub use zones::{MapZone, MapZones, ZonesConfig};

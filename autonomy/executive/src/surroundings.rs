@@ -2,7 +2,7 @@
 
 use geometry::Isometry;
 use messages::RobotProfile;
-use navigation::{ElevationMap, RobotShape};
+use navigation::{ElevationMap, GroundZones, RobotShape};
 use vocab::{Span, Stamp};
 
 /// Parameters of [`Surroundings`].
@@ -53,6 +53,11 @@ impl Surroundings {
     ) {
         self.seen = Some(at);
         self.terrain.insert_scan(odom_from_base, sensor, points, self.config.range_max_m);
+    }
+
+    /// Replaces the areas with rules.
+    pub fn set_zones(&mut self, zones: GroundZones) {
+        self.terrain.set_zones(zones);
     }
 
     /// Removes everything, because the odometry frame has changed.

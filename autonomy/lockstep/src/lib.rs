@@ -13,6 +13,8 @@ mod dock_tests;
 #[cfg(test)]
 mod docking_tests;
 #[cfg(test)]
+mod edge_tests;
+#[cfg(test)]
 mod extend_tests;
 #[cfg(test)]
 mod foreign_tests;

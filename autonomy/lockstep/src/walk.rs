@@ -57,6 +57,8 @@ pub struct Lockstep {
     site: Site,
     edits: u64,
     calls: Vec<CalledAction>,
+    /// Turns of the body that the next calls need, radians.
+    turns: VecDeque<f64>,
     /// Calls that are performed, with their remaining ticks.
     acting: Vec<(u32, ActionCallId)>,
     /// Keyframe contents of the running session.
@@ -85,6 +87,7 @@ impl Lockstep {
             site: Site::default(),
             edits: 0,
             calls: Vec::new(),
+            turns: VecDeque::new(),
             acting: Vec::new(),
             keyframes: Vec::new(),
             events: Vec::new(),
@@ -113,6 +116,11 @@ impl Lockstep {
     /// Gives the stack an input, such as a command, at the next tick.
     pub fn give(&mut self, input: Input) {
         self.waiting.push_back(input);
+    }
+
+    /// Lets the next calls of actions need a turn of the body, each by one of these angles, radians.
+    pub fn demand_turns(&mut self, turns_rad: &[f64]) {
+        self.turns.extend(turns_rad);
     }
 
     /// Sets the delay and the order of job results from now on.
@@ -247,7 +255,13 @@ impl Lockstep {
                 StackEffect::CallAction { call, action, parameters } => {
                     let truth = self.simulator.truth();
                     self.calls.push(CalledAction { call, action, parameters, truth });
-                    self.acting.push((ACTION_TICKS, call));
+                    match self.turns.pop_front() {
+                        Some(turn_rad) => {
+                            let outcome = ActionOutcome::NeedsTurn { turn_rad };
+                            self.waiting.push_back(Input::ActionDone { call, outcome });
+                        }
+                        None => self.acting.push((ACTION_TICKS, call)),
+                    }
                 }
                 StackEffect::CancelAction(call) => {
                     if self.acting.iter().any(|(_, acting)| *acting == call) {

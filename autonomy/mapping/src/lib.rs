@@ -62,7 +62,7 @@ pub use map_matcher::{AlignmentError, MapAlignment, MapMatcher, MapMatcherConfig
 pub use map_search::{MapSearch, MapSearchConfig, MapSearchData, MapSearchFix};
 pub use odometer::{Odometer, OdometerConfig};
 pub use packed_indices::PackedIndices;
-pub use points::range_image;
+pub use points::{line_of_sight, range_image};
 pub use pose_graph::PoseGraph;
 pub use quality::{MapQuality, MapQualityConfig, MapQualityData, SurveyReason, SurveyTarget};
 pub use revisits::{Novelty, Reanchoring, Revisit, RevisitConfig, RevisitResult};

@@ -34,6 +34,16 @@ pub(crate) fn leg_goal_id(goal: GoalId, number: u64) -> GoalId {
     GoalId(derive("leg", &[goal.0.as_u128(), u128::from(number)]))
 }
 
+/// The call of this number that a goal on the topological map makes.
+pub(crate) fn edge_call_id(goal: GoalId, number: u64) -> ActionCallId {
+    ActionCallId(derive("edge call", &[goal.0.as_u128(), u128::from(number)]))
+}
+
+/// The turn of the body of this number for a call.
+pub fn turn_goal_id(call: ActionCallId, number: u32) -> GoalId {
+    GoalId(derive("turn", &[call.0.as_u128(), u128::from(number)]))
+}
+
 /// The run of a slot.
 pub(crate) fn slot_run_id(schedule: ScheduleId, slot: LocalDateTime) -> RunId {
     let minute = crate::calendar::minute_number(slot);

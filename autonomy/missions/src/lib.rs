@@ -24,6 +24,7 @@ pub use graph::{
     Closure, EdgeBlockConfig, GraphLocaliser, GraphLocaliserConfig, GraphPlace, LearnedTime, LearnedTimes,
     NoRoute, Route, RouteConditions, RouteConfig, RouteGraph, RouteTree, is_blocked, next_block,
 };
+pub use ids::turn_goal_id;
 pub use order::{
     OrderPreview, Tour, TourConfig, TourError, TourProblem, WayCost, node_of, order_tasks,
     solve as solve_tour,

@@ -1,7 +1,7 @@
 //! Sentences for people, by key.
 
-use crate::runs::{MissionNotice, RunAction, TaskAction, TaskGuard};
-use site_model::{ReachFailure, RunState, SkipReason, TaskFailure, TaskState};
+use crate::runs::{BatteryConfig, MissionNotice, RunAction, TaskAction, TaskGuard, battery_monitors};
+use site_model::{MissionId, ReachFailure, RunState, Site, SkipReason, TaskFailure, TaskState};
 
 pub(crate) const RUN_UNKNOWN: &str = "There is no such run any more. Reload the page.";
 pub(crate) const RUN_EXISTS: &str = "A run with this id exists already. Make another id.";
@@ -21,15 +21,25 @@ pub(crate) const RESUME_WHEN_FREE: &str =
 
 pub(crate) const WAY_BLOCKED: &str = "The way was blocked.";
 
+/// An action of an edge that was cancelled because it did not end.
+pub(crate) const ACTION_SILENT: &str = "It did not end in its time.";
+
+/// An action on entering an edge has failed for `reason`, a sentence.
+pub(crate) fn edge_action_failed(action: &str, reason: &str) -> String {
+    format!("The action {action} at the beginning of the edge failed: {reason}")
+}
+
 /// Where the robot stood when the way stayed blocked.
 pub(crate) fn way_blocked(at: vocab::Vec3) -> String {
     format!("The way stayed blocked when the robot stood at x {:.1} m, y {:.1} m.", at.x, at.y)
 }
 
-/// What a notice says.
-pub fn notice(notice: MissionNotice) -> String {
+/// What a notice says. Names are those of the site; what the site lacks by now is told without its name.
+pub fn notice(notice: MissionNotice, site: &Site) -> String {
     match notice {
-        MissionNotice::RunEnded(_, state) => format!("A run has ended: {}", run_state(state)),
+        MissionNotice::RunEnded { mission, outcome, succeeded, tasks } => {
+            run_ended(&mission_name(site, mission), outcome, succeeded, tasks)
+        }
         MissionNotice::Question(..) => {
             "A run asks what becomes of a task. Answer it, or the default is taken after its time.".to_owned()
         }
@@ -40,15 +50,42 @@ pub fn notice(notice: MissionNotice) -> String {
             "The clock follows no time server, so schedules wait. Check the network, or the time server's settings.".to_owned()
         }
         MissionNotice::ScheduleUnusable(schedule) => {
-            format!("Schedule {schedule} cannot be used: check its rule, and the site's time zone.")
+            let name = site.schedule(schedule).map_or("A schedule", |schedule| &schedule.name);
+            format!("{name} cannot be used: check the rule of this schedule, and the site's time zone.")
         }
-        MissionNotice::MonitorHolds(monitor) => format!("The condition of monitor {monitor} holds."),
+        MissionNotice::MonitorHolds(monitor) => {
+            let built_in = battery_monitors(&BatteryConfig::default());
+            let known = site.monitors().chain(&built_in).find(|known| known.id == monitor);
+            format!("The condition of {} holds.", known.map_or("a monitor", |monitor| &monitor.name))
+        }
         MissionNotice::PlanKept(_) => {
             "The site has changed and lacks something that the run needs. The run goes on with its own plan.".to_owned()
         }
         MissionNotice::ActionSilent(_) => {
             "An action did not end after it was cancelled. Check the program that offers it.".to_owned()
         }
+    }
+}
+
+fn mission_name(site: &Site, mission: MissionId) -> String {
+    site.mission(mission).map_or_else(|| "A deleted mission".to_owned(), |mission| mission.name.clone())
+}
+
+/// That a run of this mission has ended, and what it has done.
+fn run_ended(mission: &str, outcome: RunState, succeeded: usize, tasks: usize) -> String {
+    match outcome {
+        RunState::Cancelled if tasks == 0 => format!("{mission} was taken from the queue."),
+        RunState::Cancelled => {
+            format!("{mission} was ended by a person. {succeeded} of {tasks} tasks are done.")
+        }
+        RunState::Interrupted => {
+            format!("{mission} was ended by a monitor or a schedule. {succeeded} of {tasks} tasks are done.")
+        }
+        RunState::Succeeded if tasks == 1 => format!("{mission} has ended: its task is done."),
+        RunState::Succeeded => format!("{mission} has ended: all {tasks} tasks are done."),
+        RunState::Failed if tasks == 1 => format!("{mission} has failed: its task is not done."),
+        RunState::Failed => format!("{mission} has failed: none of {tasks} tasks is done."),
+        _ => format!("{mission} has ended in part: {succeeded} of {tasks} tasks are done."),
     }
 }
 
@@ -177,5 +214,22 @@ pub(crate) fn task_action(action: TaskAction) -> &'static str {
         TaskAction::Ask => "ask a person",
         TaskAction::EndRunAtDock => "end the run at a dock",
         TaskAction::EndRunHere => "end the run here",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_notice_of_an_ended_run_names_its_mission_and_its_outcome() {
+        let told = |outcome, succeeded, tasks| run_ended("Round A", outcome, succeeded, tasks);
+        assert_eq!(told(RunState::Succeeded, 9, 9), "Round A has ended: all 9 tasks are done.");
+        assert_eq!(told(RunState::Failed, 0, 9), "Round A has failed: none of 9 tasks is done.");
+        let part = "Round A has ended in part: 7 of 9 tasks are done.";
+        assert_eq!(told(RunState::PartiallySucceeded, 7, 9), part);
+        assert_eq!(told(RunState::Cancelled, 0, 0), "Round A was taken from the queue.");
+        let ended = "Round A was ended by a person. 2 of 9 tasks are done.";
+        assert_eq!(told(RunState::Cancelled, 2, 9), ended);
     }
 }

@@ -9,6 +9,7 @@
 
 use crate::cell_index::{CellIndex, floor};
 use crate::scan_cells::{CellHits, ScanCells};
+use crate::zones::GroundZones;
 use geometry::{Isometry, Vector3};
 use nalgebra::Point3;
 use points::range_image::{Occupancy, RangeImage};
@@ -272,6 +273,7 @@ pub struct ElevationMap {
     blocks: BTreeMap<(i32, i32), Vec<Cell>>,
     /// What the newest scan saw. It is kept to reuse its memory.
     scan_cells: ScanCells,
+    zones: GroundZones,
 }
 
 /// A scan as a range image, and the height of the ground on which the robot stands.
@@ -289,7 +291,18 @@ impl ElevationMap {
 
     /// As [`Self::new`], with other parameters.
     pub fn with_config(config: ElevationMapConfig, cell_size: f64, shape: RobotShape) -> Self {
-        Self { config, cell_size, shape, blocks: BTreeMap::new(), scan_cells: ScanCells::default() }
+        let (blocks, scan_cells, zones) = (BTreeMap::new(), ScanCells::default(), GroundZones::default());
+        Self { config, cell_size, shape, blocks, scan_cells, zones }
+    }
+
+    /// The areas with rules, in the frame of this map.
+    pub fn zones(&self) -> &GroundZones {
+        &self.zones
+    }
+
+    /// Replaces them.
+    pub fn set_zones(&mut self, zones: GroundZones) {
+        self.zones = zones;
     }
 
     /// Side of a cell, metres.

@@ -16,6 +16,7 @@ mod path_follower;
 mod planner;
 mod scan_cells;
 mod texts;
+mod zones;
 
 pub use cell_index::CellIndex;
 pub use dock_config::{DockDetectorConfig, DockMarker};
@@ -24,3 +25,4 @@ pub use elevation_map::{Cell, ElevationMap, ElevationMapConfig, RobotShape};
 pub use exploration::{ExplorationConfig, explore};
 pub use path_follower::{PathFollower, PathFollowerConfig, Velocity};
 pub use planner::{PlanError, PlannerConfig, plan};
+pub use zones::{GroundZones, ZoneArea, ZoneRule};

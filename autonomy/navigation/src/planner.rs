@@ -45,6 +45,8 @@ impl Default for PlannerConfig {
 pub enum PlanError {
     /// Something stands at the goal.
     GoalBlocked,
+    /// The goal lies in a zone that is kept out of.
+    GoalKeptOut,
     /// The robot stands in an obstacle.
     StartBlocked,
     /// Every path is blocked.
@@ -57,6 +59,7 @@ impl std::fmt::Display for PlanError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             Self::GoalBlocked => texts::GOAL_BLOCKED,
+            Self::GoalKeptOut => texts::GOAL_KEPT_OUT,
             Self::StartBlocked => texts::START_BLOCKED,
             Self::NoPath => texts::NO_PATH,
             Self::TooFar => texts::TOO_FAR,
@@ -79,6 +82,9 @@ pub fn plan(
     from: &Vector3,
     to: &Vector3,
 ) -> Result<Vec<Vector3>, PlanError> {
+    if terrain.zones().is_kept_out([to.x, to.y]) {
+        return Err(PlanError::GoalKeptOut);
+    }
     let mut search = GridSearch::new(*config, terrain);
     let start = search.nearest_free(terrain.index(from.x, from.y)).ok_or(PlanError::StartBlocked)?;
     let goal = search.nearest_free(terrain.index(to.x, to.y)).ok_or(PlanError::GoalBlocked)?;
@@ -130,10 +136,13 @@ impl<'a> GridSearch<'a> {
         if let Some(&known) = self.factors.get(&cell) {
             return known;
         }
-        let factor = self.terrain.is_free(cell).then(|| {
+        let is_free = self.terrain.is_free(cell);
+        let of_zones = self.terrain.zones().cost_factor(self.terrain.centre(cell).into());
+        let factor = of_zones.filter(|_| is_free).map(|of_zones| {
             let is_unknown = self.terrain.cell(cell).ground().is_none();
             let unknown = if is_unknown { self.config.unknown_cost_factor } else { 1.0 };
-            unknown * if self.is_near_obstacle(cell) { self.config.inflation_cost_factor } else { 1.0 }
+            let near = if self.is_near_obstacle(cell) { self.config.inflation_cost_factor } else { 1.0 };
+            of_zones * unknown * near
         });
         self.factors.insert(cell, factor);
         factor

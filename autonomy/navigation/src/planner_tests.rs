@@ -1,7 +1,7 @@
 //! Plans drawn as text: `#` an obstacle as tall as the robot, `_` a step, `.` seen floor, ` ` unseen, `S` start, `G` goal.
 
 use super::*;
-use crate::RobotShape;
+use crate::{GroundZones, RobotShape, ZoneArea, ZoneRule};
 use expect_test::{Expect, expect};
 use geometry::Isometry;
 
@@ -147,4 +147,51 @@ fn a_person_who_leaves_is_cleared() {
         terrain.insert_scan(&Isometry::identity(), FROM_ABOVE, &floor, 10.0);
     }
     assert!(terrain.is_free(cell));
+}
+
+/// A hall with two ways from the left to the right.
+const HALL: &str = "
+....................
+....................
+S..................G
+....................
+....................
+....................
+....................
+....................";
+
+fn with_zone(rule: ZoneRule, corners_m: [[f64; 2]; 4]) -> Result<Vec<Vector3>, PlanError> {
+    let (mut terrain, from, to) = terrain(HALL.trim_matches('\n'));
+    terrain.set_zones(GroundZones::new(vec![ZoneArea { corners_m: corners_m.to_vec(), rule }]));
+    plan(&PlannerConfig::default(), &terrain, &from, &to)
+}
+
+/// Lowest y of a path; the start and the goal are at -0.625 m.
+fn lowest(path: &[Vector3]) -> f64 {
+    path.iter().map(|point| point.y).fold(f64::INFINITY, f64::min)
+}
+
+#[test]
+fn paths_lead_round_a_keep_out_zone_and_not_into_it() {
+    let across = [[2.0, 0.5], [3.0, 0.5], [3.0, -1.2], [2.0, -1.2]];
+    let path = with_zone(ZoneRule::KeepOut, across).expect("a way round");
+    // Paths lead over cells of 0.25 m.
+    let inside = |at: Vector3| (2.25..2.75).contains(&at.x) && at.y > -0.95;
+    for pair in path.windows(2) {
+        assert!((0..=100).all(|step| !inside(pair[0].lerp(&pair[1], f64::from(step) / 100.0))), "{path:?}");
+    }
+    let all_over = [[2.0, 500.0], [3.0, 500.0], [3.0, -500.0], [2.0, -500.0]];
+    assert!(with_zone(ZoneRule::KeepOut, all_over).is_err());
+    let at_goal = [[4.0, 5.0], [9.0, 5.0], [9.0, -9.0], [4.0, -9.0]];
+    assert_eq!(with_zone(ZoneRule::KeepOut, at_goal), Err(PlanError::GoalKeptOut));
+}
+
+#[test]
+fn a_penalty_is_avoided_where_the_way_round_is_cheaper_and_a_speed_limit_changes_no_path() {
+    let across = [[1.0, 0.5], [4.0, 0.5], [4.0, -0.9], [1.0, -0.9]];
+    assert!(lowest(&with_zone(ZoneRule::Penalty(5.0), across).expect("a way")) < -0.9);
+    assert!(lowest(&with_zone(ZoneRule::Penalty(1.01), across).expect("a way")) > -0.9);
+    assert!(lowest(&with_zone(ZoneRule::SpeedLimit(0.1), across).expect("a way")) > -0.7);
+    let all_over = [[1.0, 9.0], [4.0, 9.0], [4.0, -9.0], [1.0, -9.0]];
+    assert!(with_zone(ZoneRule::Penalty(5.0), all_over).is_ok(), "there is no other way");
 }

@@ -94,3 +94,26 @@ pub(crate) const MOTION_IS_STOPPED: &str = "Motion is stopped. Press \"Allow mot
 pub(crate) const NOT_LOCALISED_IN_SITE: &str = "The robot is not localised in the map of the site. Choose \"Use this map\" on that map, and wait until it is localised.";
 /// A run waits.
 pub(crate) const RUN_WAITS_FOR_PLACE: &str = "A mission waits until the robot is localised in the map of the site. Choose \"Use this map\" on that map, or show the robot where it stands.";
+/// An action of an edge that was cancelled by whoever offers it.
+pub(crate) const ACTION_CANCELLED: &str = "The program that offers the action has cancelled it.";
+/// An action of an edge that nobody offers.
+pub(crate) const ACTION_UNAVAILABLE: &str = "No program offers this action now.";
+/// Somebody stopped motion or drove while the body turned.
+pub(crate) const MOTION_TAKEN_WHILE_TURNING: &str =
+    "Motion was stopped, or somebody drove, while the body turned for the camera. Redo the task.";
+/// There was no room.
+pub(crate) const TURN_BLOCKED: &str =
+    "The body could not turn towards the target of the camera, because something stood beside the robot.";
+
+/// The camera needs another heading of the body, and that cannot turn.
+pub(crate) fn body_not_turned(turn_rad: f64) -> String {
+    let (degrees, side) = (turn_rad.abs().to_degrees(), if turn_rad < 0.0 { "right" } else { "left" });
+    format!(
+        "The camera does not pan to the target, and the body could not turn by {degrees:.0}° to the {side}."
+    )
+}
+
+/// An action of an edge has failed for `reason`, a sentence, and the robot goes on.
+pub(crate) fn edge_action_failed(action: &str, reason: &str) -> String {
+    format!("The action {action} of an edge failed, and the robot goes on: {reason}")
+}

@@ -8,16 +8,16 @@
 //! 4. `simplify`: nodes at junctions, bends and regular distances, with straight edges between them, each checked by `corridor`;
 //! 5. `objects`: the objects of [`site_model`], anchored to keyframes.
 //!
-//! Everything is a pure function: the same input gives the same bits, ids included. docs/maths/topomap.md describes the method. [`repose_nodes`] moves
-//! nodes with their keyframes.
+//! Everything is a pure function: the same input gives the same bits, ids included. docs/maths/topomap.md describes the method. [`MapMotion`] moves a
+//! site with the keyframes of its map.
 
 mod config;
 mod corridor;
 mod docks;
 mod floor;
+mod follow;
 mod objects;
 mod path;
-mod repose;
 mod simplify;
 mod site_edit;
 mod survey;
@@ -26,8 +26,8 @@ mod way_graph;
 
 pub use config::{NodeToleranceConfig, TopomapConfig};
 pub use floor::FloorBuilder;
+pub use follow::{FollowConfig, Following, MapMotion};
 pub use navigation::RobotShape;
-pub use repose::repose_nodes;
 pub use site_edit::Replacement;
 pub use way_graph::{BlockedBy, BlockedWay};
 

@@ -1,16 +1,18 @@
 //! Tests on drawn sites.
 
 use crate::{
-    BlockedBy, FloorBuilder, GeneratedMap, RobotShape, TopomapConfig, TopomapInput, generate, repose_nodes,
+    BlockedBy, FloorBuilder, FollowConfig, GeneratedMap, MapMotion, RobotShape, TopomapConfig, TopomapInput,
+    generate,
 };
 use geometry::{Isometry, Rotation, Vector3};
 use proptest::prelude::*;
 use site_model::{
-    EditId, NodeKind, Object, Site, SiteSettings, TravelDirection, Traversal, ValidationConfig,
+    ActionRequest, Change, EditId, InspectionPoint, InspectionPointId, Node, NodeKind, Object, Site,
+    SiteSettings, TravelDirection, Traversal, ValidationConfig, Zone, ZoneEffect, ZoneId,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use uuid::Uuid;
-use vocab::{KeyframeId, MapId, Stamp};
+use vocab::{KeyframeId, MapId, Span, Stamp};
 
 /// Distance between the points of drawn surfaces, metres.
 const POINT_M: f64 = 0.05;
@@ -179,9 +181,8 @@ fn a_walk_round_a_corner_and_back_is_one_way_with_a_node_at_the_corner() {
     check_laws(&drawn, &made);
     assert_eq!((made.nodes.len(), made.edges.len()), (3, 4), "{:?}", lines(&made));
     let corner = Vector3::new(9.0, 0.0, 0.55);
-    let is_corner = |node: &site_model::Node| {
-        (geometry::vec_from_plain(node.map_from_node.position) - corner).norm() < 1.0
-    };
+    let is_corner =
+        |node: &Node| (geometry::vec_from_plain(node.map_from_node.position) - corner).norm() < 1.0;
     assert!(made.nodes.iter().any(is_corner), "{:?}", lines(&made));
     assert!(made.edges.iter().all(|edge| edge.traversal == Traversal::Walk && edge.corridor.left_m > 0.9));
 }
@@ -396,38 +397,129 @@ fn a_survey_that_nobody_walked_gets_ways_over_its_whole_floor() {
     }
 }
 
+/// Keyframes with their times.
+fn timed(keyframes: &[(KeyframeId, Isometry)]) -> Vec<(Stamp, Isometry)> {
+    let time = |id: &KeyframeId| Stamp::from_parts(100 + i64::from(id.0), 7);
+    keyframes.iter().map(|(id, pose)| (time(id), *pose)).collect()
+}
+
+/// The site of a generated map.
+fn site_of(made: &GeneratedMap) -> Site {
+    let mut site = Site::default();
+    let edit = made.replacement(&site, MapId(Uuid::from_u128(1)), EditId(Uuid::from_u128(2))).edit;
+    site.apply(&edit, EditId(Uuid::from_u128(3))).expect("of this state");
+    site
+}
+
+fn put(site: &mut Site, object: Object) {
+    let edit = site.put(EditId(Uuid::from_u128(4)), object);
+    site.apply(&edit, EditId(Uuid::from_u128(5))).expect("of this state");
+}
+
+fn plain(node: &Node) -> Isometry {
+    geometry::isometry_from_pose(&node.map_from_node).expect("a pose")
+}
+
 #[test]
-fn nodes_follow_their_keyframes() {
+fn a_site_follows_the_keyframes_of_its_map() {
     let drawn = hall().walk(&[at(0.0, 0.0), at(12.0, 0.0), at(12.0, 9.0)]);
     let made = drawn.generate();
-    let keyframes: BTreeMap<_, _> = drawn.keyframes().into_iter().collect();
-    let same = repose_nodes(&made.nodes, |keyframe| keyframes.get(&keyframe).copied(), 0);
-    assert_eq!(same, [], "nothing moved");
+    let mut site = site_of(&made);
+    let before = timed(&drawn.keyframes());
+    let (next, edit) = (MapId(Uuid::from_u128(8)), EditId(Uuid::from_u128(9)));
+    // A person has moved the last node, which has lost its keyframe; something is looked at from it, beside a zone.
+    let last = made.nodes.iter().max_by(|a, b| plain(a).translation.y.total_cmp(&plain(b).translation.y));
+    let moved_by_hand = Node { anchor: None, ..last.expect("a node").clone() };
+    put(&mut site, Object::Node(moved_by_hand.clone()));
+    let target = plain(&moved_by_hand).translation.vector + Vector3::new(2.0, 0.0, 0.5);
+    put(
+        &mut site,
+        Object::InspectionPoint(InspectionPoint {
+            id: InspectionPointId(Uuid::from_u128(30)),
+            name: "Gauge".to_owned(),
+            asset: None,
+            node: moved_by_hand.id,
+            target_m: geometry::vec_to_plain(&target),
+            request: ActionRequest { action: "photo".to_owned(), parameters: Default::default() },
+            limits: None,
+        }),
+    );
+    let corner = Vector3::new(11.0, 7.0, 0.0);
+    put(
+        &mut site,
+        Object::Zone(Zone {
+            id: ZoneId(Uuid::from_u128(31)),
+            name: "Pit".to_owned(),
+            corners_m: vec![[corner.x, corner.y], [13.0, 7.0], [13.0, 9.0]],
+            height_m: None,
+            effect: ZoneEffect::KeepOut,
+            daily: None,
+        }),
+    );
+    let same = MapMotion::between(&before, &before, FollowConfig::default()).expect("the same map");
+    let same = same.edit(&site, next, edit);
+    assert_eq!((same.moved_nodes, same.edit.changes.len()), (0, 1), "nothing but the map of the site");
     // Keyframes from the corner on are turned about it, as a loop closure does.
     let turn = Isometry::translation(12.0, 0.0, 0.0)
         * Isometry::from_parts(Vector3::zeros().into(), Rotation::from_euler_angles(0.0, 0.0, 0.1))
         * Isometry::translation(-12.0, 0.0, 0.0);
-    let is_moved = |pose: &Isometry| pose.translation.vector.y > 1.0;
-    let new_pose = |keyframe: KeyframeId| {
-        let pose = keyframes.get(&keyframe)?;
-        Some(if is_moved(pose) { turn * pose } else { *pose })
+    let turned = |(stamp, pose): &(Stamp, Isometry)| {
+        (*stamp, if pose.translation.vector.y > 1.0 { turn * pose } else { *pose })
     };
-    let moved = repose_nodes(&made.nodes, new_pose, 0);
-    assert!(!moved.is_empty() && moved.len() < made.nodes.len());
-    for node in &moved {
-        let before = made.nodes.iter().find(|other| other.id == node.id).expect("the same node");
-        let [before, after] =
-            [before, node].map(|node| geometry::isometry_from_pose(&node.map_from_node).expect("a pose"));
-        assert!((before.translation.vector.y) > 0.0);
-        assert!(((turn * before).inverse() * after).translation.vector.norm() < 1e-9);
+    let after: Vec<_> = before.iter().map(turned).collect();
+    let motion = MapMotion::between(&before, &after, FollowConfig::default()).expect("a version of it");
+    let following = motion.edit(&site, next, edit);
+    assert!(following.moved_nodes > 0 && following.moved_nodes < made.nodes.len());
+    let applied = site.apply(&following.edit, edit).expect("of this state");
+    assert_eq!(site.settings().and_then(|settings| settings.map), Some(next));
+    for node in &made.nodes {
+        let now = plain(site.node(node.id).expect("the same node"));
+        let (stays, moves) = (plain(node).inverse() * now, (turn * plain(node)).inverse() * now);
+        let error_m = stays.translation.vector.norm().min(moves.translation.vector.norm());
+        assert!(error_m < 1e-9, "{} {now}", node.name);
     }
-    // In a merged map the keyframes count from another number on.
-    let merged = repose_nodes(&made.nodes, |id| keyframes.get(&KeyframeId(id.0 - 100)).copied(), 100);
-    assert_eq!(merged.len(), made.nodes.len());
-    for (before, after) in made.nodes.iter().zip(&merged) {
-        let [before, after] = [before, after].map(|node| node.anchor.expect("an anchor").keyframe.0);
-        assert_eq!(after, before + 100);
+    let now = plain(site.node(moved_by_hand.id).expect("a node"));
+    assert!(((turn * plain(&moved_by_hand)).inverse() * now).translation.vector.norm() < 1e-9);
+    assert!(following.distance_max_m > 0.5);
+    let point = site.inspection_point(InspectionPointId(Uuid::from_u128(30))).expect("a point");
+    let wanted = turn * nalgebra::Point3::from(target);
+    assert!((geometry::vec_from_plain(point.target_m) - wanted.coords).norm() < 1e-9);
+    let zone = site.zones().next().expect("a zone");
+    let wanted = turn * nalgebra::Point3::from(corner);
+    assert!((zone.corners_m[0][0] - wanted.x).hypot(zone.corners_m[0][1] - wanted.y) < 1e-9);
+    // One edit, which can be taken back.
+    site.apply(&applied.inverse, EditId(Uuid::from_u128(10))).expect("of this state");
+    assert_eq!(site.node(moved_by_hand.id), Some(&moved_by_hand));
+}
+
+#[test]
+fn in_a_merged_map_keyframes_have_other_numbers_and_other_maps_are_told_apart() {
+    let drawn = hall().walk(&[at(0.0, 0.0), at(12.0, 0.0), at(12.0, 9.0)]);
+    let (made, before) = (drawn.generate(), timed(&drawn.keyframes()));
+    let site = site_of(&made);
+    let others = (0..100).map(|number| (Stamp::from_parts(number, 0), Isometry::identity()));
+    let merged: Vec<_> = others.chain(before.iter().copied()).collect();
+    let motion = MapMotion::between(&before, &merged, FollowConfig::default()).expect("a version of it");
+    let edit = motion.edit(&site, MapId(Uuid::from_u128(8)), EditId(Uuid::from_u128(9))).edit;
+    let nodes = edit.changes.iter().filter_map(|change| match change {
+        Change::Put { object: Object::Node(node), .. } => Some(node),
+        _ => None,
+    });
+    let numbers: BTreeMap<_, _> =
+        nodes.map(|node| (node.id, node.anchor.expect("an anchor").keyframe.0)).collect();
+    assert_eq!(numbers.len(), made.nodes.len());
+    for node in &made.nodes {
+        assert_eq!(numbers[&node.id], node.anchor.expect("an anchor").keyframe.0 + 100);
+        assert_eq!(plain(site.node(node.id).expect("a node")), plain(node));
     }
+    let another: Vec<_> = before.iter().map(|(stamp, pose)| (*stamp + Span::from_millis(1), *pose)).collect();
+    assert!(MapMotion::between(&before, &another, FollowConfig::default()).is_none(), "other times");
+    let elsewhere = (0..).zip(&before).map(|(number, (stamp, pose))| {
+        (*stamp, Isometry::translation(f64::from(number % 3), 0.0, 0.0) * pose)
+    });
+    let elsewhere: Vec<_> = elsewhere.collect();
+    assert!(MapMotion::between(&before, &elsewhere, FollowConfig::default()).is_none(), "another walk");
+    assert!(MapMotion::between(&before, &[], FollowConfig::default()).is_none());
 }
 
 #[test]

@@ -150,9 +150,15 @@ fn handle_command(seat: &ControlSeat, rates: &mut CommandRates, id: CommandId, c
 fn handle_edit(seat: &ControlSeat, rates: &mut CommandRates, edit: Edit) {
     let id = edit.id;
     let is_allowed = rates.edits.allow(Instant::now());
-    let forwarded = if is_allowed { seat.forward_edit(edit) } else { Err(texts::COMMANDS_TOO_FAST) };
-    if let Err(reason) = forwarded {
-        let outcome = EditOutcome::Refused(EditRefusal::Unavailable(reason.to_owned()));
+    let refusal = if !is_allowed {
+        Some(EditRefusal::Unavailable(texts::COMMANDS_TOO_FAST.to_owned()))
+    } else if let Some(reason) = seat.refusal(&edit) {
+        Some(EditRefusal::Rejected(reason))
+    } else {
+        seat.forward_edit(edit).err().map(|reason| EditRefusal::Unavailable(reason.to_owned()))
+    };
+    if let Some(refusal) = refusal {
+        let outcome = EditOutcome::Refused(refusal);
         seat.outbox.answer(Arc::new(Event::EditDone(EditDone { id, outcome })));
     }
 }

@@ -10,7 +10,7 @@ pub(crate) use seats::{ControlSeat, StreamSeat};
 use crate::limits::{FIXED, Limits};
 use crate::outbox::Outbox;
 use crate::robot_clock::RobotClock;
-use crate::site::SiteRequests;
+use crate::site::{ActionSchemas, SiteRequests};
 use crate::snapshot::Snapshot;
 use crate::stored_data::StoredData;
 use crate::texts;
@@ -85,6 +85,8 @@ struct State {
     is_site_requested: bool,
     /// Edits and questions that the core has not answered.
     site_requests: SiteRequests,
+    /// Schemas of the actions that can be called.
+    schemas: Arc<ActionSchemas>,
 }
 
 /// One control socket.
@@ -163,6 +165,7 @@ impl Hub {
                 requests_made: 0,
                 is_site_requested: false,
                 site_requests: SiteRequests::default(),
+                schemas: Arc::new(ActionSchemas::new(&[])),
             }),
             started_ns: started_ns(),
             clients_max: limits.clients,
@@ -230,6 +233,9 @@ impl Hub {
                 {
                     let mut state = self.lock();
                     state.clock.update(&event, Instant::now());
+                    if let Event::Actions(offered) = &event {
+                        state.schemas = Arc::new(ActionSchemas::new(offered));
+                    }
                     if let Event::Platform(Platform { now: at, .. }) = event
                         && let Some(text) = state.restart_notice.take()
                     {
@@ -344,6 +350,11 @@ impl Hub {
     /// The site, if the core has sent it.
     pub(crate) fn site(&self) -> Option<Arc<SiteState>> {
         self.lock().snapshot.site().cloned()
+    }
+
+    /// Schemas of the actions that can be called.
+    pub(crate) fn action_schemas(&self) -> Arc<ActionSchemas> {
+        Arc::clone(&self.lock().schemas)
     }
 
     /// What `read` finds in the lists of stored data.

@@ -53,6 +53,8 @@ pub(crate) const PATH: &str = "/api/v1/openapi.json";
         runs::list,
         runs::steps,
         runs::results,
+        runs::clouds,
+        runs::cloud,
         runs::download,
         runs::point_results,
         runs::slots

@@ -55,6 +55,8 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .route(api::paths::CURRENT_RUNS_PATH, get(runs::current))
         .route(api::paths::RUN_STEPS_PATH, get(runs::steps))
         .route(api::paths::RUN_RESULTS_PATH, get(runs::results))
+        .route(api::paths::RUN_CLOUDS_PATH, get(runs::clouds))
+        .route(api::paths::RUN_CLOUD_PATH, get(runs::cloud))
         .route(api::paths::RUN_DOWNLOAD_PATH, get(runs::download))
         .route(api::paths::POINT_RESULTS_PATH, get(runs::point_results))
         .route(api::paths::SLOTS_PATH, get(runs::slots))

@@ -7,18 +7,19 @@ use crate::limits::FIXED;
 use crate::snapshot_site::{SiteCursor, SiteFeed};
 use api::{
     Event, Graph, GraphAssembly, GraphChanged, LoopDecision, LoopsChanged, MAX_GRAPH_ENTRIES,
-    MAX_LOOP_DECISIONS, MAX_TILES_PER_EVENT, Notice, Platform, ProcessRestart, SiteState, TileEntry,
-    TilesChanged,
+    MAX_LOOP_DECISIONS, MAX_TILES_PER_EVENT, Notice, Platform, ProcessRestart, SiteState, StoredResult,
+    TileEntry, TilesChanged,
 };
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-const LATEST_KINDS: usize = TOPOMAP_GENERATION + 1;
+const LATEST_KINDS: usize = ACTIONS + 1;
 const TILES: usize = LATEST_KINDS;
 const NOTICES: usize = LATEST_KINDS + 1;
 const LOOPS: usize = LATEST_KINDS + 2;
 const SITE: usize = LATEST_KINDS + 3;
-const SOURCES: usize = LATEST_KINDS + 4;
+const RESULTS: usize = LATEST_KINDS + 4;
+const SOURCES: usize = LATEST_KINDS + 5;
 
 /// The state that a client gets when it connects.
 pub(crate) struct Snapshot {
@@ -38,6 +39,8 @@ pub(crate) struct Snapshot {
     loops: Loops,
     site: SiteFeed,
     notices: VecDeque<(u64, Notice)>,
+    /// The newest results of runs, in the order of their numbers.
+    results: VecDeque<(u64, StoredResult)>,
     platform: Platform,
     /// Why this process was started again, if it was.
     restart: Option<ProcessRestart>,
@@ -122,6 +125,7 @@ impl Snapshot {
             loops: Loops::default(),
             site: SiteFeed::default(),
             notices: VecDeque::new(),
+            results: VecDeque::new(),
             platform: Platform { restarts: restart.iter().cloned().collect(), ..Platform::default() },
             restart,
         };
@@ -150,6 +154,7 @@ impl Snapshot {
             Event::Tiles(change) => self.change_tiles(change),
             Event::Loops(change) => self.change_loops(change),
             Event::Notice(notice) => self.add_notice(notice),
+            Event::ResultStored(result) => self.add_result(result),
             Event::Platform(report) => {
                 let restarts = report.restarts.iter().chain(&self.restart).cloned().collect();
                 self.change_platform(|platform| {
@@ -222,6 +227,7 @@ impl Snapshot {
             TILES => Some(self.next_tiles(cursor)),
             LOOPS => Some(self.next_loops(cursor)),
             NOTICES => self.next_notice(cursor),
+            RESULTS => self.next_result(cursor),
             SITE => cursor.site.next(&self.site),
             GRAPH => {
                 if cursor.graph_parts.is_none() {
@@ -257,6 +263,7 @@ impl Snapshot {
             }
             SITE => self.site.owed(cursor.site.seen),
             NOTICES => self.notices.iter().map(|(revision, _)| *revision).find(|r| *r > cursor.seen[NOTICES]),
+            RESULTS => self.results.iter().map(|(revision, _)| *revision).find(|r| *r > cursor.seen[RESULTS]),
             kind => {
                 self.latest[kind].as_ref().map(|(revision, _)| *revision).filter(|r| *r > cursor.seen[kind])
             }
@@ -339,6 +346,13 @@ impl Snapshot {
         Some(Arc::new(Event::Notice(notice.clone())))
     }
 
+    fn next_result(&self, cursor: &mut Cursor) -> Option<Arc<Event>> {
+        let (revision, result) =
+            self.results.iter().find(|(revision, _)| *revision > cursor.seen[RESULTS])?;
+        cursor.seen[RESULTS] = *revision;
+        Some(Arc::new(Event::ResultStored(result.clone())))
+    }
+
     fn change_tiles(&mut self, change: TilesChanged) {
         self.revision += 1;
         self.tiles.revision = self.revision;
@@ -372,6 +386,18 @@ impl Snapshot {
             self.notices.pop_front();
         }
     }
+
+    fn add_result(&mut self, result: StoredResult) {
+        // A core that reconnects repeats its results.
+        if self.results.iter().any(|(_, known)| known.number == result.number) {
+            return;
+        }
+        self.revision += 1;
+        self.results.push_back((self.revision, result));
+        if self.results.len() > StoredResult::MAX_KEPT {
+            self.results.pop_front();
+        }
+    }
 }
 
 const GRAPH: usize = 1;
@@ -384,8 +410,9 @@ const BINNED_MAPS: usize = 17;
 const UPLOADS: usize = 18;
 const MISSIONS: usize = 19;
 const ROUTE: usize = 20;
-/// The last of them.
 const TOPOMAP_GENERATION: usize = 21;
+/// The last of them.
+const ACTIONS: usize = 22;
 
 /// Place of events of which only the last counts.
 fn latest_kind(event: &Event) -> Option<usize> {
@@ -412,11 +439,13 @@ fn latest_kind(event: &Event) -> Option<usize> {
         Event::Missions(_) => Some(MISSIONS),
         Event::Route(_) => Some(ROUTE),
         Event::TopomapGeneration(_) => Some(TOPOMAP_GENERATION),
+        Event::Actions(_) => Some(ACTIONS),
         Event::GraphChanged(_)
         | Event::GraphPart(_)
         | Event::Tiles(_)
         | Event::Loops(_)
         | Event::Notice(_)
+        | Event::ResultStored(_)
         | Event::SitePart(_)
         | Event::SiteChanged(_)
         | Event::EditDone(_)

@@ -111,6 +111,8 @@ pub(crate) fn page_gone(after: &str) -> String {
 pub(crate) fn no_tile(hash: &str) -> String {
     format!("There is no tile {hash}. Ask for the list of tiles anew.")
 }
+pub(crate) const NO_RUN_CLOUD: &str =
+    "There is no such cloud of this run. It may have made room for those of later runs.";
 pub(crate) fn no_blob(hash: &str) -> String {
     format!("There is no file {hash}. Ask for the result of the action anew.")
 }
@@ -164,6 +166,10 @@ pub(crate) const OBJECT_UNUSABLE: &str =
     "The object could not be used, so nothing was changed; each wrong field is named.";
 pub(crate) fn wrong_parameter(action: &str, error: &impl std::fmt::Display) -> String {
     format!("The action {action} cannot have these parameters: {error}.")
+}
+/// A refused edit over the socket: which object, and the first problem.
+pub(crate) fn object_with_wrong_parameter(object: &str, pointer: &str, detail: &str) -> String {
+    format!("{object} was not changed, because of {pointer}. {detail}")
 }
 pub(crate) const EDIT_DOES_NOT_FIT: &str =
     "The edit does not fit the site, so nothing was changed; each wrong change is named.";

@@ -3,6 +3,7 @@
 //! ```text
 //! tiles/ab/<hash>          encoded tiles, named by the BLAKE3 of their bytes, immutable
 //! blobs/ab/<hash>          files that actions have gathered, named by the BLAKE3 of their bytes, immutable
+//! run-clouds/<run>/<hash>  clouds seen on a run of a mission, named by the BLAKE3 of their bytes, with index.jsonl; see the store
 //! maps/<map id>/           one immutable directory per map version; see the store
 //! maps/.<anything>         incomplete maps, to be deleted
 //! bin/<map id>/            deleted maps, kept for a week; see the store
@@ -22,6 +23,7 @@
 //! ```
 
 use api::TileHash;
+use site_model::RunId;
 use std::path::{Path, PathBuf};
 use vocab::{BlobHash, MapId, UploadId};
 
@@ -65,6 +67,21 @@ impl DataDir {
     pub fn blob(&self, hash: BlobHash) -> PathBuf {
         let name = hash.to_string();
         self.blobs().join(&name[..2]).join(name)
+    }
+
+    /// Directory of the clouds of all runs.
+    pub fn run_clouds(&self) -> PathBuf {
+        self.root.join("run-clouds")
+    }
+
+    /// List of the clouds of a run, one JSON object a line.
+    pub fn run_cloud_index(&self, run: RunId) -> PathBuf {
+        self.run_clouds().join(run.to_string()).join("index.jsonl")
+    }
+
+    /// A cloud of a run.
+    pub fn run_cloud(&self, run: RunId, hash: BlobHash) -> PathBuf {
+        self.run_clouds().join(run.to_string()).join(hash.to_string())
     }
 
     /// Directory of all map versions.

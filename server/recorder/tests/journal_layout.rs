@@ -119,6 +119,7 @@ fn inputs() -> Vec<Input> {
         Input::ActionDone { call, outcome: ActionOutcome::Succeeded { result: "{}".to_owned() } },
         Input::ActionDone { call, outcome: failed },
         Input::ActionDone { call, outcome: ActionOutcome::Cancelled },
+        Input::ActionDone { call, outcome: ActionOutcome::NeedsTurn { turn_rad: -0.25 } },
         Input::GraphRequested,
         Input::JobDone(JobDone { number: 6, result: JobResult::LoopClosing(Ok(compared)) }),
         Input::Site(Box::new(SiteSnapshot { objects: vec![settings], removed: vec![(node, Revision(3))] })),

@@ -11,7 +11,9 @@ use crate::jobs::{FinishedJob, Jobs};
 use crate::ledger::LedgerQueue;
 use crate::mailbox::Mailbox;
 use crate::map_usage::MapUsage;
+use crate::node_following::NodeFollower;
 use crate::recording::RecorderQueue;
+use crate::run_clouds::RunCloudQueue;
 use crate::session_journal::SessionJournalQueue;
 use crate::state_publisher::StatePublisher;
 use crate::texts;
@@ -100,6 +102,8 @@ pub struct ControlLoop {
     pub ledger: LedgerQueue,
     pub session_journal: SessionJournalQueue,
     pub actions: ActionQueue,
+    pub node_follower: NodeFollower,
+    pub run_clouds: RunCloudQueue,
     /// Which maps are in use.
     pub map_usage: Arc<MapUsage>,
     /// Results of jobs that failed at once. The next turn of the loop feeds all of them, so they are never more than one turn starts.
@@ -328,6 +332,8 @@ impl ControlLoop {
                 }
                 self.session_journal.record(&publication);
                 self.actions.watch(&publication);
+                self.node_follower.watch(&publication);
+                self.run_clouds.watch(&publication);
                 self.recorder.watch(self.clock.now(), &publication);
                 self.mailbox.post(publication);
             }

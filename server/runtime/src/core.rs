@@ -1,6 +1,6 @@
 //! Starts the core's threads with the queues between them, and ends them in order.
 
-use crate::actions::{ActionConfig, ActionQueue, ActionWorker, OpenActions};
+use crate::actions::{ActionConfig, ActionQueue, ActionWorker, OpenActions, SightChecker};
 use crate::clock::CalendarTime;
 use crate::control_loop::{ControlLoop, LoopRequest, Sources};
 use crate::gateway_link::{GatewayLink, GatewayLinkConfig};
@@ -12,10 +12,12 @@ use crate::live_map::{LiveMap, LiveMapConfig};
 use crate::mailbox::Mailbox;
 use crate::map_list::{publish_map_list, publish_uploads};
 use crate::map_usage::MapUsage;
+use crate::node_following::NodeFollower;
 use crate::platform::{BatteryForecast, PlatformProbe};
 use crate::pose_persistence::{PosePersistence, PosePersistenceConfig};
 use crate::publisher::{PublisherConfig, PublisherWorker};
 use crate::recording::RecordingTarget;
+use crate::run_clouds::{RunCloudQueue, RunCloudQueueConfig, RunCloudWorker};
 use crate::session_journal::{SessionJournalConfig, SessionJournalQueue, SessionJournalWorker};
 use crate::start_error::StartError;
 use crate::state_publisher::StatePublisher;
@@ -34,7 +36,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Instant;
-use store::{BlobsConfig, InterruptedSessions, Store};
+use store::{BlobsConfig, InterruptedSessions, RunCloudsConfig, Store};
 use watchdog::Watchdog;
 
 /// Limits of the core's queues.
@@ -89,6 +91,7 @@ pub struct Core {
     ledger: Option<JoinHandle<()>>,
     session_journal: Option<JoinHandle<()>>,
     actions: Option<JoinHandle<()>>,
+    run_clouds: Option<JoinHandle<()>>,
     publisher: Option<JoinHandle<()>>,
     disk: Option<JoinHandle<()>>,
     compute: Option<JoinHandle<()>>,
@@ -183,6 +186,12 @@ impl Core {
             Arc::clone(&inbox),
             RobotProfile { standing_height_m, ..boot.profile.clone() },
         );
+        let node_follower = NodeFollower::new(
+            Arc::clone(&store),
+            Arc::clone(&inbox),
+            Arc::clone(&mailbox),
+            Arc::clone(&clock),
+        );
         let disk = DiskWorker {
             store: Arc::clone(&store),
             jobs: disk_jobs,
@@ -219,8 +228,19 @@ impl Core {
             inbox: action_inbox,
             results: result_sender,
             mailbox: Arc::clone(&mailbox),
+            state_publisher: Arc::clone(&state_publisher),
             clock: Arc::clone(&clock),
             open: OpenActions::default(),
+            sight: SightChecker::new(Arc::clone(&store)),
+        };
+        let (run_clouds, chosen_clouds) = RunCloudQueue::new(RunCloudQueueConfig::default());
+        let run_cloud_worker = RunCloudWorker {
+            config: RunCloudsConfig::default(),
+            store: Arc::clone(&store),
+            base_from_lidar_m: base_from_lidar.unwrap_or_default().position,
+            clouds: chosen_clouds,
+            mailbox: Arc::clone(&mailbox),
+            clock: Arc::clone(&clock),
         };
         let ledger_worker = LedgerWorker {
             store: Arc::clone(&store),
@@ -237,7 +257,12 @@ impl Core {
             clock: Arc::clone(&clock),
             jobs: jobs.clone(),
             live_map: LiveMap::new(LiveMapConfig::default(), Arc::clone(&store)),
-            platform: PlatformProbe::new(boot.profile, link.site(), store.recordings(), restarts),
+            platform: PlatformProbe::new(
+                RobotProfile { standing_height_m, ..boot.profile },
+                link.site(),
+                store.recordings(),
+                restarts,
+            ),
             battery: BatteryForecast::default(),
             persistence: PosePersistence::new(PosePersistenceConfig::default(), Arc::clone(&store)),
             goals: Vec::new(),
@@ -318,6 +343,8 @@ impl Core {
             ledger,
             session_journal,
             actions,
+            node_follower,
+            run_clouds,
             map_usage,
             refused_jobs: Vec::new(),
             problems,
@@ -343,6 +370,9 @@ impl Core {
             actions: Some(spawn(&watchdog, "actions", THREAD_LIMITS.disk, move |beat| {
                 action_worker.run(beat);
             })?),
+            run_clouds: Some(spawn(&watchdog, "run-clouds", THREAD_LIMITS.disk, move |beat| {
+                run_cloud_worker.run(beat);
+            })?),
             control: Some(spawn(&watchdog, CONTROL_THREAD, THREAD_LIMITS.control, move |beat| {
                 control.run(&sources, beat);
             })?),
@@ -359,6 +389,7 @@ impl Drop for Core {
         join(self.ledger.take());
         join(self.session_journal.take());
         join(self.actions.take());
+        join(self.run_clouds.take());
         self.mailbox.close();
         join(self.publisher.take());
         // It sends requests to the lane of the disk, which ends when nobody can send to it any more.

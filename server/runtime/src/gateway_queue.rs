@@ -257,9 +257,8 @@ enum Kind {
 fn replaced_kind(message: &CoreMessage) -> Option<Kind> {
     match message {
         CoreMessage::Scan { .. } => Some(Kind::Scan),
-        CoreMessage::Event { to: None, event } if !matches!(event, Event::Notice(_)) => {
-            Some(Kind::Event(discriminant(event)))
-        }
+        CoreMessage::Event { to: None, event: Event::Notice(_) | Event::ResultStored(_) } => None,
+        CoreMessage::Event { to: None, event } => Some(Kind::Event(discriminant(event))),
         CoreMessage::Event { .. } | CoreMessage::Hello { .. } | CoreMessage::Reply { .. } => None,
     }
 }

@@ -1,6 +1,6 @@
 //! State of the server itself and of the battery, as clients see it.
 
-use api::{Battery, Platform, ProcessRestart, SpeedLimits};
+use api::{Battery, Platform, ProcessRestart, RobotBody, SpeedLimits};
 use messages::{BatteryState, RobotProfile};
 use std::fs;
 use std::time::Instant;
@@ -11,6 +11,7 @@ use vocab::{Span, Stamp};
 pub struct PlatformProbe {
     robot: String,
     manual_limits: SpeedLimits,
+    body: RobotBody,
     site: Option<String>,
     recordings: Recordings,
     restarts: Vec<ProcessRestart>,
@@ -34,7 +35,13 @@ impl PlatformProbe {
     ) -> Self {
         let messages::SpeedLimits { forward_mps, sideways_mps, turn_radps } = profile.manual_limits;
         let manual_limits = SpeedLimits { forward_mps, sideways_mps, turn_radps };
-        Self { robot: profile.name, manual_limits, site, recordings, restarts, previous: None }
+        let body = RobotBody {
+            footprint_radius_m: profile.footprint_radius_m,
+            clearance_height_m: profile.clearance_height_m,
+            standing_height_m: profile.standing_height_m,
+            step_height_m: profile.step_height_m,
+        };
+        Self { robot: profile.name, manual_limits, body, site, recordings, restarts, previous: None }
     }
 
     /// The state now; rates are since the last call.
@@ -60,6 +67,7 @@ impl PlatformProbe {
             // The gateway adds its own.
             restarts: self.restarts.clone(),
             manual_limits: Some(self.manual_limits),
+            body: Some(self.body),
         }
     }
 }

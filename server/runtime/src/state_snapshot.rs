@@ -1,6 +1,8 @@
 //! The latest state of every kind, for a gateway that connects.
 
-use api::{Event, GraphChanged, LoopDecision, LoopsChanged, MAX_LOOP_DECISIONS, SiteState, TileEntry};
+use api::{
+    Event, GraphChanged, LoopDecision, LoopsChanged, MAX_LOOP_DECISIONS, SiteState, StoredResult, TileEntry,
+};
 use std::collections::VecDeque;
 use std::mem::discriminant;
 use std::sync::Arc;
@@ -11,6 +13,7 @@ pub struct StateSnapshot {
     /// One of each kind that replaces the last of its kind.
     latest: Vec<Event>,
     notices: VecDeque<Event>,
+    results: VecDeque<Event>,
     /// Tiles of the map that is shown. They are never queued: each connection reads them from here, see [`crate::gateway_queue`].
     pub tiles: Tiles,
     loops: VecDeque<LoopDecision>,
@@ -39,6 +42,12 @@ impl StateSnapshot {
                     self.notices.pop_front();
                 }
                 self.notices.push_back(event.clone());
+            }
+            Event::ResultStored(_) => {
+                if self.results.len() == StoredResult::MAX_KEPT {
+                    self.results.pop_front();
+                }
+                self.results.push_back(event.clone());
             }
             Event::GraphChanged(changed) => return self.change_graph(changed),
             Event::Tiles(changed) => {
@@ -79,6 +88,7 @@ impl StateSnapshot {
     pub fn events(&self) -> impl Iterator<Item = Event> {
         let added = self.loops.iter().cloned().collect();
         let loops = Event::Loops(LoopsChanged { reset: true, added });
-        self.latest.iter().cloned().chain([loops]).chain(self.notices.iter().cloned())
+        let added = self.notices.iter().chain(&self.results).cloned();
+        self.latest.iter().cloned().chain([loops]).chain(added)
     }
 }

@@ -3,7 +3,7 @@
 use crate::map_usage::MapUse;
 use ports::SimulatedFault;
 use std::path::Path;
-use vocab::{KeyframeId, Span, legible};
+use vocab::{KeyframeId, Span, Vec3, legible};
 
 /// The core was started without an importer.
 pub const NO_IMPORTER: &str = "This platform makes no maps of files.";
@@ -292,6 +292,38 @@ pub const AIM_WITHOUT_PLACE: &str =
 /// The camera is to be aimed at a point that gives no direction.
 pub const AIM_WITHOUT_DIRECTION: &str =
     "The camera cannot be aimed there, because the target is at the camera itself.";
+
+/// Clouds of a run found no room.
+pub const NO_ROOM_FOR_RUN_CLOUDS: &str = "The clouds of this run are not kept any more, because the disk or their share of it is full. Visits cannot be compared by them. Delete maps for good or recordings.";
+
+/// Clouds of a run could not be written.
+pub fn run_clouds_not_kept(reason: &str) -> String {
+    format!("A cloud of this run was not kept, so visits cannot be compared by it: {reason}.")
+}
+
+/// The site has followed its map.
+pub fn site_follows_map(nodes: usize, distance_m: f64) -> String {
+    if nodes == 0 {
+        return "The site uses the new version of its map now. No node had to move.".to_owned();
+    }
+    let nodes = if nodes == 1 { "1 node has".to_owned() } else { format!("{nodes} nodes have") };
+    format!(
+        "The site uses the new version of its map now. {nodes} moved with it, by {distance_m:.2} m at most. Undo takes that back."
+    )
+}
+
+/// The site has not followed its map for `reason`, a clause or sentence.
+pub fn site_does_not_follow(reason: &str) -> String {
+    format!("The robot uses another version of the site's map, and the nodes did not follow: {reason}")
+}
+
+/// The map shows something between the camera and its target.
+pub fn view_blocked(target: Vec3, obstacle_at_m: f64, distance_m: f64) -> String {
+    let Vec3 { x, y, z } = target;
+    format!(
+        "The map shows something {obstacle_at_m:.1} m before the camera, but its target at x {x:.1} m, y {y:.1} m, z {z:.1} m is {distance_m:.1} m away. The picture is taken all the same. Look at it, and move the node or the target."
+    )
+}
 
 /// The camera is to be aimed further to the side than its head pans.
 pub fn aim_beyond_pan(turn_rad: f64) -> String {

@@ -5,12 +5,12 @@ use crate::clock::RobotClock;
 use crate::jobs::{ComputeTask, DiskJob, Jobs};
 use crate::ledger::{LedgerConfig, LedgerQueue, LedgerWorker, SiteKeeper};
 use crate::mailbox::Mailbox;
+use crate::testing::save_corridor;
 use api::{CoreMessage, SiteAssembly, SiteState};
 use crossbeam_channel::Receiver;
-use messages::{Cloud, FinishedMap, GraphNode, Input, Keyframe, PoseGraph, RevisitCounts};
+use messages::Input;
 use std::time::Duration;
 use uuid::Uuid;
-use vocab::{KeyframeId, Pose, SessionId, Stamp};
 use watchdog::Heartbeat;
 
 const MAP: MapId = MapId(Uuid::from_u128(1));
@@ -32,7 +32,7 @@ struct Bench {
 fn bench() -> Bench {
     let dir = tempfile::tempdir().expect("temporary directory");
     let store = Arc::new(Store::open(dir.path()).expect("opens"));
-    save_corridor(&store);
+    save_corridor(&store, MAP, 0.0);
     let (mailbox, clock) = (Arc::<Mailbox>::default(), Arc::<RobotClock>::default());
     let publisher = Arc::<StatePublisher>::default();
     let (jobs, disk, compute) = Jobs::new(Arc::clone(&mailbox), Arc::clone(&clock));
@@ -63,44 +63,6 @@ fn bench() -> Bench {
         _compute: compute,
         _dir: dir,
     }
-}
-
-/// Saves a walk of 20 m along x over a floor.
-fn save_corridor(store: &Store) {
-    let session = SessionId(Uuid::from_u128(8));
-    let mut xyz = Vec::new();
-    for (x, y) in (-30..=30_i16).flat_map(|x| (-20..=20_i16).map(move |y| (x, y))) {
-        xyz.push([0.1 * f32::from(x), 0.1 * f32::from(y), -0.55]);
-    }
-    let cloud = Arc::new(Cloud { intensity: vec![10.0; xyz.len()], xyz });
-    let nodes: Vec<GraphNode> = (0..=20_u32)
-        .map(|id| GraphNode {
-            id: KeyframeId(id),
-            stamp: Stamp::from_parts(i64::from(id), 0),
-            map_from_keyframe: Pose { position: Vec3::new(f64::from(id), 0.0, 0.55), ..Pose::IDENTITY },
-        })
-        .collect();
-    for node in &nodes {
-        let GraphNode { id, stamp, map_from_keyframe } = *node;
-        let cloud = Arc::clone(&cloud);
-        let keyframe = Keyframe { session, id, stamp, map_from_keyframe, cloud, lidar: [0.0; 3] };
-        store.write_session_cloud(&keyframe).expect("written");
-    }
-    let finished = FinishedMap {
-        map: MAP,
-        name: "Corridor".to_owned(),
-        session,
-        extends: None,
-        at: Stamp::from_parts(100, 0),
-        distance_m: 20.0,
-        trajectory: nodes.iter().map(|node| (node.stamp, node.map_from_keyframe)).collect(),
-        graph: Arc::new(PoseGraph { revision: 1, nodes, edges: Vec::new() }),
-        degenerate: Vec::new(),
-        decisions: Vec::new(),
-        unverified: 0,
-        revisits: RevisitCounts::default(),
-    };
-    store.save_map(&finished).expect("saved");
 }
 
 fn request(map: MapId, edit: u128) -> TopomapRequest {

@@ -1,8 +1,11 @@
 //! All points of a map in the map frame.
 
-use crate::{MapCloud, StoreError, TileFiles, files, texts};
+use crate::{MapCloud, Store, StoreError, TileFiles, files, texts};
 use api::TileList;
+use map_codec::PointChunk;
+use mapping::line_of_sight::{LineOfSightConfig, OccupiedVoxels};
 use std::path::Path;
+use vocab::MapId;
 
 /// Points of a map.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -35,18 +38,12 @@ impl MapPoints {
     /// # Errors
     /// When a tile is missing or cannot be understood.
     pub fn from_tiles(dir: &Path) -> Result<Self, StoreError> {
-        let (own_tiles, shared_tiles) = (dir.join("tiles"), dir.join("..").join("..").join("tiles"));
-        let tiles = TileFiles::new(if own_tiles.is_dir() { own_tiles } else { shared_tiles });
-        let path = dir.join("tiles.json");
-        let list: TileList = files::read_json(&path)?;
         let mut points = Self::default();
-        for entry in &list.tiles {
-            let chunk = map_codec::decode(&tiles.read(entry.hash)?)
-                .map_err(|_| StoreError::Broken { path: path.clone(), what: texts::BROKEN_TILE })?;
+        for_each_tile(dir, |chunk| {
             points.xyz.extend(chunk.points.iter().map(|point| chunk.position(point)));
             let unit = chunk.intensity_unit;
             points.intensity.extend(chunk.points.iter().map(|point| f32::from(point.intensity) * unit));
-        }
+        })?;
         Ok(points)
     }
 
@@ -62,4 +59,36 @@ impl MapPoints {
         }));
         self.intensity.extend(&cloud.intensity);
     }
+}
+
+impl Store {
+    /// The occupied voxels of a saved map, by which lines of sight are checked. Memory: those, and one tile at a time.
+    ///
+    /// # Errors
+    /// When there is no such map, or a tile is missing or cannot be understood.
+    pub fn occupied_voxels(
+        &self,
+        map: MapId,
+        config: LineOfSightConfig,
+    ) -> Result<OccupiedVoxels, StoreError> {
+        let mut voxels = OccupiedVoxels::new(config);
+        for_each_tile(&self.dir().map(map), |chunk| {
+            chunk.points.iter().for_each(|point| voxels.insert(&chunk.position(point)));
+        })?;
+        Ok(voxels)
+    }
+}
+
+/// Reads the tiles of the map in the folder `dir`, one at a time.
+fn for_each_tile(dir: &Path, mut take: impl FnMut(&PointChunk)) -> Result<(), StoreError> {
+    let (own_tiles, shared_tiles) = (dir.join("tiles"), dir.join("..").join("..").join("tiles"));
+    let tiles = TileFiles::new(if own_tiles.is_dir() { own_tiles } else { shared_tiles });
+    let path = dir.join("tiles.json");
+    let list: TileList = files::read_json(&path)?;
+    for entry in &list.tiles {
+        let chunk = map_codec::decode(&tiles.read(entry.hash)?)
+            .map_err(|_| StoreError::Broken { path: path.clone(), what: texts::BROKEN_TILE })?;
+        take(&chunk);
+    }
+    Ok(())
 }

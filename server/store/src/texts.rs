@@ -153,3 +153,4 @@ pub(crate) fn cloud_damaged(error: &StoreError, aside: &Path) -> String {
         error_with_causes(error)
     )
 }
+pub(crate) const BROKEN_RUN_CLOUD: &str = "it is no cloud of a run, or it is damaged";

@@ -2,7 +2,7 @@
 
 use crate::{
     BinnedMap, CommandOutcome, DamagedMap, EditDone, Executive, Goal, GraphChanged, GraphPart, LoopsChanged,
-    MapSummary, SiteChanged, SitePart, TileEntry, TopomapGeneration,
+    MapSummary, SiteChanged, SitePart, StoredResult, TileEntry, TopomapGeneration,
 };
 use serde::{Deserialize, Serialize};
 use site_model::{MissionStatus, RouteStatus};
@@ -80,6 +80,25 @@ pub enum Event {
     Route(RouteStatus),
     /// State of the making of a topological map, or how the last one ended.
     TopomapGeneration(TopomapGeneration),
+    /// A result of a run is durable; adds to what was sent, in the order of its number. Earlier ones, and those that a client has missed, are asked for over HTTP.
+    ResultStored(StoredResult),
+    /// The actions that can be called now.
+    Actions(Vec<OfferedAction>),
+}
+
+/// An action that can be called.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct OfferedAction {
+    /// Its name, such as `photo`.
+    pub name: String,
+    /// Shown to people.
+    pub title: String,
+    /// JSON Schema of its parameters.
+    pub parameter_schema: String,
+    /// How long it is expected to take.
+    pub expected: Span,
+    /// Whether it can be repeated without harm.
+    pub is_idempotent: bool,
 }
 
 /// An uploaded file that no map was made of yet.
@@ -530,6 +549,21 @@ pub struct Platform {
     pub restarts: Vec<ProcessRestart>,
     /// Speed limits while a person drives the robot, of its profile. None while no core has told them: the robot cannot be driven then.
     pub manual_limits: Option<SpeedLimits>,
+    /// The robot's body, of its profile. None while no core has told it.
+    pub body: Option<RobotBody>,
+}
+
+/// The space that the robot's body takes and what it steps over.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RobotBody {
+    /// Radius of the circle that it turns in, metres.
+    pub footprint_radius_m: f64,
+    /// Height over the ground that must be free for it to pass, metres.
+    pub clearance_height_m: f64,
+    /// Height of the base over the ground while it stands, metres.
+    pub standing_height_m: f64,
+    /// Highest step that it takes, metres.
+    pub step_height_m: f64,
 }
 
 /// Greatest speeds of the base in its own frame.

@@ -53,6 +53,10 @@ pub const RUN_COMMANDS_PATH: &str = "/api/v1/runs/{run}/commands";
 pub const RUN_STEPS_PATH: &str = "/api/v1/runs/{run}/steps";
 /// GET, with a run's id in place of `{run}`: a page of its results.
 pub const RUN_RESULTS_PATH: &str = "/api/v1/runs/{run}/results";
+/// GET, with a run's id in place of `{run}`: a page of the clouds that the robot saw on it.
+pub const RUN_CLOUDS_PATH: &str = "/api/v1/runs/{run}/clouds";
+/// GET, with a run's id and the hash of a cloud: its file.
+pub const RUN_CLOUD_PATH: &str = "/api/v1/runs/{run}/clouds/{hash}";
 /// GET, with a run's id in place of `{run}`: all of it with its files, a ZIP archive.
 pub const RUN_DOWNLOAD_PATH: &str = "/api/v1/runs/{run}/download";
 /// GET, with an inspection point's id in place of `{id}`: a page of its results in all runs, the newest first.

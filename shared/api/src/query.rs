@@ -162,6 +162,11 @@ pub struct StoredResult {
     pub at: Stamp,
 }
 
+impl StoredResult {
+    /// Greatest number of results that are kept for a client that connects later, the newest.
+    pub const MAX_KEPT: usize = 64;
+}
+
 /// A slot of a schedule that was decided.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StoredSlot {

@@ -94,6 +94,11 @@ pub enum ActionOutcome {
     },
     /// It was cancelled before it was done.
     Cancelled,
+    /// It was not begun: the camera's head does not pan so far. The body has to turn first, by this to the left (negative: to the right), radians.
+    NeedsTurn {
+        /// The turn.
+        turn_rad: f64,
+    },
 }
 
 /// Who asks. Every command carries it, so that an audit log can be made from a recording.

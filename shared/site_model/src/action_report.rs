@@ -89,6 +89,19 @@ pub struct CameraReport {
     /// What was aimed at, metres, map frame; none where the aim was given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub target_m: Option<Vec3>,
+    /// What the map shows between camera and target; none where nothing was aimed at, or no map could be looked at.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub line_of_sight: Option<LineOfSight>,
+}
+
+/// What a saved map shows between the camera and its target. Doors that have opened since, and people, are not in a map.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LineOfSight {
+    /// From the camera to the target, metres.
+    pub distance_m: f64,
+    /// From the camera to the first thing that stands in the way, metres; none: the view is free.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub obstacle_at_m: Option<f64>,
 }
 
 /// Where the head points, frame of the base.

@@ -5,6 +5,7 @@ use crate::graph_overlay::GraphTarget;
 use crate::graph_preview::{EdgeObstruction, GraphPreview};
 use crate::scene_sync::SceneSync;
 use crate::vector::vector;
+use api::RobotBody;
 use client_model::{ClientCommand, GraphTool, Model, Selection};
 use egui::{PointerButton, Pos2, Rect, Response, Ui};
 use glam::{DVec2, DVec3};
@@ -255,7 +256,19 @@ fn gather(cx: &GestureContext<'_>, site: &Site, nodes: &BTreeMap<NodeId, DVec3>)
     places.extend(ends.map(|node| vector(node.map_from_node.position).truncate()));
     let min = places.iter().copied().fold(DVec2::INFINITY, DVec2::min) - CONFIG.columns_room_m;
     let max = places.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max) + CONFIG.columns_room_m;
-    cx.scene.renderer.borrow().columns(ColumnsConfig::default(), [min, max])
+    let config = columns_config(cx.model.platform.body());
+    cx.scene.renderer.borrow().columns(config, [min, max])
+}
+
+/// What is in the way of this robot. Where nobody has walked, it needs the room in which it turns.
+fn columns_config(body: Option<RobotBody>) -> ColumnsConfig {
+    let known = ColumnsConfig::default();
+    body.map_or(known, |body| ColumnsConfig {
+        half_width_m: body.footprint_radius_m,
+        step_m: body.step_height_m,
+        clearance_m: body.clearance_height_m,
+        ..known
+    })
 }
 
 /// Heading of a node towards a place on the screen, rad; with Shift, in steps.

@@ -5,8 +5,8 @@
 
 use glam::{DVec2, DVec3};
 
-/// Parameters of [`PointColumns`]. Widths and numbers are those of the generation of topological maps (`topomap::TopomapConfig`), so that an edge that a person
-/// draws is judged like one that is made from the map.
+/// Parameters of [`PointColumns`]. Numbers are those of the generation of topological maps (`topomap::TopomapConfig`), so that an edge that a person draws is judged
+/// like one that is made from the map. The robot's size is told by the robot; the defaults hold until it has come.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ColumnsConfig {
     /// Side of a column, m.

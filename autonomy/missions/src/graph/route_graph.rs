@@ -127,7 +127,9 @@ impl RouteGraph {
                 continue;
             };
             let ends = (graph.positions[from], graph.positions[to]);
-            let rules = rules_on_edge(site, ends, conditions.time_of_day, config.zone_step_m);
+            let speed_m_s = speed_m_s(edge, config);
+            let (now, step_m) = (conditions.time_of_day, config.zone_step_m);
+            let rules = rules_on_edge(site, ends, speed_m_s, now, step_m);
             let block = blocks.get(&edge.id).filter(|block| is_blocked(block, conditions.now));
             let closure = match (edge.is_enabled, block, rules.keep_out) {
                 (false, ..) => Some(Closure::Disabled),
@@ -137,7 +139,6 @@ impl RouteGraph {
             };
             let length_m = distance_m(ends.0, ends.1);
             let learned = conditions.learned.and_then(|learned| learned.get(&edge.id));
-            let speed_m_s = speed_m_s(edge, &rules, config);
             let cost_s = cost_s(edge, length_m, speed_m_s, learned, &rules, config);
             let cost_us = to_microseconds(cost_s);
             graph.incoming[to].push(graph.edges.len());
@@ -152,7 +153,7 @@ impl RouteGraph {
         self.index.contains_key(&node)
     }
 
-    /// Greatest speed on an edge, m/s: the least of the robot's, the edge's and that of its zones.
+    /// Greatest speed on an edge, m/s: the least of the robot's and the edge's. Zones limit it where they are, not on the whole edge.
     pub fn speed_m_s(&self, edge: EdgeId) -> Option<f64> {
         Some(self.edges[*self.edge_index.get(&edge)?].speed_m_s)
     }
@@ -195,17 +196,17 @@ impl RouteGraph {
 }
 
 /// Speed on an edge, m/s.
-fn speed_m_s(edge: &Edge, rules: &ZoneRules, config: &RouteConfig) -> f64 {
+fn speed_m_s(edge: &Edge, config: &RouteConfig) -> f64 {
     let ratio = match edge.traversal {
         Traversal::Stairs => config.stairs_speed_ratio,
         Traversal::Slow | Traversal::Door => config.slow_speed_ratio,
         Traversal::Walk | Traversal::Dock | Traversal::Action { .. } => 1.0,
     };
-    let limits = [edge.max_speed_m_s, rules.speed_limit_m_s];
-    limits.into_iter().flatten().fold(config.usual_speed_m_s * ratio, f64::min)
+    let own_m_s = config.usual_speed_m_s * ratio;
+    edge.max_speed_m_s.map_or(own_m_s, |limit| limit.min(own_m_s))
 }
 
-/// Cost of an edge, seconds. A speed limit counts for its length only: fixed and learned times include it already.
+/// Cost of an edge, seconds. Speed limits count for its length only: fixed and learned times include them already. Penalties count for all.
 fn cost_s(
     edge: &Edge,
     length_m: f64,
@@ -215,13 +216,13 @@ fn cost_s(
     config: &RouteConfig,
 ) -> f64 {
     let docking_s = if edge.traversal == Traversal::Dock { config.docking_s } else { 0.0 };
-    let by_length_s = length_m / speed_m_s.max(0.01) + docking_s;
-    let time_s = match (edge.cost, learned) {
-        (EdgeCost::Fixed(time_s), _) => time_s,
-        (EdgeCost::Learned, Some(learned)) if learned.count > 0 => learned.mean_s,
-        (EdgeCost::Length | EdgeCost::Learned, _) => by_length_s,
-    };
-    time_s * rules.penalty
+    match (edge.cost, learned) {
+        (EdgeCost::Fixed(time_s), _) => time_s * rules.penalty,
+        (EdgeCost::Learned, Some(learned)) if learned.count > 0 => learned.mean_s * rules.penalty,
+        (EdgeCost::Length | EdgeCost::Learned, _) => {
+            length_m / speed_m_s.max(0.01) * rules.time_factor + docking_s
+        }
+    }
 }
 
 /// Rounded, from 0 to about 11 days, so that sums over any route do not overflow.

@@ -7,36 +7,52 @@ use vocab::Vec3;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ZoneRules {
     pub keep_out: Option<ZoneId>,
-    pub speed_limit_m_s: Option<f64>,
-    /// Factor on the cost. The greatest of all zones counts for the whole edge.
+    /// Mean of the factors on the time along the edge, by lower speeds and by penalties.
+    pub time_factor: f64,
+    /// Mean of the penalties alone.
     pub penalty: f64,
 }
 
-/// The rules of all zones that hold now and that an edge passes. Of several rules, the strictest counts.
+/// The rules of all zones that hold now, along an edge that is walked at `speed_m_s` elsewhere. Of several rules at a place, the strictest counts. Linear in the
+/// zones and the length of the edge.
 pub(super) fn rules_on_edge(
     site: &Site,
     (from, to): (Vec3, Vec3),
+    speed_m_s: f64,
     time_of_day: Option<LocalTime>,
     step_m: f64,
 ) -> ZoneRules {
-    let mut rules = ZoneRules { keep_out: None, speed_limit_m_s: None, penalty: 1.0 };
+    let mut rules = ZoneRules { keep_out: None, time_factor: 1.0, penalty: 1.0 };
+    let zones: Vec<&Zone> = active_zones(site, time_of_day).collect();
+    if zones.is_empty() {
+        return rules;
+    }
     let length_m = super::distance::distance_m(from, to);
     let steps = (length_m / step_m.max(0.01)).ceil().clamp(1.0, 10_000.0) as u32;
-    for zone in site.zones().filter(|zone| holds(zone, time_of_day)) {
-        let mut points = (0..=steps).map(|step| between(from, to, f64::from(step) / f64::from(steps)));
-        if !points.any(|point| contains(zone, point)) {
-            continue;
-        }
-        match zone.effect {
-            ZoneEffect::KeepOut => rules.keep_out = rules.keep_out.or(Some(zone.id)),
-            ZoneEffect::SpeedLimit(limit) => {
-                rules.speed_limit_m_s = Some(rules.speed_limit_m_s.unwrap_or(f64::INFINITY).min(limit));
+    let (mut times, mut penalties) = (0.0, 0.0);
+    for step in 0..=steps {
+        let point = between(from, to, f64::from(step) / f64::from(steps));
+        let (mut speed_here_m_s, mut penalty) = (speed_m_s, 1.0_f64);
+        for zone in zones.iter().filter(|zone| contains(zone, point)) {
+            match zone.effect {
+                ZoneEffect::KeepOut => rules.keep_out = rules.keep_out.or(Some(zone.id)),
+                ZoneEffect::SpeedLimit(limit_m_s) => speed_here_m_s = speed_here_m_s.min(limit_m_s),
+                ZoneEffect::Penalty(factor) => penalty = penalty.max(factor),
+                ZoneEffect::Action(_) => {}
             }
-            ZoneEffect::Penalty(factor) => rules.penalty = rules.penalty.max(factor),
-            ZoneEffect::Action(_) => {}
         }
+        // Both ends count half, so that an edge is as long as its parts.
+        let weight = if step == 0 || step == steps { 0.5 } else { 1.0 };
+        times += weight * penalty * speed_m_s / speed_here_m_s.max(0.01);
+        penalties += weight * penalty;
     }
+    (rules.time_factor, rules.penalty) = (times / f64::from(steps), penalties / f64::from(steps));
     rules
+}
+
+/// The zones that hold at this time of day; without a time, all.
+pub(crate) fn active_zones(site: &Site, time_of_day: Option<LocalTime>) -> impl Iterator<Item = &Zone> {
+    site.zones().filter(move |zone| holds(zone, time_of_day))
 }
 
 /// Whether a zone holds at this time of day.

@@ -5,13 +5,12 @@
 
 use super::interface::{LegResult, LegWalk, LegWay, RouteEffect, RouteView};
 use super::journey::{Journey, Leg, Target};
-use crate::graph::{Closure, EdgeBlockConfig, NoRoute, RouteGraph, next_block};
+use crate::graph::{Closure, EdgeBlockConfig, NoRoute, RouteGraph};
 use crate::ids::leg_goal_id;
 use crate::runs::{GoalRequest, GoalResult};
 use crate::texts;
 use site_model::{
-    Edge, EdgeBlock, EdgeFailStep, EdgeId, Node, NodeId, ObjectId, PoseTolerance, ReachFailure,
-    RouteProgress, Site,
+    Edge, EdgeBlock, EdgeId, Node, NodeId, ObjectId, PoseTolerance, ReachFailure, RouteProgress, Site,
 };
 use std::collections::BTreeMap;
 use vocab::{GoalId, Pose, Span, Stamp, Vec3};
@@ -31,6 +30,10 @@ pub struct RouteExecutorConfig {
     pub charge_time_limit: Span,
     /// Edges are walked in parts of this length at most, metres. Half of the distance to which the robot sees the ground, so that it plans on what it sees.
     pub part_length_max_m: f64,
+    /// An action on entering or leaving an edge that has not ended after this many times its expected time is cancelled, and has failed.
+    pub action_time_factor: i64,
+    /// Expected time of actions that the platform does not come with.
+    pub action_time: Span,
     /// Speed by which ways beside the graph are compared with ways on it, m/s. Slower than on edges, which were checked for passage.
     pub off_graph_speed_m_s: f64,
 }
@@ -44,6 +47,8 @@ impl Default for RouteExecutorConfig {
             dock_speed_m_s: 0.2,
             charge_time_limit: Span::from_millis(4_000),
             part_length_max_m: 6.0,
+            action_time_factor: 3,
+            action_time: Span::from_millis(40_000),
             off_graph_speed_m_s: 0.35,
         }
     }
@@ -52,11 +57,11 @@ impl Default for RouteExecutorConfig {
 /// The executor. It has one goal at a time.
 #[derive(Clone, Debug, Default)]
 pub struct RouteExecutor {
-    config: RouteExecutorConfig,
-    journey: Option<Journey>,
+    pub(super) config: RouteExecutorConfig,
+    pub(super) journey: Option<Journey>,
     /// Blocks that the site may not show yet.
-    blocks: BTreeMap<EdgeId, EdgeBlock>,
-    effects: Vec<RouteEffect>,
+    pub(super) blocks: BTreeMap<EdgeId, EdgeBlock>,
+    pub(super) effects: Vec<RouteEffect>,
 }
 
 impl RouteExecutor {
@@ -176,6 +181,10 @@ impl RouteExecutor {
                 self.forget_place();
                 self.next_leg(at, view);
             }
+            Leg::Act { call, until, .. } if at >= until => {
+                self.effects.push(RouteEffect::CancelAction(call));
+                self.handle_action_end(at, call, Err(texts::ACTION_SILENT.to_owned()), view);
+            }
             Leg::Edge(edge) if self.is_closed(edge, view) => {
                 // Somebody has closed or deleted it.
                 self.effects.push(RouteEffect::CancelWalk(walk));
@@ -188,22 +197,27 @@ impl RouteExecutor {
         std::mem::take(&mut self.effects)
     }
 
-    fn drop_leg(&mut self) {
+    pub(super) fn drop_leg(&mut self) {
         if let Some(journey) = &mut self.journey {
             journey.leg = None;
         }
     }
 
     /// The robot is not at the node that it reached last any more.
-    fn forget_place(&mut self) {
+    pub(super) fn forget_place(&mut self) {
+        self.leave_edge();
         if let Some(journey) = &mut self.journey {
             (journey.current, journey.is_at_end) = (None, false);
             journey.route.clear();
         }
     }
 
-    fn end(&mut self, result: GoalResult) {
+    pub(super) fn end(&mut self, result: GoalResult) {
+        self.leave_edge();
         let Some(journey) = self.journey.take() else { return };
+        if let Some((_, Leg::Act { call, .. })) = journey.leg {
+            self.effects.push(RouteEffect::CancelAction(call));
+        }
         if let Some((walk, leg)) = journey.leg
             && leg.is_walk()
         {
@@ -245,6 +259,8 @@ impl RouteExecutor {
                 if was_blocked || view.site.get(ObjectId::EdgeBlock(edge)).is_some() {
                     self.effects.push(RouteEffect::Unblock(edge));
                 }
+                self.leave_edge();
+                return self.act_on_leaving(at, edge, 0, view);
             }
             Leg::OntoDock => {
                 let until = at + self.config.charge_time_limit;
@@ -259,7 +275,7 @@ impl RouteExecutor {
                     return self.end(GoalResult::Failed(reason));
                 }
             }
-            Leg::Charge { .. } | Leg::Wait { .. } | Leg::WaitForBlock { .. } => {}
+            Leg::Charge { .. } | Leg::Wait { .. } | Leg::WaitForBlock { .. } | Leg::Act { .. } => {}
         }
         self.next_leg(at, view);
     }
@@ -267,7 +283,7 @@ impl RouteExecutor {
     fn handle_blocked(&mut self, at: Stamp, leg: Leg, view: &RouteView<'_>) {
         let Some(journey) = &mut self.journey else { return };
         match leg {
-            Leg::Edge(edge) => return self.handle_blocked_edge(at, edge, view),
+            Leg::Edge(edge) => return self.handle_blocked_edge(at, edge, None, view),
             Leg::ToGraph(node) | Leg::IntoPose(node) => {
                 let is_new = journey.unreachable.insert(node);
                 if !is_new || Some(node) == journey.target.route_end() {
@@ -278,48 +294,9 @@ impl RouteExecutor {
             Leg::OutOfDock(_) => return self.end(GoalResult::Failed(ReachFailure::NotUndocked)),
             Leg::OntoDock => return self.handle_no_charge(ReachFailure::NotDocked, view),
             Leg::BackOff(_) => return self.end(GoalResult::Failed(ReachFailure::NotDocked)),
-            Leg::Charge { .. } | Leg::Wait { .. } | Leg::WaitForBlock { .. } => {}
+            Leg::Charge { .. } | Leg::Wait { .. } | Leg::WaitForBlock { .. } | Leg::Act { .. } => {}
         }
         self.next_leg(at, view);
-    }
-
-    /// Follows the edge's policy: tries again, waits, takes another route, or gives up.
-    fn handle_blocked_edge(&mut self, at: Stamp, id: EdgeId, view: &RouteView<'_>) {
-        let Some(journey) = &mut self.journey else { return };
-        let edge = view.site.edge(id);
-        let step = edge.map_or(EdgeFailStep::Replan, |edge| policy_step(edge, journey.edge_failures));
-        journey.edge_failures += 1;
-        match step {
-            EdgeFailStep::Retry(_) => self.walk_edge(at, id, view),
-            EdgeFailStep::Wait(time) => {
-                let walk = leg_goal_id(journey.goal, journey.walks);
-                journey.leg = Some((walk, Leg::Wait { edge: id, until: at + time }));
-            }
-            EdgeFailStep::Fail => self.end(GoalResult::Failed(ReachFailure::PathBlocked)),
-            EdgeFailStep::Replan => {
-                journey.edge_failures = 0;
-                let back = edge.and_then(|edge| {
-                    view.site.edges().find(|back| (back.from, back.to) == (edge.to, edge.from))
-                });
-                for blocked in [Some(id), back.map(|back| back.id)].into_iter().flatten() {
-                    self.block(at, blocked, view);
-                }
-                self.forget_place();
-                self.next_leg(at, view);
-            }
-        }
-    }
-
-    fn block(&mut self, at: Stamp, edge: EdgeId, view: &RouteView<'_>) {
-        let known = view.site.edge_blocks().find(|block| block.edge == edge);
-        let previous = self.blocks.get(&edge).or(known);
-        let reason = match view.map_from_base {
-            Some(pose) => texts::way_blocked(pose.position),
-            None => texts::WAY_BLOCKED.to_owned(),
-        };
-        let block = next_block(edge, previous, at, reason, &self.config.blocks);
-        self.effects.push(RouteEffect::Block(block.clone()));
-        self.blocks.insert(edge, block);
     }
 
     /// The dock does not charge, or was not reached: the robot backs off and tries again.
@@ -344,7 +321,7 @@ impl RouteExecutor {
     }
 
     /// Decides what is done next for the goal.
-    fn next_leg(&mut self, at: Stamp, view: &RouteView<'_>) {
+    pub(super) fn next_leg(&mut self, at: Stamp, view: &RouteView<'_>) {
         let Some(journey) = &self.journey else { return };
         let target = journey.target;
         if is_charged(target, view) {
@@ -419,8 +396,11 @@ impl RouteExecutor {
         }
     }
 
-    fn walk_edge(&mut self, at: Stamp, edge: EdgeId, view: &RouteView<'_>) {
+    pub(super) fn walk_edge(&mut self, at: Stamp, edge: EdgeId, view: &RouteView<'_>) {
         let Some(journey) = &self.journey else { return };
+        if journey.entered != Some(edge) {
+            return self.act_on_entering(at, edge, 0, view);
+        }
         let end = journey.target.route_end();
         let nodes = view.site.edge(edge).map(|edge| [edge.from, edge.to].map(|id| view.site.node(id)));
         let Some([Some(from), Some(to)]) = nodes else {
@@ -453,7 +433,7 @@ impl RouteExecutor {
         use site_model::Traversal::{Door, Slow, Stairs};
         let is_slow =
             |edge: &Edge| edge.max_speed_m_s.is_some() || matches!(edge.traversal, Stairs | Slow | Door);
-        site.edge(edge).is_some_and(is_slow) || site.zones().next().is_some()
+        site.edge(edge).is_some_and(is_slow)
     }
 
     /// From beside the graph, or the middle of an edge: to the node from which the end is reached soonest.
@@ -563,16 +543,6 @@ fn path_walk(map_from_goal: Pose, tolerance: Option<PoseTolerance>) -> LegWalk {
 /// Whether the robot is charged in the dock of the target.
 fn is_charged(target: Target, view: &RouteView<'_>) -> bool {
     matches!(target, Target::Dock { dock, .. } if view.docked == Some(dock))
-}
-
-/// The step of an edge's policy after this number of failures. Without a policy, and at its end, another route is taken.
-fn policy_step(edge: &Edge, failures: u32) -> EdgeFailStep {
-    let steps = edge.fail_policy.iter().flat_map(|step| match step {
-        EdgeFailStep::Retry(times) => std::iter::repeat_n(*step, usize::from(*times)),
-        step => std::iter::repeat_n(*step, 1),
-    });
-    let index = usize::try_from(failures).unwrap_or(usize::MAX);
-    steps.into_iter().nth(index).unwrap_or(EdgeFailStep::Replan)
 }
 
 fn no_route(reason: NoRoute) -> ReachFailure {

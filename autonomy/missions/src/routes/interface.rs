@@ -2,8 +2,8 @@
 
 use crate::graph::{GraphPlace, RouteGraph};
 use crate::runs::GoalResult;
-use site_model::{DockId, EdgeBlock, EdgeId, PoseTolerance, ReachFailure, Site};
-use vocab::{GoalId, Pose, Span};
+use site_model::{ActionRequest, DockId, EdgeBlock, EdgeId, PoseTolerance, ReachFailure, Site};
+use vocab::{ActionCallId, GoalId, Pose, Span};
 
 /// What the executor sees at each update.
 #[derive(Clone, Copy, Debug)]
@@ -73,4 +73,10 @@ pub enum RouteEffect {
     Unblock(EdgeId),
     /// An edge was walked.
     Traversed(EdgeId, Span),
+    /// Call an action of an edge. It ends with [`super::RouteExecutor::end_action`], also when it is cancelled.
+    CallAction(ActionCallId, ActionRequest),
+    /// Cancel a call. Its result is not waited for.
+    CancelAction(ActionCallId),
+    /// An action of an edge has failed, and the robot goes on without it: its name and why, a sentence. People are told.
+    ActionFailed(String, String),
 }

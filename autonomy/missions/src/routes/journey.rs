@@ -2,7 +2,7 @@
 
 use site_model::{DockId, EdgeId, NodeId, ReachFailure};
 use std::collections::BTreeSet;
-use vocab::{GoalId, Stamp};
+use vocab::{ActionCallId, GoalId, Stamp};
 
 /// Where a goal leads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,6 +41,8 @@ pub(super) enum Leg {
     BackOff(NodeId),
     /// It waits before it tries an edge again.
     Wait { edge: EdgeId, until: Stamp },
+    /// An action of an edge is performed, while the robot stands.
+    Act { edge: EdgeId, stage: EdgeStage, index: usize, call: ActionCallId, until: Stamp },
     /// There is no way but over edges that are blocked for a short time.
     WaitForBlock { until: Stamp },
 }
@@ -48,8 +50,20 @@ pub(super) enum Leg {
 impl Leg {
     /// Whether the executive walks for it.
     pub fn is_walk(self) -> bool {
-        !matches!(self, Self::Charge { .. } | Self::Wait { .. } | Self::WaitForBlock { .. })
+        !matches!(
+            self,
+            Self::Charge { .. } | Self::Wait { .. } | Self::WaitForBlock { .. } | Self::Act { .. }
+        )
     }
+}
+
+/// Where on an edge an action is performed while the robot stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum EdgeStage {
+    /// At its beginning.
+    Enter,
+    /// At its end.
+    Leave,
 }
 
 /// A goal that is under way.
@@ -70,6 +84,12 @@ pub(super) struct Journey {
     pub walks: u64,
     /// Steps of the fail policy of the present edge that were taken.
     pub edge_failures: u32,
+    /// The edge whose actions on entering were performed.
+    pub entered: Option<EdgeId>,
+    /// Calls of actions that are performed while the robot walks, with the names of the actions.
+    pub during: Vec<(ActionCallId, String)>,
+    /// Calls of actions so far, from which their ids are made.
+    pub calls: u64,
     /// Nodes to which there was no way from beside the graph.
     pub unreachable: BTreeSet<NodeId>,
     /// Attempts to dock that failed.
@@ -92,6 +112,9 @@ impl Journey {
             is_at_end: false,
             walks: 0,
             edge_failures: 0,
+            entered: None,
+            during: Vec::new(),
+            calls: 0,
             unreachable: BTreeSet::new(),
             dock_failures: 0,
             dock_failure: None,

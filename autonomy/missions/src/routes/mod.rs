@@ -1,5 +1,7 @@
 //! Following routes: a goal on the topological map is walked edge by edge, each edge a goal of the executive.
 
+mod edge_actions;
+mod edge_failures;
 mod executor;
 mod interface;
 mod journey;

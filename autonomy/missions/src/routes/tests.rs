@@ -4,10 +4,13 @@ use super::{LegResult, LegWalk, LegWay, RouteEffect, RouteExecutor, RouteExecuto
 use crate::graph::{GraphPlace, RouteConditions, RouteConfig, RouteGraph};
 use crate::runs::{GoalRequest, GoalResult};
 use crate::testing::{SiteBuilder, edge_id, node_id};
-use site_model::{DockId, EdgeBlock, EdgeFailStep, EdgeId, NodeId, ObjectId, ReachFailure};
+use site_model::{
+    ActionRequest, DockId, EdgeBlock, EdgeFailStep, EdgeId, NodeId, ObjectId, Parameters, ReachFailure,
+    Traversal,
+};
 use std::collections::VecDeque;
 use uuid::Uuid;
-use vocab::{GoalId, Pose, Span, Stamp, Vec3};
+use vocab::{ActionCallId, GoalId, Pose, Span, Stamp, Vec3};
 
 const GOAL: GoalId = GoalId(Uuid::from_u128(500));
 const DOCK: DockId = DockId(Uuid::from_u128(91));
@@ -27,6 +30,11 @@ struct World {
     unblocked: Vec<EdgeId>,
     traversed: Vec<EdgeId>,
     ended: Vec<GoalResult>,
+    /// Calls of actions that are under way, and the names of all that were called.
+    calls: Vec<(ActionCallId, String)>,
+    called: Vec<String>,
+    /// Actions that were cancelled or have failed without an effect on the route.
+    dropped: Vec<String>,
 }
 
 impl World {
@@ -55,6 +63,9 @@ impl World {
             unblocked: Vec::new(),
             traversed: Vec::new(),
             ended: Vec::new(),
+            calls: Vec::new(),
+            called: Vec::new(),
+            dropped: Vec::new(),
         };
         world.stand_at(2);
         world
@@ -101,8 +112,38 @@ impl World {
                 RouteEffect::Block(block) => self.blocks.push(block),
                 RouteEffect::Unblock(edge) => self.unblocked.push(edge),
                 RouteEffect::Traversed(edge, _) => self.traversed.push(edge),
+                RouteEffect::CallAction(call, request) => {
+                    self.called.push(request.action.clone());
+                    self.calls.push((call, request.action));
+                }
+                RouteEffect::CancelAction(call) => {
+                    let index = self.calls.iter().position(|(known, _)| *known == call).expect("a call");
+                    let (_, action) = self.calls.remove(index);
+                    self.dropped.push(format!("{action} cancelled"));
+                }
+                RouteEffect::ActionFailed(action, _) => self.dropped.push(format!("{action} failed")),
             }
         }
+    }
+
+    /// An edge with these actions on entering, during and on leaving.
+    fn give_actions(&mut self, (from, to): (u128, u128), names: [&[&str]; 3]) {
+        let request =
+            |name: &&str| ActionRequest { action: (*name).to_owned(), parameters: Parameters::new() };
+        let [on_enter, during, on_leave] = names.map(|names| names.iter().map(request).collect());
+        self.builder.change_edge(from, to, |edge| {
+            (edge.on_enter, edge.during, edge.on_leave) = (on_enter, during, on_leave);
+        });
+    }
+
+    /// The action of this name ends.
+    fn end_action(&mut self, name: &str, result: Result<(), &str>) {
+        let index = self.calls.iter().position(|(_, action)| action == name).expect("it is under way");
+        let (call, _) = self.calls.remove(index);
+        assert!(self.executor.is_calling(call));
+        let result = result.map_err(str::to_owned);
+        let effects = self.with(|executor, at, view| executor.end_action(at, call, result, view));
+        self.take(effects);
     }
 
     fn begin(&mut self, request: GoalRequest) {
@@ -331,4 +372,72 @@ fn what_takes_the_robot_ends_the_goal_and_a_late_result_changes_nothing() {
     world.begin(GoalRequest::Route(node_id(99)));
     assert_eq!(world.ended, [GoalResult::Failed(ReachFailure::NoSuchPlace)]);
     assert!(world.builder.site().get(ObjectId::Node(node_id(99))).is_none());
+}
+
+#[test]
+fn actions_of_an_edge_are_performed_before_during_and_after_it() {
+    let mut world = World::new();
+    world.give_actions((2, 3), [&["open", "look"], &["listen", "film"], &["close"]]);
+    world.begin(GoalRequest::Route(node_id(4)));
+    assert_eq!((world.called.join(" "), world.walks.len()), ("open".to_owned(), 0), "one after the other");
+    world.end_action("open", Ok(()));
+    world.end_action("look", Ok(()));
+    assert_eq!(world.called.join(" "), "open look listen film");
+    assert_eq!(world.walks.len(), 1, "it walks meanwhile");
+    world.end_action("listen", Err("Nothing was heard."));
+    world.end_walk(LegResult::Reached);
+    assert_eq!(world.dropped, ["listen failed", "film cancelled"], "what is during the edge ends with it");
+    assert_eq!((world.called.last().map(String::as_str), world.walks.len()), (Some("close"), 0));
+    world.end_action("close", Err("It is stuck."));
+    assert_eq!(world.dropped.last().map(String::as_str), Some("close failed"));
+    assert_eq!(world.traversed, [edge_id(2, 3)]);
+    world.end_walk(LegResult::Reached);
+    assert_eq!(world.traversed, [edge_id(2, 3), edge_id(3, 4)], "people are told, and the robot goes on");
+    assert!(world.blocks.is_empty() && world.calls.is_empty());
+}
+
+#[test]
+fn an_edge_whose_first_action_fails_follows_its_fail_policy() {
+    let mut world = World::new();
+    world.give_actions((2, 3), [&["open"], &[], &[]]);
+    world.builder.change_edge(2, 3, |edge| edge.fail_policy = vec![EdgeFailStep::Retry(1)]);
+    world.begin(GoalRequest::Route(node_id(4)));
+    world.end_action("open", Err("The door is locked."));
+    assert_eq!(world.called.len(), 2, "once more");
+    world.end_action("open", Err("The door is locked."));
+    assert!(world.blocks[0].reason.contains("The door is locked."), "{:?}", world.blocks);
+    assert_eq!((world.called.len(), world.walks.len()), (2, 1), "the way round by node 5");
+    assert!(world.ended.is_empty());
+}
+
+#[test]
+fn an_action_of_an_edge_that_does_not_end_is_cancelled_and_one_of_a_cancelled_goal_too() {
+    let mut world = World::new();
+    world.give_actions((2, 3), [&["open"], &[], &[]]);
+    world.begin(GoalRequest::Route(node_id(4)));
+    world.wait(119);
+    assert_eq!(world.dropped.len(), 0);
+    world.wait(2);
+    assert_eq!((world.dropped.join(""), world.blocks.len()), ("open cancelled".to_owned(), 2));
+    let mut world = World::new();
+    world.give_actions((2, 3), [&["open"], &[], &[]]);
+    world.begin(GoalRequest::Route(node_id(4)));
+    let effects = world.with(|executor, _, _| executor.cancel(GOAL));
+    world.take(effects);
+    assert_eq!((world.dropped.join(""), world.ended.len()), ("open cancelled".to_owned(), 1));
+}
+
+#[test]
+fn an_edge_with_a_traversal_of_the_robots_own_calls_that_action_last() {
+    let mut world = World::new();
+    world.give_actions((2, 3), [&["open"], &[], &[]]);
+    world.builder.change_edge(2, 3, |edge| {
+        edge.traversal = Traversal::Action { name: "crawl".to_owned(), parameters: Parameters::new() };
+    });
+    world.begin(GoalRequest::Route(node_id(4)));
+    world.end_action("open", Ok(()));
+    assert_eq!((world.called.join(" "), world.walks.len()), ("open crawl".to_owned(), 0));
+    world.end_action("crawl", Ok(()));
+    world.end_walk(LegResult::Reached);
+    assert_eq!(world.traversed, [edge_id(2, 3)]);
 }

@@ -2,8 +2,8 @@
 
 use crate::graph::GraphPlace;
 use site_model::{
-    ActionRequest, DockId, EdgeId, MissionCommand, MissionEvent, MonitorId, NodeId, ReachFailure, RunId,
-    RunState, ScheduleId, Site, TaskId, Utc,
+    ActionRequest, DockId, EdgeId, MissionCommand, MissionEvent, MissionId, MonitorId, NodeId, ReachFailure,
+    RunId, RunState, ScheduleId, Site, TaskId, Utc,
 };
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -167,7 +167,16 @@ pub enum GoalRequest {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MissionNotice {
     /// A run has ended.
-    RunEnded(RunId, RunState),
+    RunEnded {
+        /// Of which mission.
+        mission: MissionId,
+        /// How.
+        outcome: RunState,
+        /// Tasks that succeeded.
+        succeeded: usize,
+        /// All tasks of its plan; none if it never began.
+        tasks: usize,
+    },
     /// A person is asked what becomes of a task.
     Question(RunId, TaskId),
     /// No dock was reached.

@@ -3,7 +3,7 @@
 use super::interface::MissionNotice;
 use super::runner::{Activity, Leg, MissionRunner, Purpose};
 use super::table::{RUN_TABLE, RunAction, RunTrigger, TaskTrigger};
-use site_model::{EndPlace, MissionEnd, MissionEventKind, RunChangeReason, RunId, RunState};
+use site_model::{EndPlace, MissionEnd, MissionEventKind, RunChangeReason, RunId, RunState, TaskState};
 
 impl MissionRunner {
     /// Applies a row of the run table; a trigger without one changes nothing.
@@ -26,8 +26,7 @@ impl MissionRunner {
             }
             Some(RunState::Ending) => self.decide_ending(id, row.actions),
             Some(to) if to.is_outcome() => {
-                self.emit(MissionEventKind::RunEnded { run: id, outcome: to });
-                self.notify(MissionNotice::RunEnded(id, to));
+                self.emit_end(id, to);
             }
             Some(state) => self.emit(MissionEventKind::RunChanged { run: id, state, reason }),
         }
@@ -75,8 +74,20 @@ impl MissionRunner {
         if let Some(Activity::Leg(Leg { goal, purpose: Purpose::End(..), .. })) = self.activity {
             self.cancel_goal(goal);
         }
+        self.emit_end(id, outcome);
+    }
+
+    /// Records the end of a run, and tells people.
+    fn emit_end(&mut self, id: RunId, outcome: RunState) {
+        // It is not among the records afterwards.
+        let ended = self.records.runs.get(&id).map(|run| {
+            let succeeded = run.tasks.iter().filter(|task| task.state == TaskState::Succeeded).count();
+            MissionNotice::RunEnded { mission: run.mission, outcome, succeeded, tasks: run.tasks.len() }
+        });
         self.emit(MissionEventKind::RunEnded { run: id, outcome });
-        self.notify(MissionNotice::RunEnded(id, outcome));
+        if let Some(notice) = ended {
+            self.notify(notice);
+        }
     }
 }
 

@@ -8,10 +8,10 @@ use super::records::Records;
 use super::runner_config::RunnerConfig;
 use super::scheduler::Scheduler;
 use super::table::{RunTrigger, TaskTrigger};
-use crate::graph::{LearnedTimes, RouteConditions, RouteGraph};
+use crate::graph::{LearnedTimes, RouteConditions, RouteGraph, active_zones};
 use site_model::{
     DockId, EndPlace, MissionEvent, MissionEventKind, MonitorId, ReachFailure, RunChangeReason, RunId, Site,
-    TaskFailure, Utc,
+    TaskFailure, Utc, Zone,
 };
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
@@ -223,6 +223,12 @@ impl MissionRunner {
         self.at = at;
         self.rebuild_graph();
         &self.graph
+    }
+
+    /// The zones that hold now. Linear in the zones.
+    pub fn active_zones(&self) -> impl Iterator<Item = &Zone> {
+        let time_of_day = self.utc.and_then(|utc| self.scheduler.time_of_day(utc));
+        active_zones(&self.site, time_of_day)
     }
 
     /// The schedules as they are followed, for previews.

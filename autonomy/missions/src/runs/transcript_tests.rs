@@ -233,7 +233,8 @@ impl Player {
                     let _ = writeln!(out, "  => {}", refused.unwrap_or_else(|| "accepted".to_owned()));
                 }
                 MissionEffect::Notice(notice) => {
-                    let _ = writeln!(out, "  => notice: {}", crate::texts::notice(notice));
+                    let _ =
+                        writeln!(out, "  => notice: {}", crate::texts::notice(notice, &self.rig.site.site()));
                 }
             }
         }

@@ -1,22 +1,24 @@
 //! Missions in the stack: the site as the ledger has it, the runner that decides, and the executor that follows routes. `wiring.rs` connects them with the
 //! executive, the ledger and clients.
 
+mod action_calls;
+mod conversions;
 mod ledger_events;
+mod open_call;
 mod status;
 mod wiring;
 
-use messages::{
-    ActionOutcome, BatteryState, CancelCause, GoalUpdate, Principal, RegisteredAction, Role, SiteSnapshot,
-};
+use messages::{BatteryState, CancelCause, GoalUpdate, Principal, RegisteredAction, Role, SiteSnapshot};
 use missions::{
-    ActionInfo, ActionResult, GraphLocaliser, GraphLocaliserConfig, GraphPlace, MissionInput, MissionRunner,
-    Records, RouteExecutor, RouteExecutorConfig, RunnerConfig, Situation,
+    ActionInfo, GraphLocaliser, GraphLocaliserConfig, GraphPlace, MissionInput, MissionRunner, Records,
+    RouteExecutor, RouteExecutorConfig, RunnerConfig, Situation,
 };
+use open_call::OpenCall;
 use site_model::{DockId, Edit, MissionEvent, MissionStatus, RouteStatus, RunId, RunState, Site};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use uuid::Uuid;
-use vocab::{ClientId, CommandId, GoalId, Pose, Span, Stamp};
+use vocab::{ActionCallId, ClientId, CommandId, GoalId, Pose, Span, Stamp};
 
 /// Parameters of [`MissionPhase`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +32,10 @@ pub(crate) struct MissionConfig {
     pub dock_moved_m: f64,
     /// The same for its heading, radians.
     pub dock_turned_rad: f64,
+    /// How far beyond the reach of the camera's head the body turns, radians. More than the tolerance of a pose, so that the target is within reach afterwards.
+    pub turn_margin_rad: f64,
+    /// Turns of the body for one call, before it has failed.
+    pub turns_max: u32,
     /// Commands whose answers wait until their events are durable. The oldest is forgotten beyond this; its client sends it again.
     pub waiting_max: usize,
 }
@@ -41,6 +47,8 @@ impl Default for MissionConfig {
             dock_distance_m: 0.5,
             dock_moved_m: 0.1,
             dock_turned_rad: 0.1,
+            turn_margin_rad: 0.1,
+            turns_max: 2,
             waiting_max: 256,
         }
     }
@@ -63,6 +71,8 @@ pub(crate) struct MissionPhase {
     localiser: GraphLocaliser,
     /// Commits of the stack and of the runner, by their numbers, that are not durable yet.
     commits: VecDeque<(u64, u64)>,
+    /// Actions that were called and have not ended.
+    calls: BTreeMap<ActionCallId, OpenCall>,
     /// Commands that wait for their answer.
     waiting: BTreeMap<CommandId, ClientId>,
     /// The goal on the topological map that is under way, as it is published.
@@ -95,6 +105,7 @@ impl Default for MissionPhase {
             executor: RouteExecutor::new(RouteExecutorConfig::default()),
             localiser: GraphLocaliser::new(GraphLocaliserConfig::default()),
             commits: VecDeque::new(),
+            calls: BTreeMap::new(),
             waiting: BTreeMap::new(),
             goal: None,
             cancelled: None,
@@ -168,6 +179,11 @@ impl MissionPhase {
         self.waiting.contains_key(&command)
     }
 
+    /// The goal by which the body turns now.
+    fn turn(&self) -> Option<GoalId> {
+        self.calls.values().find_map(|open| open.turn)
+    }
+
     fn place(&self) -> GraphPlace {
         self.situation.place
     }
@@ -179,12 +195,4 @@ fn action_info(actions: Vec<RegisteredAction>) -> BTreeMap<String, ActionInfo> {
         (name, ActionInfo { is_idempotent, expected })
     };
     actions.into_iter().map(info).collect()
-}
-
-fn action_result(outcome: ActionOutcome) -> ActionResult {
-    match outcome {
-        ActionOutcome::Succeeded { result } => ActionResult::Succeeded(Some(result)),
-        ActionOutcome::Failed { reason } => ActionResult::Failed(reason),
-        ActionOutcome::Cancelled => ActionResult::Cancelled,
-    }
 }

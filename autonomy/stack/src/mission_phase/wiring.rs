@@ -1,23 +1,23 @@
 //! Connects missions with the rest of the stack: what happens becomes an input of the runner or the executor, and what they want becomes goals of the executive,
 //! commits, calls of actions, answers and notices.
 
+use super::conversions::{goal_failure, goal_kind, is_walk, leg_result, map_zone, pose_goal, severity};
 use super::ledger_events::{Whereabouts, write};
 use super::status::mission_status;
-use super::{MissionConfig, action_info, action_result, platform};
+use super::{MissionConfig, action_info, platform};
 use crate::{Running, notice, publish, texts};
 use executive::{DockGoal, Frames};
 use geometry::{Vector3, isometry_from_pose, pose_from_isometry};
 use messages::{
-    Approach, CancelCause, Command, ExecutiveState, GoalFailure, GoalKind, GoalProgress, GoalResult,
-    GoalStatus, GoalUpdate, Input, LedgerEvent, PoseGoal, Principal, Publication, Severity, SiteWrite,
-    StackEffect,
+    CancelCause, Command, ExecutiveState, GoalKind, GoalResult, GoalStatus, GoalUpdate, Input, LedgerEvent,
+    Principal, Publication, Severity, SiteWrite, StackEffect,
 };
 use missions::{
-    CHARGE_SIGNAL, GoalRequest, LegResult, LegWalk, LegWay, MissionEffect, MissionInput, MissionNotice,
-    RouteEffect, RouteView, Situation,
+    CHARGE_SIGNAL, GoalRequest, LegResult, LegWay, MissionEffect, MissionInput, RouteEffect, RouteView,
+    Situation,
 };
 use site_model::{
-    DockId, MissionCommand, MissionCommandKind, Object, ObjectId, ReachFailure, RouteStatus, RunState, Utc,
+    DockId, MissionCommand, MissionCommandKind, Object, ObjectId, ReachFailure, RouteStatus, Utc,
 };
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -30,9 +30,7 @@ impl Running {
             Input::WallClock { utc_ns, synchronised } => {
                 MissionInput::Clock { utc: Utc(utc_ns), is_synchronised: synchronised }
             }
-            Input::ActionDone { call, outcome } => {
-                MissionInput::Action { call, result: action_result(outcome) }
-            }
+            Input::ActionDone { call, outcome } => return self.action_done(at, call, outcome, effects),
             Input::ActionsRegistered(actions) if self.missions.runner.is_none() => {
                 self.missions.actions = action_info(actions);
                 return;
@@ -166,6 +164,9 @@ impl Running {
         let is_localised = self.is_localised_in_site();
         self.missions.map_from_base = is_localised.then(|| pose_from_isometry(&frames.map_from_base()));
         let Some(runner) = &mut self.missions.runner else { return };
+        // Zones are areas of the map of the site.
+        let zones = runner.active_zones().filter(|_| is_localised).filter_map(map_zone);
+        self.executive.set_zones(zones.collect());
         let graph = runner.route_graph(at).clone();
         let site = Arc::clone(runner.route_site());
         if let Some(pose) = &self.missions.map_from_base {
@@ -206,6 +207,9 @@ impl Running {
                 break;
             }
             for (walk, result) in ended {
+                if self.end_turn(at, walk, &result, effects) {
+                    continue;
+                }
                 let route = self.with_view(at, |executor, view| executor.end_leg(at, walk, result, view));
                 self.handle_route_effects(at, route, effects);
             }
@@ -226,12 +230,17 @@ impl Running {
     /// Takes the updates of walks out of the effects. Returns those that have ended.
     fn take_walk_updates(&mut self, from: usize, effects: &mut Vec<StackEffect>) -> Vec<(GoalId, LegResult)> {
         let (walk, goal) = (self.missions.executor.walk(), self.missions.executor.goal());
+        let turn = self.missions.turn();
         let mut ended = Vec::new();
         let mut index = from;
         while let Some(effect) = effects.get_mut(index) {
             match effect {
                 StackEffect::Publish(Publication::Executive(status)) if status.goal == walk => {
                     status.goal = goal;
+                }
+                // A turn of the body belongs to an action, and to no goal that clients know.
+                StackEffect::Publish(Publication::Executive(status)) if status.goal == turn => {
+                    status.goal = None;
                 }
                 StackEffect::Publish(Publication::Goal(update)) if is_walk(update) => {
                     if let GoalStatus::Cancelled { by, cause } = &update.status {
@@ -256,7 +265,7 @@ impl Running {
         ended
     }
 
-    fn update_missions(&mut self, at: Stamp, input: MissionInput, effects: &mut Vec<StackEffect>) {
+    pub(super) fn update_missions(&mut self, at: Stamp, input: MissionInput, effects: &mut Vec<StackEffect>) {
         self.missions.pending.push_back(input);
         self.drain_missions(at, effects);
     }
@@ -305,19 +314,15 @@ impl Running {
                 let ended = self.missions.executor.cancel(goal);
                 self.handle_route_effects(at, ended, effects);
             }
-            MissionEffect::CallAction { call, request, .. } => {
-                // Maps and lists of plain values are always written.
-                let parameters = serde_json::to_string(&request.parameters).unwrap_or_default();
-                effects.push(StackEffect::CallAction { call, action: request.action, parameters });
-            }
-            MissionEffect::CancelAction(call) => effects.push(StackEffect::CancelAction(call)),
+            MissionEffect::CallAction { call, request, .. } => self.call_action(call, request, effects),
+            MissionEffect::CancelAction(call) => self.cancel_action(at, call, effects),
             MissionEffect::Answer { command, refused } => {
                 if let Some(client) = self.missions.waiting.remove(&command) {
                     self.answer(command, client, refused, effects);
                 }
             }
             MissionEffect::Notice(told) => {
-                effects.push(notice(at, severity(told), missions::notice(told)));
+                effects.push(notice(at, severity(told), missions::notice(told, &self.missions.site)));
             }
         }
     }
@@ -351,7 +356,12 @@ impl Running {
         self.handle_route_effects(at, ended, effects);
     }
 
-    fn handle_route_effects(&mut self, at: Stamp, route: Vec<RouteEffect>, effects: &mut Vec<StackEffect>) {
+    pub(super) fn handle_route_effects(
+        &mut self,
+        at: Stamp,
+        route: Vec<RouteEffect>,
+        effects: &mut Vec<StackEffect>,
+    ) {
         let mut route = VecDeque::from(route);
         while let Some(effect) = route.pop_front() {
             match effect {
@@ -394,6 +404,12 @@ impl Running {
                 }
                 RouteEffect::Traversed(edge, took) => {
                     self.missions.pending.push_back(MissionInput::Traversed { edge, took });
+                }
+                RouteEffect::CallAction(call, request) => self.call_action(call, request, effects),
+                RouteEffect::CancelAction(call) => self.cancel_action(at, call, effects),
+                RouteEffect::ActionFailed(action, reason) => {
+                    let text = texts::edge_action_failed(&action, &reason);
+                    effects.push(notice(at, Severity::Warning, text));
                 }
             }
         }
@@ -491,7 +507,7 @@ impl Running {
     }
 
     /// Calls the executor with what it sees. Without a site it has nothing to do.
-    fn with_view(
+    pub(super) fn with_view(
         &mut self,
         at: Stamp,
         call: impl FnOnce(&mut missions::RouteExecutor, &RouteView<'_>) -> Vec<RouteEffect>,
@@ -517,7 +533,7 @@ impl Running {
     }
 
     /// Whether missions may move the robot: motion is not stopped, nobody drives, and no goal of a person is executed.
-    fn can_move_for_missions(&self) -> bool {
+    pub(super) fn can_move_for_missions(&self) -> bool {
         match self.executive.state() {
             ExecutiveState::Stopped | ExecutiveState::ManualDriving => false,
             ExecutiveState::Idle => {
@@ -525,67 +541,12 @@ impl Running {
             }
             ExecutiveState::Executing | ExecutiveState::Recovering => {
                 let goal = self.executive.goal();
+                if goal.is_some() && goal == self.missions.turn() {
+                    return true;
+                }
                 let is_own = goal.is_some() && goal == self.missions.executor.walk();
                 is_own && self.missions.executor.goal().is_some_and(|goal| self.missions.is_of_runner(goal))
             }
         }
-    }
-}
-
-/// Whether an update is of a walk of a route.
-fn is_walk(update: &GoalUpdate) -> bool {
-    update.by == platform() && matches!(update.kind, GoalKind::WalkToPose(_))
-}
-
-/// How a walk ended; none while it has not.
-fn leg_result(status: &GoalStatus) -> Option<LegResult> {
-    match status {
-        GoalStatus::Accepted | GoalStatus::Running(GoalProgress { .. }) => None,
-        GoalStatus::Succeeded(_) => Some(LegResult::Reached),
-        GoalStatus::Failed { reason, .. } => Some(LegResult::Failed(match reason {
-            GoalFailure::PoseNotFound => ReachFailure::PoseNotFound,
-            GoalFailure::MapReplaced => ReachFailure::MapReplaced,
-            GoalFailure::DockNotSeen => ReachFailure::DockNotSeen,
-            _ => ReachFailure::PathBlocked,
-        })),
-        GoalStatus::Cancelled { .. } => Some(LegResult::MotionTaken),
-    }
-}
-
-fn pose_goal(leg: &LegWalk) -> PoseGoal {
-    PoseGoal {
-        map_from_goal: leg.map_from_goal,
-        tolerance: leg.tolerance,
-        speed_max_m_s: leg.speed_max_m_s,
-        approach: if leg.way == LegWay::Path { Approach::Path } else { Approach::Straight },
-    }
-}
-
-fn goal_kind(request: GoalRequest) -> GoalKind {
-    match request {
-        GoalRequest::Route(node) => GoalKind::GoToNode(node),
-        GoalRequest::Dock(dock) => GoalKind::GoToDock(dock),
-        GoalRequest::Undock => GoalKind::Undock,
-    }
-}
-
-fn goal_failure(reason: &ReachFailure) -> GoalFailure {
-    match reason {
-        ReachFailure::NoSuchPlace => GoalFailure::NoSuchPlace,
-        ReachFailure::NoRoute { .. } => GoalFailure::NoRoute,
-        ReachFailure::PathBlocked => GoalFailure::PathBlocked,
-        ReachFailure::PoseNotFound => GoalFailure::PoseNotFound,
-        ReachFailure::MapReplaced => GoalFailure::MapReplaced,
-        ReachFailure::NotUndocked => GoalFailure::NotUndocked,
-        ReachFailure::NotDocked => GoalFailure::NotDocked,
-        ReachFailure::DockNotSeen => GoalFailure::DockNotSeen,
-    }
-}
-
-fn severity(told: MissionNotice) -> Severity {
-    match told {
-        MissionNotice::RunEnded(_, RunState::Succeeded | RunState::Cancelled) => Severity::Info,
-        MissionNotice::PlanKept(_) => Severity::Info,
-        _ => Severity::Warning,
     }
 }

@@ -233,8 +233,15 @@ fn a_photo_of_a_mission_in_b1_is_stored_with_its_place_and_fetched_over_http() {
     let mut bench = Bench::start();
     bench.put_mission(1, "photo", [("zoom".to_owned(), Parameter::Integer(2))].into());
     let run = bench.begin(1);
-    bench.expect_end(run, "succeeded");
+    // Clients are told of the result as soon as it is in the ledger.
+    let told = loop {
+        if let CoreMessage::Event { to: None, event: Event::ResultStored(told) } = bench.gateway.message() {
+            break told;
+        }
+    };
     let results = bench.results(run);
+    assert_eq!(results, [told]);
+    bench.expect_end(run, "succeeded");
     let [result] = &results[..] else { panic!("{results:?}") };
     assert_eq!(result.kind, "photo");
     let blob = BlobHash(result.blob.expect("a picture"));
@@ -256,6 +263,16 @@ fn a_photo_of_a_mission_in_b1_is_stored_with_its_place_and_fetched_over_http() {
 
     // What is stored can be fetched while no core runs.
     let gateway = Gateway::start(&data);
+    let (head, list) = gateway.get(&api::paths::RUN_CLOUDS_PATH.replace("{run}", &run.to_string()));
+    let list: serde_json::Value = serde_json::from_slice(&list).expect("JSON");
+    let first = &list["items"][0];
+    assert!(head.starts_with("HTTP/1.1 200") && first["points"].as_u64() > Some(1_000), "{list}");
+    let hash = first["cloud"].as_str().expect("a hash");
+    let path = api::paths::RUN_CLOUD_PATH.replace("{run}", &run.to_string()).replace("{hash}", hash);
+    let (head, cloud) = gateway.get(&path);
+    assert!(head.starts_with("HTTP/1.1 200") && cloud.starts_with(b"AIrc"), "{head}");
+    let (head, _) = gateway.get(&path.replace(hash, &"0".repeat(64)));
+    assert!(head.starts_with("HTTP/1.1 404"), "{head}");
     let (head, picture) = gateway.get(&api::paths::BLOB_PATH.replace("{hash}", &blob.to_string()));
     assert!(head.starts_with("HTTP/1.1 200") && head.contains("image/jpeg"), "{head}");
     assert_eq!(*blake3::hash(&picture).as_bytes(), blob.0);

@@ -80,6 +80,12 @@ impl ControlSeat {
         Ok(())
     }
 
+    /// Why an edit is refused whatever the core would say of it, one sentence.
+    pub(crate) fn refusal(&self, edit: &Edit) -> Option<String> {
+        let (schemas, site) = (self.hub.action_schemas(), self.hub.site());
+        schemas.refusal(edit, site.as_ref().map(|state| &state.site))
+    }
+
     /// Forwards an edit of the site to the core.
     ///
     /// # Errors

@@ -1,7 +1,7 @@
 //! Runs as they are stored, in the form in which they are served.
 
 use api::{StoredResult, StoredRun, StoredSlot, StoredStep};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use site_model::{MissionId, RunId, ScheduleId};
 use utoipa::ToSchema;
@@ -78,6 +78,35 @@ pub(crate) struct ResultDocument {
     details: Value,
     /// When it was stored, nanoseconds since 1970 UTC.
     at_ns: i64,
+}
+
+/// A cloud that the robot saw on a run.
+#[derive(Deserialize, Serialize, ToSchema)]
+#[schema(as = RunCloud)]
+pub(crate) struct RunCloudDocument {
+    /// Its number in the run, from 1.
+    #[serde(default)]
+    pub(super) number: u64,
+    /// BLAKE3 of its file.
+    cloud: String,
+    /// Length of its file.
+    bytes: u64,
+    /// When it was seen, on the robot's clock, nanoseconds.
+    robot_time: i64,
+    /// The same, nanoseconds since 1970 UTC.
+    utc_ns: i64,
+    /// `distance` or `task`.
+    cause: String,
+    /// Number of the task in the run, from 0, of one that was kept because of a task.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    step: Option<u32>,
+    /// The map, the pose of the base in it with its covariance, and how far that is to be trusted.
+    #[schema(value_type = Object)]
+    place: Value,
+    /// The sensor in the base, metres: x, y, z.
+    base_from_sensor_m: Vec<f64>,
+    /// Points, in the frame of the base.
+    points: u32,
 }
 
 /// A slot of a schedule that was decided.

@@ -27,14 +27,14 @@ use vocab::Stamp;
 pub(crate) struct PageOfRuns {
     limit: Option<u32>,
     before: Option<String>,
-    after: Option<String>,
+    pub(super) after: Option<String>,
     mission: Option<MissionId>,
     state: Option<RunState>,
     from_ns: Option<i64>,
     to_ns: Option<i64>,
 }
 
-type PageQuery = Result<UrlQuery<PageOfRuns>, QueryRejection>;
+pub(super) type PageQuery = Result<UrlQuery<PageOfRuns>, QueryRejection>;
 
 /// Runs, the newest first.
 #[utoipa::path(get, path = api::paths::RUNS_PATH, tag = "missions", operation_id = "listRuns",
@@ -144,14 +144,14 @@ pub(crate) async fn slots(State(app): State<Arc<App>>, page: PageQuery) -> Answe
 }
 
 impl PageOfRuns {
-    fn of(query: PageQuery) -> Result<Self, ProblemResponse> {
+    pub(super) fn of(query: PageQuery) -> Result<Self, ProblemResponse> {
         let malformed = |rejection: QueryRejection| {
             ProblemResponse::malformed(texts::query_malformed(&rejection.body_text()))
         };
         query.map(|UrlQuery(page)| page).map_err(malformed)
     }
 
-    fn limit(&self) -> u32 {
+    pub(super) fn limit(&self) -> u32 {
         self.limit.unwrap_or(api::MAX_PAGE).clamp(1, api::MAX_PAGE)
     }
 }
@@ -164,7 +164,7 @@ async fn result_page(app: &App, query: Query, limit: u32) -> Answer {
 }
 
 /// Where a page begins. `reason`: what is wrong with a text that `parse` rejects, a clause.
-fn parsed<T, E>(
+pub(super) fn parsed<T, E>(
     text: Option<&str>,
     reason: &str,
     parse: impl FnOnce(&str) -> Result<T, E>,
@@ -174,7 +174,7 @@ fn parsed<T, E>(
 }
 
 /// The page with these entries. If it is full, there may be another one after `key` of its last entry.
-fn page_of<T, D: Serialize + ToSchema>(
+pub(super) fn page_of<T, D: Serialize + ToSchema>(
     entries: Vec<T>,
     limit: u32,
     key: impl FnOnce(&T) -> String,

@@ -1,6 +1,7 @@
 //! Runs of missions over HTTP: what runs now, what has run, with its steps and results, and what can be asked of runs. The core decides.
 
 mod archive;
+mod clouds;
 mod commands;
 mod documents;
 mod download;
@@ -8,6 +9,7 @@ mod lists;
 
 pub(crate) mod handlers {
     //! What the router and the description refer to.
+    pub(crate) use super::clouds::*;
     pub(crate) use super::commands::*;
     pub(crate) use super::download::*;
     pub(crate) use super::lists::*;

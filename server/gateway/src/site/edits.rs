@@ -1,6 +1,6 @@
 //! Objects of the site: made, changed and removed. Each request is one edit.
 
-use super::action_parameters::parameter_problems;
+use super::action_parameters::ActionSchemas;
 use super::fields::{FieldProblem, site_problem};
 use super::objects::{KindPath, ObjectPath, kind_of, named, no_object, respond, site};
 use super::parse;
@@ -227,7 +227,7 @@ async fn put(app: &App, edit: Edit, status: StatusCode) -> Answer {
 /// Checks an edit, lets the core carry it out, and waits until it is durable. Returns the revision of the site after it, and those of its objects.
 async fn perform(app: &App, edit: Edit) -> Result<(u64, Vec<RevisionChange>), ProblemResponse> {
     let state = site(app)?;
-    let refused = check(&state, &edit);
+    let refused = check(&state, &app.hub.action_schemas(), &edit);
     // One that was carried out before does not fit any more, and gets its answer again from the core.
     if let Err(refused) = refused
         && state.site.check(&edit).is_ok()
@@ -244,7 +244,7 @@ async fn perform(app: &App, edit: Edit) -> Result<(u64, Vec<RevisionChange>), Pr
 }
 
 /// Whether the objects of an edit could be used in the site after it.
-fn check(state: &SiteState, edit: &Edit) -> Result<(), ProblemResponse> {
+fn check(state: &SiteState, schemas: &ActionSchemas, edit: &Edit) -> Result<(), ProblemResponse> {
     let mut after = state.site.clone();
     if after.apply(edit, edit.id).is_err() {
         return Err(ProblemResponse::malformed(texts::EDIT_DOES_NOT_FIT));
@@ -269,7 +269,7 @@ fn check(state: &SiteState, edit: &Edit) -> Result<(), ProblemResponse> {
     for change in &edit.changes {
         if let Change::Put { object, .. } = change {
             let prefix = prefix(edit, change.object_id());
-            let wrong = parameter_problems(&parse::document(object));
+            let wrong = schemas.problems(&parse::document(object));
             fields.extend(wrong.into_iter().map(|problem| problem.below(&prefix)));
         }
     }

@@ -10,6 +10,7 @@ mod requests;
 mod revisions;
 pub(crate) mod schemas;
 
+pub(crate) use action_parameters::ActionSchemas;
 pub(crate) use fields::FieldProblem;
 pub(crate) use paths::new_id;
 pub(crate) use requests::SiteRequests;

@@ -5,7 +5,7 @@ use geometry::Vector3;
 use ports::CameraHead;
 use serde::Deserialize;
 use site_model::{CameraAim, LocalisationQuality, ReportPlace};
-use vocab::{Pose, Vec3};
+use vocab::{MapId, Pose, Vec3};
 
 /// A target nearer to the head than this gives no direction, metres.
 const TARGET_DISTANCE_MIN_M: f64 = 0.05;
@@ -54,6 +54,18 @@ impl AimFailure {
             Self::BeyondTilt { excess_rad } => texts::aim_beyond_tilt(excess_rad),
         }
     }
+}
+
+/// The cameras in the map, and the target, both metres in the map frame. None without a target or a place.
+pub fn sight_line(
+    head: &CameraHead,
+    parameters: &PictureParameters,
+    place: Option<&ReportPlace>,
+) -> Option<(MapId, [Vector3; 2])> {
+    let (place, target) = (place?, parameters.target_m?);
+    let map_from_base = geometry::isometry_from_pose(&place.map_from_base)?;
+    let camera = map_from_base * nalgebra::Point3::from(head.base_from_head_m);
+    Some((place.map?, [camera.coords, Vector3::from(target)]))
 }
 
 /// The aim that these parameters ask for, with the robot at this place.

@@ -13,10 +13,12 @@ mod own_action;
 mod place;
 #[cfg(test)]
 mod robot_tests;
+mod sight;
 #[cfg(test)]
 mod tests;
 mod worker;
 
+pub use sight::SightChecker;
 pub use worker::{ActionWorker, OpenActions};
 
 use crate::texts;

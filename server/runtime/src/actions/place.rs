@@ -42,6 +42,14 @@ impl RecentPlaces {
         places.localisation = state;
     }
 
+    /// The saved map in which the robot's pose is known.
+    pub fn map(&self) -> Option<MapId> {
+        match self.lock().localisation {
+            LocalisationState::Localised { map, .. } => Some(map),
+            _ => None,
+        }
+    }
+
     /// The place at an instant: the estimate nearest to it. None before the first one.
     pub fn at(&self, instant: Stamp) -> Option<ReportPlace> {
         let places = self.lock();

@@ -70,8 +70,10 @@ impl Bench {
             inbox,
             results: sender,
             mailbox: Arc::<Mailbox>::default(),
+            state_publisher: Arc::default(),
             clock,
             open: OpenActions::default(),
+            sight: SightChecker::new(Arc::clone(&store)),
         };
         let thread = std::thread::spawn(move || worker.run(&Heartbeat::unwatched()));
         let estimate = Estimate { stamp: settled.now(), map_from_base, ..Estimate::default() };

@@ -95,8 +95,10 @@ impl Bench {
             inbox,
             results: sender,
             mailbox: Arc::clone(&mailbox),
+            state_publisher: Arc::default(),
             clock: Arc::clone(&clock),
             open: OpenActions::default(),
+            sight: SightChecker::new(Arc::clone(&store)),
         };
         let thread = Some(std::thread::spawn(move || worker.run(&Heartbeat::unwatched())));
         let bench = Self {
@@ -249,7 +251,9 @@ fn calls_that_cannot_be_done_end_with_a_reason_and_never_twice() {
     bench.localise();
     // Straight behind the robot.
     bench.call(2, "photo", r#"{"target_m": [4, 0.01, 0]}"#);
-    assert!(bench.failure().1.contains("turn at least"));
+    assert!(matches!(bench.end(), (2, ActionOutcome::NeedsTurn { turn_rad }) if turn_rad.abs() > 0.1));
+    bench.call(2, "photo", r#"{"pan_rad": 3.1}"#);
+    assert!(bench.failure().1.contains("turn at least"), "no target tells where to");
     bench.call(3, "photo", r#"{"target_m": "there"}"#);
     assert!(bench.failure().1.contains("schema"));
     bench.call(4, "dance", "{}");
@@ -388,4 +392,28 @@ fn more_calls_than_are_performed_fail_and_none_is_lost() {
     let succeeded = ends.iter().filter(|end| matches!(end, ActionOutcome::Succeeded { .. })).count();
     // Those that did not fit had failed before the clock was set.
     assert_eq!(succeeded, ActionConfig::default().max_open);
+}
+
+#[test]
+fn what_the_map_shows_before_the_target_is_told_and_the_picture_is_taken_all_the_same() {
+    let bench = Bench::start(BlobsConfig::default(), false);
+    // With a wall along y = -2 m.
+    crate::testing::save_corridor(&bench.store, MAP, 0.0);
+    bench.localise();
+    let sight = |target: &str, call: u128| {
+        bench.call(call, "photo", &format!(r#"{{"target_m": {target}}}"#));
+        bench.called();
+        bench.robot_says(ActionEvent::Ended { call: id(call), end: photo(b"picture") });
+        let (_, report) = bench.report();
+        report.camera.and_then(|camera| camera.line_of_sight).expect("the map was looked at")
+    };
+    let free = sight("[1, -1.5, 0.8]", 1);
+    assert!(free.obstacle_at_m.is_none() && free.distance_m > 1.0, "{free:?}");
+    let on_the_wall = sight("[1, -1.97, 0.8]", 2);
+    assert_eq!(on_the_wall.obstacle_at_m, None);
+    let behind = sight("[1, -4, 1.9]", 3);
+    assert!(behind.obstacle_at_m.is_some_and(|at_m| (1.5..2.3).contains(&at_m)), "{behind:?}");
+    let mail = bench.mailbox.wait(Instant::now() + PATIENCE);
+    let is_told = |publication: &&Publication| matches!(publication, Publication::Notice(notice) if notice.text.contains("map shows something"));
+    assert_eq!(mail.ordered.iter().filter(is_told).count(), 1);
 }

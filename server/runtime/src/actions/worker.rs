@@ -1,19 +1,25 @@
 //! The thread that performs actions.
 
-use super::aim::{PictureParameters, aim};
+use super::aim::{AimFailure, PictureParameters, aim, sight_line};
 use super::own_action::{
     Capture, MESSAGE, MessageParameters, OWN_ACTIONS, OwnAction, OwnActionKind, POINT_CLOUD, TimedParameters,
     WAIT,
 };
-use super::{ActionConfig, ActionInbox, ActionRequest, failed};
+use super::{ActionConfig, ActionInbox, ActionRequest, SightChecker, failed};
 use crate::clock::{CalendarTime, RobotClock};
 use crate::mailbox::Mailbox;
+use crate::state_publisher::StatePublisher;
 use crate::texts;
+use api::{Event, OfferedAction};
 use crossbeam_channel::{Receiver, Sender, select};
 use messages::{ActionOutcome, CorrectedScan, Input, RegisteredAction, Severity};
-use ports::{ActionCall, ActionEnd, ActionEvent, ActionFile, ActionServer, error_with_causes};
+use ports::{
+    ActionCall, ActionEnd, ActionEvent, ActionFile, ActionRegistration, ActionServer, error_with_causes,
+};
 use serde::de::DeserializeOwned;
-use site_model::{ActionReport, MAX_MESSAGE_CHARS, Parameters, ReportFile, ReportTime, describe_action};
+use site_model::{
+    ActionReport, LineOfSight, MAX_MESSAGE_CHARS, Parameters, ReportFile, ReportTime, describe_action,
+};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -41,15 +47,17 @@ pub struct ActionWorker {
     /// Ends and feedback, for the stack.
     pub results: Sender<Input>,
     pub mailbox: Arc<Mailbox>,
+    pub state_publisher: Arc<StatePublisher>,
     pub clock: Arc<RobotClock>,
     pub open: OpenActions,
+    pub sight: SightChecker,
 }
 
 /// Actions that are under way.
 #[derive(Default)]
 pub struct OpenActions {
     /// Those of the robot, with what its camera is aimed at.
-    robot: BTreeMap<ActionCallId, Option<Vec3>>,
+    robot: BTreeMap<ActionCallId, Target>,
     own: BTreeMap<ActionCallId, OwnAction>,
     /// When the last feedback of each was passed on.
     told: BTreeMap<ActionCallId, Stamp>,
@@ -63,6 +71,14 @@ impl OpenActions {
     fn len(&self) -> usize {
         self.robot.len() + self.own.len()
     }
+}
+
+/// What a camera is aimed at, if it is aimed at something.
+#[derive(Clone, Copy, Debug, Default)]
+struct Target {
+    /// Metres, map frame.
+    target_m: Option<Vec3>,
+    line_of_sight: Option<LineOfSight>,
 }
 
 /// How a call was begun.
@@ -80,7 +96,14 @@ impl ActionWorker {
         let events: Receiver<ActionEvent> = self.robot.as_ref().map_or(silent, |robot| robot.events());
         let (requests, scans) = (self.inbox.requests.clone(), self.inbox.scans.clone());
         // The control loop may have ended.
-        let _ = self.results.send(Input::ActionsRegistered(self.registered()));
+        let offered = self.offered();
+        let registered = offered.iter().map(|action| RegisteredAction {
+            name: action.name.clone(),
+            is_idempotent: action.is_idempotent,
+            expected: action.expected,
+        });
+        let _ = self.results.send(Input::ActionsRegistered(registered.collect()));
+        self.state_publisher.publish(Event::Actions(offered));
         loop {
             heartbeat.beat();
             let wait = if self.open.own.is_empty() { BEAT_PERIOD } else { self.config.poll_period };
@@ -99,27 +122,29 @@ impl ActionWorker {
                 default(wait) => {}
             }
             self.end_own_actions();
+            // While nobody waits for an action.
+            if self.open.len() == 0
+                && let Some(map) = self.inbox.places.map().filter(|_| self.robot.is_some())
+            {
+                self.sight.prepare(map);
+            }
         }
     }
 
     /// The actions that can be called: the robot's, and those of the core itself.
-    fn registered(&self) -> Vec<RegisteredAction> {
+    fn offered(&self) -> Vec<OfferedAction> {
         let robots = self.robot.iter().flat_map(|robot| robot.actions());
-        let robots = robots.map(|action| RegisteredAction {
-            name: action.name,
-            is_idempotent: action.is_idempotent,
-            expected: action.expected,
-        });
-        let own = OWN_ACTIONS.into_iter().filter_map(describe_action).map(|action| RegisteredAction {
-            name: action.name.to_owned(),
-            is_idempotent: action.is_idempotent,
-            expected: Span::from_secs_f64(action.expected_time_s(&Parameters::new())),
-        });
         // One that the robot offers too is the robot's.
-        let mut all: Vec<RegisteredAction> = robots.collect();
-        for action in own {
+        let mut all: Vec<OfferedAction> = robots.map(offered_by_robot).collect();
+        for action in OWN_ACTIONS.into_iter().filter_map(describe_action) {
             if all.iter().all(|known| known.name != action.name) {
-                all.push(action);
+                all.push(OfferedAction {
+                    name: action.name.to_owned(),
+                    title: action.title.to_owned(),
+                    parameter_schema: action.parameter_schema.to_owned(),
+                    expected: Span::from_secs_f64(action.expected_time_s(&Parameters::new())),
+                    is_idempotent: action.is_idempotent,
+                });
             }
         }
         all
@@ -152,12 +177,21 @@ impl ActionWorker {
         action: &str,
         parameters: &str,
     ) -> Result<Begun, String> {
-        let (mut parameters, mut target) = (parameters.to_owned(), None);
+        let (mut parameters, mut target) = (parameters.to_owned(), Target::default());
         if let Some(head) = robot.camera_head().filter(|_| takes_pictures(action)) {
             let asked: PictureParameters = parse(&parameters)?;
             let place = self.inbox.places.at(self.clock.now());
-            let aim = aim(&head, &asked, place.as_ref()).map_err(|failure| failure.sentence())?;
-            target = asked.target_m.map(Vec3::from);
+            let aim = match aim(&head, &asked, place.as_ref()) {
+                Ok(aim) => aim,
+                Err(AimFailure::BeyondPan { turn_rad }) if asked.target_m.is_some() => {
+                    return Ok(Begun::Done(ActionOutcome::NeedsTurn { turn_rad }));
+                }
+                Err(failure) => return Err(failure.sentence()),
+            };
+            let line = sight_line(&head, &asked, place.as_ref());
+            target.line_of_sight = line.and_then(|(map, ends)| self.sight.check(map, ends));
+            target.target_m = asked.target_m.map(Vec3::from);
+            self.tell_obstacle(call, &target);
             // Plain numbers always become JSON.
             parameters = serde_json::to_string(&aim).unwrap_or_default();
         }
@@ -167,6 +201,17 @@ impl ActionWorker {
         started.map(|()| Begun::Open).inspect_err(|_| {
             self.open.robot.remove(&call);
         })
+    }
+
+    /// Tells people that something stands between the camera and its target. The picture is taken all the same: it shows what stands there.
+    fn tell_obstacle(&self, call: ActionCallId, target: &Target) {
+        let Some(LineOfSight { distance_m, obstacle_at_m: Some(at_m) }) = target.line_of_sight else {
+            return;
+        };
+        let text = texts::view_blocked(target.target_m.unwrap_or_default(), at_m, distance_m);
+        // It is left out while the control loop is busy; the result says it too.
+        let _ = self.results.try_send(Input::ActionFeedback { call, progress: None, text: text.clone() });
+        self.mailbox.notice(self.clock.now(), Severity::Warning, text);
     }
 
     fn begin_own(&mut self, call: ActionCallId, action: &str, parameters: &str) -> Result<Begun, String> {
@@ -239,7 +284,7 @@ impl ActionWorker {
     }
 
     /// Adds to the robot's report what the robot does not know, and stores its files.
-    fn complete(&self, report: &str, files: &[ActionFile], target_m: Option<Vec3>) -> ActionOutcome {
+    fn complete(&self, report: &str, files: &[ActionFile], target: Target) -> ActionOutcome {
         let report: Result<ActionReport, _> = serde_json::from_str(report);
         let Ok(mut report) = report else {
             return ActionOutcome::Failed { reason: texts::ROBOT_REPORT_MALFORMED.to_owned() };
@@ -247,7 +292,7 @@ impl ActionWorker {
         report.at = self.time_at(report.at.robot_time);
         report.place = self.inbox.places.at(report.at.robot_time);
         if let Some(camera) = &mut report.camera {
-            camera.target_m = target_m;
+            (camera.target_m, camera.line_of_sight) = (target.target_m, target.line_of_sight);
         }
         report.files.clear();
         for file in files {
@@ -366,6 +411,11 @@ impl ActionWorker {
         // The control loop may have ended; then nobody waits for it.
         let _ = self.results.send(done);
     }
+}
+
+fn offered_by_robot(action: ActionRegistration) -> OfferedAction {
+    let ActionRegistration { name, title, parameter_schema, expected, is_idempotent } = action;
+    OfferedAction { name, title, parameter_schema, expected, is_idempotent }
 }
 
 fn offers(robot: &dyn ActionServer, action: &str) -> bool {

@@ -197,17 +197,19 @@ impl SiteKeeper {
             return Ok(());
         }
         let at = CalendarTime::read_of_schedules().utc;
-        let changes = self.transaction(|writer, state| {
-            let mut changes = Vec::new();
+        let (changes, results) = self.transaction(|writer, state| {
+            let (mut changes, mut results) = (Vec::new(), Vec::new());
             for event in events {
                 match event {
                     LedgerEvent::Site(write) => changes.extend(apply_write(writer, state, write, at)?),
-                    event => writer.put_event(event, at)?,
+                    event => results.extend(writer.put_event(event, at)?),
                 }
             }
-            Ok(changes)
+            Ok((changes, results))
         })?;
         changes.into_iter().for_each(|changed| self.publish(Some(changed)));
+        // Whoever hears of a result finds it in the ledger, and its files on the disk.
+        results.into_iter().for_each(|result| self.state_publisher.publish(Event::ResultStored(result)));
         Ok(())
     }
 

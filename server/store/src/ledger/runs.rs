@@ -25,20 +25,22 @@ pub struct UnfinishedRun {
 }
 
 impl LedgerWriter<'_> {
-    /// Writes an event of a run. Others are not stored here.
+    /// Writes an event of a run. Others are not stored here. Returns the result with its number, if the event is one.
     ///
     /// # Errors
     /// When the disk fails.
-    pub fn put_event(&self, event: &LedgerEvent, at: Stamp) -> Result<(), StoreError> {
+    pub fn put_event(&self, event: &LedgerEvent, at: Stamp) -> Result<Option<StoredResult>, StoreError> {
         let put = match event {
+            LedgerEvent::Result(record) => {
+                return self.put_result(record, at).map(Some).map_err(|fault| self.error(fault));
+            }
             LedgerEvent::Run(record) => self.put_run(record, at),
             LedgerEvent::Step(record) => self.put_step(record, at),
-            LedgerEvent::Result(record) => self.put_result(record, at),
             LedgerEvent::Firing(record) => self.put_firing(record, at),
             LedgerEvent::Mission(event) => self.put_mission_event(event, at),
             LedgerEvent::Goal(_) | LedgerEvent::StopLatch(_) | LedgerEvent::Site(_) => Ok(()),
         };
-        put.map_err(|fault| self.error(fault))
+        put.map(|()| None).map_err(|fault| self.error(fault))
     }
 
     fn put_run(&self, record: &RunRecord, at: Stamp) -> Result<(), Fault> {
@@ -81,9 +83,11 @@ impl LedgerWriter<'_> {
         STEPS.put(self.transaction, &values)
     }
 
-    fn put_result(&self, record: &ResultRecord, at: Stamp) -> Result<(), Fault> {
+    fn put_result(&self, record: &ResultRecord, at: Stamp) -> Result<StoredResult, Fault> {
+        let seq = self.next_seq(RESULTS.name)?;
+        let number = integer(&seq).and_then(|seq| seq.try_into().ok()).ok_or(Fault::NotUnderstood)?;
         let values = [
-            self.next_seq(RESULTS.name)?,
+            seq,
             Value::from(record.run.to_string()),
             Value::from(i64::from(record.step)),
             Value::from(i64::from(record.attempt)),
@@ -93,7 +97,9 @@ impl LedgerWriter<'_> {
             Value::from(record.body.clone()),
             Value::from(at.nanos()),
         ];
-        RESULTS.put(self.transaction, &values)
+        RESULTS.put(self.transaction, &values)?;
+        let ResultRecord { run, step, attempt, kind, blob, body } = record.clone();
+        Ok(StoredResult { number, run, step, attempt, kind, blob, body, at })
     }
 
     fn put_firing(&self, record: &FiringRecord, at: Stamp) -> Result<(), Fault> {

@@ -177,7 +177,7 @@ fn runs_steps_results_and_firings_are_read_as_they_were_written() {
         [run("running", false), step(0, 0, false), step(0, 0, true), step(0, 1, false), firing("began")];
     ledger
         .write(|writer| {
-            events.iter().try_for_each(|event| writer.put_event(event, AT))?;
+            events.iter().try_for_each(|event| writer.put_event(event, AT).map(drop))?;
             writer.put_event(&step(0, 1, true), later)?;
             writer.put_event(&step(1, 0, false), later)?;
             writer.put_event(&result("photo", Some([7; 32])), later)?;

@@ -313,7 +313,20 @@ pub fn events() -> Vec<Event> {
                 .map(|process| ProcessRestart { process, cause: name(), count: 3 })
                 .into(),
             manual_limits: Some(SpeedLimits { forward_mps: 1.25, sideways_mps: 0.5, turn_radps: 1.0 }),
+            body: Some(RobotBody {
+                footprint_radius_m: 0.375,
+                clearance_height_m: 0.75,
+                standing_height_m: 0.5,
+                step_height_m: 0.25,
+            }),
         }),
+        Event::Actions(vec![OfferedAction {
+            name: name(),
+            title: name(),
+            parameter_schema: "{}".to_owned(),
+            expected: SECOND,
+            is_idempotent: true,
+        }]),
         Event::Docks(vec![Dock { map: MAP, map_from_base: pose() }]),
         Event::GraphChanged(graph_changed()),
         Event::GraphPart(GraphPart {

@@ -229,6 +229,7 @@ pub fn events() -> Vec<Event> {
             objects: objects().into_iter().map(versioned).collect(),
             removed: vec![(object, Revision(4))],
         }),
+        Event::ResultStored(stored_result()),
         Event::SiteChanged(SiteChanged { revision: 300, by: Some(CLIENT), edit: edit() }),
         done(EditOutcome::Applied { revision: 300, changes: vec![change] }),
         refused(EditRefusal::Invalid(errors)),
@@ -344,6 +345,19 @@ pub fn queries() -> impl Iterator<Item = Query> {
     .into_iter()
 }
 
+fn stored_result() -> StoredResult {
+    StoredResult {
+        number: 7,
+        run: RUN,
+        step: 3,
+        attempt: 1,
+        kind: "photo".to_owned(),
+        blob: Some([0xab; 32]),
+        body: "{}".to_owned(),
+        at: Stamp::from_nanos(5),
+    }
+}
+
 pub fn replies() -> impl Iterator<Item = QueryReply> {
     let at = Stamp::from_nanos(5);
     let revision = StoredRevision {
@@ -369,16 +383,6 @@ pub fn replies() -> impl Iterator<Item = QueryReply> {
         intended: at,
         done: Some(NOW),
     };
-    let result = StoredResult {
-        number: 7,
-        run: RUN,
-        step: 3,
-        attempt: 1,
-        kind: "photo".to_owned(),
-        blob: Some([0xab; 32]),
-        body: "{}".to_owned(),
-        at,
-    };
     let slot = StoredSlot {
         schedule: ScheduleId(ID),
         due: NOW,
@@ -390,7 +394,7 @@ pub fn replies() -> impl Iterator<Item = QueryReply> {
         QueryReply::Revisions(vec![revision]),
         QueryReply::Runs(vec![run]),
         QueryReply::Steps(vec![step]),
-        QueryReply::Results(vec![result]),
+        QueryReply::Results(vec![stored_result()]),
         QueryReply::Slots(vec![slot]),
     ]
     .into_iter()

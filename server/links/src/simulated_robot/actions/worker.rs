@@ -166,6 +166,7 @@ impl Worker {
             centre_px: intrinsics.centre_px,
             base_from_camera: geometry::pose_from_isometry(&self.cameras.base_from_camera(aim)),
             target_m: None,
+            line_of_sight: None,
         }
     }
 

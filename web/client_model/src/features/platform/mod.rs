@@ -3,7 +3,7 @@
 use super::Feature;
 use crate::shared::Context;
 use crate::{Aged, ClientCommand};
-use api::{Platform, SpeedLimits};
+use api::{Platform, RobotBody, SpeedLimits};
 
 /// The last report of the robot's computer.
 #[derive(Clone, Debug, Default)]
@@ -20,6 +20,11 @@ impl PlatformFeature {
     /// Speed limits while a person drives the robot; `None` until it has told them.
     pub fn manual_limits(&self) -> Option<SpeedLimits> {
         self.report().and_then(|report| report.manual_limits)
+    }
+
+    /// The robot's body; `None` until it has told it.
+    pub fn body(&self) -> Option<RobotBody> {
+        self.report().and_then(|report| report.body)
     }
 }
 

@@ -198,6 +198,13 @@ impl Runs {
             cx.effects.push(ClientEffect::FetchRuns { query: self.query, before: None });
             self.fetch_slots(cx);
         }
+        let current = status.runs.iter().find(|run| run.state != RunState::Queued);
+        if let Some(run) = current
+            && self.current().is_none_or(|known| known.run != run.run)
+        {
+            // From here on each result is told; what was stored before is fetched.
+            cx.effects.push(ClientEffect::FetchRun(run.run));
+        }
         for run in &status.runs {
             self.seen.insert(run.run, run.clone());
             self.note_slot(run.run, run.state);
@@ -212,6 +219,26 @@ impl Runs {
             self.seen.retain(|run, _| is_listed(run));
         }
         self.status = Some(status.clone());
+    }
+
+    /// A result was stored. That of a run whose content this client shows is fetched with its attempt.
+    fn on_result(&mut self, result: &api::StoredResult, cx: &mut Context<'_>) {
+        let is_known = match self.contents.get(&result.run) {
+            Some(Ok(content)) => content.results.iter().any(|known| known.number >= result.number),
+            Some(Err(_)) => false,
+            None => self.current().is_none_or(|run| run.run != result.run),
+        };
+        if !is_known {
+            cx.effects.push(ClientEffect::FetchRun(result.run));
+        }
+    }
+
+    /// Takes the content of a run in. Of two fetches the one that was answered later may have been asked earlier.
+    fn on_content(&mut self, run: RunId, result: &Result<RunContent, String>) {
+        let count = |content: &Result<RunContent, String>| content.as_ref().map_or(0, |it| it.results.len());
+        if self.contents.get(&run).is_none_or(|known| count(known) <= count(result)) {
+            self.contents.insert(run, result.clone());
+        }
     }
 
     fn fetch_slots(&mut self, cx: &mut Context<'_>) {
@@ -231,6 +258,7 @@ impl Feature for Runs {
         match event {
             api::Event::Missions(status) => self.on_status(status, cx),
             api::Event::Route(route) => self.route = route.clone(),
+            api::Event::ResultStored(result) => self.on_result(result, cx),
             _ => {}
         }
     }
@@ -251,9 +279,7 @@ impl Feature for Runs {
                     self.fetch_slots(cx);
                 }
             }
-            ClientEvent::RunFetched { run, result } => {
-                self.contents.insert(*run, result.clone());
-            }
+            ClientEvent::RunFetched { run, result } => self.on_content(*run, result),
             _ => {}
         }
     }

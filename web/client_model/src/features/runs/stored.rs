@@ -168,7 +168,7 @@ pub struct StoredResult {
 }
 
 /// More of a result.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 pub struct StoredResultDetails {
     /// Report of the action: a [`ActionReport`], or whatever a program of somebody else's answers.
     #[serde(default)]

@@ -113,7 +113,7 @@ fn stored_runs_are_fetched_when_one_has_ended_and_their_slots_are_known() {
     assert_eq!(client.take_effects(), fetches());
     let running = MissionStatus { runs: vec![run(RunState::Running)], ..MissionStatus::default() };
     client.event(Event::Missions(running));
-    assert_eq!(client.take_effects(), [], "nothing has ended");
+    assert_eq!(client.take_effects(), [ClientEffect::FetchRun(RUN)], "nothing has ended");
     let ended = EndedRun { run: RUN, mission: MISSION, outcome: RunState::Succeeded };
     client.event(Event::Missions(MissionStatus { ended: vec![ended], ..MissionStatus::default() }));
     assert_eq!(client.take_effects(), fetches());
@@ -252,4 +252,54 @@ fn the_result_before_another_one_is_fetched() {
     assert_eq!(client.model.runs.previous(point, 7), None);
     client.apply(ClientEvent::PreviousFetched { point, before: 7, result: Ok(None) });
     assert_eq!(client.model.runs.previous(point, 7), Some(&Ok(None)));
+}
+
+#[test]
+fn results_of_the_run_under_way_are_fetched_as_they_are_stored() {
+    let mut client = TestClient::connected();
+    let running = MissionStatus { runs: vec![run(RunState::Running)], ..MissionStatus::default() };
+    let fetch = ClientEffect::FetchRun(RUN);
+    client.event(Event::Missions(running.clone()));
+    assert!(client.take_effects().contains(&fetch), "what was stored before this client came");
+    client.event(Event::Missions(running));
+    assert!(!client.take_effects().contains(&fetch), "once");
+    let stored = |number| {
+        Event::ResultStored(api::StoredResult {
+            number,
+            run: RUN,
+            step: 0,
+            attempt: 1,
+            kind: "photo".to_owned(),
+            blob: None,
+            body: "{}".to_owned(),
+            at: vocab::Stamp::EPOCH,
+        })
+    };
+    let result = |number| StoredResult {
+        number,
+        at: Utc(0),
+        kind: "photo".to_owned(),
+        step: 0,
+        attempt: 1,
+        details: Default::default(),
+    };
+    client.event(stored(1));
+    assert_eq!(client.take_effects(), [fetch]);
+    let content = |numbers: &[u64]| RunContent {
+        attempts: Vec::new(),
+        results: numbers.iter().map(|n| result(*n)).collect(),
+    };
+    client.apply(ClientEvent::RunFetched { run: RUN, result: Ok(content(&[1, 2])) });
+    client.event(stored(2));
+    assert_eq!(client.take_effects(), [], "it is there already");
+    client.apply(ClientEvent::RunFetched { run: RUN, result: Ok(content(&[1])) });
+    assert_eq!(client.model.runs.content(RUN), Some(&Ok(content(&[1, 2]))), "an answer that comes late");
+    client.event(Event::ResultStored(api::StoredResult {
+        run: RunId(Uuid::from_u128(77)),
+        ..match stored(3) {
+            Event::ResultStored(result) => result,
+            _ => unreachable!("made above"),
+        }
+    }));
+    assert_eq!(client.take_effects(), [], "nobody looks at that run");
 }

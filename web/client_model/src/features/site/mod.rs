@@ -38,6 +38,7 @@ use pending::{PendingEdit, PendingEdits};
 use site_model::{Edit, EditError, EditId, RevisionChange, Site, UndoHistory};
 use topomap_generation::TopomapProgress;
 use uuid::Uuid;
+use vocab::ClientId;
 
 /// When edits are sent.
 #[derive(Clone, Copy, Debug)]
@@ -205,7 +206,9 @@ impl SiteFeature {
         if changed.revision <= confirmed.revision {
             return;
         }
-        if self.topomap.take(changed.edit.id) {
+        // The platform itself makes an edit when the site follows its map: every operator may undo it.
+        let is_of_platform = changed.by == Some(ClientId(Uuid::nil()));
+        if self.topomap.take(changed.edit.id) || is_of_platform {
             // Its inverse refers to the site before it.
             if let Ok(applied) = confirmed.site.clone().apply(&changed.edit, changed.edit.id) {
                 self.history.record(applied);

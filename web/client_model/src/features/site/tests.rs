@@ -354,6 +354,20 @@ fn a_result_from_before_is_not_shown_and_nothing_of_others_is_undone() {
 }
 
 #[test]
+fn an_edit_of_the_platform_itself_can_be_undone_by_every_operator() {
+    let mut robot = Robot::default();
+    let mut client = TestClient::with_site(&robot);
+    let changes = vec![Change::Put { base: None, object: asset(1, "Moved with the map") }];
+    let edit = Edit { id: site_model::EditId(Uuid::from_u128(40)), changes };
+    let (changed, _) = robot.apply(&edit, vocab::ClientId(Uuid::nil()));
+    client.event(changed.expect("applied"));
+    assert_eq!(client.name(1), Some("Moved with the map"));
+    client.command(ClientCommand::Undo);
+    client.settle(&mut robot);
+    assert_eq!(robot.state.site.objects().len(), 0);
+}
+
+#[test]
 fn a_click_adds_an_inspection_point_at_the_selected_node_and_then_moves_its_target() {
     let robot = Robot::default();
     let mut client = TestClient::with_site(&robot);

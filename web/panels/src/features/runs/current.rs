@@ -1,5 +1,7 @@
 //! The run under way: how far it is, the question that it asks, its tasks, and what can be asked of it; then the queue.
 
+use super::lightbox::Lightbox;
+use super::results::{TaskOfRun, show_results};
 use super::rows::{Row, show_row};
 use super::{look, texts};
 use crate::button::{Button, Kind};
@@ -29,7 +31,13 @@ impl CurrentRun {
     }
 
     /// Shows the run, or how one is started.
-    pub(super) fn show(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, estimate: Option<&RunEstimate>) {
+    pub(super) fn show(
+        &mut self,
+        ui: &mut Ui,
+        cx: &mut PanelContext<'_>,
+        estimate: Option<&RunEstimate>,
+        lightbox: &mut Lightbox,
+    ) {
         let Some(status) = cx.model.runs.status() else {
             return widgets::remark(ui, cx.tokens, texts::LOADING);
         };
@@ -42,7 +50,7 @@ impl CurrentRun {
             });
         }
         match cx.model.runs.current() {
-            Some(run) => self.show_run(ui, cx, site, run, estimate),
+            Some(run) => self.show_run(ui, cx, site, run, estimate, lightbox),
             None => show_start(ui, cx, site),
         }
         show_queue(ui, cx, site);
@@ -55,6 +63,7 @@ impl CurrentRun {
         site: &Site,
         run: &RunStatus,
         estimate: Option<&RunEstimate>,
+        lightbox: &mut Lightbox,
     ) {
         let tokens = cx.tokens;
         show_head(ui, cx, run, estimate);
@@ -62,8 +71,9 @@ impl CurrentRun {
             show_question(ui, cx, site, run, task);
         }
         self.show_buttons(ui, cx, run);
-        for task in &run.tasks {
+        for (step, task) in (0..).zip(&run.tasks) {
             self.show_task(ui, cx, site, run, task, estimate);
+            show_results_of(ui, cx, site, run, (step, task), lightbox);
         }
         if run.tasks.is_empty() {
             widgets::remark(ui, tokens, texts::NO_TASKS);
@@ -160,6 +170,23 @@ impl CurrentRun {
             show_task_buttons(ui, cx, run, task, &title);
         }
     }
+}
+
+/// What the last attempt of a task has gathered. It is shown as soon as the robot has stored it.
+fn show_results_of(
+    ui: &mut Ui,
+    cx: &mut PanelContext<'_>,
+    site: &Site,
+    run: &RunStatus,
+    (step, task): (u32, &TaskStatus),
+    lightbox: &mut Lightbox,
+) {
+    let Some(Ok(content)) = cx.model.runs.content(run.run) else { return };
+    let (title, action) = (look::task_name(site, run.mission, task), look::action_name(task));
+    let task_of_run = TaskOfRun { run: run.run, mission: run.mission, title: &title, action: &action };
+    let results = content.results.iter();
+    let results = results.filter(|result| result.step == step && result.attempt == task.attempt);
+    show_results(ui, cx, &task_of_run, results, lightbox);
 }
 
 /// The run in short, for a card of several features: how far it is, and what the robot is busy with.

@@ -8,6 +8,7 @@ mod lightbox;
 mod look;
 mod picture_paint;
 mod picture_view;
+mod results;
 mod rows;
 mod spectrum;
 #[cfg(test)]
@@ -92,7 +93,7 @@ impl FeaturePanel for RunsPanel {
         match run {
             Some(run) if tab == tabs::ROBOT => current::show_summary(ui, cx, run, estimate),
             None if tab == tabs::ROBOT => {}
-            _ => self.current.show(ui, cx, estimate),
+            _ => self.current.show(ui, cx, estimate, &mut self.lightbox),
         }
     }
 }

@@ -361,3 +361,24 @@ fn slots_that_were_skipped_stand_between_the_runs_with_the_reason() {
     let facts = "24 Nov, 11:00 · Deleted schedule: the queue was full";
     assert!(harness.query_by_label(&format!("Deleted mission, Skipped, {facts}")).is_some());
 }
+
+#[test]
+fn pictures_of_the_run_under_way_are_shown_as_they_come() {
+    let mut harness = client(running()).shown(1440.0, 900.0);
+    assert!(harness.query_by_label("Show photo.jpg of Pump hall").is_none());
+    let attempt = format!(
+        r#"{{ "step": 0, "attempt": 1, "state": "succeeded", "intended_ns": 0, "done_ns": 42000000000,
+            "details": {{ "task": "{}", "node": "{}", "action": "photo" }} }}"#,
+        task_id(0),
+        node_id(0)
+    );
+    let content = RunContent {
+        attempts: vec![serde_json::from_str(&attempt).unwrap()],
+        results: vec![serde_json::from_str(&photo_result(1, "aa")).unwrap()],
+    };
+    let event = ClientEvent::RunFetched { run: RUN, result: Ok(content) };
+    harness.state_mut().model.handle_event(ClientTime(2.0), event, &mut Vec::new());
+    harness.run_steps(2);
+    show_large(&mut harness, "Show photo.jpg of Pump hall");
+    assert_eq!(value(&harness, "Picture"), "1 of 1: Pump hall, Photo");
+}

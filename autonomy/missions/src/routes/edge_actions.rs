@@ -1,0 +1,140 @@
+//! Actions of edges. Those on entering and on leaving are performed one after the other while the robot stands at the beginning or the end of the edge. Those during
+//! begin together when it sets out, and what of them has not ended when the edge is left is cancelled. An edge that is traversed by an action of the robot's own has that as the
+//! last one on entering; then the robot walks what is left of the way to the end of the edge.
+//!
+//! An action on entering that fails counts as an edge that cannot be walked, because it may be the one that opens a door: the fail policy of the edge follows. Of all
+//! others people are told, and the robot goes on.
+
+use super::executor::RouteExecutor;
+use super::interface::{RouteEffect, RouteView};
+use super::journey::{EdgeStage, Leg};
+use crate::ids::{edge_call_id, leg_goal_id};
+use crate::texts;
+use site_model::{ActionRequest, EdgeId, Traversal, describe_action};
+use vocab::{ActionCallId, Span, Stamp};
+
+impl RouteExecutor {
+    /// Whether a call is one of the edges of the goal that is under way.
+    pub fn is_calling(&self, call: ActionCallId) -> bool {
+        let Some(journey) = &self.journey else { return false };
+        let is_acting = matches!(journey.leg, Some((_, Leg::Act { call: known, .. })) if known == call);
+        is_acting || journey.during.iter().any(|(known, _)| *known == call)
+    }
+
+    /// An action of an edge has ended: it was done, or the reason why not, a sentence. Calls that are not under way change nothing.
+    pub fn end_action(
+        &mut self,
+        at: Stamp,
+        call: ActionCallId,
+        result: Result<(), String>,
+        view: &RouteView<'_>,
+    ) -> Vec<RouteEffect> {
+        self.handle_action_end(at, call, result, view);
+        std::mem::take(&mut self.effects)
+    }
+
+    pub(super) fn handle_action_end(
+        &mut self,
+        at: Stamp,
+        call: ActionCallId,
+        result: Result<(), String>,
+        view: &RouteView<'_>,
+    ) {
+        let Some(journey) = &mut self.journey else { return };
+        if let Some(index) = journey.during.iter().position(|(known, _)| *known == call) {
+            let (_, action) = journey.during.remove(index);
+            self.effects.extend(result.err().map(|reason| RouteEffect::ActionFailed(action, reason)));
+            return;
+        }
+        let leg =
+            journey.leg.take_if(|(_, leg)| matches!(leg, Leg::Act { call: known, .. } if *known == call));
+        let Some((_, Leg::Act { edge, stage, index, .. })) = leg else { return };
+        match (stage, result) {
+            (EdgeStage::Enter, Ok(())) => self.act_on_entering(at, edge, index + 1, view),
+            (EdgeStage::Enter, Err(reason)) => {
+                let action =
+                    request(view, edge, stage, index).map_or_else(String::new, |request| request.action);
+                let reason = texts::edge_action_failed(&action, &reason);
+                self.handle_blocked_edge(at, edge, Some(&reason), view);
+            }
+            (EdgeStage::Leave, result) => {
+                let action = request(view, edge, stage, index).map(|request| request.action);
+                let failed = result.err().zip(action);
+                self.effects.extend(failed.map(|(reason, action)| RouteEffect::ActionFailed(action, reason)));
+                self.act_on_leaving(at, edge, index + 1, view);
+            }
+        }
+    }
+
+    /// Performs the actions on entering an edge from this one on; then the robot sets out.
+    pub(super) fn act_on_entering(&mut self, at: Stamp, edge: EdgeId, index: usize, view: &RouteView<'_>) {
+        if self.act(at, edge, EdgeStage::Enter, index, view) {
+            return;
+        }
+        let during = view.site.edge(edge).map(|edge| edge.during.clone()).unwrap_or_default();
+        for request in during {
+            let Some(call) = self.next_call() else { return };
+            if let Some(journey) = &mut self.journey {
+                journey.during.push((call, request.action.clone()));
+            }
+            self.effects.push(RouteEffect::CallAction(call, request));
+        }
+        if let Some(journey) = &mut self.journey {
+            journey.entered = Some(edge);
+        }
+        self.walk_edge(at, edge, view);
+    }
+
+    /// Performs the actions on leaving an edge from this one on; then the goal goes on.
+    pub(super) fn act_on_leaving(&mut self, at: Stamp, edge: EdgeId, index: usize, view: &RouteView<'_>) {
+        if !self.act(at, edge, EdgeStage::Leave, index, view) {
+            self.next_leg(at, view);
+        }
+    }
+
+    /// The robot is not on an edge any more: actions during it end.
+    pub(super) fn leave_edge(&mut self) {
+        let Some(journey) = &mut self.journey else { return };
+        journey.entered = None;
+        let calls = journey.during.drain(..);
+        self.effects.extend(calls.map(|(call, _)| RouteEffect::CancelAction(call)));
+    }
+
+    /// Calls an action of an edge. Returns whether there is one.
+    fn act(&mut self, at: Stamp, edge: EdgeId, stage: EdgeStage, index: usize, view: &RouteView<'_>) -> bool {
+        let Some(request) = request(view, edge, stage, index) else { return false };
+        let Some(call) = self.next_call() else { return false };
+        let until = at + self.time_limit(&request);
+        if let Some(journey) = &mut self.journey {
+            let leg = Leg::Act { edge, stage, index, call, until };
+            journey.leg = Some((leg_goal_id(journey.goal, journey.walks), leg));
+        }
+        self.effects.push(RouteEffect::CallAction(call, request));
+        true
+    }
+
+    fn next_call(&mut self) -> Option<ActionCallId> {
+        let journey = self.journey.as_mut()?;
+        journey.calls += 1;
+        Some(edge_call_id(journey.goal, journey.calls))
+    }
+
+    fn time_limit(&self, request: &ActionRequest) -> Span {
+        let expected = describe_action(&request.action).map_or(self.config.action_time, |action| {
+            Span::from_secs_f64(action.expected_time_s(&request.parameters))
+        });
+        expected * self.config.action_time_factor
+    }
+}
+
+/// An action of an edge; none: there are no more at that end of it.
+fn request(view: &RouteView<'_>, edge: EdgeId, stage: EdgeStage, index: usize) -> Option<ActionRequest> {
+    let edge = view.site.edge(edge)?;
+    match (stage, &edge.traversal) {
+        (EdgeStage::Enter, Traversal::Action { name, parameters }) if index == edge.on_enter.len() => {
+            Some(ActionRequest { action: name.clone(), parameters: parameters.clone() })
+        }
+        (EdgeStage::Enter, _) => edge.on_enter.get(index).cloned(),
+        (EdgeStage::Leave, _) => edge.on_leave.get(index).cloned(),
+    }
+}

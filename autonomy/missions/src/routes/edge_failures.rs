@@ -1,0 +1,71 @@
+//! What is done about an edge that could not be traversed: the steps of its fail policy.
+
+use super::executor::RouteExecutor;
+use super::interface::{RouteEffect, RouteView};
+use super::journey::Leg;
+use crate::graph::next_block;
+use crate::ids::leg_goal_id;
+use crate::runs::GoalResult;
+use crate::texts;
+use site_model::{Edge, EdgeFailStep, EdgeId, ReachFailure};
+use vocab::Stamp;
+
+impl RouteExecutor {
+    /// Follows the edge's policy: tries again, waits, takes another route, or gives up.
+    ///
+    /// `reason`: why, for people; none: the way was blocked.
+    pub(super) fn handle_blocked_edge(
+        &mut self,
+        at: Stamp,
+        id: EdgeId,
+        reason: Option<&str>,
+        view: &RouteView<'_>,
+    ) {
+        let Some(journey) = &mut self.journey else { return };
+        let edge = view.site.edge(id);
+        let step = edge.map_or(EdgeFailStep::Replan, |edge| policy_step(edge, journey.edge_failures));
+        journey.edge_failures += 1;
+        match step {
+            EdgeFailStep::Retry(_) => self.walk_edge(at, id, view),
+            EdgeFailStep::Wait(time) => {
+                let walk = leg_goal_id(journey.goal, journey.walks);
+                journey.leg = Some((walk, Leg::Wait { edge: id, until: at + time }));
+            }
+            EdgeFailStep::Fail => self.end(GoalResult::Failed(ReachFailure::PathBlocked)),
+            EdgeFailStep::Replan => {
+                journey.edge_failures = 0;
+                let back = edge.and_then(|edge| {
+                    view.site.edges().find(|back| (back.from, back.to) == (edge.to, edge.from))
+                });
+                for blocked in [Some(id), back.map(|back| back.id)].into_iter().flatten() {
+                    self.block(at, blocked, reason, view);
+                }
+                self.forget_place();
+                self.next_leg(at, view);
+            }
+        }
+    }
+
+    fn block(&mut self, at: Stamp, edge: EdgeId, reason: Option<&str>, view: &RouteView<'_>) {
+        let known = view.site.edge_blocks().find(|block| block.edge == edge);
+        let previous = self.blocks.get(&edge).or(known);
+        let reason = match (reason, view.map_from_base) {
+            (Some(reason), _) => reason.to_owned(),
+            (None, Some(pose)) => texts::way_blocked(pose.position),
+            (None, None) => texts::WAY_BLOCKED.to_owned(),
+        };
+        let block = next_block(edge, previous, at, reason, &self.config.blocks);
+        self.effects.push(RouteEffect::Block(block.clone()));
+        self.blocks.insert(edge, block);
+    }
+}
+
+/// The step of an edge's policy after this number of failures. Without a policy, and at its end, another route is taken.
+fn policy_step(edge: &Edge, failures: u32) -> EdgeFailStep {
+    let steps = edge.fail_policy.iter().flat_map(|step| match step {
+        EdgeFailStep::Retry(times) => std::iter::repeat_n(*step, usize::from(*times)),
+        step => std::iter::repeat_n(*step, 1),
+    });
+    let index = usize::try_from(failures).unwrap_or(usize::MAX);
+    steps.into_iter().nth(index).unwrap_or(EdgeFailStep::Replan)
+}

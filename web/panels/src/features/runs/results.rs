@@ -1,0 +1,122 @@
+//! Results of a task under its row, in the run under way and in ended ones: pictures, spectra, readings and files.
+
+use super::exhibit::Exhibit;
+use super::lightbox::{Lightbox, open_blob};
+use super::{spectrum, texts};
+use crate::button::Button;
+use crate::feature_panel::PanelContext;
+use crate::paint::focus_ring;
+use crate::result_files::ResultFile;
+use crate::widgets::fact;
+use crate::{icon, theme};
+use client_model::StoredResult;
+use egui::{Color32, Id, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
+use site_model::{ActionReport, MissionId, RunId};
+
+/// Height of a picture in the list, points.
+const PICTURE_HEIGHT: f32 = 168.0;
+/// Height of a spectrum in the list, points.
+const SPECTRUM_HEIGHT: f32 = 96.0;
+
+/// The task to which results belong.
+pub(super) struct TaskOfRun<'a> {
+    pub(super) run: RunId,
+    pub(super) mission: MissionId,
+    /// Name of its place.
+    pub(super) title: &'a str,
+    /// What was done.
+    pub(super) action: &'a str,
+}
+
+/// Shows results of a task.
+pub(super) fn show_results<'a>(
+    ui: &mut Ui,
+    cx: &mut PanelContext<'_>,
+    task: &TaskOfRun<'_>,
+    results: impl Iterator<Item = &'a StoredResult>,
+    lightbox: &mut Lightbox,
+) {
+    for result in results {
+        let exhibit = Exhibit::of(task.title, task.action, result);
+        if let Some(exhibit) = &exhibit
+            && show_exhibit(ui, cx, exhibit)
+        {
+            lightbox.look_at(task.run, task.mission, result.number);
+        }
+        if let Some(report) = result.report() {
+            show_report(ui, cx, task.title, result, &report, exhibit.as_ref());
+        }
+    }
+}
+
+/// A picture or a spectrum over the width of the card. Returns whether it was pressed.
+fn show_exhibit(ui: &mut Ui, cx: &mut PanelContext<'_>, exhibit: &Exhibit) -> bool {
+    use crate::result_files::ResultFileKind;
+    let tokens = cx.tokens;
+    let height = if exhibit.kind == ResultFileKind::Spectrum { SPECTRUM_HEIGHT } else { PICTURE_HEIGHT };
+    let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());
+    let response = ui.interact(rect, Id::unique(("exhibit", exhibit.result.number)), Sense::click());
+    let name = texts::show_file(&exhibit.file.name, &exhibit.title);
+    response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &name));
+    if ui.is_rect_visible(rect) {
+        let radius = f32::from(theme::BUTTON_RADIUS);
+        ui.painter().rect_filled(rect, radius, tokens.raised);
+        let ctx = ui.ctx().clone();
+        match cx.files.get(exhibit.file.blob, exhibit.kind) {
+            ResultFile::Loading => {}
+            ResultFile::Failed(sentence) => {
+                let room = (rect.width() - 24.0).max(40.0);
+                let small = theme::font(theme::SMALL, theme::Weight::Regular);
+                let galley = ui.painter().layout(sentence.clone(), small, tokens.dim, room);
+                ui.painter().galley(rect.center() - 0.5 * galley.size(), galley, tokens.dim);
+            }
+            ResultFile::Picture(texture) => {
+                paint_cropped(ui, texture.id(), texture.size_vec2(), rect, radius)
+            }
+            ResultFile::Thermal(picture) => {
+                let scale = picture.scale();
+                let texture = picture.texture(&ctx, scale);
+                paint_cropped(ui, texture.id(), texture.size_vec2(), rect, radius);
+            }
+            ResultFile::Spectrum(found) => spectrum::paint_small(ui, tokens, rect, found),
+        }
+        let border = if response.hovered() { tokens.accent } else { tokens.line };
+        ui.painter().rect_stroke(rect, radius, (tokens.line_width, border), egui::StrokeKind::Inside);
+        if response.has_focus() {
+            focus_ring(ui, rect, tokens);
+        }
+    }
+    response.on_hover_cursor(egui::CursorIcon::ZoomIn).clicked()
+}
+
+/// The middle of a picture, so that it fills a place.
+fn paint_cropped(ui: &Ui, texture: egui::TextureId, size: egui::Vec2, rect: Rect, radius: f32) {
+    let share = rect.size() / (size * (rect.size() / size).max_elem());
+    let uv = Rect::from_center_size(pos2(0.5, 0.5), share);
+    let image = egui::epaint::RectShape::filled(rect, radius, Color32::WHITE).with_texture(texture, uv);
+    ui.painter().add(image);
+}
+
+/// Readings with their units, and files that are not drawn, each of which opens in a tab of its own.
+fn show_report(
+    ui: &mut Ui,
+    cx: &PanelContext<'_>,
+    title: &str,
+    result: &StoredResult,
+    report: &ActionReport,
+    exhibit: Option<&Exhibit>,
+) {
+    let tokens = cx.tokens;
+    for reading in &report.readings {
+        fact(ui, tokens, &texts::reading_name(&reading.name), &texts::reading(reading));
+    }
+    // What is drawn is opened from there.
+    for file in report.files.iter().filter(|_| exhibit.is_none()) {
+        let name = texts::open_file(&file.name, title);
+        let text = texts::file(&file.name, file.bytes);
+        let button = Button::new(&name).text(&text).icon(icon::EYE).left().wide(ui);
+        if ui.push_id((result.number, &file.name), |ui| button.show(ui, tokens)).inner.clicked() {
+            open_blob(ui, file);
+        }
+    }
+}
