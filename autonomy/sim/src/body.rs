@@ -99,6 +99,16 @@ impl Body {
         self.locomotion.planar_speed()
     }
 
+    /// Whether a solid stopped the body or turned it aside in the newest block.
+    pub(crate) fn touches_solid(&self) -> bool {
+        self.locomotion.touches_solid()
+    }
+
+    /// Centres and radii of the spheres that the body consists of, site frame, metres.
+    pub(crate) fn spheres(&self) -> [(Vector3, f64); 2] {
+        self.locomotion.spheres()
+    }
+
     /// Advances by one block towards the commanded velocity.
     pub(crate) fn advance(&mut self, site: &Site, commanded: &Twist) {
         let before = [self.locomotion.x, self.locomotion.y, self.locomotion.yaw];

@@ -8,6 +8,7 @@
 //! - `site`: places built of solids, with docks, routes and the paths of people;
 //! - `low_pass`, `gait`, `locomotion`, `body`: the robot's trajectory;
 //! - `lidar`, `imu`, `legs`, `battery`: the sensors that observe the body; `dock_contact`: when a dock charges; `people`: walking people;
+//! - `contacts`: where the body touches solids and people, for scorers;
 //! - `camera`: pictures in visible light and of temperatures, taken on request;
 //! - `instruments`: temperature and humidity of the air, and gamma spectra, read on request;
 //! - `faults`: sensor faults and their times;
@@ -17,6 +18,7 @@ mod battery;
 mod body;
 mod bvh;
 mod camera;
+mod contacts;
 mod dock_contact;
 mod faults;
 mod gait;
@@ -44,6 +46,7 @@ pub use camera::{
     CameraAim, CameraConfig, CameraImage, CameraScene, CameraSnapshot, Face, Fixture, Intrinsics, Reading,
     ThermalImage,
 };
+pub use contacts::{Contact, ContactWith};
 pub use faults::ScheduledFault;
 pub use ground_truth::GroundTruth;
 pub use instruments::{

@@ -64,6 +64,8 @@ pub(crate) struct Locomotion {
     pub(crate) ground_plane: GroundPlane,
     /// Velocity in the axes of the body: forward, left (m/s), turning (rad/s).
     velocity: [f64; 3],
+    /// Whether a solid stopped it or turned it aside in the last step.
+    touches_solid: bool,
 }
 
 impl Locomotion {
@@ -71,9 +73,20 @@ impl Locomotion {
     pub(crate) fn new(site: &Site, x: f64, y: f64, z: f64, yaw: f64) -> Self {
         let height = ground_height(site, x, y, z + 0.5, 20.0).unwrap_or(z);
         let ground_plane = GroundPlane { height, pitch: 0.0, roll: 0.0 };
-        let mut locomotion = Self { x, y, yaw, ground_plane, velocity: [0.0; 3] };
+        let mut locomotion = Self { x, y, yaw, ground_plane, velocity: [0.0; 3], touches_solid: false };
         locomotion.ground_plane = locomotion.fit_ground_plane(site);
         locomotion
+    }
+
+    /// Whether a solid stopped it or turned it aside in the last step.
+    pub(crate) fn touches_solid(&self) -> bool {
+        self.touches_solid
+    }
+
+    /// Centres and radii of the spheres that the body consists of, site frame, metres.
+    pub(crate) fn spheres(&self) -> [(Vector3, f64); 2] {
+        [(HULL_HEIGHT_M, HULL_RADIUS_M), (MAST_HEIGHT_M, MAST_RADIUS_M)]
+            .map(|(height, radius)| (Vector3::new(self.x, self.y, self.ground_plane.height + height), radius))
     }
 
     /// Planar speed (m/s) and turning rate (rad/s).
@@ -91,6 +104,7 @@ impl Locomotion {
         self.x += (forward * cos - left * sin) * dt;
         self.y += (forward * sin + left * cos) * dt;
         let touched = self.resolve_collisions(site);
+        self.touches_solid = touched;
         let blocked =
             self.deepest_penetration(site).is_some_and(|(depth, _)| depth > 0.02) || self.is_at_ledge(site);
         if blocked {
@@ -138,8 +152,7 @@ impl Locomotion {
     /// The deepest overlap with a solid: the distance to move (metres) and the horizontal unit direction to move in.
     fn deepest_penetration(&self, site: &Site) -> Option<(f64, [f64; 2])> {
         let mut deepest: Option<(f64, [f64; 2])> = None;
-        for (height, radius) in [(HULL_HEIGHT_M, HULL_RADIUS_M), (MAST_HEIGHT_M, MAST_RADIUS_M)] {
-            let center = Vector3::new(self.x, self.y, self.ground_plane.height + height);
+        for (center, radius) in self.spheres() {
             site.bvh().near(&center, radius, |solid| {
                 let clearance = solid.shape.clearance(&center);
                 let level = clearance.outward.x.hypot(clearance.outward.y);

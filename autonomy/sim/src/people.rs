@@ -11,6 +11,8 @@ pub(crate) const PERSON_BIT: u32 = 1 << 30;
 const PARTS: u32 = 16;
 /// A person stops when the robot is ahead and nearer than this, metres.
 const STOP_DISTANCE_M: f64 = 1.1;
+/// No part of a person is farther from the line through their feet than this, metres.
+const REACH_M: f64 = 0.8;
 /// A person who has waited for this time turns back, seconds.
 const WAIT_LIMIT_S: f64 = 4.0;
 
@@ -40,6 +42,8 @@ struct Person {
     phase: f64,
     clothes: Material,
     parts: Vec<(PackedShape, Material)>,
+    /// The shapes of the parts.
+    shapes: Vec<Shape>,
     /// Least corner of the box round the parts.
     bounds_min: [f32; 3],
     /// Greatest corner of that box.
@@ -60,6 +64,21 @@ impl People {
     /// Positions of all people, at the feet, site frame, metres.
     pub(crate) fn positions(&self) -> Vec<Vector3> {
         self.0.iter().map(|person| person.position).collect()
+    }
+
+    /// The people whom any of these spheres (centre and radius, site frame, metres) touches: number and position of the feet.
+    pub(crate) fn touched_by<'a>(
+        &'a self,
+        spheres: &'a [(Vector3, f64)],
+    ) -> impl Iterator<Item = (u32, Vector3)> + 'a {
+        let is_touched = |person: &Person| {
+            spheres.iter().any(|(centre, radius)| {
+                let is_near = (centre - person.position).xy().norm() <= radius + REACH_M;
+                is_near && person.shapes.iter().any(|shape| shape.clearance(centre).distance <= *radius)
+            })
+        };
+        let people = (0..).zip(&self.0);
+        people.filter(move |(_, person)| is_touched(person)).map(|(number, person)| (number, person.position))
     }
 
     /// Lets all people walk for `seconds`; `robot` is the position of the base, site frame, metres.
@@ -106,6 +125,7 @@ impl Person {
             phase: rng.range(0.0, 6.0),
             clothes,
             parts: Vec::new(),
+            shapes: Vec::new(),
             bounds_min: [0.0; 3],
             bounds_max: [0.0; 3],
             path,
@@ -190,6 +210,7 @@ impl Person {
                 self.bounds_max[axis] = self.bounds_max[axis].max(max[axis] as f32);
             }
         }
+        self.shapes = shapes.iter().map(|(shape, _)| *shape).collect();
         let pack = |(shape, material)| (PackedShape::from(&Solid { shape, material }), material);
         self.parts = shapes.into_iter().map(pack).collect();
     }

@@ -3,6 +3,7 @@
 use crate::battery::Battery;
 use crate::body::{Body, STANDING_HEIGHT};
 use crate::camera::{CameraAim, CameraConfig, CameraImage, CameraScene, CameraSnapshot, ThermalImage};
+use crate::contacts::{Contact, Contacts, TouchingBody};
 use crate::dock_contact::DockContact;
 use crate::faults::{FaultSchedule, ScheduledFault};
 use crate::gait::PoseOffset;
@@ -163,6 +164,7 @@ pub struct Simulator {
     legs: Legs,
     battery: Battery,
     dock_contact: DockContact,
+    contacts: Contacts,
     cameras: CameraConfig,
     /// What the cameras see, prepared with the first picture.
     camera_scene: Option<Arc<CameraScene>>,
@@ -211,6 +213,7 @@ impl Simulator {
             imu: Imu::new(base_from_imu(), errors("imu")),
             legs: Legs::new(errors("legs")),
             battery: Battery::new(tree.child("battery").rng().range(0.8, 1.0)),
+            contacts: Contacts::default(),
             cameras: CameraConfig::default(),
             camera_scene: None,
             camera_rng: tree.child("camera").rng(),
@@ -383,6 +386,11 @@ impl Simulator {
         self.people.positions().iter().map(geometry::vec_to_plain).collect()
     }
 
+    /// Returns the contacts that have begun since the last call. The robot is not scored while it is carried.
+    pub fn take_contacts(&mut self) -> Vec<Contact> {
+        self.contacts.take()
+    }
+
     /// Returns the ground truth of every 10 ms since the last call, oldest first. States older than a minute are dropped.
     pub fn take_ground_truth(&mut self) -> Vec<GroundTruth> {
         self.ground_truth.drain(..).collect()
@@ -411,6 +419,10 @@ impl Simulator {
             self.ground_truth.pop_front();
         }
 
+        if !carried {
+            self.update_contacts(start, &site_from_base, &truth);
+        }
+
         let first = out.len();
         self.sense_imu(start, elapsed, out);
         let walking = self.is_walking();
@@ -424,6 +436,16 @@ impl Simulator {
         self.sense_lidar(start, elapsed, carried, out);
         out[first..].sort_by_key(|event| event.at);
         self.blocks += 1;
+    }
+
+    fn update_contacts(&mut self, at: Stamp, site_from_base: &Isometry, truth: &GroundTruth) {
+        let body = TouchingBody {
+            position: site_from_base.translation.vector,
+            velocity: site_from_base.rotation * vec_from_plain(truth.velocity.linear),
+            spheres: self.body.spheres(),
+            touches_solid: self.body.touches_solid(),
+        };
+        self.contacts.update(at, &body, &self.people);
     }
 
     /// Advances the body by one block; returns whether the robot is carried.

@@ -1,7 +1,7 @@
 //! Body, collisions, ground, gait and IMU.
 
 use super::{drive, ideal_blind, imu, quiet, run, scans, site_from_base};
-use crate::{RouteFollower, STANDING_HEIGHT, SimConfig, Simulator, Site, SiteName, Start};
+use crate::{ContactWith, RouteFollower, STANDING_HEIGHT, SimConfig, Simulator, Site, SiteName, Start};
 use geometry::{Isometry, RngTree, STANDARD_GRAVITY_M_S2, Vector3, isometry_from_pose, so3, vec_from_plain};
 use messages::Sensor;
 use std::sync::Arc;
@@ -31,6 +31,26 @@ fn the_body_never_enters_walls_under_any_command() {
             assert!(walked > 3.0, "{name} seed {seed}: walked {walked} m only");
         }
     }
+}
+
+#[test]
+fn a_robot_that_walks_against_a_wall_touches_it_once() {
+    let mut simulator = Simulator::new(ideal_blind(SiteName::B1));
+    assert!(simulator.take_contacts().is_empty());
+    // The hall is 60 m long.
+    for _ in 0..600 {
+        run(&mut simulator, drive(1.2, 0.0, 0.0), 1);
+        if simulator.truth().velocity.linear.x.abs() < 0.01 && simulator.elapsed() > Span::from_millis(1_000)
+        {
+            break;
+        }
+    }
+    let contacts = simulator.take_contacts();
+    assert!(
+        !contacts.is_empty() && contacts.iter().all(|it| it.with == ContactWith::Solid && it.is_by_robot)
+    );
+    run(&mut simulator, drive(1.2, 0.0, 0.0), 5);
+    assert!(simulator.take_contacts().is_empty(), "it is the same contact");
 }
 
 #[test]
