@@ -10,6 +10,7 @@ use crate::problem_schemas::ListProblems;
 use crate::schemas::{
     BinnedMapDocument, DamagedMapDocument, MapSummaryDocument, ProblemDocument, RenameDocument,
 };
+use crate::site::read_document;
 use crate::stored_data::StoredData;
 use crate::texts;
 use api::{Command, CommandOutcome, MapSummary};
@@ -104,8 +105,8 @@ pub(crate) async fn rename(
 ) -> Answer {
     let id = map_id(id)?;
     let too_long = |_| ProblemResponse::new(StatusCode::PAYLOAD_TOO_LARGE, texts::DOCUMENT_TOO_LONG);
-    let malformed = |_| ProblemResponse::malformed(texts::RENAME_MALFORMED);
-    let RenameDocument { name } = serde_json::from_slice(&body.map_err(too_long)?).map_err(malformed)?;
+    let malformed = |errors| ProblemResponse::malformed(texts::RENAME_MALFORMED).with_fields(errors);
+    let RenameDocument { name } = read_document(&body.map_err(too_long)?).map_err(malformed)?;
     let missing = || ProblemResponse::not_found(texts::no_map(id));
     stored(&app, |data| Some(summary(data.maps?, id)))?.ok_or_else(missing)?;
     perform(&app, Command::RenameMap { map: id, name }).await?;

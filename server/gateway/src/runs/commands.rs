@@ -8,7 +8,7 @@ use crate::maps::perform;
 use crate::problem::ProblemResponse;
 use crate::problem_schemas::CommandProblems;
 use crate::schemas::ProblemDocument;
-use crate::site::new_id;
+use crate::site::{FieldProblem, new_id, read_document};
 use crate::texts;
 use api::Command;
 use axum::body::Bytes;
@@ -16,6 +16,7 @@ use axum::extract::State;
 use axum::extract::rejection::BytesRejection;
 use axum::http::StatusCode;
 use axum::response::IntoResponse;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use site_model::{
     MissionCommandKind, MissionId, MissionStatus, QuestionAnswer, RouteStatus, RunId, StartMode, TaskId,
@@ -150,12 +151,14 @@ pub(crate) async fn command(
 }
 
 /// A JSON document of a request.
-pub(crate) fn parse<T: for<'a> Deserialize<'a>>(
-    body: Result<Bytes, BytesRejection>,
-) -> Result<T, ProblemResponse> {
+///
+/// # Errors
+/// Where it is too long, or cannot be understood; the field that is wrong is named.
+pub(crate) fn parse<T: DeserializeOwned>(body: Result<Bytes, BytesRejection>) -> Result<T, ProblemResponse> {
     let too_long = |_| ProblemResponse::new(StatusCode::PAYLOAD_TOO_LARGE, texts::DOCUMENT_TOO_LONG);
-    let malformed = |error: serde_json::Error| {
-        ProblemResponse::malformed(texts::run_document_malformed(&error.to_string()))
+    let malformed = |errors: Vec<FieldProblem>| {
+        let reason = errors.first().map_or_else(String::new, |error| error.detail.clone());
+        ProblemResponse::malformed(texts::run_document_malformed(&reason)).with_fields(errors)
     };
-    serde_json::from_slice(&body.map_err(too_long)?).map_err(malformed)
+    read_document(&body.map_err(too_long)?).map_err(malformed)
 }

@@ -43,9 +43,11 @@ pub(crate) fn parse_problem(error: &serde_path_to_error::Error<serde_json::Error
         }
     }
     let detail = error.inner().to_string();
-    // A missing field is not on the path.
-    if let Some(name) = detail.strip_prefix("missing field `").and_then(|rest| rest.split('`').next()) {
-        pointer.push_str(&part(name));
+    // A missing field is not on the path, and one that means nothing not always.
+    let named = |said: &str| detail.strip_prefix(said).and_then(|rest| rest.split('`').next()).map(part);
+    let unknown = named("unknown field `").filter(|name| !pointer.ends_with(name.as_str()));
+    if let Some(name) = named("missing field `").or(unknown) {
+        pointer.push_str(&name);
     }
     FieldProblem { pointer, detail }
 }

@@ -68,6 +68,14 @@ pub(crate) fn json(bytes: &[u8]) -> Result<Value, Vec<FieldProblem>> {
     Ok(value)
 }
 
+/// A document of a request whose type knows all of its fields.
+///
+/// # Errors
+/// Where it is no JSON, or the field that is wrong.
+pub(crate) fn read_document<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Vec<FieldProblem>> {
+    serde_path_to_error::deserialize(&json(bytes)?).map_err(|error| vec![parse_problem(&error)])
+}
+
 fn understood<T: DeserializeOwned + Serialize>(document: &Value) -> Result<T, Vec<FieldProblem>> {
     let parsed: T =
         serde_path_to_error::deserialize(document).map_err(|error| vec![parse_problem(&error)])?;

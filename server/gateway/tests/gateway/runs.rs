@@ -104,3 +104,65 @@ async fn a_run_is_downloaded_as_one_archive() {
     gateway.get(&path(RunId(Uuid::from_u128(9))), &[]).await.expect_problem(404);
     assert_eq!(core.await.expect("no panic").len(), 9);
 }
+
+#[tokio::test]
+async fn each_mistake_in_a_request_of_a_run_is_named_and_the_core_hears_of_none() {
+    let gateway = Gateway::start().await;
+    let mut core = gateway.core().await;
+    let (mission, task) = (Uuid::from_u128(2), Uuid::from_u128(5));
+    let command = format!("/api/v1/runs/{RUN}/commands");
+    let start =
+        |document: &str| ("/api/v1/runs".to_owned(), document.replace("MISSION", &mission.to_string()));
+    let tell = |document: &str| (command.clone(), document.replace("TASK", &task.to_string()));
+    let cases = [
+        (start(""), ""),
+        (start("{"), ""),
+        (start("[]"), ""),
+        (start(r#"{"mode": "now"}"#), "/mission"),
+        (start(r#"{"mission": "round", "mode": "now"}"#), "/mission"),
+        (start(r#"{"mission": 7, "mode": "now"}"#), "/mission"),
+        (start(r#"{"mission": "MISSION"}"#), "/mode"),
+        (start(r#"{"mission": "MISSION", "mode": "soon"}"#), "/mode"),
+        (start(r#"{"mission": "MISSION", "mode": "now", "id": "first"}"#), "/id"),
+        (start(r#"{"mission": "MISSION", "mode": "now", "at": 5}"#), "/at"),
+        (start(r#"{"mission": "MISSION", "mode": "now"} {}"#), ""),
+        (tell(r#""pause""#), "/pause"),
+        (tell(r#"{"dance": {}}"#), ""),
+        (tell(r#"{"pause": {"for_s": 5}}"#), "/pause/for_s"),
+        (tell(r#"{"skip_task": {}}"#), "/skip_task/task"),
+        (tell(r#"{"redo_task": {"task": 3}}"#), "/redo_task/task"),
+        (tell(r#"{"answer": {"task": "TASK"}}"#), "/answer/answer"),
+        (tell(r#"{"answer": {"task": "TASK", "answer": "perhaps"}}"#), "/answer/answer"),
+    ];
+    for ((path, document), pointer) in cases {
+        let length = format!("content-length: {}", document.len());
+        let reply = gateway.send("POST", &path, &[&length], document.as_bytes()).await;
+        reply.expect_problem(400);
+        let problem = reply.json();
+        assert_eq!(problem["errors"][0]["pointer"], pointer, "{document}: {problem}");
+    }
+    for (query, field) in [("state=well", "state"), ("limit=many", "limit"), ("mission=round", "mission")] {
+        let reply = gateway.get(&format!("/api/v1/runs?{query}"), &[]).await;
+        reply.expect_problem(400);
+        let detail = reply.json()["detail"].to_string();
+        assert!(detail.contains(field), "{query}: {detail}");
+    }
+    gateway
+        .send("POST", "/api/v1/runs/round/commands", &["content-length: 13"], b"{\"pause\": {}}")
+        .await
+        .expect_problem(400);
+    // What the core hears first is the right one.
+    let (path, document) = tell(r#"{"pause": {}}"#);
+    let asked = async {
+        let length = format!("content-length: {}", document.len());
+        gateway.send("POST", &path, &[&length], document.as_bytes()).await
+    };
+    let heard = async {
+        let GatewayMessage::Command { command, .. } = core.command().await else { panic!("another message") };
+        drop(core);
+        command
+    };
+    let (_, command) = tokio::join!(asked, heard);
+    let expected = api::Command::Mission(site_model::MissionCommandKind::Pause(RUN));
+    assert_eq!(command, expected);
+}
