@@ -1,10 +1,12 @@
 //! Shared code of the benchmarks: running programs and reading their output, the stack on a simulated walk, scores of maps, localisation at
-//! random places and after faults, and quantiles.
+//! random places and after faults, missions, and quantiles.
 
 pub mod fault_recovery;
 pub mod loop_score;
 pub mod map_score;
+pub mod mapped_folder;
 pub mod mapped_site;
+pub mod mission_runs;
 pub mod prior_map;
 pub mod random_places;
 pub mod stack_walk;

@@ -18,7 +18,7 @@ pub(crate) const WITH_BARS: [(&str, &str, &[&str]); 2] = [
 ];
 
 /// The benchmarks that start `target/release/autoinspect`, which is built first for them.
-const STARTING_THE_PROGRAM: [&str; 3] = ["first_map", "graphs", "odometry"];
+const STARTING_THE_PROGRAM: [&str; 4] = ["cost", "first_map", "graphs", "odometry"];
 
 pub(crate) fn command(arguments: Vec<OsString>) -> Result<()> {
     let mut arguments = arguments.into_iter();

@@ -23,6 +23,9 @@ pub struct TopomapConfig {
     /// Number of points that block a walked way. Where the robot has walked, what it meets later was put there, or is what is left of a person in the
     /// clouds; a closed door or a box has hundreds of points. Sensitivity: with 3, people cut generated:11 into 8 pieces.
     pub blocking_points_min: usize,
+    /// What was seen for less than this time does not block a walked way, seconds. People stand for some seconds. What stays is seen for at least the time in which
+    /// the robot walks [`Self::range_max_m`] towards it: 13 s at 0.9 m/s.
+    pub lasting_s: f64,
     /// Half the width of the body, metres: 0.5 m for robots of the size of Spot and ANYmal. Where the robot has walked, this much room is
     /// enough, because it has passed there; elsewhere there has to be the radius of its turning circle.
     pub half_width_m: f64,
@@ -130,6 +133,7 @@ impl Default for TopomapConfig {
             hole_neighbours_min: 5,
             obstacle_points_min: 3,
             blocking_points_min: 12,
+            lasting_s: 10.0,
             half_width_m: 0.25,
             half_stance_m: 0.18,
             ground_gap_max_m: 0.3,

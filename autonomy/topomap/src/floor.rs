@@ -16,13 +16,20 @@ const BLOCK_M: f64 = 0.5;
 /// Bits of each coordinate of a voxel's key: 52 km at 5 cm.
 const KEY_BITS: u32 = 21;
 
-/// Collects the clouds of a map, one at a time. Memory: 16 bytes for each cell of [`TopomapConfig::voxel_m`] that was seen.
+/// When something was seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Sighting {
+    first: Stamp,
+    last: Stamp,
+}
+
+/// Collects the clouds of a map, one at a time. Memory: 24 bytes for each cell of [`TopomapConfig::voxel_m`] that was seen.
 #[derive(Clone, Debug)]
 pub struct FloorBuilder {
     config: TopomapConfig,
     robot: RobotShape,
-    /// Keys with the earliest time at which they were seen, nanoseconds.
-    voxels: Vec<(u64, i64)>,
+    /// Keys with the time at which they were seen.
+    voxels: Vec<(u64, Sighting)>,
     /// Number of voxels that are sorted.
     sorted: usize,
 }
@@ -41,7 +48,8 @@ impl FloorBuilder {
             // False for coordinates that are not finite.
             if point.iter().map(|c| c * c).sum::<f32>() < range_squared {
                 let at = map_from_keyframe * Point3::from(point.map(f64::from));
-                self.voxels.extend(self.key(&at.coords).map(|key| (key, stamp.nanos())));
+                self.voxels
+                    .extend(self.key(&at.coords).map(|key| (key, Sighting { first: stamp, last: stamp })));
             }
         }
         if self.voxels.len() > 2 * self.sorted + 1_000_000 {
@@ -53,14 +61,20 @@ impl FloorBuilder {
     pub fn insert_survey(&mut self, xyz: &[[f32; 3]]) {
         for point in xyz.iter().filter(|point| point.iter().all(|c| c.is_finite())) {
             let key = self.key(&Vector3::from(point.map(f64::from)));
-            self.voxels.extend(key.map(|key| (key, Stamp::EPOCH.nanos())));
+            self.voxels.extend(key.map(|key| (key, Sighting { first: Stamp::EPOCH, last: Stamp::EPOCH })));
         }
         self.sort();
     }
 
     fn sort(&mut self) {
         self.voxels.sort_unstable();
-        self.voxels.dedup_by_key(|(key, _)| *key);
+        self.voxels.dedup_by(|(key, seen), (kept_key, kept)| {
+            let is_same = key == kept_key;
+            if is_same {
+                kept.last = kept.last.max(seen.last);
+            }
+            is_same
+        });
         self.sorted = self.voxels.len();
     }
 
@@ -105,8 +119,8 @@ impl FloorBuilder {
         floor.add_walked(walked);
         floor.fill_holes();
         floor.fill_holes();
-        let stamps = self.voxels.iter().map(|(_, nanos)| Stamp::from_nanos(*nanos));
-        let seen: Vec<([f32; 3], Stamp)> = xyz.iter().copied().zip(stamps).collect();
+        let sightings = self.voxels.iter().map(|(_, seen)| *seen);
+        let seen: Vec<([f32; 3], Sighting)> = xyz.iter().copied().zip(sightings).collect();
         floor.add_obstacles(&seen, walked);
         floor
     }
@@ -227,8 +241,8 @@ impl Floor {
     }
 
     /// Keeps the points that may be in the way of a robot on the ground of their column or of a column beside it. Points where the body of the robot has been
-    /// after they were seen are gone: people, doors that were opened.
-    fn add_obstacles(&mut self, seen: &[([f32; 3], Stamp)], walked: &[Standpoint]) {
+    /// after they were seen are gone: people, doors that were opened. So are those that were seen for a short time only, where the robot has ever been.
+    fn add_obstacles(&mut self, seen: &[([f32; 3], Sighting)], walked: &[Standpoint]) {
         let passes = self.passes(walked);
         let layer_m = f64::from(self.grid.layer_m);
         let top_m = self.robot.clearance + self.robot.step;
@@ -236,8 +250,8 @@ impl Floor {
         let mut obstacles: BTreeMap<(i32, i32), Vec<[f32; 3]>> = BTreeMap::new();
         let mut heights: Vec<i32> = Vec::new();
         // Voxels of a column are not in a row, because their keys are ordered by x, then y.
-        let mut sorted: Vec<((i32, i32), &[f32; 3], Stamp)> =
-            seen.iter().map(|(point, stamp)| (column_of(point), point, *stamp)).collect();
+        let mut sorted: Vec<((i32, i32), &[f32; 3], Sighting)> =
+            seen.iter().map(|(point, seen)| (column_of(point), point, *seen)).collect();
         sorted.sort_by_key(|(column, ..)| *column);
         for group in sorted.chunk_by(|a, b| a.0 == b.0) {
             let (x, y) = group[0].0;
@@ -248,7 +262,7 @@ impl Floor {
             heights.sort_unstable();
             heights.dedup();
             let passes = passes.get(&(x, y));
-            for (_, point, stamp) in group {
+            for (_, point, seen) in group {
                 let z = f64::from(point[2]);
                 let is_in_way = heights.iter().any(|layer| {
                     let above = z - (f64::from(*layer) + 0.5) * layer_m;
@@ -260,8 +274,7 @@ impl Floor {
                     .get(&(x, y))
                     .is_some_and(|own| own.iter().any(|one| (one - layer).abs() <= 1));
                 let is_gone = || {
-                    passes
-                        .is_some_and(|passes| passes.iter().any(|pass| self.has_passed(pass, point, *stamp)))
+                    passes.is_some_and(|passes| passes.iter().any(|pass| self.has_passed(pass, point, seen)))
                 };
                 if is_in_way && !is_ground && !is_gone() {
                     let block = [point[0], point[1]].map(|c| (f64::from(c) / BLOCK_M).floor() as i32);
@@ -300,10 +313,11 @@ impl Floor {
         self.config.half_width_m.hypot(self.config.sample_m / 2.0)
     }
 
-    /// Whether the body of the robot was at a point after it was seen (docs/maths/topomap.md, equation 1).
-    fn has_passed(&self, standpoint: &Standpoint, point: &[f32; 3], seen: Stamp) -> bool {
+    /// Whether the body of the robot was at a point after it was seen, or at any time if it was seen for a short time only (docs/maths/topomap.md, equation 1).
+    fn has_passed(&self, standpoint: &Standpoint, point: &[f32; 3], seen: &Sighting) -> bool {
         let offset = Vector3::from(point.map(f64::from)) - standpoint.feet;
-        standpoint.stamp > seen
+        let is_brief = (seen.last - seen.first).secs_f64() < self.config.lasting_s;
+        (is_brief || standpoint.stamp > seen.first)
             && offset.xy().norm() <= self.swept_m()
             && (0.0..=self.robot.clearance).contains(&offset.z)
     }

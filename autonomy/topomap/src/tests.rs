@@ -24,6 +24,8 @@ struct Drawn {
     points: Vec<[f32; 3]>,
     /// Seen before the walk.
     earlier: Vec<[f32; 3]>,
+    /// Seen after the walk for five seconds.
+    brief: Vec<[f32; 3]>,
     path: Vec<Isometry>,
     docks: Vec<Isometry>,
 }
@@ -93,7 +95,11 @@ impl Drawn {
         let config = TopomapConfig { range_max_m: 1e3, ..config };
         let mut floor = FloorBuilder::new(robot, config);
         floor.insert(Stamp::EPOCH, &Isometry::identity(), &self.earlier);
-        floor.insert(Stamp::from_secs_f64(1e6), &Isometry::identity(), &self.points);
+        for (points, seen_s) in [(&self.points, [0.0, 60.0]), (&self.brief, [0.0, 5.0])] {
+            for second in seen_s {
+                floor.insert(Stamp::from_secs_f64(1e6 + second), &Isometry::identity(), points);
+            }
+        }
         let path: Vec<(Stamp, Isometry)> = self
             .path
             .iter()
@@ -234,6 +240,14 @@ fn what_stands_in_a_walked_way_blocks_it() {
     let made = opened.generate();
     check_laws(&opened, &made);
     assert_eq!((made.blocked.len(), made.pieces, made.edges.len()), (0, 1, 2));
+    // So is somebody who stood there for a moment after it had passed, ...
+    let brief = Drawn::default().wall([5.0, -0.2], [5.0, 0.2], 0.0, 1.5).points;
+    let made = Drawn { brief: brief.clone(), ..hall().walk(&walk) }.generate();
+    assert_eq!((made.blocked.len(), made.pieces, made.edges.len()), (0, 1, 2));
+    // ... and not a box that was put there.
+    let mut boxed = hall().walk(&walk);
+    boxed.points.extend(brief);
+    assert_eq!(boxed.generate().pieces, 2);
 }
 
 #[test]

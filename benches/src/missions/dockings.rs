@@ -1,16 +1,14 @@
 //! Dockings one after the other, each from another node, with docks where the map has them, docks that were moved, and contacts that fail. Scored by the truth.
 
-use super::{Arguments, MappedSite, RunWatch, command, docked_error};
+use super::Arguments;
 use anyhow::{Context, Result, ensure};
+use benches::mission_runs::{MissionDay, MissionSite, docked_error};
 use benches::quantile;
 use geometry::RngTree;
-use lockstep::Lockstep;
-use messages::{CommandKind, GoalKind, GoalStatus, Publication, StackEffect};
+use messages::{GoalKind, GoalStatus};
 use sim::{SimConfig, Start};
 use site_model::{NodeId, NodeKind};
 use std::sync::Arc;
-use uuid::Uuid;
-use vocab::{GoalId, Span};
 
 /// What is the matter with the dock.
 struct Scenario {
@@ -33,7 +31,7 @@ const GOAL_LIMIT_S: f64 = 240.0;
 const START_DISTANCE_MAX_M: f64 = 15.0;
 
 /// Prints a row for each scenario.
-pub(super) fn print(name: &str, mapped: &MappedSite, arguments: &Arguments) -> Result<()> {
+pub(super) fn print(name: &str, mapped: &MissionSite, arguments: &Arguments) -> Result<()> {
     println!("| site | dock | docked | position: mean, worst | heading: mean, worst | time: median, worst |");
     println!("| --- | --- | --- | --- | --- | --- |");
     for (number, scenario) in SCENARIOS.iter().enumerate() {
@@ -74,7 +72,7 @@ pub(super) fn print(name: &str, mapped: &MappedSite, arguments: &Arguments) -> R
 type Docking = Result<((f64, f64), f64), String>;
 
 fn dock_again_and_again(
-    mapped: &MappedSite,
+    mapped: &MissionSite,
     scenario: &Scenario,
     seed: u64,
     arguments: &Arguments,
@@ -89,29 +87,20 @@ fn dock_again_and_again(
         dock_contact_failure_share: scenario.contact_failure_share,
         ..SimConfig::new(Arc::clone(&site), seed)
     };
-    let mut day = Lockstep::new(config, None, false);
-    day.keep_map(Arc::clone(&mapped.prior_map));
-    day.give_site(mapped.graph.clone());
-    command(&mut day, 1, CommandKind::Localise { map: mapped.prior_map.map, at: None });
-    let mut state = RunWatch::default();
-    state.advance_until(&mut day, 120.0, |state| state.is_localised);
-    ensure!(state.is_localised, "not localised at the dock within 120 s");
-    state.advance_until(&mut day, 2.0, |_| false);
-
+    let mut day = MissionDay::begin(config, mapped, mapped.graph.clone())?;
     let dock = mapped.graph.docks().next().context("the topological map has no dock")?.clone();
     let nodes = near_nodes(mapped, dock.node)?;
     let mut rng = RngTree::new(seed).child("dockings").rng();
     let mut dockings = Vec::new();
     for number in 0..arguments.dockings {
         let node = nodes[((rng.uniform() * nodes.len() as f64) as usize).min(nodes.len() - 1)];
-        let commands = 100 + 2 * u128::from(number);
-        go(&mut day, commands, GoalKind::GoToNode(node));
-        let began = day.now();
-        let outcome = go(&mut day, commands + 1, GoalKind::GoToDock(dock.id));
+        day.go(GoalKind::GoToNode(node), GOAL_LIMIT_S);
+        let began = day.lockstep.now();
+        let outcome = day.go(GoalKind::GoToDock(dock.id), GOAL_LIMIT_S);
         let docking = match outcome {
             Some(GoalStatus::Succeeded(_)) => {
-                let error = docked_error(&mut day, &site).context("the site has a dock")?;
-                Ok((error, (day.now() - began).secs_f64()))
+                let error = docked_error(day.lockstep.simulator()).context("the site has a dock")?;
+                Ok((error, (day.lockstep.now() - began).secs_f64()))
             }
             other => Err(format!("{other:?}")),
         };
@@ -123,7 +112,7 @@ fn dock_again_and_again(
     Ok(dockings)
 }
 
-fn near_nodes(mapped: &MappedSite, dock: NodeId) -> Result<Vec<NodeId>> {
+fn near_nodes(mapped: &MissionSite, dock: NodeId) -> Result<Vec<NodeId>> {
     let graph = &mapped.graph;
     let place = graph.node(dock).context("the dock has a node")?.map_from_node.position;
     let is_near = |node: &&site_model::Node| {
@@ -134,24 +123,4 @@ fn near_nodes(mapped: &MappedSite, dock: NodeId) -> Result<Vec<NodeId>> {
     let nodes: Vec<NodeId> = graph.nodes().filter(is_near).map(|node| node.id).collect();
     ensure!(!nodes.is_empty(), "no node is within {START_DISTANCE_MAX_M} m of the dock");
     Ok(nodes)
-}
-
-/// Lets the robot go to a goal. Returns the outcome; none if there is none in time.
-fn go(day: &mut Lockstep, number: u128, kind: GoalKind) -> Option<GoalStatus> {
-    let goal = GoalId(Uuid::from_u128(number));
-    command(day, number, CommandKind::StartGoal { goal, kind });
-    let end = day.now() + Span::from_secs_f64(GOAL_LIMIT_S);
-    let mut outcome = None;
-    while day.now() < end && outcome.is_none() {
-        let until = day.now() + Span::from_millis(200);
-        day.advance(until, &mut |_, effect| match effect {
-            StackEffect::Publish(Publication::Goal(update))
-                if update.id == goal && update.status.is_outcome() =>
-            {
-                outcome = Some(update.status.clone());
-            }
-            _ => {}
-        });
-    }
-    outcome
 }

@@ -4,14 +4,13 @@
 #![allow(clippy::print_stdout, reason = "the table is this program's output")]
 
 mod check;
-mod mapped_folder;
 
 use anyhow::{Context, Error, Result, ensure};
+use benches::mapped_folder::{MapPlan, MappedFolder};
 use benches::{quantile, thread_ms};
 use check::{PathCover, SolidCheck};
 use clap::Parser;
 use geometry::Isometry;
-use mapped_folder::MappedFolder;
 use messages::RobotProfile;
 use site_files::SiteSource;
 use site_model::Traversal;
@@ -73,9 +72,11 @@ fn main() -> Result<()> {
     );
     println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
     let mut missed = Vec::new();
+    let Arguments { seed, minutes, columns, people, .. } = arguments;
+    let plan = MapPlan { seed, minutes, columns, people };
     for name in arguments.sites.iter().filter(|name| !name.is_empty()) {
         let source: SiteSource = name.parse().map_err(Error::msg)?;
-        let folder = MappedFolder::of(&source, &arguments.work, &arguments)?;
+        let folder = MappedFolder::of(&source, &arguments.work, &plan)?;
         let site = source.load()?;
         let check = SolidCheck { site: &site, site_from_map: folder.site_from_map };
         missed.extend(row(name, &folder.path, &folder.docks, &config, Some(&check), arguments.verbose)?);
@@ -188,6 +189,7 @@ fn config(values: &[String]) -> Result<TopomapConfig> {
         let (name, value) = value.split_once('=').context("--set expects NAME=VALUE")?;
         let value: f64 = value.parse()?;
         let field = match name {
+            "lasting_s" => &mut config.lasting_s,
             "half_width_m" => &mut config.half_width_m,
             "half_stance_m" => &mut config.half_stance_m,
             "ground_gap_max_m" => &mut config.ground_gap_max_m,

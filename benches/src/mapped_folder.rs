@@ -1,8 +1,7 @@
 //! A map of a simulated site in a folder, as `autoinspect map --out` writes it, kept for the next run.
 
-use crate::Arguments;
+use crate::stack_walk::{StackWalk, StepKind, WalkPlan};
 use anyhow::{Context, Result};
-use benches::stack_walk::{StackWalk, StepKind, WalkPlan};
 use geometry::{Isometry, isometry_from_pose, pose_from_isometry};
 use messages::{Publication, StackEffect};
 use serde::{Deserialize, Serialize};
@@ -19,6 +18,19 @@ struct Truth {
     docks: Vec<Pose>,
 }
 
+/// The walk that makes a map.
+#[derive(Clone, Copy, Debug)]
+pub struct MapPlan {
+    /// Seed of the simulation.
+    pub seed: u64,
+    /// Length of the walk, minutes.
+    pub minutes: f64,
+    /// LiDAR columns per sweep.
+    pub columns: u32,
+    /// Number of people who walk on the site.
+    pub people: u32,
+}
+
 /// A mapped site.
 pub struct MappedFolder {
     /// Folder of the map.
@@ -30,15 +42,18 @@ pub struct MappedFolder {
 }
 
 impl MappedFolder {
-    /// The map of a site, made now if it is not there.
-    pub fn of(source: &SiteSource, work: &Path, arguments: &Arguments) -> Result<Self> {
-        let (seed, minutes, columns) = (arguments.seed, arguments.minutes, arguments.columns);
+    /// The map of a site, made now if it is not in the folder `work`.
+    ///
+    /// # Errors
+    /// When the site cannot be loaded or mapped, or the folder cannot be read or written.
+    pub fn of(source: &SiteSource, work: &Path, plan: &MapPlan) -> Result<Self> {
+        let MapPlan { seed, minutes, columns, people } = *plan;
         let name = source.to_string().replace([':', '/'], "-");
-        let path = work.join(format!("{name}-{seed}-{minutes}-{columns}-{}", arguments.people));
+        let path = work.join(format!("{name}-{seed}-{minutes}-{columns}-{people}"));
         let file = path.join("truth.json");
         if !file.exists() {
             let _ = fs::remove_dir_all(&path);
-            make(source, &path, arguments)?;
+            make(source, &path, plan)?;
         }
         let truth: Truth = serde_json::from_slice(&fs::read(&file)?)?;
         let pose = |pose: &Pose| isometry_from_pose(pose).context("a pose of truth.json is none");
@@ -51,16 +66,12 @@ impl MappedFolder {
 }
 
 /// Maps a site with the whole stack.
-fn make(source: &SiteSource, path: &Path, arguments: &Arguments) -> Result<()> {
+fn make(source: &SiteSource, path: &Path, plan: &MapPlan) -> Result<()> {
     let site = source.load()?;
     let clouds = path.join("clouds");
     fs::create_dir_all(&clouds)?;
-    let plan = WalkPlan {
-        seed: arguments.seed,
-        columns: arguments.columns,
-        people: arguments.people,
-        keep_ground_truth: true,
-    };
+    let MapPlan { seed, minutes, columns, people } = *plan;
+    let plan = WalkPlan { seed, columns, people, keep_ground_truth: true };
     let mut failed = None;
     let mut observer = |_: StepKind, _: f64, effects: &[StackEffect]| {
         for effect in effects {
@@ -70,7 +81,7 @@ fn make(source: &SiteSource, path: &Path, arguments: &Arguments) -> Result<()> {
         }
     };
     let mut walk = StackWalk::new(&site, "round", &plan, &mut observer)?;
-    walk.walk_until(Span::from_secs_f64(60.0 * arguments.minutes), &mut observer)?;
+    walk.walk_until(Span::from_secs_f64(60.0 * minutes), &mut observer)?;
     let (finished, truth) = walk.finish(&mut observer)?;
     if let Some(error) = failed {
         return Err(error.into());
