@@ -16,14 +16,23 @@ use crate::shell;
 /// Situations in which the program is killed, as the tests call them.
 const SITUATIONS: [&str; 5] = ["mapping", "saving", "localising", "importing", "idle"];
 
+/// The situation of missions, as the tests call it.
+const MISSIONS: &str = "missions";
+
 /// The situation of damaged files, as the tests call it.
 const DAMAGE: &str = "damage";
+
+/// Kills in all situations of [`SITUATIONS`] together.
+const KILLS: usize = 300;
+
+/// Kills during missions.
+const MISSION_KILLS: usize = 100;
 
 /// Options of the command line.
 #[derive(Debug, PartialEq, Eq)]
 struct Options {
-    /// In all situations together.
-    kills: usize,
+    /// In all situations together, missions apart; or in the only one.
+    kills: Option<usize>,
     seed: u64,
     /// The only situation to run, if one is wanted.
     only: Option<String>,
@@ -35,19 +44,21 @@ impl Options {
     /// # Errors
     /// On an unknown option or situation, and on a case without a situation.
     fn parse(arguments: &[OsString]) -> Result<Self> {
-        let mut options = Self { kills: 300, seed: 1, only: None, case: None };
+        let mut options = Self { kills: None, seed: 1, only: None, case: None };
         let mut arguments = arguments.iter().map(|argument| argument.to_string_lossy().into_owned());
         while let Some(name) = arguments.next() {
             let value = arguments.next().with_context(|| format!("{name} needs a value"))?;
             let number = || value.parse::<u64>().with_context(|| format!("{name} needs a number"));
             match name.as_str() {
-                "--kills" => options.kills = usize::try_from(number()?)?,
+                "--kills" => options.kills = Some(usize::try_from(number()?)?),
                 "--seed" => options.seed = number()?,
                 "--case" => options.case = Some(usize::try_from(number()?)?),
-                "--only" if value == DAMAGE || SITUATIONS.contains(&value.as_str()) => {
+                "--only" if [MISSIONS, DAMAGE].contains(&&*value) || SITUATIONS.contains(&&*value) => {
                     options.only = Some(value)
                 }
-                "--only" => bail!("no situation {value}; there are: {}, {DAMAGE}", SITUATIONS.join(", ")),
+                "--only" => {
+                    bail!("no situation {value}; there are: {}, {MISSIONS}, {DAMAGE}", SITUATIONS.join(", "))
+                }
                 _ => bail!("`cargo xtask test crash` does not know {name}"),
             }
         }
@@ -59,15 +70,27 @@ impl Options {
 
     /// Kills in each situation.
     fn kills_of_a_situation(&self) -> usize {
+        let kills = self.kills.unwrap_or(KILLS);
         match self.only {
-            Some(_) => self.kills,
-            None => self.kills.div_ceil(SITUATIONS.len()),
+            Some(_) => kills,
+            None => kills.div_ceil(SITUATIONS.len()),
+        }
+    }
+
+    /// Kills during missions.
+    fn mission_kills(&self) -> usize {
+        match self.only {
+            Some(_) => self.kills.unwrap_or(MISSION_KILLS),
+            None => MISSION_KILLS,
         }
     }
 
     /// Part of the names of the tests to run.
     fn filter(&self) -> String {
-        format!("crash::{}", self.only.as_deref().unwrap_or_default())
+        match self.only.as_deref() {
+            Some(MISSIONS) => format!("crash::nightly::{MISSIONS}"),
+            only => format!("crash::{}", only.unwrap_or_default()),
+        }
     }
 }
 
@@ -84,6 +107,7 @@ pub(crate) fn command(arguments: &[OsString]) -> Result<ExitCode> {
     tests.args(["test", "--quiet", "--workspace", "--exclude", "benches", "--test", "cli", "--"]);
     tests.args([&options.filter(), "--nocapture"]).stdin(Stdio::null());
     tests.env("AUTOINSPECT_CRASH_KILLS", options.kills_of_a_situation().to_string());
+    tests.env("AUTOINSPECT_CRASH_MISSION_KILLS", options.mission_kills().to_string());
     tests.env("AUTOINSPECT_CRASH_SEED", options.seed.to_string());
     tests.env("AUTOINSPECT_CRASH_DAMAGES", "all").env("AUTOINSPECT_CRASH_REPORT", &report);
     if let Some(case) = options.case {
@@ -198,7 +222,9 @@ mod tests {
     #[test]
     fn options_are_read_from_the_command_line() {
         let all = parse("").unwrap();
-        assert_eq!((all.kills, all.kills_of_a_situation(), all.filter()), (300, 60, "crash::".to_owned()));
+        assert_eq!((all.kills_of_a_situation(), all.mission_kills()), (60, 100));
+        assert_eq!(all.filter(), "crash::");
+        assert_eq!(parse("--kills 7 --only missions").unwrap().mission_kills(), 7);
         let one = parse("--kills 40 --seed 7 --only saving --case 12").unwrap();
         assert_eq!((one.kills_of_a_situation(), one.filter()), (40, "crash::saving".to_owned()));
         assert_eq!((one.seed, one.case), (7, Some(12)));

@@ -13,19 +13,24 @@ use uuid::Uuid;
 use vocab::{MapId, Pose};
 
 const MAP: u128 = 7;
-const MISSION: MissionId = MissionId(Uuid::from_u128(20));
+pub const MISSION: MissionId = MissionId(Uuid::from_u128(20));
 const RUN: RunId = RunId(Uuid::from_u128(21));
 
 fn node_id(number: u128) -> NodeId {
     NodeId(Uuid::from_u128(100 + number))
 }
 
-fn task_id(number: u128) -> TaskId {
+pub fn task_id(number: u128) -> TaskId {
     TaskId(Uuid::from_u128(200 + number))
 }
 
-/// The two ends of the walk that made the map, and a mission that waits a second at each.
-fn site(ends: [Pose; 2]) -> Vec<Object> {
+/// An action that is performed by the core.
+pub fn request(action: &str, parameter: &str, value: Parameter) -> ActionRequest {
+    ActionRequest { action: action.to_owned(), parameters: [(parameter.to_owned(), value)].into() }
+}
+
+/// The two ends of the walk that made the map, and a mission with these actions, at one end and the other in turn.
+pub fn site(ends: [Pose; 2], requests: Vec<ActionRequest>) -> Vec<Object> {
     let map = Some(MapId(Uuid::from_u128(MAP)));
     let settings = SiteSettings { name: "Hall".to_owned(), time_zone: "Europe/London".to_owned(), map };
     let mut objects = vec![Object::Settings(settings)];
@@ -47,18 +52,16 @@ fn site(ends: [Pose; 2]) -> Vec<Object> {
         let id = EdgeId(Uuid::from_u128(id));
         objects.push(Object::Edge(Edge::walk(id, node_id(from), node_id(to))));
     }
-    let parameters = [("duration_s".to_owned(), Parameter::Number(1.0))].into();
-    let wait = ActionRequest { action: "wait".to_owned(), parameters };
-    let task = |number| Task {
+    let task = |(number, request): (u128, ActionRequest)| Task {
         id: task_id(number),
-        place: TaskPlace::Node { node: node_id(number), request: Some(wait.clone()) },
+        place: TaskPlace::Node { node: node_id(number % 2), request: Some(request) },
         on_unreachable: FailurePolicy::default(),
         on_action_failure: FailurePolicy::default(),
     };
     objects.push(Object::Mission(Mission {
         id: MISSION,
         name: "Round".to_owned(),
-        tasks: vec![task(0), task(1)],
+        tasks: (0..).zip(requests).map(task).collect(),
         order: TaskOrder::AsListed,
         order_constraints: Vec::new(),
         end: MissionEnd::Stay,
@@ -67,7 +70,7 @@ fn site(ends: [Pose; 2]) -> Vec<Object> {
 }
 
 /// Maps a little, and localises in that map. Returns the poses at both ends of the walk.
-fn localised(gateway: &mut FakeGateway) -> [Pose; 2] {
+pub fn localised(gateway: &mut FakeGateway) -> [Pose; 2] {
     map_a_little(gateway, 1);
     gateway.command(finish(MAP));
     gateway.event(|event| matches!(event, Event::Mapping(Mapping::Idle)).then_some(()));
@@ -90,6 +93,18 @@ fn localised(gateway: &mut FakeGateway) -> [Pose; 2] {
     [Pose::IDENTITY, flat(end)]
 }
 
+/// Puts objects into the site.
+pub fn put(gateway: &mut FakeGateway, objects: Vec<Object>) {
+    let changes = objects.into_iter().map(|object| Change::Put { base: None, object }).collect();
+    let edit = Edit { id: EditId(Uuid::from_u128(30)), changes };
+    gateway.send(&GatewayMessage::Edit { by: CLIENT, edit });
+    let done = gateway.event(|event| match event {
+        Event::EditDone(done) => Some(done.outcome.clone()),
+        _ => None,
+    });
+    assert!(matches!(done, EditOutcome::Applied { .. }), "{done:?}");
+}
+
 fn missions(event: &Event) -> Option<MissionStatus> {
     match event {
         Event::Missions(status) => Some(status.clone()),
@@ -107,14 +122,8 @@ fn a_mission_goes_on_when_its_core_is_killed_and_each_task_has_one_result() {
     let mut core = CoreProcess::start_with(dir.path(), &robot);
     let mut gateway = FakeGateway::connect(&core.socket);
     let ends = localised(&mut gateway);
-    let changes = site(ends).into_iter().map(|object| Change::Put { base: None, object }).collect();
-    let edit = Edit { id: EditId(Uuid::from_u128(30)), changes };
-    gateway.send(&GatewayMessage::Edit { by: CLIENT, edit });
-    let done = gateway.event(|event| match event {
-        Event::EditDone(done) => Some(done.outcome.clone()),
-        _ => None,
-    });
-    assert!(matches!(done, EditOutcome::Applied { .. }), "{done:?}");
+    let wait = || request("wait", "duration_s", Parameter::Number(1.0));
+    put(&mut gateway, site(ends, vec![wait(), wait()]));
     let start = MissionCommandKind::Start { run: RUN, mission: MISSION, mode: StartMode::Queue };
     gateway.command(Command::Mission(start));
 

@@ -5,6 +5,7 @@ use api::{
     BinnedMap, Command, CommandOutcome, CoreMessage, DamagedMap, Event, GraphNode, Import,
     InterruptedSession, Localisation, MapSummary, Mapping, Motion,
 };
+use site_model::MissionStatus;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
@@ -25,6 +26,8 @@ pub struct CoreState {
     /// When the robot became localised, if it is.
     pub localised_since: Option<Instant>,
     pub import: Import,
+    /// None before it has come.
+    pub missions: Option<MissionStatus>,
     pub notices: Vec<String>,
     /// Instant of the first estimate.
     pub began: Option<Stamp>,
@@ -52,6 +55,7 @@ impl CoreState {
                 self.localisation = localisation;
             }
             Event::Import(import) => self.import = import,
+            Event::Missions(missions) => self.missions = Some(missions),
             Event::Notice(notice) => self.notices.push(notice.text),
             Event::Estimate(estimate) => {
                 self.began.get_or_insert(estimate.stamp);

@@ -8,6 +8,7 @@ mod chain;
 mod client;
 mod damages;
 mod inventory;
+mod mission_kills;
 mod options;
 mod report;
 mod situations;
@@ -39,6 +40,14 @@ fn importing_survives_kills() {
 #[test]
 fn idle_survives_kills() {
     kill_repeatedly(Situation::Idle);
+}
+
+/// Of the kills of missions, those in `crate::missions` are a sample.
+mod nightly {
+    #[test]
+    fn missions_survive_kills() {
+        super::mission_kills::kill_missions();
+    }
 }
 
 #[test]
