@@ -209,7 +209,7 @@ impl LocalMap {
             PriorQuality::Tight => &self.config.tight,
             PriorQuality::Loose => &self.config.loose,
         };
-        let state = gauss_newton(start, &self.config.matching, config, |state, matching| {
+        let state = gauss_newton(start, &self.matching(), config, |state, matching| {
             let equations = linearise_from_viewpoint(
                 &self.map,
                 &scan.coarse,
@@ -228,6 +228,13 @@ impl LocalMap {
             Some((next, step))
         });
         ScanFit { state, information, report }
+    }
+
+    /// How points are matched at the present voxel size. A leaf of the map holds up to `(leaf / voxel)²` points of a surface, and where it is not flat they
+    /// count as one (docs/maths/odometry.md, equation 11).
+    fn matching(&self) -> MatchingConfig {
+        let voxels_per_leaf = self.config.gaussians.leaf_size_m() / f64::from(self.voxel_m);
+        MatchingConfig { distribution_share: voxels_per_leaf.powi(-2).min(1.0), ..self.config.matching }
     }
 
     /// Information and gradient without what only noise contributes, and with correlated points counted as one.
@@ -264,6 +271,24 @@ impl LocalMap {
         if self.removed_at.is_none_or(|last| (position - last).norm() > interval_m) {
             self.removed_at = Some(*position);
             self.map.retain_within(&[position.x, position.y, position.z], self.config.radius_m);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_that_share_a_cell_which_is_not_flat_count_as_one() {
+        let mut map = LocalMap::new(LocalMapConfig::default());
+        let leaf_m = map.config.gaussians.leaf_size_m();
+        assert_eq!(leaf_m, 0.25);
+        for (voxel_m, points) in
+            [(leaf_m / 4.0, 16.0), (leaf_m / 2.0, 4.0), (leaf_m, 1.0), (2.0 * leaf_m, 1.0)]
+        {
+            map.voxel_m = voxel_m as f32;
+            assert_eq!(map.matching().distribution_share, 1.0 / points, "{voxel_m}");
         }
     }
 }

@@ -55,6 +55,11 @@ impl GaussianMapConfig {
         Self { min_points: 6, ..Self::default() }
     }
 
+    /// Edge of the finest cube of a surface that is seen from one side, metres.
+    pub fn leaf_size_m(&self) -> f64 {
+        self.root_size_m / f64::from(1_u32 << self.max_depth)
+    }
+
     /// Integer coordinates of the root cube that holds a point (map frame, metres).
     #[inline]
     pub fn root_cell(&self, point: &[f64; 3]) -> [i64; 3] {
@@ -206,12 +211,12 @@ impl Node {
         };
     }
 
-    /// Whether a point does not belong to an established plane.
+    /// Whether a point at a distance from an established plane does not belong to it.
     #[inline]
-    fn is_outlier(&self, local: &[f32; 3], config: &GaussianMapConfig) -> bool {
+    fn is_outlier(&self, distance: f32, config: &GaussianMapConfig) -> bool {
         let deviations_squared = config.outlier_deviations * config.outlier_deviations;
         let min_squared = config.min_outlier_distance_m * config.min_outlier_distance_m;
-        self.distance(local).powi(2) > (deviations_squared * self.normal_variance).max(min_squared)
+        distance.powi(2) > (deviations_squared * self.normal_variance).max(min_squared)
     }
 }
 
@@ -305,8 +310,8 @@ impl GaussianMap {
         for level in 0..=deepest {
             let node = self.node_mut(node_ref);
             // A point in front of an established plane, behind it, or on its other side goes to a child.
-            let is_elsewhere =
-                node.kind == Kind::Plane && (node.is_outlier(&local, &config) || node.faces_away(to_viewer));
+            let is_elsewhere = node.kind == Kind::Plane
+                && (node.is_outlier(node.distance(&local), &config) || node.faces_away(to_viewer));
             if !is_elsewhere {
                 node.add(&local, &config);
                 let is_due = if node.count >= config.max_points {
@@ -332,8 +337,11 @@ impl GaussianMap {
         }
     }
 
-    /// The surface at a point: the first plane from the root down that is `gate_m` metres or less away from the point, else the
-    /// nearest plane on the way down, else the finest classified cell.
+    /// The surface at a point: the first plane from the root down to which the point belongs, as [`Self::insert`] decides it, and that is `gate_m`
+    /// metres or less away. Else the nearest plane on the way down, else the finest classified cell.
+    ///
+    /// A point that does not belong to a plane lies on another surface in front of it, such as the foot of a wall above its floor. All such points
+    /// are on one side of the plane. Matched with it, they would pull the scan away from it.
     pub fn find_surface(&self, point: &[f64; 3], gate_m: f32) -> Option<Surface> {
         self.find_surface_of(point, gate_m, None)
     }
@@ -354,7 +362,7 @@ impl GaussianMap {
         let mut best = BestSurface::default();
         if let Some(root) = self.table.get(key) {
             self.search_root(root, local, gate_m, to_viewer, &mut best);
-            if best.is_within_gate {
+            if best.is_settled {
                 return best.surface;
             }
         }
@@ -371,7 +379,7 @@ impl GaussianMap {
                 let mut neighbour_local = local;
                 neighbour_local[axis] -= side as f32 * self.config.root_size_m as f32;
                 self.search_root(root, neighbour_local, gate_m, to_viewer, &mut best);
-                if best.is_within_gate {
+                if best.is_settled {
                     break;
                 }
             }
@@ -439,9 +447,8 @@ impl GaussianMap {
             match node.kind {
                 Kind::Plane if node.faces_away(to_viewer) => {}
                 Kind::Plane => {
-                    let distance = node.distance(&local);
-                    best.consider_plane(node, distance, gate_m);
-                    if best.is_within_gate {
+                    best.consider_plane(node, node.distance(&local), gate_m, &self.config);
+                    if best.is_settled {
                         return;
                     }
                 }
@@ -515,12 +522,12 @@ enum NodeRef {
 #[derive(Default)]
 struct BestSurface {
     surface: Option<Surface>,
-    /// Whether it is a plane within the gate.
-    is_within_gate: bool,
+    /// Whether it is a plane within the gate to which the point belongs, so that no finer cell holds the point's surface.
+    is_settled: bool,
 }
 
 impl BestSurface {
-    fn consider_plane(&mut self, node: &Node, distance: f32, gate_m: f32) {
+    fn consider_plane(&mut self, node: &Node, distance: f32, gate_m: f32, config: &GaussianMapConfig) {
         let is_nearer = match self.surface {
             Some(Surface::Plane { distance: held, .. }) => distance.abs() < held.abs(),
             Some(Surface::Distribution { .. }) | None => true,
@@ -528,8 +535,8 @@ impl BestSurface {
         if is_nearer {
             let variance = node.normal_variance;
             self.surface = Some(Surface::Plane { normal: node.normal, distance, variance });
-            self.is_within_gate = distance.abs() <= gate_m;
         }
+        self.is_settled = distance.abs() <= gate_m && !node.is_outlier(distance, config);
     }
 
     /// Finer cells come later and replace coarser ones. A plane is never replaced by a distribution.

@@ -52,6 +52,26 @@ fn the_two_sides_of_a_thin_partition_are_separate_surfaces() {
     assert!(found >= 20, "{found} of 24");
 }
 
+/// A board of 60 x 60 cm stands 6 cm before a wall. Its points are within the gate of the wall's plane, but belong to its own.
+#[test]
+fn a_surface_before_a_plane_is_not_taken_for_that_plane() {
+    let mut map = GaussianMap::new(GaussianMapConfig::default());
+    for point in wall(11, 20_000, 0.005) {
+        map.insert(&point);
+    }
+    let mut rng = RngTree::new(12).child("board").rng();
+    for _ in 0..4_000 {
+        map.insert(&[3.0 - 0.06 + 0.005 * rng.normal(), rng.range(0.4, 1.0), rng.range(1.0, 1.6)]);
+    }
+    for (y, z) in [(0.5, 1.1), (0.7, 1.3), (0.9, 1.5)] {
+        for (x, surface) in [(2.94, "board"), (3.0, "wall")] {
+            let found = map.find_surface(&[x, y, z], 0.1);
+            let Some(Surface::Plane { distance, .. }) = found else { panic!("{surface}: {found:?}") };
+            assert!(distance.abs() < 0.005, "{surface} at {y}, {z}: {distance}");
+        }
+    }
+}
+
 #[test]
 fn a_person_walking_past_does_not_move_the_wall() {
     let mut map = GaussianMap::new(GaussianMapConfig::default());

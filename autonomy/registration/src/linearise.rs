@@ -19,6 +19,9 @@ pub struct MatchingConfig {
     pub noise_m: f32,
     /// Whether cells that are not flat are matched too.
     pub use_distributions: bool,
+    /// Share of its information with which a point against a cell that is not flat counts. 1 divided by the number of points that the scan has in such a
+    /// cell: they share one error, because a scan sees another part of the cell's content than the map has seen.
+    pub distribution_share: f64,
     /// Whether planes that face away from the viewpoint are left out. Needs a map whose points were inserted with their viewpoints.
     pub front_facing_only: bool,
 }
@@ -30,6 +33,7 @@ impl Default for MatchingConfig {
             kernel_width: 3.0,
             noise_m: 0.01,
             use_distributions: true,
+            distribution_share: 1.0,
             front_facing_only: false,
         }
     }
@@ -194,7 +198,7 @@ impl NormalEquations {
         );
         let Some(inverse) = covariance.try_inverse() else { return };
         let squared = offset.dot(&(inverse * offset));
-        let weight = self.add_match(squared, matching.kernel_width);
+        let weight = self.add_match(squared, matching.kernel_width) * matching.distribution_share;
         // In the body frame: J = [-hat(p), I].
         let inverse_body = rotation.tr_mul(&inverse) * rotation * weight;
         let offset_body = rotation.tr_mul(offset);

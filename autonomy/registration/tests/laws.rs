@@ -78,6 +78,20 @@ fn wall_and_ball() -> &'static GaussianMap {
     })
 }
 
+/// The share scales what a point in a cell that is not flat contributes, and nothing else.
+#[test]
+fn the_share_of_cells_that_are_not_flat_leaves_planes_alone() {
+    let whole = MatchingConfig::default();
+    let quarter = MatchingConfig { distribution_share: 0.25, ..whole };
+    for (point, factor) in [([2.01, 0.3, 0.5], 1.0), ([-0.95, -1.0, 0.45], 0.25)] {
+        let [whole, scaled] = [whole, quarter]
+            .map(|matching| linearise(wall_and_ball(), &[point], &Isometry::identity(), &matching));
+        assert_eq!((whole.matched, scaled.matched), (1, 1));
+        assert!((whole.information * factor - scaled.information).norm() < 1e-9 * whole.information.norm());
+        assert!((whole.gradient * factor - scaled.gradient).norm() < 1e-9 * whole.gradient.norm());
+    }
+}
+
 /// A random information matrix: eigenvalues between 1 and 1e4 in random directions.
 fn random_information(rng: &mut Rng) -> Matrix6 {
     let columns = Matrix6::from_fn(|_, _| rng.normal());
