@@ -74,6 +74,66 @@ fn nodes_are_boxed_moved_and_taken_back() {
     server.stop();
 }
 
+#[test]
+fn a_zone_is_drawn_and_changed_and_a_click_makes_an_inspection_point() {
+    let Some(browser) = Chromium::start() else { return };
+    let data = tempfile::tempdir().unwrap();
+    copy(&workspace_root().join("tests/fixtures/data-2026-11"), data.path());
+    let server = Server::start("b1", data.path());
+    let mut page = opened(&browser, &server);
+    let [a, b] = ["N4", "N5"].map(|name| middle(&mut page, &format!("Node {name} in the scene")));
+
+    page.click("button", "Zones");
+    page.click("button", "Draw a zone");
+    let from = At { x: a.x - 40.0, y: a.y - 30.0 };
+    let to = At { x: b.x + 20.0, y: b.y + 40.0 };
+    drag(&mut page, from, to);
+    page.screenshot().save("site-zone-drawing-1440x900");
+    page.release(to);
+    let corners =
+        |page: &mut Page| get(page, "/api/v1/site/zones")["items"][0]["object"]["corners_m"].clone();
+    let drawn = wait_for("the zone on the robot", LIMIT, || {
+        let corners = corners(&mut page);
+        (corners.as_array()?.len() == 4).then_some(corners)
+    });
+    page.control("button", "Zone Zone 1 in the scene");
+    // A corner; Escape puts it back.
+    let corner = At { x: to.x + 50.0, y: to.y + 30.0 };
+    drag(&mut page, to, corner);
+    page.key_down(Key::ESCAPE);
+    page.key_up(Key::ESCAPE);
+    page.release(corner);
+    assert_eq!(page.evaluate(NEXT_PICTURES), true);
+    assert_eq!(corners(&mut page), drawn);
+    drag(&mut page, to, corner);
+    page.release(corner);
+    wait_for("the corner to be elsewhere", LIMIT, || {
+        let now = corners(&mut page);
+        let moved = drawn.as_array()?.iter().zip(now.as_array()?).filter(|(a, b)| a != b).count();
+        (moved == 1).then_some(())
+    });
+    page.click("button", "Speed limit");
+    page.screenshot().save("site-zone-1440x900");
+
+    page.click("button", "Inspection points");
+    page.click("button", "Add inspection points");
+    let node = middle(&mut page, "Node N2 in the scene");
+    let picture = page.screenshot();
+    let left = (1..200).map(|step| At { x: node.x - f64::from(step), y: node.y + 30.0 });
+    let target = { left }.find(|at| picture.shows_wall(at.x, at.y)).expect("the wall at the left");
+    page.move_to(target);
+    page.press(target);
+    page.release(target);
+    wait_for("the inspection point on the robot", LIMIT, || {
+        let points = get(&mut page, "/api/v1/site")["objects"]["inspection-points"].as_u64()?;
+        (points == 5).then_some(())
+    });
+    wait_for("what the camera would see", LIMIT, || page.status("Camera view"));
+    page.screenshot().save("site-inspection-point-1440x900");
+    assert_eq!(page.errors(), Vec::<String>::new());
+    server.stop();
+}
+
 /// Drags with the mouse, and does not let go.
 fn drag(page: &mut Page, from: At, to: At) {
     page.move_to(from);

@@ -58,6 +58,17 @@ impl Picture {
         }
     }
 
+    /// Whether a place has the colour of walls by height: teal, between the slate of floors and the sand of what is highest.
+    pub fn shows_wall(&self, x: f64, y: f64) -> bool {
+        let (column, row) = (x.round() as usize, y.round() as usize);
+        let is_inside = x >= 0.0 && y >= 0.0 && column < self.width;
+        let pixel = self.pixels.get(row * self.width + column).filter(|_| is_inside);
+        pixel.is_some_and(|pixel| {
+            let [red, green, blue] = pixel.map(f64::from);
+            green > 70.0 && red < 0.75 * green && (0.8..1.15).contains(&(blue / green))
+        })
+    }
+
     fn rows(&self, area: Area) -> impl Iterator<Item = &[u8; 3]> {
         (area.top..area.bottom).flat_map(move |row| &self.pixels[row * self.width..][area.left..area.right])
     }

@@ -15,9 +15,11 @@ struct SightConfig {
     radius_m: f64,
     /// Things nearer to the target than this belong to it, m.
     target_m: f64,
+    /// Size of the picture in which a line of sight is looked along that is not shown, px: that of the panel.
+    checked_px: [u32; 2],
 }
 
-const CONFIG: SightConfig = SightConfig { radius_m: 0.05, target_m: 0.25 };
+const CONFIG: SightConfig = SightConfig { radius_m: 0.05, target_m: 0.25, checked_px: [320, 240] };
 
 /// The picture, with what its last check was of.
 #[derive(Default)]
@@ -38,22 +40,8 @@ impl CameraInset {
         let Some(preview) = panels.camera_preview() else { return };
         let size = preview.rect.size() * ctx.pixels_per_point();
         let sight = preview.sight;
-        let view = View {
-            camera: pose_of(&sight),
-            viewport_px: [size.x, size.y].map(|side| side.round().max(1.0) as u32),
-            options: Options {
-                floor: f32::MIN,
-                ceiling: f32::MAX,
-                map: true,
-                live_scan: false,
-                overlay: false,
-                grid: false,
-                magnification: CameraProjection::TAN_HALF_FOV / sight.tan_half_height,
-                resolution: 1.0,
-                ..main.options
-            },
-            ..*main
-        };
+        let viewport_px = [size.x, size.y].map(|side| side.round().max(1.0) as u32);
+        let view = view_of(&sight, viewport_px, main);
         let paint = egui_wgpu::Callback::new_paint_callback(preview.rect, InsetPaint { view });
         ctx.layer_painter(preview.layer).with_clip_rect(preview.clip_rect).set(preview.shape, paint);
         let points = scene.renderer.borrow().statistics().points_held;
@@ -63,6 +51,31 @@ impl CameraInset {
             ctx.request_repaint();
         }
     }
+}
+
+/// The view of the robot's camera. `main`: the view of the scene.
+fn view_of(sight: &CameraSight, viewport_px: [u32; 2], main: &View) -> View {
+    View {
+        camera: pose_of(sight),
+        viewport_px,
+        options: Options {
+            floor: f32::MIN,
+            ceiling: f32::MAX,
+            map: true,
+            live_scan: false,
+            overlay: false,
+            grid: false,
+            magnification: CameraProjection::TAN_HALF_FOV / sight.tan_half_height,
+            resolution: 1.0,
+            ..main.options
+        },
+        ..*main
+    }
+}
+
+/// Whether nothing stands in a line of sight. `main`: the view of the scene.
+pub(crate) fn is_free(sight: &CameraSight, main: &View, scene: &SceneSync) -> bool {
+    blocked_m(sight, &view_of(sight, CONFIG.checked_px, main), scene).is_none()
 }
 
 fn pose_of(sight: &CameraSight) -> CameraPose {

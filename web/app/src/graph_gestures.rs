@@ -1,17 +1,18 @@
-//! Gestures on the screen that edits the site: a drag moves nodes over the floor, turns one, or draws a box round several. Escape takes a drag back. One drag is one
-//! step of undo.
+//! Gestures on the screen that edits the site: a drag moves nodes over the floor, turns one, draws a box round several, or draws and changes zones. Escape takes a
+//! drag back. One drag is one step of undo.
 
+use crate::gesture_context::GestureContext;
 use crate::graph_overlay::GraphTarget;
 use crate::graph_preview::{EdgeObstruction, GraphPreview};
-use crate::scene_sync::SceneSync;
 use crate::vector::vector;
+use crate::zone_gestures::{self, ZoneDrag};
 use api::RobotBody;
 use client_model::{ClientCommand, GraphTool, Model, Selection};
-use egui::{PointerButton, Pos2, Rect, Response, Ui};
+use egui::{PointerButton, Pos2, Rect};
 use glam::{DVec2, DVec3};
 use panels::theme::Tokens;
 use panels::{DragObstruction, SceneDrag};
-use scene::{CameraProjection, ColumnsConfig, PointColumns, STANDING_HEIGHT_M, View};
+use scene::{CameraProjection, ColumnsConfig, PointColumns, STANDING_HEIGHT_M};
 use site_model::{Edge, Node, NodeId, Site, Traversal};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -45,6 +46,8 @@ enum Drag {
     },
     /// A box, by its first corner.
     Box(Pos2),
+    /// A zone.
+    Zone(ZoneDrag),
 }
 
 /// Nodes that are moved over the floor.
@@ -55,21 +58,6 @@ struct NodeDrag {
     start: BTreeMap<NodeId, DVec3>,
     /// Points of the map near them.
     columns: PointColumns,
-}
-
-/// What a gesture reads.
-pub(crate) struct GestureContext<'a> {
-    pub(crate) ui: &'a Ui,
-    pub(crate) response: &'a Response,
-    pub(crate) model: &'a Model,
-    pub(crate) scene: &'a SceneSync,
-    pub(crate) view: View,
-    /// What is under a pixel of the viewport.
-    pub(crate) target_at: &'a dyn Fn(Pos2) -> Option<GraphTarget>,
-    /// The physical pixel of a place on the screen.
-    pub(crate) pixel: &'a dyn Fn(Pos2) -> DVec2,
-    /// Longest distance of a dragged thing from the camera, m.
-    pub(crate) max_distance_m: f64,
 }
 
 /// The drag that is under way.
@@ -132,6 +120,7 @@ impl GraphGestures {
                 }
                 self.preview.heading = Some((*node, *yaw));
             }
+            Drag::Zone(zone) => zone.update(cx, pointer, &mut self.preview),
             Drag::Box(from) => {
                 if let Some(to) = pointer {
                     draw_box(cx, Rect::from_two_pos(*from, to));
@@ -169,16 +158,24 @@ impl GraphGestures {
                 let nodes = &cx.model.selected_nodes() | &self.preview.boxed;
                 out.push(ClientCommand::SelectNodes(nodes));
             }
+            Some(Drag::Zone(_)) => {
+                if let Some(zone) = &self.preview.zone {
+                    zone_gestures::end(site, zone, out);
+                }
+            }
             None => {}
         }
     }
 }
 
-/// What a drag from a place drags: a node with those that are selected with it, its handle, or a box.
+/// What a drag from a place drags: a zone, a node with those that are selected with it, its handle, or a box.
 fn begin(cx: &GestureContext<'_>, pressed: Pos2, out: &mut Vec<ClientCommand>) -> Option<Drag> {
     let target = (cx.target_at)(pressed);
     let selected = cx.model.selected_nodes();
     let tool = panels::graph_tool(cx.ui.ctx(), cx.model);
+    if let Some(zone) = ZoneDrag::begin(cx, pressed, target, tool, out) {
+        return Some(Drag::Zone(zone));
+    }
     let is_adding = cx.ui.input(|input| input.modifiers.command);
     match target {
         Some(GraphTarget::Heading(node)) => Some(Drag::Heading { node, yaw: 0.0 }),

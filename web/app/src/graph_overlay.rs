@@ -8,7 +8,7 @@ use egui::Color32;
 use glam::DVec3;
 use panels::theme::{Tokens, mix};
 use scene::{Colour, Marker, Polyline, STANDING_HEIGHT_M, Shape};
-use site_model::{Edge, InspectionPoint, Node, NodeId, NodeKind, Site};
+use site_model::{Edge, InspectionPoint, Node, NodeId, NodeKind, Site, ZoneId};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Parameters of the overlay.
@@ -53,6 +53,10 @@ pub(crate) enum GraphTarget {
     Object(Selection),
     /// It turns a node.
     Heading(NodeId),
+    /// It moves a corner of a zone, by its place in the list.
+    ZoneCorner(ZoneId, usize),
+    /// It draws a new corner out of the side of a zone that begins at this corner.
+    ZoneSide(ZoneId, usize),
 }
 
 /// Lines and markers of the topological map, and what each marker is for.
@@ -194,7 +198,8 @@ impl GraphOverlay {
         self.push(marker, GraphTarget::Object(Selection::InspectionPoint(point.id)));
     }
 
-    fn push(&mut self, marker: Marker, target: GraphTarget) {
+    /// Adds a marker that is for something.
+    pub(crate) fn push(&mut self, marker: Marker, target: GraphTarget) {
         self.markers.push(Marker { id: Some(self.targets.len() as u64), ..marker });
         self.targets.push(target);
     }
@@ -205,7 +210,8 @@ fn on_floor(base: DVec3) -> DVec3 {
     base - DVec3::Z * (STANDING_HEIGHT_M - CONFIG.height_m)
 }
 
-fn marker(position: DVec3, shape: Shape, radius: f32, fill: Color32, rim: Color32) -> Marker {
+/// A marker without direction that cannot be picked yet.
+pub(crate) fn marker(position: DVec3, shape: Shape, radius: f32, fill: Color32, rim: Color32) -> Marker {
     let (fill, rim) = (solid(fill), solid(rim));
     Marker { id: None, position, ahead: DVec3::ZERO, shape, radius, fill, rim }
 }
@@ -225,6 +231,6 @@ fn shape_of(kind: NodeKind) -> Shape {
     }
 }
 
-fn solid(colour: Color32) -> Colour {
+pub(crate) fn solid(colour: Color32) -> Colour {
     [colour.r(), colour.g(), colour.b(), 255]
 }

@@ -1,7 +1,7 @@
 //! What a drag would change of the topological map, as the overlay draws it.
 
 use glam::DVec3;
-use site_model::NodeId;
+use site_model::{NodeId, ZoneId};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// An edge with something in its corridor.
@@ -11,6 +11,17 @@ pub(crate) struct EdgeObstruction {
     pub(crate) to: NodeId,
     /// Distance from `from`, m.
     pub(crate) along_m: f64,
+}
+
+/// A zone while it is drawn or changed.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct ZonePreview {
+    /// Which; `None`: a new one.
+    pub(crate) zone: Option<ZoneId>,
+    /// Corners, m, map frame.
+    pub(crate) corners_m: Vec<[f64; 2]>,
+    /// Height of the floor, m, map frame.
+    pub(crate) floor_m: f64,
 }
 
 /// The topological map while something of it is dragged.
@@ -24,6 +35,8 @@ pub(crate) struct GraphPreview {
     pub(crate) boxed: BTreeSet<NodeId>,
     /// Edges of moved nodes in which something stands.
     pub(crate) obstructed: Vec<EdgeObstruction>,
+    /// A zone with other corners than its own, or a new one.
+    pub(crate) zone: Option<ZonePreview>,
     /// Distance from the selected node to the handle by which it is turned, m.
     pub(crate) handle_m: f64,
 }

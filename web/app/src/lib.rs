@@ -20,6 +20,10 @@ mod effects;
 #[cfg(target_arch = "wasm32")]
 mod file_dialog;
 #[cfg(target_arch = "wasm32")]
+mod gesture_context;
+#[cfg(target_arch = "wasm32")]
+mod graph_clicks;
+#[cfg(target_arch = "wasm32")]
 mod graph_gestures;
 #[cfg(target_arch = "wasm32")]
 mod graph_overlay;
@@ -57,6 +61,10 @@ mod uploads;
 mod vector;
 #[cfg(target_arch = "wasm32")]
 mod viewport;
+#[cfg(target_arch = "wasm32")]
+mod zone_gestures;
+#[cfg(target_arch = "wasm32")]
+mod zone_overlay;
 
 #[cfg(target_arch = "wasm32")]
 pub use web::start;

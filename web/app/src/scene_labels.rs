@@ -3,7 +3,8 @@
 use crate::graph_preview::GraphPreview;
 use crate::mission_overlay;
 use crate::vector::vector;
-use client_model::{Model, Selection};
+use crate::zone_overlay;
+use client_model::{Model, Selection, middle_of};
 use glam::DVec3;
 use panels::SceneLabel;
 use scene::STANDING_HEIGHT_M;
@@ -37,8 +38,9 @@ pub(crate) fn scene_labels(
     dock_labels(model, &project, &mut labels);
     alignment_labels(model, &project, &mut labels);
     node_labels(model, preview, &project, &mut labels);
+    zone_labels(model, preview, &project, &mut labels);
     // Keyframes would hide the robot's pose or the points that are picked.
-    let picking = model.is_picking_pose() || model.alignment().is_some();
+    let picking = model.is_picking_pose() || model.alignment().is_some() || panels::is_graph_covered(model);
     if (model.view_settings().graph || model.loop_pick().is_some()) && model.has_pose_graph() && !picking {
         keyframe_labels(model, &project, &mut labels);
     }
@@ -156,6 +158,27 @@ fn node_labels(
     }
     candidates.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     labels.extend(candidates.into_iter().take(MAX_NODE_LABELS).map(|(_, label)| label));
+}
+
+/// Names of the zones, with what holds in them. `preview`: what an operator drags.
+fn zone_labels(
+    model: &Model,
+    preview: &GraphPreview,
+    project: &impl Fn(DVec3) -> Option<ScreenPosition>,
+    labels: &mut Vec<SceneLabel>,
+) {
+    if !model.is_site_on_screen() {
+        return;
+    }
+    for zone in model.site.zones().into_iter().filter(|zone| model.site.is_zone_shown(zone)) {
+        let dragged = preview.zone.as_ref().filter(|dragged| dragged.zone == Some(zone.id));
+        let [x, y] = middle_of(dragged.map_or(&zone.corners_m, |dragged| &dragged.corners_m));
+        let middle = DVec3::new(x, y, zone_overlay::floor_m(model, zone));
+        if let Some((at, _)) = project(middle) {
+            let is_selected = model.selection() == Some(Selection::Zone(zone.id));
+            labels.push(SceneLabel::zone(at, zone, is_selected));
+        }
+    }
 }
 
 /// Labels of the keyframes nearest to the camera and of the selected one. While mapping, its tag shows its standard deviation.

@@ -4,6 +4,7 @@ use crate::graph_overlay::{GraphOverlay, GraphTarget};
 use crate::graph_preview::GraphPreview;
 use crate::mission_overlay::MissionOverlay;
 use crate::vector::vector;
+use crate::zone_overlay;
 use api::Quality;
 use client_model::{ColourBy, LoopPair, LoopPick, MapView, Model, ScanComparison, Selection, ViewSettings};
 use glam::{DQuat, DVec3};
@@ -167,6 +168,7 @@ impl SceneSync {
         // The graph is visible while keyframes are picked, and hidden while points are picked on the surfaces behind it.
         let graph_visible =
             (model.view_settings().graph || model.loop_pick().is_some()) && model.alignment().is_none();
+        let graph_visible = graph_visible && !panels::is_graph_covered(model);
         // The virtual viewpoints of an imported map are no path and would hide the map.
         let graph_visible = graph_visible && model.has_pose_graph();
         // Saved maps have no quality values.
@@ -199,6 +201,7 @@ impl SceneSync {
         let arrow = dragged_pose.map(|ends| pose_arrow(ends, model, self.config.marker_height_m));
         let (mut lines, arrow_heads): (Vec<_>, Vec<_>) = arrow.into_iter().unzip();
         self.graph_overlay = GraphOverlay::of(model, preview);
+        zone_overlay::add(&mut self.graph_overlay, model, preview);
         lines.extend(self.graph_overlay.lines.iter().cloned());
         let way = MissionOverlay::of(model);
         lines.extend(way.lines);

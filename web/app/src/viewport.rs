@@ -1,13 +1,13 @@
 //! The viewport: gestures move the camera, clicks select things or set a goal.
 
-use crate::graph_gestures::{GestureContext, GraphGestures};
+use crate::gesture_context::GestureContext;
+use crate::graph_clicks::GraphClick;
+use crate::graph_gestures::GraphGestures;
 use crate::graph_overlay::GraphTarget;
 use crate::scene_sync::{SceneSync, SharedRenderer};
 use crate::vector::vector;
 use crate::{browser, scene_labels, texts};
-use client_model::{
-    Bookmark, CameraMove, ClientCommand, GraphTool, LoopPair, Model, Selection, ViewSettings,
-};
+use client_model::{Bookmark, CameraMove, ClientCommand, LoopPair, Model, Selection, ViewSettings};
 use eframe::egui_wgpu;
 use egui::{PointerButton, Response, Sense, Ui};
 use glam::{DVec2, DVec3, Vec3};
@@ -411,6 +411,8 @@ impl Viewport {
             self.graph.cancel();
             return false;
         };
+        // The gestures ask this viewport for places meanwhile.
+        let mut gestures = std::mem::take(&mut self.graph);
         let options = self.pick_options(&view);
         let pixel = |at| pixel(at, response, &view);
         let target_at = |at| match scene.renderer.borrow().pick(&view, pixel(at), &options)? {
@@ -418,9 +420,13 @@ impl Viewport {
             _ => None,
         };
         let max_distance_m = self.config.max_goal_distance_m + view.camera.distance;
-        let (target_at, pixel) = (&target_at, &pixel);
-        let cx = GestureContext { ui, response, model, scene, view, target_at, pixel, max_distance_m };
-        self.graph.update(&cx, out)
+        let floor_at = |at| self.ground_at(&view, pixel(at), scene);
+        let (target_at, floor_at, pixel) = (&target_at, &floor_at, &pixel);
+        let cx =
+            GestureContext { ui, response, model, scene, view, target_at, floor_at, pixel, max_distance_m };
+        let is_dragging = gestures.update(&cx, out);
+        self.graph = gestures;
+        is_dragging
     }
 
     fn pick_options(&self, view: &View) -> PickOptions {
@@ -430,32 +436,6 @@ impl Viewport {
             marker_px: self.config.marker_radius_px * scale,
             line_px: self.config.line_reach_px * scale,
             point_px: self.config.point_reach_px * scale,
-        }
-    }
-
-    /// A click while the topological map is edited: see [`GraphTool`].
-    fn edit_graph(
-        tool: GraphTool,
-        hit: Option<Selection>,
-        floor: Option<DVec3>,
-        model: &Model,
-        out: &mut Vec<ClientCommand>,
-    ) {
-        let selected = model.selected_nodes();
-        match (hit, tool, model.saved_map_on_screen()) {
-            (Some(Selection::Node(node)), ..) => {
-                out.extend(model.site.clicking_node(tool, node, &selected));
-            }
-            (_, GraphTool::AddNodes, Some(map)) => {
-                let Some(floor) = floor else { return };
-                let position = vocab::Vec3::new(floor.x, floor.y, floor.z + STANDING_HEIGHT_M);
-                let from = selected.first().copied().filter(|_| selected.len() == 1);
-                let (node, edit) = model.site.adding_node(position, map, from);
-                out.push(ClientCommand::EditSite(edit));
-                out.push(ClientCommand::Select(Some(Selection::Node(node))));
-            }
-            (_, GraphTool::SelectSeveral, _) => out.push(ClientCommand::Select(None)),
-            _ => {}
         }
     }
 
@@ -527,25 +507,20 @@ impl Viewport {
         let marked = match marked {
             Some(GraphTarget::Object(selection)) => Some(selection),
             Some(GraphTarget::Heading(node)) => Some(Selection::Node(node)),
+            Some(GraphTarget::ZoneCorner(zone, _) | GraphTarget::ZoneSide(zone, _)) => {
+                Some(Selection::Zone(zone))
+            }
             None => None,
         };
-        if model.graph_tool() == Some(GraphTool::PickTarget) {
+        if let Some(tool) = panels::graph_tool(&response.ctx, model) {
             let projection = CameraProjection::new(view.camera, view.viewport_px);
             let reach = self.config.point_reach_px * scale;
-            let point = scene.renderer.borrow().pick_point(&view, &projection, at, reach);
-            let target = point.map(|point| vocab::Vec3::from(point.to_array()));
-            if let Some((id, edit)) =
-                target.and_then(|target| model.site.targeting(model.selection(), target))
-            {
-                out.push(ClientCommand::EditSite(edit));
-                out.push(ClientCommand::UseGraphTool(None));
-                out.push(ClientCommand::Select(Some(Selection::InspectionPoint(id))));
-            }
-            return;
-        }
-        if let Some(tool) = panels::graph_tool(&response.ctx, model) {
-            let floor = self.ground_at(&view, at, scene);
-            return Self::edit_graph(tool, marked, floor, model, out);
+            let click = GraphClick {
+                hit: marked,
+                floor: self.ground_at(&view, at, scene),
+                point: scene.renderer.borrow().pick_point(&view, &projection, at, reach),
+            };
+            return click.edit(tool, model, scene, &view, out);
         }
         if response.double_clicked() {
             if let Some(Hit::Point(target)) = hit {

@@ -62,7 +62,7 @@ pub use features::schedule::{
 pub use features::selection::{GraphTool, PointerMode, Selection};
 pub use features::site::{
     CameraSight, DraftChange, DraftCommand, DraftEntry, FieldChange, SiteEdit, SiteFeature, StoredDraft,
-    field_changes, parameters_from_json, parameters_to_json,
+    drawn_area, field_changes, middle_of,
 };
 pub use features::trajectory::Trajectory;
 pub use features::view_settings::{Bookmark, CameraPose, ColourBy, Screen, Theme, ViewFeature, ViewSettings};

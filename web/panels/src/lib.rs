@@ -30,24 +30,33 @@
 //! | status | `Making the topological map`, then `Result` with the button `Dismiss the result` | Site, after that |
 //! | textbox | `Node name`, with the button `Rename node` | Site, while a node is selected |
 //! | button (toggled) | `Waypoint`, `Inspection`, `Hold`, `Safe` | Site, while a node is selected: its kind |
-//! | button | `Delete node NAME` | Site, while a node is selected |
+//! | button | `Make it a dock`, `It is no dock`, `Delete node NAME` | Site, while a node is selected |
 //! | button | `Edge FROM to TO` | Site, while a node is selected: selects the edge |
 //! | button (toggled) | `Routes may use it`, `Both ways` | Site, while an edge is selected |
 //! | button | `Split edge`, `Delete edge` | Site, while an edge is selected |
 //! | button | the sentence itself | Site: a problem; selects its object |
-//! | button (toggled) | `Topological map`, `Inspection points`, `Draft` | Site: parts of its card |
+//! | button | `MOMENT: add an action`, `MOMENT NUMBER: ACTION`, each with `Remove …` | Site, while an edge is selected; moments are `Before setting out`, `While walking`, `After arriving` |
+//! | button | `Add a step`, `Step NUMBER` with `Remove Step NUMBER` | Site, while an edge is selected: what is tried if it cannot be walked |
+//! | button (toggled) | `Topological map`, `Inspection points`, `Zones`, `Draft` | Site: parts of its card |
+//! | button (toggled) | `Draw a zone` | Site, Zones: the next drag over the floor draws one |
+//! | button (toggled) | `Zone NAME` | Site, Zones: selects it |
+//! | textbox | `Zone name`, `At most (m/s)`, `Factor`, `From (m)`, `To (m)`, `From`, `Until` | Site, while a zone is selected |
+//! | button (toggled) | `Keep out`, `Speed limit`, `Penalty`; `All heights`, `From … to`, `Only floor NUMBER`; `Always`, `Every day` | Site, while a zone is selected |
+//! | button | `NUMBER corners`, then `Remove corner NUMBER`, `Add a corner`, and the textboxes `NUMBER: x (m)`, `NUMBER: y (m)` | Site, while a zone is selected |
+//! | button | `Rename zone`, `Show the zone`, `Delete zone NAME` | Site, while a zone is selected |
 //! | button | `Edit as draft`, then `Publish`, `Discard the draft` or `End the draft` | Site, Draft |
 //! | status | `Changes` | Site, Draft |
 //! | button | `KIND NAME: added`, `changed` or `removed` | Site, Draft: selects the object |
 //! | button | `Keep mine: KIND NAME`, `Take theirs: KIND NAME` | Site, Draft: where somebody else has changed it too |
 //! | button | `Show the draft` | Site, Missions, Schedule and Settings, while a draft is edited |
-//! | button (toggled) | `Add an inspection point` | Site, while a node is selected: the next click in the scene picks the target |
+//! | button (toggled) | `Add inspection points` | Site: each click in the scene makes one |
 //! | button (toggled) | `Inspection point NAME` | Site: selects it |
-//! | status | `Seen from`, `Stand-off`, `Target`, `Camera view` | Site, while an inspection point is selected |
+//! | status | `Stand-off`, `Target`, `Camera view` | Site, while an inspection point is selected |
+//! | button | `Seen from`, `Action` | Site, while an inspection point is selected: each unfolds a list |
 //! | textbox | `Stand off (m)`, with the buttons `Less: Stand off (m)` and `More: Stand off (m)` | Site, while an inspection point is selected |
 //! | button | `Turn the node to the target` | Site, while an inspection point is selected |
-//! | textbox | `Inspection point name`, `Parameters (JSON)` | Site, while an inspection point is selected |
-//! | button | `Rename inspection point`, `Pick the target anew`, `Show the target`, `Apply the parameters`, `Delete inspection point NAME` | Site, while an inspection point is selected |
+//! | textbox | `Inspection point name`, and the parameters of its action | Site, while an inspection point is selected |
+//! | button | `Rename inspection point`, `Pick the target anew`, `Show the target`, `Delete inspection point NAME` | Site, while an inspection point is selected |
 //! | button | `New mission`, `Mission NAME`, `Duplicate NAME`, `Delete NAME` | Missions: the list |
 //! | button | `Delete NAME with its schedules`, `Keep the mission` | Missions: a deletion that takes schedules along |
 //! | textbox | `Search missions`, `Mission name`, `Search places and actions` | Missions |
@@ -224,6 +233,11 @@ impl PanelState {
 /// Whether drags in the scene move nodes of the topological map.
 pub fn is_editing_graph(model: &Model) -> bool {
     model.view.screen() == Some(screens::SITE) && model.is_site_on_screen()
+}
+
+/// Whether the topological map takes the place of the pose graph in the scene: where it or a mission on it is edited. Keyframes would lie over its nodes.
+pub fn is_graph_covered(model: &Model) -> bool {
+    is_editing_graph(model) || shown_mission(model).is_some()
 }
 
 /// The mission that is edited and the site that it is of, while its way is drawn: on its screen, and in the map of the site.

@@ -12,6 +12,7 @@
 //! Folders that the list does not name have no panel of their own: other panels and the top bar show them (control lease, imports,
 //! quality, tasks of missions). `scene_labels` labels what several features show in the scene.
 
+pub(crate) mod action_form;
 pub(crate) mod alignment;
 pub(crate) mod connection;
 pub(crate) mod control;
@@ -46,6 +47,7 @@ pub(crate) mod site_graph;
 pub(crate) mod site_settings;
 pub(crate) mod tabs;
 pub(crate) mod view_settings;
+pub(crate) mod zones;
 
 use crate::feature_panel::FeaturePanel;
 
@@ -109,6 +111,8 @@ panels_of! {
     site_graph: site_graph::SiteGraphPanel,
     /// What is looked at, from where.
     inspection_points: inspection_points::InspectionPointsPanel,
+    /// Areas in which a rule holds.
+    zones: zones::ZonesPanel,
     /// Edits that gather until they are published.
     site_draft: site_draft::SiteDraftPanel,
     /// Places and actions for missions.

@@ -1,7 +1,7 @@
 //! What is selected in the scene, and what the next click there does.
 
 use crate::LoopPair;
-use site_model::{EdgeId, InspectionPointId, NodeId};
+use site_model::{EdgeId, InspectionPointId, NodeId, ZoneId};
 use std::collections::BTreeSet;
 use vocab::KeyframeId;
 
@@ -20,6 +20,8 @@ pub enum Selection {
     Edge(EdgeId),
     /// An inspection point.
     InspectionPoint(InspectionPointId),
+    /// A zone.
+    Zone(ZoneId),
 }
 
 /// What a click in the scene does while the topological map is edited.
@@ -29,10 +31,21 @@ pub enum GraphTool {
     AddNodes,
     /// Joins the node that is clicked to the one that is selected.
     Connect,
-    /// Takes the point of the map that is clicked as the target of the inspection point that is selected, or of a new one at the node that is selected.
+    /// Each point of the map that is clicked becomes the target of a new inspection point.
+    AddInspectionPoints,
+    /// The point of the map that is clicked becomes the target of the inspection point that is selected.
     PickTarget,
+    /// A drag over the floor draws a zone from corner to corner.
+    DrawZone,
     /// A drag selects the nodes in a box. A node that is clicked is added to those that are selected, or taken from them.
     SelectSeveral,
+}
+
+impl GraphTool {
+    /// Whether it works on nodes.
+    pub fn is_for_nodes(self) -> bool {
+        matches!(self, Self::AddNodes | Self::Connect | Self::SelectSeveral)
+    }
 }
 
 /// What the next click or drag on the ground does.

@@ -43,20 +43,24 @@ pub struct CameraSight {
 impl SiteFeature {
     /// What the camera would see of an inspection point. The head turns towards it, whatever the heading of the node.
     pub fn camera_sight(&self, point: &InspectionPoint) -> Option<CameraSight> {
-        let node = self.site()?.node(point.node)?;
-        let yaw = yaw_of(&node.map_from_node.orientation);
-        let (base, target) = (node.map_from_node.position, point.target_m);
-        let [ahead, up] = CAMERA.head_m;
-        let camera = Vec3::new(base.x + ahead * yaw.cos(), base.y + ahead * yaw.sin(), base.z + up);
-        let (x, y, z) = (target.x - camera.x, target.y - camera.y, target.z - camera.z);
         let zoom = match point.request.parameters.get("zoom") {
             Some(Parameter::Number(zoom)) => *zoom,
             Some(Parameter::Integer(zoom)) => *zoom as f64,
             _ => 1.0,
         };
+        Some(self.sight_from(self.site()?.node(point.node)?, point.target_m, zoom))
+    }
+
+    /// The line of sight from the camera at a node to a target, m, map frame.
+    pub fn sight_from(&self, node: &Node, target: Vec3, zoom: f64) -> CameraSight {
+        let yaw = yaw_of(&node.map_from_node.orientation);
+        let base = node.map_from_node.position;
+        let [ahead, up] = CAMERA.head_m;
+        let camera = Vec3::new(base.x + ahead * yaw.cos(), base.y + ahead * yaw.sin(), base.z + up);
+        let (x, y, z) = (target.x - camera.x, target.y - camera.y, target.z - camera.z);
         let tilt_rad = z.atan2(x.hypot(y));
         let [lowest, highest] = CAMERA.tilt_rad;
-        Some(CameraSight {
+        CameraSight {
             camera_m: camera,
             target_m: target,
             distance_m: x.hypot(y).hypot(z),
@@ -64,7 +68,7 @@ impl SiteFeature {
             tilt_rad,
             tan_half_height: CAMERA.tan_half_height / zoom.clamp(1.0, CAMERA.zoom_max),
             is_tilt_possible: (lowest..=highest).contains(&tilt_rad),
-        })
+        }
     }
 
     /// The node of an inspection point at this distance from the target, m, in the direction in which it is now, and facing the target. The robot keeps its height;

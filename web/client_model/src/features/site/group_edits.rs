@@ -74,6 +74,7 @@ impl SiteFeature {
                 site.edges().filter(is_of_pair).map(|edge| ObjectId::Edge(edge.id)).collect()
             }
             Some(Selection::InspectionPoint(point)) => vec![ObjectId::InspectionPoint(point)],
+            Some(Selection::Zone(zone)) => vec![ObjectId::Zone(zone)],
             _ => nodes.iter().map(|node| ObjectId::Node(*node)).collect(),
         };
         (!removed.is_empty()).then_some(SiteEdit { put: Vec::new(), removed })

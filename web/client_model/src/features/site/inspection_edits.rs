@@ -2,28 +2,47 @@
 
 use super::{SiteEdit, SiteFeature};
 use crate::Selection;
-use site_model::{ActionRequest, InspectionPoint, InspectionPointId, NodeId, Object, Parameters};
+use site_model::{
+    ActionRequest, InspectionPoint, InspectionPointId, Node, NodeId, NodeKind, Object, Parameters,
+};
 use std::collections::BTreeSet;
 use vocab::Vec3;
 
 /// The action of a new inspection point.
 const FIRST_ACTION: &str = "photo";
+/// Nodes nearer to a target than this are not chosen by themselves, m: the robot's head would touch it.
+const NEAREST_M: f64 = 0.8;
 
 impl SiteFeature {
-    /// What a click on a point of the map does while a target is picked: with a node selected, a new inspection point that is looked at from there; with an
-    /// inspection point selected, its new target. `None` with anything else.
-    pub fn targeting(
-        &self,
-        selection: Option<Selection>,
-        target_m: Vec3,
-    ) -> Option<(InspectionPointId, SiteEdit)> {
+    /// The inspection point that is selected, with another target, m, map frame. `None` with anything else selected.
+    pub fn retargeting(&self, selection: Option<Selection>, target_m: Vec3) -> Option<SiteEdit> {
         match selection? {
-            Selection::Node(node) => Some(self.adding_inspection_point(node, target_m)),
             Selection::InspectionPoint(id) => {
-                Some((id, self.changing_inspection_point(id, |point| point.target_m = target_m)))
+                Some(self.changing_inspection_point(id, |point| point.target_m = target_m))
             }
             _ => None,
         }
+    }
+
+    /// The nodes from which a target, m, map frame, can be looked at, the best first: those in a good distance, then farther ones. Docks are not among them, because
+    /// robots that charge block them.
+    pub fn viewpoints(&self, target_m: Vec3) -> Vec<NodeId> {
+        let distance_m = |node: &Node| {
+            let at = node.map_from_node.position;
+            (at.x - target_m.x).hypot(at.y - target_m.y).hypot(at.z - target_m.z)
+        };
+        let is_tilt_possible = |node: &Node| self.sight_from(node, target_m, 1.0).is_tilt_possible;
+        // The first key is whether it is too near or out of the camera's reach.
+        let mut nodes: Vec<(bool, f64, NodeId)> = self
+            .shown_nodes()
+            .filter(|node| !matches!(node.kind, NodeKind::Dock | NodeKind::DockApproach | NodeKind::Portal))
+            .map(|node| {
+                let distance_m = distance_m(node);
+                (distance_m < NEAREST_M || !is_tilt_possible(node), distance_m, node.id)
+            })
+            .collect();
+        nodes.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
+        nodes.into_iter().map(|(_, _, node)| node).collect()
     }
 
     /// A new inspection point that takes a photo of a target, metres, map frame.
@@ -74,21 +93,5 @@ impl SiteFeature {
             self.inspection_points().iter().map(|point| point.name.as_str()).collect();
         let free = (1..).map(|number| format!("P{number}")).find(|name| !names.contains(name.as_str()));
         free.unwrap_or_default()
-    }
-}
-
-/// Parameters as JSON, for people who edit them.
-pub fn parameters_to_json(parameters: &Parameters) -> String {
-    serde_json::to_string(parameters).unwrap_or_default()
-}
-
-/// Parameters from the JSON that a person typed; nothing typed means none.
-///
-/// # Errors
-/// What is wrong with it, one clause.
-pub fn parameters_from_json(text: &str) -> Result<Parameters, String> {
-    match text.trim() {
-        "" => Ok(Parameters::new()),
-        text => serde_json::from_str(text).map_err(|error| error.to_string()),
     }
 }

@@ -6,6 +6,7 @@
 //! An edit waits until earlier ones of the same objects are answered. So none is applied to a state that the operator has not seen.
 
 mod camera_sight;
+mod dock_edits;
 mod draft;
 mod draft_edits;
 mod draft_fields;
@@ -17,12 +18,13 @@ mod inspection_edits;
 mod pending;
 mod plan_file;
 mod topomap_generation;
+mod zone_edits;
 
 pub use camera_sight::CameraSight;
 pub use draft::{DraftChange, DraftCommand, DraftEntry, StoredDraft};
 pub use draft_fields::{FieldChange, field_changes};
 pub use edit::SiteEdit;
-pub use inspection_edits::{parameters_from_json, parameters_to_json};
+pub use zone_edits::{drawn_area, middle_of};
 
 use super::Feature;
 use super::history::HistoryStep;

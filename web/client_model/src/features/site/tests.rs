@@ -1,5 +1,5 @@
 use crate::testing::{OTHER, TestClient};
-use crate::{ClientCommand, ClientEffect, Selection, SiteEdit, parameters_from_json, parameters_to_json};
+use crate::{ClientCommand, ClientEffect, Selection, SiteEdit};
 use api::{
     ClientMessage, EditDone, EditOutcome, EditRefusal, Event, SiteChanged, SitePart, SiteState,
     TopomapGeneration, TopomapStage, TopomapSummary,
@@ -368,36 +368,35 @@ fn an_edit_of_the_platform_itself_can_be_undone_by_every_operator() {
 }
 
 #[test]
-fn a_click_adds_an_inspection_point_at_the_selected_node_and_then_moves_its_target() {
+fn an_inspection_point_is_looked_at_from_the_best_node_and_its_target_is_moved() {
     let robot = Robot::default();
     let mut client = TestClient::with_site(&robot);
     let map = vocab::MapId(Uuid::from_u128(3));
-    let (node, edit) = client.model.site.adding_node(vocab::Vec3::default(), map, None);
+    let target = vocab::Vec3::new(3.0, 0.0, 1.0);
+    // Far, too near, on a dock, and in a good distance.
+    let nodes = [0.0, 2.9, 1.0, 1.5].map(|x| {
+        let at = vocab::Vec3::new(x, 0.0, 0.6);
+        let (node, edit) = client.model.site.adding_node(at, map, None);
+        client.command(ClientCommand::EditSite(edit));
+        node
+    });
+    let dock = |node: &mut site_model::Node| node.kind = site_model::NodeKind::Dock;
+    client.command(ClientCommand::EditSite(client.model.site.changing_node(nodes[2], dock)));
+    assert_eq!(client.model.site.viewpoints(target), [nodes[3], nodes[0], nodes[1]]);
+
+    let (point, edit) = client.model.site.adding_inspection_point(nodes[3], target);
     client.command(ClientCommand::EditSite(edit));
-    let target = vocab::Vec3::new(1.0, 2.0, 1.5);
-    assert!(client.model.site.targeting(None, target).is_none());
-    let (point, edit) = client.model.site.targeting(Some(Selection::Node(node)), target).expect("of a node");
-    client.command(ClientCommand::EditSite(edit));
-    let moved = vocab::Vec3::new(1.0, 2.0, 1.8);
-    let selection = Some(Selection::InspectionPoint(point));
-    let (same, edit) = client.model.site.targeting(selection, moved).expect("of a point");
-    client.command(ClientCommand::EditSite(edit));
-    assert_eq!(same, point);
+    let moved = vocab::Vec3::new(3.0, 0.0, 1.8);
+    assert!(client.model.site.retargeting(Some(Selection::Node(nodes[0])), moved).is_none());
+    let edit = client.model.site.retargeting(Some(Selection::InspectionPoint(point)), moved);
+    client.command(ClientCommand::EditSite(edit.expect("of a point")));
     let shown = |client: &TestClient| {
         let points = client.model.site.inspection_points();
         points.iter().map(|point| (point.name.clone(), point.node, point.target_m)).collect::<Vec<_>>()
     };
-    assert_eq!(shown(&client), [("P1".to_owned(), node, moved)]);
+    assert_eq!(shown(&client), [("P1".to_owned(), nodes[3], moved)]);
     client.command(ClientCommand::Undo);
-    assert_eq!(shown(&client), [("P1".to_owned(), node, target)]);
+    assert_eq!(shown(&client), [("P1".to_owned(), nodes[3], target)]);
     client.command(ClientCommand::Undo);
     assert!(shown(&client).is_empty());
-}
-
-#[test]
-fn parameters_are_read_as_they_are_written_and_mistakes_are_said() {
-    let parameters = parameters_from_json(r#"{ "zoom": 2.5, "tilt_rad": 0.25 }"#).expect("an object");
-    assert_eq!(parameters_from_json(&parameters_to_json(&parameters)), Ok(parameters));
-    assert_eq!(parameters_from_json("  "), Ok(Default::default()));
-    assert!(parameters_from_json("{ zoom: 2 }").is_err() && parameters_from_json("[1]").is_err());
 }

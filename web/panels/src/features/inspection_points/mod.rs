@@ -12,18 +12,23 @@ use crate::features::site_graph::name_of;
 use crate::message::show_message;
 use crate::name_field::NameField;
 use crate::number_field::{NumberField, TypedNumber};
+use crate::select::select;
 use crate::widgets::{self, fact};
 use crate::{format, icon, screens};
 use client_model::{CameraMove, ClientCommand, GraphTool, Selection, SiteEdit};
 use egui::{Context, Ui};
 use request::RequestFields;
-use site_model::{InspectionPoint, ObjectId, Site};
+use site_model::{InspectionPoint, NodeId, ObjectId, Site};
+use vocab::Vec3;
 
 /// The tab of inspection points.
 const INSPECTION: Tab = Tab { screen: screens::SITE, name: texts::TAB, scrolls: true, row_spacing: 8.0 };
 
 /// Distances from a target that people may enter, m.
 const STAND_OFF_RANGE_M: [f64; 2] = [0.3, 30.0];
+
+/// Nodes that are offered to look from: the best ones.
+const MAX_NODES: usize = 12;
 
 /// What the panel keeps between frames.
 #[derive(Debug, Default)]
@@ -46,11 +51,14 @@ impl FeaturePanel for InspectionPointsPanel {
     }
 
     fn show_messages(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>) {
-        if cx.model.graph_tool() == Some(GraphTool::PickTarget) {
-            // Whoever ends it has no danger in mind.
-            cx.frame.is_escape_taken = true;
-            show_message(ui, cx.tokens, cx.tokens.accent, icon::CAMERA, texts::PICK_HINT, |_| {});
-        }
+        let hint = match cx.model.graph_tool() {
+            Some(GraphTool::AddInspectionPoints) => texts::ADD_HINT,
+            Some(GraphTool::PickTarget) => texts::PICK_HINT,
+            _ => return,
+        };
+        // Whoever ends it has no danger in mind.
+        cx.frame.is_escape_taken = true;
+        show_message(ui, cx.tokens, cx.tokens.accent, icon::CAMERA, hint, |_| {});
     }
 
     fn tabs(&self) -> &'static [Tab] {
@@ -61,7 +69,7 @@ impl FeaturePanel for InspectionPointsPanel {
         let tokens = cx.tokens;
         widgets::section_head(ui, tokens, texts::HEAD);
         let Some(site) = cx.model.site.site() else { return widgets::remark(ui, tokens, texts::LOADING) };
-        show_add(ui, cx);
+        show_add(ui, cx, site);
         let points = cx.model.site.inspection_points();
         if points.is_empty() {
             widgets::remark(ui, tokens, texts::EMPTY);
@@ -71,7 +79,7 @@ impl FeaturePanel for InspectionPointsPanel {
             let is_selected = cx.model.selection() == Some(Selection::InspectionPoint(point.id));
             let name = texts::point(&point.name);
             let row = texts::row(&point.name, name_of(site, point.node));
-            let button = Button::new(&name).text(&row).kind(Kind::Quiet).on(is_selected).wide(ui);
+            let button = Button::new(&name).text(&row).kind(Kind::Quiet).on(is_selected).wide(ui).left();
             if button.show(ui, tokens).clicked() {
                 let selection = (!is_selected).then_some(Selection::InspectionPoint(point.id));
                 cx.commands.push(ClientCommand::Select(selection));
@@ -84,21 +92,21 @@ impl FeaturePanel for InspectionPointsPanel {
     }
 }
 
-/// The button that lets the next click pick the target of a new inspection point, or what is needed before.
-fn show_add(ui: &mut Ui, cx: &mut PanelContext<'_>) {
+/// The button that lets clicks make inspection points, or what is needed before.
+fn show_add(ui: &mut Ui, cx: &mut PanelContext<'_>, site: &Site) {
     let (model, tokens) = (cx.model, cx.tokens);
+    if site.nodes().next().is_none() {
+        return widgets::sentence(ui, tokens, texts::NO_NODES);
+    }
     if !model.is_site_on_screen() {
         return widgets::sentence(ui, tokens, texts::OTHER_MAP);
     }
-    let has_node = matches!(model.selection(), Some(Selection::Node(_)));
-    let is_on = has_node && model.graph_tool() == Some(GraphTool::PickTarget);
-    let button = Button::new(texts::ADD).icon(icon::CAMERA).on(is_on).enabled(has_node).wide(ui);
-    if button.show(ui, tokens).clicked() {
-        cx.commands.push(ClientCommand::UseGraphTool((!is_on).then_some(GraphTool::PickTarget)));
+    let tool = GraphTool::AddInspectionPoints;
+    let is_on = model.graph_tool() == Some(tool);
+    if Button::new(texts::ADD).icon(icon::CAMERA).on(is_on).wide(ui).show(ui, tokens).clicked() {
+        cx.commands.push(ClientCommand::UseGraphTool((!is_on).then_some(tool)));
     }
-    if !has_node {
-        widgets::remark(ui, tokens, texts::SELECT_NODE);
-    }
+    widgets::remark(ui, tokens, texts::ADD_REMARK);
 }
 
 impl InspectionPointsPanel {
@@ -111,7 +119,7 @@ impl InspectionPointsPanel {
             change(cx, point, |point| point.name = name);
         }
         let is_editable = model.is_site_on_screen();
-        fact(ui, tokens, texts::NODE, name_of(site, point.node));
+        show_node(ui, cx, site, point);
         if let Some(stand_off_m) = stand_off_m(site, point) {
             fact(ui, tokens, texts::STAND_OFF, &format::distance(stand_off_m));
         }
@@ -186,6 +194,24 @@ impl InspectionPointsPanel {
     }
 }
 
+/// From which node it is looked at: the present one and those from which it can be seen best.
+fn show_node(ui: &mut Ui, cx: &mut PanelContext<'_>, site: &Site, point: &InspectionPoint) {
+    let mut nodes = cx.model.site.viewpoints(point.target_m);
+    nodes.truncate(MAX_NODES);
+    if !nodes.contains(&point.node) {
+        nodes.insert(0, point.node);
+    }
+    let option = |node: &NodeId| {
+        let distance_m = distance_m(site, *node, &point.target_m).unwrap_or(0.0);
+        texts::node_option(name_of(site, *node), distance_m)
+    };
+    let options: Vec<String> = nodes.iter().map(option).collect();
+    let index = select(ui, cx.tokens, texts::NODE, texts::NODE, &option(&point.node), &options);
+    if let Some(node) = index.map(|index| nodes[index]).filter(|node| *node != point.node) {
+        change(cx, point, |point| point.node = node);
+    }
+}
+
 fn change(cx: &mut PanelContext<'_>, point: &InspectionPoint, change: impl FnOnce(&mut InspectionPoint)) {
     let edit = cx.model.site.changing_inspection_point(point.id, change);
     cx.commands.push(ClientCommand::EditSite(edit));
@@ -193,6 +219,10 @@ fn change(cx: &mut PanelContext<'_>, point: &InspectionPoint, change: impl FnOnc
 
 /// Distance from the base at the node to the target, metres.
 fn stand_off_m(site: &Site, point: &InspectionPoint) -> Option<f64> {
-    let (from, to) = (site.node(point.node)?.map_from_node.position, point.target_m);
+    distance_m(site, point.node, &point.target_m)
+}
+
+fn distance_m(site: &Site, node: NodeId, to: &Vec3) -> Option<f64> {
+    let from = site.node(node)?.map_from_node.position;
     Some((from.x - to.x).hypot(from.y - to.y).hypot(from.z - to.z))
 }

@@ -1,24 +1,20 @@
-//! The action of an inspection point: which one, and its parameters as JSON.
+//! The action of an inspection point: which one, and its parameters.
 
 use super::texts;
-use crate::TextInput;
-use crate::button::Button;
 use crate::feature_panel::PanelContext;
+use crate::features::action_form::{TypedParameters, action_title};
+use crate::select::select;
 use crate::widgets;
-use client_model::{parameters_from_json, parameters_to_json};
-use egui::Ui;
-use site_model::{ACTION_CATALOGUE, ActionRequest, InspectionPoint, InspectionPointId, Parameters};
+use egui::{Id, Ui};
+use site_model::{ACTION_CATALOGUE, ActionRequest, InspectionPoint, Parameters};
 
-/// Longest text of the parameters, characters.
-const MAX_PARAMETER_CHARS: u32 = 2_000;
-/// Actions that do not look at a target.
+/// Actions that have nothing to do with what is inspected.
 const WITHOUT_TARGET: [&str; 2] = ["wait", "message"];
 
 /// What is typed between frames.
 #[derive(Debug, Default)]
 pub(super) struct RequestFields {
-    /// The parameters that are typed for a point whose parameters are those of the text before.
-    typed: Option<(InspectionPointId, String, String)>,
+    typed: TypedParameters,
 }
 
 impl RequestFields {
@@ -29,41 +25,25 @@ impl RequestFields {
         cx: &mut PanelContext<'_>,
         point: &InspectionPoint,
     ) -> Option<ActionRequest> {
+        let owner = Id::unique(("inspection point", point.id.0));
+        self.typed.keep_only(owner);
         let tokens = cx.tokens;
-        let mut changed = None;
         widgets::section_head(ui, tokens, texts::ACTION_HEAD);
-        let choices: Vec<(&str, &str)> = ACTION_CATALOGUE
+        let actions: Vec<&str> = ACTION_CATALOGUE
             .iter()
-            .filter(|action| !WITHOUT_TARGET.contains(&action.name))
-            .map(|action| (action.title, action.name))
+            .map(|action| action.name)
+            .filter(|action| !WITHOUT_TARGET.contains(action))
             .collect();
-        for pair in choices.chunks(2) {
-            widgets::choice(ui, tokens, pair, point.request.action.as_str(), |action| {
-                // The parameters of another action have other names.
-                changed = Some(ActionRequest { action: action.to_owned(), parameters: Parameters::new() });
-            });
+        let titles: Vec<String> = actions.iter().map(|action| action_title(action)).collect();
+        let shown = action_title(&point.request.action);
+        if let Some(index) = select(ui, tokens, texts::ACTION, texts::ACTION, &shown, &titles) {
+            let action = actions[index].to_owned();
+            // The parameters of another action have other names.
+            let request = ActionRequest { action, parameters: Parameters::new() };
+            return Some(request).filter(|request| request.action != point.request.action);
         }
-        let present = parameters_to_json(&point.request.parameters);
-        if self.typed.as_ref().is_none_or(|(of, before, _)| *of != point.id || *before != present) {
-            self.typed = Some((point.id, present.clone(), present.clone()));
-        }
-        let (_, _, typed) = self.typed.as_mut()?;
-        let field = TextInput::new(("parameters", point.id.0), texts::PARAMETERS).paragraph(3);
-        field.max_length(MAX_PARAMETER_CHARS).show(ui, tokens, cx.text_inputs, typed);
-        if *typed != present {
-            match parameters_from_json(typed) {
-                Ok(parameters) => {
-                    if Button::new(texts::APPLY).wide(ui).show(ui, tokens).clicked() {
-                        changed = Some(ActionRequest { parameters, ..point.request.clone() });
-                    }
-                }
-                Err(reason) => {
-                    widgets::tinted_box(ui, tokens, tokens.warn, |ui| {
-                        widgets::sentence(ui, tokens, &texts::not_json(&reason));
-                    });
-                }
-            }
-        }
-        changed.filter(|request| *request != point.request)
+        let parameters = self.typed.show(ui, cx, owner, &point.request, true)?;
+        Some(ActionRequest { parameters, ..point.request.clone() })
+            .filter(|request| *request != point.request)
     }
 }

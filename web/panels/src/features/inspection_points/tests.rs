@@ -47,15 +47,14 @@ fn points(harness: &Harness<'_, TestClient>) -> Vec<InspectionPoint> {
 }
 
 #[test]
-fn a_selected_node_lets_the_next_click_pick_a_target_and_escape_ends_it() {
+fn clicks_make_inspection_points_while_the_tool_is_on_and_escape_ends_it() {
     let (client, _) = with_node();
     let mut harness = client.shown(1440.0, 1200.0);
     click(&mut harness, "Inspection points");
-    click(&mut harness, "Add an inspection point");
-    assert!(harness.state().emitted(&ClientCommand::UseGraphTool(Some(GraphTool::PickTarget))));
+    click(&mut harness, "Add inspection points");
+    assert!(harness.state().emitted(&ClientCommand::UseGraphTool(Some(GraphTool::AddInspectionPoints))));
     carry_out(&mut harness);
-    let is_hint =
-        |text: Option<String>| text.is_some_and(|text| text.starts_with("Click the thing in the map"));
+    let is_hint = |text: Option<String>| text.is_some_and(|text| text.starts_with("Click the things"));
     assert!(harness.query_all_by(|node| is_hint(node.value())).next().is_some());
     harness.key_press(egui::Key::Escape);
     harness.run_steps(2);
@@ -64,10 +63,26 @@ fn a_selected_node_lets_the_next_click_pick_a_target_and_escape_ends_it() {
 }
 
 #[test]
+fn another_node_is_chosen_to_look_from() {
+    let (client, near) = with_node();
+    let (far, edit) = client.model.site.adding_node(Vec3::new(-3.0, 0.0, 0.5), map(9, "Hall").id, None);
+    let client = client.command(ClientCommand::EditSite(edit));
+    let (point, edit) = client.model.site.adding_inspection_point(near, Vec3::new(2.0, 0.0, 0.5));
+    let client = client.command(ClientCommand::EditSite(edit));
+    let selected = Some(Selection::InspectionPoint(point));
+    let mut harness = client.command(ClientCommand::Select(selected)).shown(1440.0, 1700.0);
+    harness.run_steps(2);
+    click(&mut harness, "Seen from");
+    click(&mut harness, "N2 · 5.0 m");
+    carry_out(&mut harness);
+    assert_eq!(points(&harness)[0].node, far);
+    assert_eq!(value(&harness, "Stand-off"), "5.0 m");
+}
+
+#[test]
 fn a_point_selected_in_the_scene_opens_its_tab_with_node_and_stand_off() {
     let mut harness = with_point();
     harness.run_steps(2);
-    assert_eq!(value(&harness, "Seen from"), "N1");
     assert_eq!(value(&harness, "Stand-off"), "2.0 m");
     click(&mut harness, "Pick the target anew");
     assert!(harness.state().emitted(&ClientCommand::UseGraphTool(Some(GraphTool::PickTarget))));
@@ -84,6 +99,7 @@ fn a_point_is_renamed_given_another_action_and_deleted_and_each_is_undone() {
     click(&mut harness, "Rename inspection point");
     carry_out(&mut harness);
     assert!(points(&harness)[0].name.contains("gauge"), "{:?}", points(&harness));
+    click(&mut harness, "Action");
     click(&mut harness, "Thermal photo");
     carry_out(&mut harness);
     assert_eq!(points(&harness)[0].request.action, "thermal_photo");
@@ -100,24 +116,19 @@ fn a_point_is_renamed_given_another_action_and_deleted_and_each_is_undone() {
 }
 
 #[test]
-fn parameters_are_applied_once_they_are_json() {
+fn the_form_of_the_action_has_no_fields_for_what_the_target_aims() {
     let mut harness = with_point();
     harness.run_steps(2);
-    let type_text = |harness: &mut Harness<'_, TestClient>, text: &str| {
-        harness.get_by_label("Parameters (JSON)").focus();
-        harness.run_steps(2);
-        harness.get_by_label("Parameters (JSON)").type_text(text);
-        harness.run_steps(2);
-    };
-    type_text(&mut harness, " and more");
-    assert!(harness.query_by_label("Apply the parameters").is_none());
-    harness.get_by_label_contains("These are no parameters");
-
-    // Leading and trailing space leaves the same parameters.
-    let mut harness = with_point();
+    assert!(harness.query_by_label("Pan, °").is_none(), "the target aims the camera");
+    harness.get_by_label("Zoom").focus();
     harness.run_steps(2);
-    type_text(&mut harness, "  ");
-    assert!(harness.query_by_label("Apply the parameters").is_some());
+    harness.get_by_label("Zoom").type_text("4");
+    harness.run_steps(2);
+    harness.key_press(egui::Key::Enter);
+    harness.run_steps(2);
+    carry_out(&mut harness);
+    let zoom = points(&harness)[0].request.parameters.get("zoom").cloned();
+    assert_eq!(zoom, Some(site_model::Parameter::Integer(4)));
 }
 
 #[test]

@@ -8,10 +8,12 @@ pub(super) const HEAD: &str = "Inspection points";
 pub(super) const LOADING: &str = "The site has not arrived from the robot yet.";
 pub(super) const OTHER_MAP: &str =
     "Targets are picked in the map of the site. View it on the tab of the topological map.";
-pub(super) const ADD: &str = "Add an inspection point";
-pub(super) const SELECT_NODE: &str =
-    "To add one, select the node in the scene from which the robot shall look.";
+pub(super) const ADD: &str = "Add inspection points";
+pub(super) const ADD_REMARK: &str =
+    "Each click on a thing in the map makes one. The robot looks from the nearest node that sees it.";
+pub(super) const ADD_HINT: &str = "Click the things in the map that the robot shall look at. Escape ends it.";
 pub(super) const PICK_HINT: &str = "Click the thing in the map that the robot shall look at. Escape ends it.";
+pub(super) const NO_NODES: &str = "The robot looks at things from nodes. Make the topological map first.";
 pub(super) const EMPTY: &str = "There are no inspection points yet.";
 pub(super) const POINT_HEAD: &str = "Inspection point";
 pub(super) const NAME_FIELD: NameFieldTexts = NameFieldTexts {
@@ -31,8 +33,7 @@ pub(super) const TARGET: &str = "Target";
 pub(super) const MOVE_TARGET: &str = "Pick the target anew";
 pub(super) const SHOW: &str = "Show the target";
 pub(super) const ACTION_HEAD: &str = "Action";
-pub(super) const PARAMETERS: &str = "Parameters (JSON)";
-pub(super) const APPLY: &str = "Apply the parameters";
+pub(super) const ACTION: &str = "Action";
 pub(super) const DELETE_SHORT: &str = "Delete";
 
 pub(super) fn point(name: &str) -> String {
@@ -51,10 +52,6 @@ pub(super) fn needed_by(missions: &[&str]) -> String {
     format!("Needed by: {}. Their tasks here will have to be changed.", missions.join(", "))
 }
 
-pub(super) fn not_json(reason: &str) -> String {
-    format!("These are no parameters: {reason}. An example: {{\"zoom\": 2}}.")
-}
-
 /// The line of sight ends at the target.
 pub(super) fn clear(distance_m: f64) -> String {
     format!("Nothing stands in the way. The target is {} from the camera.", format::distance(distance_m))
@@ -70,4 +67,9 @@ pub(super) fn blocked(blocked_m: f64) -> String {
 /// Other points that a change of the node concerns.
 pub(super) fn shared_node(node: &str, points: &[&str]) -> String {
     format!("{node} moves for these too: {}.", points.join(", "))
+}
+
+/// A node from which a target can be seen, with its distance.
+pub(super) fn node_option(name: &str, distance_m: f64) -> String {
+    format!("{name} · {}", format::distance(distance_m))
 }

@@ -3,6 +3,7 @@
 use super::texts;
 use crate::button::Button;
 use crate::feature_panel::PanelContext;
+use crate::features::action_form::show_problem;
 use crate::features::mission_task::{self, push_edit};
 use crate::select::select;
 use crate::theme;
@@ -100,7 +101,7 @@ fn show_end_text(ui: &mut Ui, cx: &PanelContext<'_>, site: &Site, plan: &Mission
     match &plan.end.problem {
         None => widgets::remark(ui, cx.tokens, &text),
         Some(problem) => {
-            mission_task::show_problem(ui, cx.tokens, &mission_task::end_problem(site, problem));
+            show_problem(ui, cx.tokens, &mission_task::end_problem(site, problem));
         }
     }
 }

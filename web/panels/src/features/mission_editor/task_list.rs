@@ -3,6 +3,7 @@
 use super::dragging::{self, KeyboardDrag, ROW_HEIGHT};
 use super::texts;
 use crate::feature_panel::PanelContext;
+use crate::features::action_form::show_problem;
 use crate::features::mission_task::row::{Mark, Row, RowResponse};
 use crate::features::mission_task::{self, TaskForm, push_command, show_buttons};
 use crate::theme::{self, Tokens};
@@ -150,7 +151,7 @@ impl TaskList {
             // What is wrong with a parameter stands below its field.
             let is_of_field = matches!(problem, Some(StopProblem::Parameter(..)));
             if let Some(problem) = problem.filter(|_| !is_of_field) {
-                mission_task::show_problem(ui, tokens, &mission_task::stop_problem(site, problem));
+                show_problem(ui, tokens, &mission_task::stop_problem(site, problem));
             }
             self.form.show(ui, cx, site, plan.mission.id, task);
         });

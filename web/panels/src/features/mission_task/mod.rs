@@ -1,16 +1,14 @@
 //! A task of a mission: what it is called, its icon, what is wrong with it, and its form. The list of tasks and the palette use these.
 
-mod parameters;
 mod policy;
-mod problem;
 pub(crate) mod row;
 #[cfg(test)]
 mod tests;
 mod texts;
-mod units;
 
 use crate::button::{Button, Kind};
 use crate::feature_panel::PanelContext;
+use crate::features::action_form::{self, TypedParameters};
 use crate::select::select;
 use crate::theme::Tokens;
 use crate::{icon, widgets};
@@ -18,9 +16,7 @@ use client_model::{
     ClientCommand, EndProblem, MissionEditorCommand, NewTask, SiteEdit, StopProblem, parameter_fields,
     request_of,
 };
-use egui::Ui;
-use parameters::TypedParameters;
-pub(crate) use problem::show_problem;
+use egui::{Id, Ui};
 use site_model::{
     ACTION_CATALOGUE, ActionRequest, InspectionPoint, MissionId, Node, Object, Parameters, Site, Task,
     TaskPlace,
@@ -76,7 +72,7 @@ pub(crate) fn title(site: &Site, task: &Task) -> String {
 /// What is done in a task.
 pub(crate) fn action(site: &Site, task: &Task) -> String {
     request_of(site, task)
-        .map_or_else(|| texts::VISIT.to_owned(), |request| texts::action_title(&request.action))
+        .map_or_else(|| texts::VISIT.to_owned(), |request| action_form::action_title(&request.action))
 }
 
 /// What an entry of the palette is called, and what would be done.
@@ -85,13 +81,13 @@ pub(crate) fn entry_texts(site: &Site, new: NewTask) -> (String, String) {
         NewTask::InspectionPoint(id) => {
             let point = site.inspection_point(id);
             let name = point.map_or_else(|| texts::MISSING_POINT.to_owned(), |point| point.name.clone());
-            (name, point.map_or_else(String::new, |point| texts::action_title(&point.request.action)))
+            (name, point.map_or_else(String::new, |point| action_form::action_title(&point.request.action)))
         }
         NewTask::Node(node) => (
             site.node(node).map_or_else(|| texts::MISSING_NODE.to_owned(), |node| node.name.clone()),
             texts::VISIT.to_owned(),
         ),
-        NewTask::Action(name) => (texts::action_title(name), String::new()),
+        NewTask::Action(name) => (action_form::action_title(name), String::new()),
     }
 }
 
@@ -130,7 +126,8 @@ impl TaskForm {
         mission: MissionId,
         task: &Task,
     ) {
-        self.typed.keep_only(Some(task.id));
+        let owner = Id::unique(("task", task.id.0));
+        self.typed.keep_only(owner);
         let tokens = cx.tokens;
         ui.spacing_mut().item_spacing.y = 6.0;
         let mut changed = task.clone();
@@ -141,7 +138,7 @@ impl TaskForm {
                 if let Some(request) = show_action(ui, tokens, request.as_ref()) {
                     changed.place = TaskPlace::Node { node: *node, request };
                 } else if let Some(request) = request {
-                    if let Some(parameters) = self.typed.show(ui, cx, task.id, request) {
+                    if let Some(parameters) = self.typed.show(ui, cx, owner, request, false) {
                         let request = Some(ActionRequest { parameters, ..request.clone() });
                         changed.place = TaskPlace::Node { node: *node, request };
                     } else if parameter_fields(&request.action).is_empty() {
@@ -239,8 +236,8 @@ fn show_action(
 ) -> Option<Option<ActionRequest>> {
     let titles = ACTION_CATALOGUE.iter().map(|action| action.title.to_owned());
     let options: Vec<String> = std::iter::once(texts::NO_ACTION.to_owned()).chain(titles).collect();
-    let shown =
-        request.map_or_else(|| texts::NO_ACTION.to_owned(), |request| texts::action_title(&request.action));
+    let shown = request
+        .map_or_else(|| texts::NO_ACTION.to_owned(), |request| action_form::action_title(&request.action));
     let index = select(ui, tokens, texts::ACTION, texts::ACTION, &shown, &options)?;
     let action = index.checked_sub(1).map(|index| ACTION_CATALOGUE[index].name);
     let is_same = request.map(|request| request.action.as_str()) == action;

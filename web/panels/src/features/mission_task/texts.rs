@@ -1,10 +1,10 @@
 //! Texts of tasks, by key: what they are, what is wrong with them, and their form.
 
-use super::units::shown_unit;
+use crate::features::action_form::{parameter_problem, shown_unit};
 use crate::format;
-use client_model::{EndProblem, ParameterField, ParameterProblem, StopProblem};
+use client_model::{EndProblem, ParameterField, StopProblem};
 use missions::{Closure, NoRoute};
-use site_model::{AskDefault, FailureStep, NodeId, Site, describe_action};
+use site_model::{AskDefault, FailureStep, NodeId, Site};
 
 pub(super) const VISIT: &str = "Visit";
 pub(super) const NO_ACTION: &str = "None, only visit";
@@ -26,8 +26,6 @@ pub(super) const MOVE_UP: &str = "Move up";
 pub(super) const MOVE_DOWN: &str = "Move down";
 pub(super) const DUPLICATE: &str = "Duplicate task";
 pub(super) const DELETE: &str = "Delete task";
-pub(super) const YES: &str = "Yes";
-pub(super) const NO: &str = "No";
 
 /// Numbers of further tries that can be chosen.
 pub(super) const RETRIES: [u8; 6] = [0, 1, 2, 3, 5, 10];
@@ -71,44 +69,12 @@ pub(super) fn of_policy(head: &str, caption: &str) -> String {
     format!("{head}: {caption}")
 }
 
-pub(super) fn action_title(name: &str) -> String {
-    describe_action(name).map_or_else(|| name.to_owned(), |action| action.title.to_owned())
-}
-
 pub(super) fn node_option(name: &str) -> String {
     format!("Node {name}")
 }
 
 pub(super) fn point_option(name: &str) -> String {
     format!("Point {name}")
-}
-
-/// Caption of a field with its unit.
-pub(super) fn caption(title: &str, unit: &str) -> String {
-    if unit.is_empty() { title.to_owned() } else { format!("{title}, {unit}") }
-}
-
-/// What is wrong with the value of a field, with its shown unit and scale.
-pub(super) fn parameter_problem(title: &str, unit: &str, scale: f64, problem: ParameterProblem) -> String {
-    let space = if unit.is_empty() { "" } else { "\u{a0}" };
-    match problem {
-        ParameterProblem::Missing => format!("{title} is missing."),
-        ParameterProblem::WrongType => format!("{title} is not of the right kind."),
-        ParameterProblem::OutOfRange(min, max) if max.is_infinite() => {
-            format!("{title} must be at least {}{space}{unit}.", number(min * scale))
-        }
-        ParameterProblem::OutOfRange(min, max) => {
-            format!("{title} must be from {} to {}{space}{unit}.", number(min * scale), number(max * scale))
-        }
-        ParameterProblem::TooLong(max) => format!("{title} may have {max} characters at most."),
-        ParameterProblem::NotListed => format!("{title} is none of the choices."),
-    }
-}
-
-/// A number with the digits that it needs, two after the point at most.
-pub(super) fn number(value: f64) -> String {
-    let text = format!("{value:.2}");
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// Why a task cannot be done: a sentence.

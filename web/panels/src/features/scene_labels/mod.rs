@@ -5,13 +5,14 @@ mod placement;
 mod tests;
 mod texts;
 
+use crate::features::zones;
 use crate::format;
 use crate::theme::{self, Tokens, Weight, font};
 use api::SurveyReason;
 use client_model::{ClientCommand, GraphTool, Model, Selection};
 use egui::{CornerRadius, Id, Pos2, Rect, Role, Sense, Stroke, StrokeKind, Ui, Vec2, WidgetInfo, vec2};
 use placement::{LabelPlacementConfig, LabelPlacer, RING_RADIUS, RING_WIDTH, covering_rects};
-use site_model::{InspectionPointId, NodeId};
+use site_model::{InspectionPointId, NodeId, Zone};
 use vocab::KeyframeId;
 
 /// Side of the click target of a label that has others close to it, points.
@@ -85,6 +86,12 @@ impl SceneLabel {
         Self { selects: Some(Selection::InspectionPoint(id)), is_selected, is_crowded: true, ..label }
     }
 
+    /// A zone, with its name and what holds in it as its tag.
+    pub fn zone(at: Pos2, zone: &Zone, is_selected: bool) -> Self {
+        let label = Self::new(texts::zone(&zone.name), zones::tag(zone), at);
+        Self { selects: Some(Selection::Zone(zone.id)), is_selected, is_crowded: true, ..label }
+    }
+
     /// The rectangle of the thing on the screen, points.
     fn body(&self) -> Rect {
         Rect::from_center_size(self.at, self.size)
@@ -118,9 +125,11 @@ pub fn show_labels(
     for label in labels.iter().filter(|label| label.size != Vec2::ZERO) {
         placer.keep_clear(label.body());
     }
+    // What is pointed at on the map may be under a label.
+    let is_map_clicked = graph_tool(ui.ctx(), model).is_some_and(|tool| !tool.is_for_nodes());
     for label in labels {
         if let Some(selection) = label.selects
-            && show_target(ui, tokens, label, &placer)
+            && show_target(ui, tokens, label, &placer, !is_map_clicked)
         {
             commands.extend(on_click(ui, model, selection, label.is_selected));
         }
@@ -133,7 +142,7 @@ pub fn show_labels(
 /// What a click on a label does: it selects, or works as a click on the thing itself does while a tool is on.
 fn on_click(ui: &Ui, model: &Model, selection: Selection, is_selected: bool) -> Vec<ClientCommand> {
     match (selection, graph_tool(ui.ctx(), model)) {
-        (Selection::Node(node), Some(tool)) if tool != GraphTool::PickTarget => {
+        (Selection::Node(node), Some(tool)) if tool.is_for_nodes() => {
             model.site.clicking_node(tool, node, &model.selected_nodes())
         }
         _ => vec![ClientCommand::Select((!is_selected).then_some(selection))],
@@ -146,12 +155,20 @@ pub fn graph_tool(ctx: &egui::Context, model: &Model) -> Option<GraphTool> {
     if is_adding { Some(GraphTool::SelectSeveral) } else { model.graph_tool() }
 }
 
-/// The click target of a label, and the ring around it while it is selected or has the keyboard's focus. Returns whether it was clicked.
-fn show_target(ui: &Ui, tokens: &Tokens, label: &SceneLabel, placer: &LabelPlacer) -> bool {
+/// The click target of a label, and the ring around it while it is selected or has the keyboard's focus. Without `takes_clicks`, clicks go to the scene below. Returns
+/// whether it was clicked.
+fn show_target(
+    ui: &Ui,
+    tokens: &Tokens,
+    label: &SceneLabel,
+    placer: &LabelPlacer,
+    takes_clicks: bool,
+) -> bool {
     // Beside the marker of a crowded label the scene decides what a click selects, because another thing may be nearer.
     let side = if label.is_crowded { SMALL_TARGET } else { theme::TOUCH };
     let target = Rect::from_center_size(label.at, Vec2::splat(side));
-    let response = ui.interact(target, Id::unique(("scene", &label.name)), Sense::click());
+    let sense = if takes_clicks { Sense::click() } else { Sense::hover() };
+    let response = ui.interact(target, Id::unique(("scene", &label.name)), sense);
     response.widget_info(|| WidgetInfo::selected(Role::Button, true, label.is_selected, &label.name));
     if (label.is_selected || response.has_focus()) && placer.has_room_for_ring(label.at) {
         ui.painter().circle_stroke(label.at, RING_RADIUS, Stroke::new(RING_WIDTH, tokens.accent));

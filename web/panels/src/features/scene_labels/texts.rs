@@ -56,6 +56,10 @@ pub(super) fn inspection_point(name: &str) -> String {
     format!("Inspection point {name} in the scene")
 }
 
+pub(super) fn zone(name: &str) -> String {
+    format!("Zone {name} in the scene")
+}
+
 pub(super) fn keyframe(id: KeyframeId) -> String {
     format!("Keyframe {}", id.0)
 }

@@ -135,7 +135,8 @@ fn time_of(minute: i64) -> LocalTime {
     LocalTime { hour: (minute / 60) as u8, minute: (minute % 60) as u8 }
 }
 
-pub(super) fn parse_time(text: &str) -> Option<LocalTime> {
+/// A time as it is typed: `9`, `9:30`, `930`.
+pub(crate) fn parse_time(text: &str) -> Option<LocalTime> {
     let text = text.trim();
     let (hour, minute) = match text.split_once([':', '.', ' ']) {
         Some(parts) => parts,

@@ -18,8 +18,9 @@ mod week;
 mod week_paint;
 mod when_texts;
 
-pub(crate) use fields::parse_date;
+pub(crate) use fields::{parse_date, parse_time};
 pub(crate) use state::SchedulePanel;
+pub(crate) use when_texts::time as shown_time;
 
 use crate::button::{Button, Kind};
 use crate::feature_panel::{FeaturePanel, PanelContext, Tab};

@@ -18,7 +18,8 @@ pub(super) const DAYS: [(&str, Weekday); 7] = [
 const MONTHS: [&str; 12] =
     ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"];
 
-pub(super) fn time(time: LocalTime) -> String {
+/// `09:30`.
+pub(crate) fn time(time: LocalTime) -> String {
     format!("{:02}:{:02}", time.hour, time.minute)
 }
 

@@ -76,6 +76,7 @@ fn selection_of(id: ObjectId) -> Option<Selection> {
         ObjectId::Node(node) => Some(Selection::Node(node)),
         ObjectId::Edge(edge) => Some(Selection::Edge(edge)),
         ObjectId::InspectionPoint(point) => Some(Selection::InspectionPoint(point)),
+        ObjectId::Zone(zone) => Some(Selection::Zone(zone)),
         _ => None,
     }
 }

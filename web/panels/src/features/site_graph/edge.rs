@@ -1,5 +1,7 @@
 //! The edge that is selected: how it may be used. What is changed holds for both directions of a pair.
 
+use super::edge_actions::EdgeActions;
+use super::edge_policy;
 use super::facts::{both_ways, length_m, name_of};
 use super::texts;
 use crate::button::{Button, Kind};
@@ -16,6 +18,7 @@ use site_model::{Edge, EdgeId, ObjectId, Site, Traversal, ValidationConfig};
 #[derive(Debug, Default)]
 pub(super) struct EdgeSection {
     typed: TypedNumber,
+    actions: EdgeActions,
 }
 
 impl EdgeSection {
@@ -39,6 +42,13 @@ impl EdgeSection {
             cx.commands.push(ClientCommand::EditSite(edit));
         }
         self.show_properties(ui, cx, site, edge);
+        if let Some((moment, list)) = self.actions.show(ui, cx, edge) {
+            change(cx, site, edge, |it| moment.put(it, list.clone()));
+        }
+        if let Some(steps) = edge_policy::show(ui, cx, &mut self.typed, edge) {
+            change(cx, site, edge, |it| it.fail_policy.clone_from(&steps));
+        }
+        widgets::section_head(ui, tokens, texts::SHAPE_HEAD);
         let split = Button::new(texts::SPLIT).icon(icon::PLUS).wide(ui);
         if split.show(ui, tokens).clicked()
             && let Some(map) = model.saved_map_on_screen()

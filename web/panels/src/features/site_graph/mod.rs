@@ -1,9 +1,12 @@
 //! The topological map: adding and joining nodes, what is selected of it, and its problems.
 
 mod edge;
+mod edge_actions;
+mod edge_policy;
 mod facts;
 mod generation;
 mod group;
+mod moment;
 mod node;
 #[cfg(test)]
 mod tests;
@@ -74,8 +77,10 @@ impl FeaturePanel for SiteGraphPanel {
             Some(GraphTool::AddNodes) => texts::ADD_HINT,
             Some(GraphTool::Connect) => texts::CONNECT_HINT,
             Some(GraphTool::SelectSeveral) => texts::SELECT_HINT,
-            // Its hint is that of the inspection points.
-            Some(GraphTool::PickTarget) | None => return,
+            // Their hints are those of inspection points and zones.
+            Some(GraphTool::AddInspectionPoints | GraphTool::PickTarget | GraphTool::DrawZone) | None => {
+                return;
+            }
         };
         // Whoever ends a tool has no danger in mind.
         cx.frame.is_escape_taken = true;
@@ -230,6 +235,7 @@ fn selection_of(object: ObjectId) -> Option<Selection> {
         ObjectId::Node(node) => Some(Selection::Node(node)),
         ObjectId::Edge(edge) => Some(Selection::Edge(edge)),
         ObjectId::InspectionPoint(point) => Some(Selection::InspectionPoint(point)),
+        ObjectId::Zone(zone) => Some(Selection::Zone(zone)),
         _ => None,
     }
 }
@@ -242,6 +248,9 @@ fn object_name(site: &Site, selection: Selection) -> String {
             .map_or_else(String::new, |edge| texts::ends(name_of(site, edge.from), name_of(site, edge.to))),
         Selection::InspectionPoint(point) => {
             site.inspection_point(point).map_or_else(String::new, |point| point.name.clone())
+        }
+        Selection::Zone(zone) => {
+            site.zones().find(|it| it.id == zone).map_or_else(String::new, |zone| zone.name.clone())
         }
         _ => String::new(),
     }

@@ -34,6 +34,7 @@ impl NodeSection {
         for kinds in texts::KINDS.chunks(2) {
             widgets::choice(ui, tokens, kinds, node.kind, |kind| change(cx, node, |node| node.kind = kind));
         }
+        show_dock(ui, cx, site, node);
         self.show_place(ui, cx, node);
         // Of a pair of edges the one that leads away stands for both.
         let leads_here_only = |edge: &Edge| edge.to == node.id && both_ways(site, edge).count() == 1;
@@ -77,6 +78,23 @@ impl NodeSection {
         if let Some(floor) = field(ui, cx, texts::FLOOR, f64::from(node.floor), 1.0, 0, texts::FLOORS) {
             change(cx, node, |node| node.floor = floor as i32);
         }
+    }
+}
+
+/// Whether the robot charges here: making it a dock, and no dock again.
+fn show_dock(ui: &mut Ui, cx: &mut PanelContext<'_>, site: &Site, node: &Node) {
+    let tokens = cx.tokens;
+    if let Some(dock) = site.docks().find(|dock| dock.node == node.id || dock.approach == node.id) {
+        widgets::remark(ui, tokens, &texts::of_dock(&dock.name, dock.node == node.id));
+        let button = Button::new(texts::UNMAKE_DOCK).icon(icon::X).wide(ui);
+        if dock.node == node.id && button.show(ui, tokens).clicked() {
+            cx.commands.push(ClientCommand::EditSite(cx.model.site.unmaking_dock(node.id)));
+        }
+        return;
+    }
+    let button = Button::new(texts::MAKE_DOCK).icon(icon::BATTERY_CHARGING).hint(texts::MAKE_DOCK_HINT);
+    if button.wide(ui).show(ui, tokens).clicked() {
+        cx.commands.push(ClientCommand::EditSite(cx.model.site.making_dock(node.id)));
     }
 }
 

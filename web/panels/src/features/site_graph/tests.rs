@@ -5,6 +5,7 @@ use crate::test_support::{TestClient, click, map, value};
 use api::{Event, SiteParts, SiteState, TopomapGeneration, TopomapStage, TopomapSummary};
 use client_model::{CameraMove, ClientCommand, GraphTool, Selection};
 use egui_kittest::kittest::Queryable;
+use site_model::EdgeFailStep;
 use std::sync::Arc;
 use vocab::{MapId, Vec3};
 
@@ -72,7 +73,7 @@ fn a_tool_is_on_until_it_is_pressed_again_or_escape_is() {
 
 #[test]
 fn a_node_is_renamed_given_a_kind_and_deleted_and_each_is_undone() {
-    let mut harness = with_two_nodes().shown(1440.0, 1400.0);
+    let mut harness = with_two_nodes().shown(1440.0, 2400.0);
     assert_eq!((value(&harness, "Nodes"), value(&harness, "Edges")), ("2".to_owned(), "2".to_owned()));
     click(&mut harness, "Inspection");
     carry_out(&mut harness);
@@ -111,7 +112,7 @@ fn a_node_is_renamed_given_a_kind_and_deleted_and_each_is_undone() {
 
 #[test]
 fn an_edge_is_made_one_way_disabled_and_split() {
-    let mut harness = with_two_nodes().shown(1440.0, 1400.0);
+    let mut harness = with_two_nodes().shown(1440.0, 2400.0);
     click(&mut harness, "Edge N2 to N1");
     carry_out(&mut harness);
     click(&mut harness, "Routes may use it");
@@ -131,8 +132,50 @@ fn an_edge_is_made_one_way_disabled_and_split() {
 }
 
 #[test]
+fn actions_along_an_edge_and_what_is_tried_when_it_is_blocked_hold_both_ways() {
+    let mut harness = with_two_nodes().shown(1440.0, 2400.0);
+    let press = |harness: &mut egui_kittest::Harness<'_, TestClient>, name: &str| {
+        click(harness, name);
+        carry_out(harness);
+    };
+    press(&mut harness, "Edge N2 to N1");
+    press(&mut harness, "Before setting out: add an action");
+    press(&mut harness, "Wait");
+    harness.get_by_label("Time, s").focus();
+    harness.run_steps(2);
+    harness.get_by_label("Time, s").type_text("9");
+    harness.run_steps(2);
+    harness.key_press(egui::Key::Enter);
+    harness.run_steps(2);
+    carry_out(&mut harness);
+    press(&mut harness, "After arriving: add an action");
+    press(&mut harness, "Photo");
+    press(&mut harness, "Add a step");
+    press(&mut harness, "More: Tries 1");
+    press(&mut harness, "Add a step");
+    press(&mut harness, "Step 2");
+    press(&mut harness, "Give up");
+    let edges = |harness: &egui_kittest::Harness<'_, TestClient>| {
+        harness.state().model.site.site().expect("a site").edges().cloned().collect::<Vec<_>>()
+    };
+    for edge in edges(&harness) {
+        assert_eq!(edge.on_enter[0].action, "wait");
+        assert_eq!(edge.on_enter[0].parameters["duration_s"], site_model::Parameter::Integer(9));
+        assert_eq!(edge.on_leave[0].action, "photo");
+        assert!(edge.during.is_empty());
+        assert_eq!(edge.fail_policy, [EdgeFailStep::Retry(2), EdgeFailStep::Fail]);
+    }
+    click(&mut harness, "Add a step");
+    carry_out(&mut harness);
+    assert_eq!(edges(&harness)[0].fail_policy.len(), 2, "nothing comes after giving up");
+    press(&mut harness, "Remove Before setting out 1: Wait");
+    press(&mut harness, "Remove Step 2");
+    assert!(edges(&harness).iter().all(|edge| edge.on_enter.is_empty() && edge.fail_policy.len() == 1));
+}
+
+#[test]
 fn fields_move_and_turn_a_node_and_set_how_an_edge_is_used() {
-    let mut harness = with_two_nodes().shown(1440.0, 1400.0);
+    let mut harness = with_two_nodes().shown(1440.0, 2400.0);
     click(&mut harness, "More: x (m)");
     carry_out(&mut harness);
     click(&mut harness, "More: Heading (°)");
@@ -170,7 +213,7 @@ fn fields_move_and_turn_a_node_and_set_how_an_edge_is_used() {
 
 #[test]
 fn all_nodes_are_selected_by_keys_changed_and_deleted_together() {
-    let mut harness = with_two_nodes().shown(1440.0, 1400.0);
+    let mut harness = with_two_nodes().shown(1440.0, 2400.0);
     harness.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::A);
     harness.run_steps(2);
     carry_out(&mut harness);
@@ -217,7 +260,7 @@ fn escape_belongs_to_a_drag_in_the_scene_and_what_is_in_the_way_is_said() {
 
 #[test]
 fn floors_are_offered_where_there_are_several() {
-    let mut harness = with_two_nodes().shown(1440.0, 1400.0);
+    let mut harness = with_two_nodes().shown(1440.0, 2400.0);
     assert!(harness.query_by_label("All floors").is_none());
     click(&mut harness, "More: Floor");
     carry_out(&mut harness);

@@ -1,10 +1,11 @@
 //! Texts of the topological map, by key.
 
+use super::moment::Moment;
 use crate::feature_panel::DragObstruction;
 use crate::format;
 use crate::name_field::NameFieldTexts;
 use api::TopomapSummary;
-use site_model::{NodeKind, Problem, Severity, TravelDirection, Traversal};
+use site_model::{EdgeFailStep, NodeKind, Problem, Severity, TravelDirection, Traversal};
 
 pub(super) const TAB: &str = "Topological map";
 pub(super) const HEAD: &str = "Topological map";
@@ -46,6 +47,10 @@ pub(super) const SPEED: &str = "Speed (m/s)";
 pub(super) const SPEED_OF_ROBOT: &str = "Robot's";
 pub(super) const ROOM_LEFT: &str = "Room left (m)";
 pub(super) const ROOM_RIGHT: &str = "Room right (m)";
+pub(super) const MAKE_DOCK: &str = "Make it a dock";
+pub(super) const MAKE_DOCK_HINT: &str =
+    "The robot stands on it with the heading of the node, and leaves it ahead. A node before it is added.";
+pub(super) const UNMAKE_DOCK: &str = "It is no dock";
 pub(super) const EDGE_HEAD: &str = "Edge";
 pub(super) const ENABLED: &str = "Routes may use it";
 pub(super) const BOTH_WAYS: &str = "Both ways";
@@ -129,6 +134,54 @@ pub(super) fn traversal(traversal: &Traversal) -> &str {
     }
 }
 
+pub(super) const SHAPE_HEAD: &str = "Change its shape";
+pub(super) const ACTIONS_HEAD: &str = "Actions along it";
+pub(super) const ADD_ACTION: &str = "Add an action";
+pub(super) const NO_PARAMETERS: &str = "It needs nothing to be said.";
+pub(super) const POLICY_HEAD: &str = "If it cannot be walked";
+pub(super) const NO_POLICY: &str = "The robot takes another way at once.";
+pub(super) const ADD_STEP: &str = "Add a step";
+
+/// When actions are performed, in the order in which it comes.
+pub(super) const MOMENTS: [(Moment, &str); 3] = [
+    (Moment::Enter, "Before setting out"),
+    (Moment::During, "While walking"),
+    (Moment::Leave, "After arriving"),
+];
+
+pub(super) fn add_action(moment: &str) -> String {
+    format!("{moment}: add an action")
+}
+
+/// Accessible name of the row of an action.
+pub(super) fn action_row(moment: &str, number: usize, title: &str) -> String {
+    format!("{moment} {number}: {title}")
+}
+
+pub(super) fn remove_row(row: &str) -> String {
+    format!("Remove {row}")
+}
+
+/// What can be tried, in the order of the list.
+pub(super) const FAIL_STEPS: [&str; 4] = ["Try again", "Wait, then try again", "Take another way", "Give up"];
+
+pub(super) fn fail_step(step: EdgeFailStep) -> &'static str {
+    match step {
+        EdgeFailStep::Retry(_) => FAIL_STEPS[0],
+        EdgeFailStep::Wait(_) => FAIL_STEPS[1],
+        EdgeFailStep::Replan => FAIL_STEPS[2],
+        EdgeFailStep::Fail => FAIL_STEPS[3],
+    }
+}
+
+pub(super) fn step_caption(number: usize) -> String {
+    format!("Step {number}")
+}
+
+pub(super) fn step_number(number: usize, is_wait: bool) -> String {
+    if is_wait { format!("Wait {number} (s)") } else { format!("Tries {number}") }
+}
+
 /// Which way the robot faces.
 pub(super) const DIRECTIONS: [(&str, TravelDirection); 3] = [
     ("Forwards", TravelDirection::Forward),
@@ -145,6 +198,15 @@ pub(super) fn obstructed(found: &DragObstruction) -> String {
         others => format!(" {others} more edges are not free."),
     };
     format!("Something stands between {from} and {to}, {} from {from}.{more}", format::distance(*along_m))
+}
+
+/// Which dock a node belongs to.
+pub(super) fn of_dock(dock: &str, is_on_it: bool) -> String {
+    if is_on_it {
+        format!("The robot charges here: {dock}.")
+    } else {
+        format!("From here the robot looks for {dock} and aligns itself.")
+    }
 }
 
 pub(super) fn floor(floor: i32) -> String {

@@ -3,7 +3,7 @@
 use client_model::ParameterField;
 
 /// The unit in which the value of a field is shown, and the factor from its own.
-pub(super) fn shown_unit(field: &ParameterField) -> (&str, f64) {
+pub(crate) fn shown_unit(field: &ParameterField) -> (&str, f64) {
     match field.unit.as_str() {
         "rad" => ("°", 180.0 / std::f64::consts::PI),
         unit => (unit, 1.0),

@@ -1,14 +1,19 @@
-//! The fields for the parameters of an action, drawn from its schema.
+//! The form of an action, drawn from the schema of its parameters. Tasks, inspection points and edges use it.
 
-use super::problem::show_problem;
-use super::texts;
-use super::units::shown_unit;
+mod problem;
+mod texts;
+mod units;
+
+pub(crate) use problem::show_problem;
+pub(crate) use texts::{action_title, parameter_problem};
+pub(crate) use units::shown_unit;
+
 use crate::feature_panel::PanelContext;
 use crate::select::{select, show_caption};
 use crate::{TextInput, TextInputKind, widgets};
 use client_model::{ParameterField, ParameterKind, parameter_fields};
-use egui::Ui;
-use site_model::{ActionRequest, Parameter, Parameters, TaskId};
+use egui::{Id, Ui};
+use site_model::{ActionRequest, Parameter, Parameters};
 use std::collections::BTreeMap;
 
 /// Longest text in a field for a number, characters.
@@ -18,26 +23,32 @@ const TEXT_CHARS: u32 = 400;
 /// Characters from which a text has a field of several lines.
 const LINE_CHARS: usize = 80;
 
-/// Texts that are typed and not taken yet, by task and name of the parameter.
+/// Parameters that aim the camera. They have no field where a target aims it.
+const AIM: [&str; 2] = ["pan_rad", "tilt_rad"];
+
+/// Texts that are typed and not taken yet, by the owner of the form and the name of the parameter.
 #[derive(Debug, Default)]
-pub(super) struct TypedParameters(BTreeMap<(TaskId, String), String>);
+pub(crate) struct TypedParameters(BTreeMap<(u64, String), String>);
 
 impl TypedParameters {
-    /// Shows the fields of an action. Returns the parameters once one of them is changed.
-    pub(super) fn show(
+    /// Shows the fields of an action. `owner` tells the form from others. `has_target`: whether a target aims the camera. Returns the parameters once one of them is
+    /// changed.
+    pub(crate) fn show(
         &mut self,
         ui: &mut Ui,
         cx: &mut PanelContext<'_>,
-        task: TaskId,
+        owner: Id,
         request: &ActionRequest,
+        has_target: bool,
     ) -> Option<Parameters> {
         let mut changed = None;
-        for field in parameter_fields(&request.action) {
+        let is_used = |field: &&ParameterField| !(has_target && AIM.contains(&field.name.as_str()));
+        for field in parameter_fields(&request.action).iter().filter(is_used) {
             let value = match &field.kind {
                 ParameterKind::Bool => show_switch(ui, cx, field, &request.parameters),
                 ParameterKind::Choice(choices) => show_choice(ui, cx, field, choices, &request.parameters),
                 ParameterKind::Number(..) | ParameterKind::Integer(..) | ParameterKind::Text(..) => {
-                    self.show_typed(ui, cx, task, field, &request.parameters)
+                    self.show_typed(ui, cx, owner, field, &request.parameters)
                 }
             };
             if let Some(value) = value {
@@ -52,9 +63,9 @@ impl TypedParameters {
         changed
     }
 
-    /// Forgets what was typed for other tasks.
-    pub(super) fn keep_only(&mut self, task: Option<TaskId>) {
-        self.0.retain(|(of, _), _| Some(*of) == task);
+    /// Forgets what was typed in the forms of others.
+    pub(crate) fn keep_only(&mut self, owner: Id) {
+        self.0.retain(|(of, _), _| *of == owner.value());
     }
 
     /// A field for a number or a text. What is typed is taken when the field is left or Enter pressed, and only if nothing is wrong with it.
@@ -62,19 +73,19 @@ impl TypedParameters {
         &mut self,
         ui: &mut Ui,
         cx: &mut PanelContext<'_>,
-        task: TaskId,
+        owner: Id,
         field: &ParameterField,
         parameters: &Parameters,
     ) -> Option<Option<Parameter>> {
         let tokens = cx.tokens;
         let (unit, scale) = shown_unit(field);
         let given = parameters.get(&field.name).map(|value| shown(value, scale)).unwrap_or_default();
-        let key = (task, field.name.clone());
+        let key = (owner.value(), field.name.clone());
         let mut text = self.0.get(&key).cloned().unwrap_or_else(|| given.clone());
         let caption = texts::caption(&field.title, unit);
         show_caption(ui, tokens, &caption);
         let hint = field.default.as_ref().map(|value| shown(value, scale)).unwrap_or_default();
-        let input = TextInput::new(("parameter", task.0, &field.name), &caption).hint(&hint);
+        let input = TextInput::new(("parameter", owner, &field.name), &caption).hint(&hint);
         let input = match field.kind {
             ParameterKind::Text(_, max) if max > LINE_CHARS => input.paragraph(3).max_length(TEXT_CHARS),
             ParameterKind::Text(..) => input.max_length(TEXT_CHARS),
@@ -95,7 +106,7 @@ impl TypedParameters {
         });
         let problem = problem.or_else(|| parsed.as_ref().err().copied());
         if let Some(problem) = problem {
-            let sentence = texts::parameter_problem(&field.title, unit, scale, problem);
+            let sentence = parameter_problem(&field.title, unit, scale, problem);
             show_problem(ui, tokens, &sentence);
         } else if !field.description.is_empty() {
             widgets::remark(ui, tokens, &field.description);

@@ -1,0 +1,100 @@
+//! What is tried in turn when an edge cannot be walked.
+
+use super::texts;
+use crate::button::{Button, Kind};
+use crate::feature_panel::PanelContext;
+use crate::number_field::{NumberField, TypedNumber};
+use crate::select::select;
+use crate::{icon, widgets};
+use egui::Ui;
+use site_model::{Edge, EdgeFailStep, ObjectId};
+use vocab::Span;
+
+/// Tries of a new step, and seconds of a new wait.
+const FIRST_TRIES: u8 = 1;
+const FIRST_WAIT_S: f64 = 30.0;
+/// Tries and seconds that people may enter.
+const TRIES: [f64; 2] = [1.0, 20.0];
+const WAITS_S: [f64; 2] = [1.0, 3_600.0];
+/// Most steps of a policy.
+const MAX_STEPS: usize = 8;
+
+/// Shows the steps. Returns them once they are changed.
+pub(super) fn show(
+    ui: &mut Ui,
+    cx: &mut PanelContext<'_>,
+    typed: &mut TypedNumber,
+    edge: &Edge,
+) -> Option<Vec<EdgeFailStep>> {
+    let tokens = cx.tokens;
+    widgets::section_head(ui, tokens, texts::POLICY_HEAD);
+    if edge.fail_policy.is_empty() {
+        widgets::remark(ui, tokens, texts::NO_POLICY);
+    }
+    let kinds: Vec<String> = texts::FAIL_STEPS.iter().map(|kind| (*kind).to_owned()).collect();
+    let mut steps = edge.fail_policy.clone();
+    for (index, step) in edge.fail_policy.iter().enumerate() {
+        let caption = texts::step_caption(index + 1);
+        if let Some(kind) = select(ui, tokens, &caption, &caption, texts::fail_step(*step), &kinds) {
+            steps[index] = step_of(kind);
+        }
+        if let Some(number) = show_number(ui, cx, typed, edge, index, *step) {
+            steps[index] = number;
+        }
+        let name = texts::remove_row(&caption);
+        if Button::new(&name).icon(icon::X).kind(Kind::Quiet).wide(ui).show(ui, tokens).clicked() {
+            steps.remove(index);
+        }
+    }
+    // What comes after these is never tried.
+    let has_end = matches!(edge.fail_policy.last(), Some(EdgeFailStep::Replan | EdgeFailStep::Fail));
+    let can_add = !has_end && edge.fail_policy.len() < MAX_STEPS;
+    let add = Button::new(texts::ADD_STEP).icon(icon::PLUS).enabled(can_add).wide(ui);
+    if add.show(ui, tokens).clicked() {
+        steps.push(EdgeFailStep::Retry(FIRST_TRIES));
+    }
+    (steps != edge.fail_policy).then_some(steps)
+}
+
+/// The number of a step, if it has one. Returns the step with another one.
+fn show_number(
+    ui: &mut Ui,
+    cx: &mut PanelContext<'_>,
+    typed: &mut TypedNumber,
+    edge: &Edge,
+    index: usize,
+    step: EdgeFailStep,
+) -> Option<EdgeFailStep> {
+    let (value, range, increment) = match step {
+        EdgeFailStep::Retry(tries) => (f64::from(tries), TRIES, 1.0),
+        EdgeFailStep::Wait(time) => (time.secs_f64(), WAITS_S, 10.0),
+        EdgeFailStep::Replan | EdgeFailStep::Fail => return None,
+    };
+    let is_wait = matches!(step, EdgeFailStep::Wait(_));
+    let name = texts::step_number(index + 1, is_wait);
+    let field = NumberField {
+        name: &name,
+        object: ObjectId::Edge(edge.id),
+        value: Some(value),
+        hint: "",
+        step: increment,
+        decimals: 0,
+        range,
+    };
+    let number = field.show(ui, cx, typed).flatten()?.round();
+    Some(if is_wait {
+        EdgeFailStep::Wait(Span::from_millis((number * 1e3) as i64))
+    } else {
+        EdgeFailStep::Retry(number as u8)
+    })
+}
+
+/// The step of a place in [`texts::FAIL_STEPS`].
+fn step_of(kind: usize) -> EdgeFailStep {
+    match kind {
+        0 => EdgeFailStep::Retry(FIRST_TRIES),
+        1 => EdgeFailStep::Wait(Span::from_millis((FIRST_WAIT_S * 1e3) as i64)),
+        2 => EdgeFailStep::Replan,
+        _ => EdgeFailStep::Fail,
+    }
+}
