@@ -30,6 +30,10 @@ pub struct RouteExecutorConfig {
     pub charge_time_limit: Span,
     /// Edges are walked in parts of this length at most, metres. Half of the distance to which the robot sees the ground, so that it plans on what it sees.
     pub part_length_max_m: f64,
+    /// The place of the robot is looked for again after this time, if it is not known.
+    pub place_wait: Span,
+    /// As often as this. With that time it makes 20 s, in which a robot that stands finds its place after a start.
+    pub place_waits_max: u32,
     /// An action on entering or leaving an edge that has not ended after this many times its expected time is cancelled, and has failed.
     pub action_time_factor: i64,
     /// Expected time of actions that the platform does not come with.
@@ -47,6 +51,8 @@ impl Default for RouteExecutorConfig {
             dock_speed_m_s: 0.2,
             charge_time_limit: Span::from_millis(4_000),
             part_length_max_m: 6.0,
+            place_wait: Span::from_millis(1_000),
+            place_waits_max: 20,
             action_time_factor: 3,
             action_time: Span::from_millis(40_000),
             off_graph_speed_m_s: 0.35,
@@ -476,9 +482,22 @@ impl RouteExecutor {
                 }
                 Ok(_) => ReachFailure::PathBlocked,
             },
-            (None, None) => ReachFailure::NoRoute { closed: Vec::new() },
+            (None, None) => return self.wait_for_place(at),
         };
         self.end(GoalResult::Failed(reason));
+    }
+
+    /// Waits until it is known where the robot is, which it is not just after a start. The goal fails if that takes too long.
+    fn wait_for_place(&mut self, at: Stamp) {
+        let until = at + self.config.place_wait;
+        match &mut self.journey {
+            Some(journey) if journey.place_waits < self.config.place_waits_max => {
+                journey.place_waits += 1;
+                let walk = leg_goal_id(journey.goal, journey.walks);
+                journey.leg = Some((walk, Leg::WaitForBlock { until }));
+            }
+            _ => self.end(GoalResult::Failed(ReachFailure::PoseNotFound)),
+        }
     }
 
     fn walk_into_pose(&mut self, node: NodeId, view: &RouteView<'_>) {

@@ -43,7 +43,7 @@ pub(super) enum Leg {
     Wait { edge: EdgeId, until: Stamp },
     /// An action of an edge is performed, while the robot stands.
     Act { edge: EdgeId, stage: EdgeStage, index: usize, call: ActionCallId, until: Stamp },
-    /// There is no way but over edges that are blocked for a short time.
+    /// There is no way but over edges that are blocked for a short time, or its place is not known yet.
     WaitForBlock { until: Stamp },
 }
 
@@ -92,6 +92,8 @@ pub(super) struct Journey {
     pub calls: u64,
     /// Nodes to which there was no way from beside the graph.
     pub unreachable: BTreeSet<NodeId>,
+    /// Times that the robot waited because its place was not known.
+    pub place_waits: u32,
     /// Attempts to dock that failed.
     pub dock_failures: u32,
     /// Why.
@@ -116,6 +118,7 @@ impl Journey {
             during: Vec::new(),
             calls: 0,
             unreachable: BTreeSet::new(),
+            place_waits: 0,
             dock_failures: 0,
             dock_failure: None,
             route: Vec::new(),

@@ -206,6 +206,26 @@ fn a_route_passes_its_nodes_and_stands_in_the_last() {
 }
 
 #[test]
+fn a_goal_waits_for_the_robots_place_and_fails_when_that_is_not_found() {
+    let mut world = World::new();
+    world.place = GraphPlace::default();
+    world.begin(GoalRequest::Route(node_id(4)));
+    world.wait(3);
+    assert!(world.walks.is_empty() && world.ended.is_empty());
+    world.stand_at(2);
+    world.wait(1);
+    assert_eq!(world.walks.len(), 1, "it sets out");
+
+    let mut world = World::new();
+    world.place = GraphPlace::default();
+    world.begin(GoalRequest::Route(node_id(4)));
+    for _ in 0..25 {
+        world.wait(1);
+    }
+    assert_eq!(world.ended, [GoalResult::Failed(ReachFailure::PoseNotFound)]);
+}
+
+#[test]
 fn a_long_edge_is_walked_in_parts() {
     let mut world = World::new();
     world.executor = RouteExecutor::new(RouteExecutorConfig::default());

@@ -118,7 +118,7 @@ const KILLS: usize = 5;
 #[test]
 fn a_mission_goes_on_when_its_core_is_killed_and_each_task_has_one_result() {
     let dir = tempfile::tempdir().expect("temporary directory");
-    let robot = RobotProcess::start(dir.path(), &["--lidar-columns", "600", "--people", "0", "--speed", "4"]);
+    let robot = RobotProcess::start(dir.path(), &["--lidar-columns", "200", "--people", "0", "--speed", "4"]);
     let mut core = CoreProcess::start_with(dir.path(), &robot);
     let mut gateway = FakeGateway::connect(&core.socket);
     let ends = localised(&mut gateway);
