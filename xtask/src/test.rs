@@ -31,8 +31,12 @@ const NIGHTLY_TESTS: &str = "nightly::";
 /// Start of the line in which a test prints why it did not run.
 const SKIPPED: &str = "skipped: ";
 
-/// Every package and target with tests. Benchmarks have none; clippy has checked that they compile.
-const TESTED: [&str; 6] = ["--workspace", "--exclude", "benches", "--lib", "--bins", "--tests"];
+/// Every target with tests.
+const TESTED: [&str; 4] = ["--workspace", "--lib", "--bins", "--tests"];
+
+/// Benchmarks are a dozen programs with a few tests of their tables, which take longer to link than all others. They are tested in the nightly tier;
+/// clippy has checked that they compile.
+const WITHOUT_BENCHMARKS: [&str; 2] = ["--exclude", "benches"];
 
 const DENY_WARNINGS: [&str; 3] = ["--", "-D", "warnings"];
 
@@ -197,13 +201,19 @@ impl Selection<'_> {
     fn command(&self, nextest: bool) -> Command {
         let mut command = shell::cargo();
         match nextest {
-            true => command.args(["nextest", "run"]).args(TESTED).args(self.nextest_arguments()),
-            false => command.arg("test").args(TESTED).args(self.libtest_arguments()),
+            true => command.args(["nextest", "run"]).args(self.packages()).args(self.nextest_arguments()),
+            false => command.arg("test").args(self.packages()).args(self.libtest_arguments()),
         };
         if let Selection::Browser(autoinspect) = self {
             command.env("AUTOINSPECT_BIN", autoinspect);
         }
         command
+    }
+
+    /// The targets in which the tests are. Those of the browser tests are the ones of every change, so that nothing is compiled again for them.
+    fn packages(&self) -> impl Iterator<Item = &'static str> {
+        let is_thorough = matches!(self, Selection::Native(Tier::Nightly | Tier::ReleaseGate, _));
+        TESTED.into_iter().chain(WITHOUT_BENCHMARKS.into_iter().filter(move |_| !is_thorough))
     }
 
     fn nextest_arguments(&self) -> Vec<String> {
@@ -232,7 +242,6 @@ impl Selection<'_> {
                 }
                 arguments.extend(filters.iter().cloned());
             }
-            // The same targets as before, so that nothing is compiled again.
             Selection::Browser(_) => arguments.push(BROWSER_TESTS.to_owned()),
         }
         arguments

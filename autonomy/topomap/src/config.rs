@@ -74,6 +74,8 @@ pub struct TopomapConfig {
     pub node_spacing_m: f64,
     /// Greatest distance of an edge from the way that it stands for, metres. A bend that departs more gets a node.
     pub deviation_max_m: f64,
+    /// A part of a way that departs less from its straight line has no bend, metres, and is halved where the line is not free.
+    pub bend_min_m: f64,
     /// Nodes nearer to each other than this become one where all edges stay free, metres.
     pub node_merge_m: f64,
     /// Ways round an obstacle that are shorter than this in all are not kept as a loop, metres.
@@ -156,6 +158,7 @@ impl Default for TopomapConfig {
             landing_max_m: 5.0,
             node_spacing_m: 12.0,
             deviation_max_m: 0.8,
+            bend_min_m: 0.05,
             node_merge_m: 2.5,
             loop_min_m: 8.0,
             dead_end_min_m: 2.5,

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use vocab::Stamp;
 
 /// Edge of the squares by which obstacles are looked up, metres.
-const BLOCK_M: f64 = 0.5;
+const OBSTACLE_BLOCK_M: f64 = 0.5;
 /// Bits of each coordinate of a voxel's key: 52 km at 5 cm.
 const KEY_BITS: u32 = 21;
 
@@ -137,7 +137,7 @@ impl FloorBuilder {
 pub(crate) struct Floor {
     /// For each column: the layers of its ground, ascending.
     columns: BTreeMap<(i32, i32), Vec<i32>>,
-    /// Points that may be in the robot's way, by squares of [`BLOCK_M`].
+    /// Points that may be in the robot's way, by squares of [`OBSTACLE_BLOCK_M`].
     obstacles: BTreeMap<(i32, i32), Vec<[f32; 3]>>,
     grid: GroundConfig,
     pub robot: RobotShape,
@@ -187,7 +187,7 @@ impl Floor {
         b: &Vector3,
         reach_m: f64,
     ) -> impl Iterator<Item = &[f32; 3]> {
-        let block = |c: f64| (c / BLOCK_M).floor() as i32;
+        let block = |c: f64| (c / OBSTACLE_BLOCK_M).floor() as i32;
         let range = move |a: f64, b: f64| block(a.min(b) - reach_m)..=block(a.max(b) + reach_m);
         let rows = range(a.y, b.y);
         range(a.x, b.x)
@@ -277,7 +277,8 @@ impl Floor {
                     passes.is_some_and(|passes| passes.iter().any(|pass| self.has_passed(pass, point, seen)))
                 };
                 if is_in_way && !is_ground && !is_gone() {
-                    let block = [point[0], point[1]].map(|c| (f64::from(c) / BLOCK_M).floor() as i32);
+                    let block =
+                        [point[0], point[1]].map(|c| (f64::from(c) / OBSTACLE_BLOCK_M).floor() as i32);
                     obstacles.entry((block[0], block[1])).or_default().push(**point);
                 }
             }

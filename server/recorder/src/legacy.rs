@@ -291,7 +291,7 @@ impl From<JobResultV3> for JobResult {
             JobResultV3::LoopVerified(found) => JobResultV4::LoopVerified(found).into(),
             JobResultV3::VisitCompared(found) => JobResultV4::RevisitCompared(found).into(),
             JobResultV3::LoopNotVerified => {
-                JobResultV4::Failed { reason: "there was no time for it".to_owned() }.into()
+                JobResultV4::Failed { reason: messages::texts::NO_TIME_FOR_JOB.to_owned() }.into()
             }
             JobResultV3::MapNotSaved { reason, .. } => Self::MapSaving(Err(JobFailure { reason })),
             JobResultV3::MapNotLoaded { reason, .. } => Self::Localisation(Err(JobFailure { reason })),
