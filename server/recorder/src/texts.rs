@@ -108,7 +108,7 @@ pub(crate) const NOTHING_IN_FOLDER: &str =
     "the folder holds no recording (MCAP, db3, bag) and no scans (PCD, PLY, KITTI .bin)";
 
 /// Scans without times.
-pub(crate) fn no_scan_times(folder: &std::path::Path) -> String {
+pub(crate) fn no_scan_times(folder: &Path) -> String {
     format!(
         "nothing says when the scans were taken, so 10 scans a second are assumed; put a times.txt with \
          seconds, one line a scan, into {}",
@@ -117,7 +117,7 @@ pub(crate) fn no_scan_times(folder: &std::path::Path) -> String {
 }
 
 /// Scans of several formats in a folder.
-pub(crate) fn several_formats(folder: &std::path::Path, used: usize, format: &str, others: usize) -> String {
+pub(crate) fn several_formats(folder: &Path, used: usize, format: &str, others: usize) -> String {
     format!(
         "{} holds scans of several formats; its {used} {format} files are used, {others} others are not",
         folder.display()
