@@ -106,8 +106,14 @@ impl FloorBuilder {
         let xyz: Vec<[f32; 3]> = self.voxels.iter().map(|(key, _)| self.centre(*key)).collect();
         let grid = self.ground_config();
         let surface = GroundSurface::find(&xyz, grid);
+        let mut tops: BTreeMap<(i32, i32), i32> = BTreeMap::new();
+        for point in &xyz {
+            let (column, layer) = grid.locate(*point);
+            tops.entry(column).and_modify(|top| *top = layer.max(*top)).or_insert(layer);
+        }
         let mut floor = Floor {
             columns: BTreeMap::new(),
+            tops,
             obstacles: BTreeMap::new(),
             grid,
             robot: self.robot,
@@ -137,6 +143,8 @@ impl FloorBuilder {
 pub(crate) struct Floor {
     /// For each column: the layers of its ground, ascending.
     columns: BTreeMap<(i32, i32), Vec<i32>>,
+    /// For each column: the highest layer in which something was seen.
+    tops: BTreeMap<(i32, i32), i32>,
     /// Points that may be in the robot's way, by squares of [`OBSTACLE_BLOCK_M`].
     obstacles: BTreeMap<(i32, i32), Vec<[f32; 3]>>,
     grid: GroundConfig,
@@ -148,6 +156,11 @@ impl Floor {
     /// Every ground cell, in a fixed order.
     pub fn cells(&self) -> impl Iterator<Item = GroundCell> + '_ {
         self.columns.iter().flat_map(|((x, y), layers)| layers.iter().map(|layer| (*x, *y, *layer)))
+    }
+
+    /// Whether nothing was seen above a ground cell.
+    pub fn is_open(&self, (x, y, layer): GroundCell) -> bool {
+        self.tops.get(&(x, y)).is_none_or(|top| *top <= layer + self.grid.noise_layers)
     }
 
     /// Middle of a ground cell, metres.
@@ -165,6 +178,12 @@ impl Floor {
         let layers = self.columns.get(&(x, y))?;
         let nearest = layers.iter().copied().min_by_key(|other| (other - layer).abs())?;
         ((nearest - layer).abs() <= self.grid.step_layers).then_some(nearest)
+    }
+
+    /// Of the eight columns around a ground cell, how many have ground to which one can step.
+    pub fn ground_neighbours(&self, (x, y, layer): GroundCell) -> usize {
+        let around = square(1).filter(|offset| *offset != (0, 0));
+        around.filter(|(dx, dy)| self.near(x + dx, y + dy, layer).is_some()).count()
     }
 
     /// Height of the ground at a place, metres, within a step of a height.

@@ -253,6 +253,9 @@ fn show_head(ui: &mut Ui, cx: &PanelContext<'_>, run: &RunStatus, estimate: Opti
     if let Some(sentence) = texts::run_sentence(run) {
         widgets::remark(ui, tokens, sentence);
     }
+    if let Some(wait) = cx.model.runs.route().route.as_ref().and_then(|route| route.waits_for.as_ref()) {
+        widgets::remark(ui, tokens, &texts::route_wait(wait));
+    }
 }
 
 /// The time that a task took or takes.

@@ -1,6 +1,5 @@
 //! Runs that have ended, and slots of schedules that had none.
 
-use super::exhibit::status_of;
 use super::filter::Filter;
 use super::lightbox::Lightbox;
 use super::look::Look;
@@ -166,7 +165,7 @@ fn show_slot(
     }
 }
 
-/// The last attempt of each task, with what was gathered.
+/// The last attempt of each task, and the actions on the way, with what was gathered.
 fn show_content(
     ui: &mut Ui,
     cx: &mut PanelContext<'_>,
@@ -180,8 +179,8 @@ fn show_content(
         widgets::remark(ui, tokens, texts::NO_ATTEMPTS);
     }
     for attempt in content.last_attempts() {
-        let task = status_of(attempt);
-        let title = look::task_name(site, run.mission, &task);
+        let task = look::status_of(attempt);
+        let title = look::attempt_name(site, run.mission, attempt);
         let state = texts::task_state(task.state);
         let took_s = attempt.done.map(|done| (done.0 - attempt.intended.0) as f64 * 1e-9);
         let action = look::action_name(&task);
@@ -195,7 +194,7 @@ fn show_content(
             look: look::of_task(tokens, task.state),
             is_selected: false,
         };
-        show_row(ui, tokens, Id::unique(("past task", run.run.0, task.task.0)), &row);
+        show_row(ui, tokens, Id::unique(("past task", run.run.0, attempt.step)), &row);
         let task = TaskOfRun { run: run.run, mission: run.mission, title: &title, action: &action };
         show_results(ui, cx, &task, content.results_of(attempt), lightbox);
     }
