@@ -1,10 +1,11 @@
 //! Tests of the product in a real browser.
 
+mod every_screen;
 mod example;
+mod first_day;
 mod harness;
 mod importing;
 mod mapping;
 mod missions;
-mod operating;
 mod own_building;
 mod site_editor;
