@@ -1,7 +1,8 @@
 //! Pictures of every screen with the example in it, at the sizes of desktop, tablets and phone and in all themes, for people who look at the design:
 //! `artifacts/look-THEME-WIDTHxHEIGHT-SCREEN.png`.
 //!
-//! They take some minutes, so they are made in the nightly tier. `AUTOINSPECT_LOOK_DATA` names a data directory to look at that is kept; without it the example is made anew.
+//! They take some minutes, so they are made in the nightly tier. `AUTOINSPECT_LOOK_DATA` names a data directory that is kept; without it the example is made anew each
+//! time. `AUTOINSPECT_LOOK_THEMES` names the themes, all without it.
 
 mod nightly {
     use crate::browser::mapping::wait_for_drawn_map;
@@ -29,24 +30,23 @@ mod nightly {
         page.go(&server.url());
         fill(&mut page);
         let mut operator = Operator::at(page);
-        for theme in THEMES {
+        let wanted = std::env::var("AUTOINSPECT_LOOK_THEMES").unwrap_or_else(|_| THEMES.join(","));
+        for theme in THEMES.into_iter().filter(|theme| wanted.contains(theme)) {
             operator.page.resize(1440, 900);
             operator.click("button", "Live");
             operator.click("button", "Theme");
             operator.click("button", &format!("{theme} theme"));
             operator.press(Key::ESCAPE);
+            show_details(&mut operator, &theme.to_lowercase());
             for [width, height] in SIZES {
                 operator.page.resize(width, height);
                 for screen in SCREENS {
                     operator.click("button", screen);
                     let open = operator.page.find("button", "Open panel");
-                    if width < 1100 && width >= 700 && open.is_some() {
+                    if (700..1100).contains(&width) && open.is_some() {
                         operator.click("button", "Open panel");
                     }
-                    settle(&mut operator.page);
-                    let name =
-                        format!("look-{}-{width}x{height}-{}", theme.to_lowercase(), screen.to_lowercase());
-                    operator.page.screenshot().save(&name);
+                    save(&mut operator.page, &theme.to_lowercase(), &screen.to_lowercase());
                 }
             }
         }
@@ -74,11 +74,68 @@ mod nightly {
         wait_for_drawn_map(page);
     }
 
-    /// Waits until menus and drawers have come to rest.
-    fn settle(page: &mut Page) {
-        for _ in 0..6 {
+    /// What unfolds on the screens, at the size of a desktop.
+    fn show_details(operator: &mut Operator, theme: &str) {
+        operator.click("button", "Site");
+        operator.click("button", "Inspection points");
+        click_first(operator, "Inspection point ");
+        save(&mut operator.page, theme, "site-point");
+        operator.click("button", "Draft");
+        operator.click("button", "Edit as draft");
+        operator.click("button", "Inspection points");
+        operator.click("button", "Action");
+        operator.click("button", "Point cloud");
+        operator.click("button", "Draft");
+        save(&mut operator.page, theme, "site-draft");
+        operator.click("button", "Discard the draft");
+        operator.click("button", "Missions");
+        if operator.page.find("button", "All missions").is_none() {
+            click_first(operator, "Mission ");
+        }
+        click_first(operator, "Task 1 ");
+        save(&mut operator.page, theme, "missions-task");
+        operator.click("button", "Schedule");
+        click_first(operator, "Open schedule ");
+        save(&mut operator.page, theme, "schedule-form");
+        operator.click("button", "Runs");
+        operator.click("button", "History");
+        click_first(operator, "Daily round, ");
+        save(&mut operator.page, theme, "runs-history");
+        click_first(operator, "Show ");
+        save(&mut operator.page, theme, "runs-picture");
+        operator.click("button", "With the last one");
+        save(&mut operator.page, theme, "runs-compared");
+        operator.click("button", "With the last one");
+        operator.click("button", "Close the pictures");
+        if !named(&mut operator.page, "Show spectrum").is_empty() {
+            click_first(operator, "Show spectrum");
+            save(&mut operator.page, theme, "runs-spectrum");
+            operator.click("button", "Close the pictures");
+        }
+        click_first(operator, "Daily round, ");
+        operator.click("button", "Settings");
+        operator.click("button", "Choose a time zone");
+        save(&mut operator.page, theme, "settings-zone");
+        operator.click("button", "Choose a time zone");
+    }
+
+    fn click_first(operator: &mut Operator, beginning: &str) {
+        let name = wait_for(beginning, LIMIT, || named(&mut operator.page, beginning).into_iter().next());
+        operator.click("button", &name);
+    }
+
+    fn named(page: &mut Page, beginning: &str) -> Vec<String> {
+        let is_meant = |name: &String| name.starts_with(beginning) && !name.ends_with(" in the scene");
+        page.all("button").into_iter().map(|(name, _)| name).filter(is_meant).collect()
+    }
+
+    /// Saves a picture once menus and drawers have come to rest.
+    fn save(page: &mut Page, theme: &str, what: &str) {
+        for _ in 0..3 {
             page.wait_for_pictures();
         }
+        let [width, height] = page.size();
+        page.screenshot().save(&format!("look-{theme}-{width}x{height}-{what}"));
     }
 
     fn get(page: &mut Page, path: &str) -> Value {

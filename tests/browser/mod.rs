@@ -7,5 +7,6 @@ mod harness;
 mod importing;
 mod mapping;
 mod missions;
+mod operating;
 mod own_building;
 mod site_editor;

@@ -9,11 +9,9 @@ use std::time::{Duration, Instant};
 /// Longest wait for a control.
 const CONTROL_LIMIT: Duration = Duration::from_secs(60);
 /// Points of a drag between its ends: a person's pointer passes over what lies between.
-const DRAG_STEPS: u32 = 8;
+const DRAG_STEPS: u32 = 4;
 /// What one turn of the wheel scrolls, CSS pixels.
 const SCROLL_PX: f64 = 240.0;
-/// Looks at a control at which it has to be in the same place, before it is clicked.
-const REST_FRAMES: u32 = 2;
 /// Heights of the bar at the top, of what stands above a list in a card, and of the rest below a card, CSS pixels.
 const TOP_BAR_PX: f64 = 64.0;
 const LIST_TOP_PX: f64 = 215.0;
@@ -214,7 +212,9 @@ impl Operator {
         let [width, height] = self.page.size();
         let deadline = Instant::now() + CONTROL_LIMIT;
         while let Some(sign) = scroll_towards(at, [width, height]) {
-            self.page.wheel(At { y: 0.6 * height, ..at }, sign * SCROLL_PX);
+            let over = At { y: 0.6 * height, ..at };
+            self.page.move_to(over);
+            self.page.wheel(over, sign * SCROLL_PX);
             let before = std::mem::replace(&mut at, self.place_at_rest(role, name));
             // What does not scroll is in sight.
             if (before.y - at.y).abs() < 1.0 {
@@ -229,14 +229,15 @@ impl Operator {
     /// The middle of an enabled control once it does not move any more.
     #[track_caller]
     fn place_at_rest(&mut self, role: &str, name: &str) -> At {
-        let (mut last, mut same) = (None, 0);
+        let mut last = None;
         wait_for(&format!("an enabled {role} “{name}”"), CONTROL_LIMIT, || {
             let control = self.page.find(role, name).filter(|control| !control.disabled);
             let at = control.and_then(|control| self.page.middle(&control));
-            same = if at.is_some() && last == at { same + 1 } else { 0 };
-            last = at;
-            self.page.wait_for_pictures();
-            at.filter(|_| same == REST_FRAMES)
+            if at.is_some() && std::mem::replace(&mut last, at) == at {
+                return at;
+            }
+            self.page.wait_for_frame();
+            None
         })
     }
 

@@ -90,6 +90,12 @@ impl Page {
         self.call("Emulation.setTouchEmulationEnabled", json!({ "enabled": true, "maxTouchPoints": 5 }));
     }
 
+    /// Waits until the next frame.
+    #[track_caller]
+    pub fn wait_for_frame(&mut self) {
+        self.evaluate("new Promise(done => requestAnimationFrame(() => done(true)))");
+    }
+
     /// Waits until two more frames have been drawn.
     #[track_caller]
     pub fn wait_for_pictures(&mut self) {
