@@ -58,6 +58,21 @@ impl History {
         }
     }
 
+    /// Shows the run that has ended last, where nothing else is shown.
+    pub(super) fn show_last(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, lightbox: &mut Lightbox) {
+        let Some(site) = cx.model.site.site() else { return };
+        let zone = site.settings().map_or("UTC", |settings| settings.time_zone.as_str());
+        let zone = SiteZone::new(zone).unwrap_or_else(|_| SiteZone::utc());
+        let last = self.entries(cx, site, &zone).into_iter().find_map(|entry| match entry {
+            Entry::Run(run) => Some(run),
+            Entry::Slot(..) => None,
+        });
+        if let Some(last) = last {
+            widgets::section_head(ui, cx.tokens, texts::LAST_HEAD);
+            self.show_run(ui, cx, site, &zone, &last, lightbox);
+        }
+    }
+
     /// Runs and slots that are listed, the newest first.
     fn entries<'a>(&self, cx: &PanelContext<'a>, site: &Site, zone: &SiteZone) -> Vec<Entry<'a>> {
         let runs = &cx.model.runs;

@@ -18,6 +18,7 @@ pub(super) const DELETED_ZONE: &str = "Deleted zone";
 pub(super) const DELETED_MONITOR: &str = "A monitor";
 pub(super) const VISIT: &str = "Visit";
 
+pub(super) const LAST_HEAD: &str = "Last run";
 pub(super) const NOTHING_HEAD: &str = "No mission runs";
 pub(super) const NOTHING_RUNS: &str = "Start one now, or schedule it on the Schedule screen.";
 pub(super) const NO_MISSIONS: &str =
@@ -185,6 +186,11 @@ pub(super) fn route_wait(wait: &RouteWait) -> String {
 
 pub(super) fn on_the_way(remaining_m: f64, remaining_s: f64) -> String {
     format!("{} · {}", format::distance(remaining_m), format::elapsed(remaining_s))
+}
+
+/// `Gauge north · Photo · 12 s old`.
+pub(super) fn newest(task: &str, action: &str, age_s: f64) -> String {
+    format!("{task} · {action} · {}", format::age(age_s))
 }
 
 pub(super) fn skip_named(task: &str) -> String {
