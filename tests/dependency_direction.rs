@@ -31,6 +31,7 @@ const OURS: &[(&str, &[&str])] = &[
     ("localisation", &["geometry", "mapping", "points", "registration", "vocab"]),
     ("navigation", &["geometry", "points", "registration"]),
     ("topomap", &["geometry", "mapping", "navigation", "site_model", "vocab"]),
+    ("changes", &["geometry", "points"]),
     ("executive", &["geometry", "localisation", "messages", "navigation", "site_model", "vocab"]),
     ("missions", &["site_model", "vocab"]),
     (
@@ -95,6 +96,7 @@ const OURS: &[(&str, &[&str])] = &[
         "autoinspect",
         &[
             "api",
+            "changes",
             "factors",
             "formats",
             "gateway",

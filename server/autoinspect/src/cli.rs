@@ -2,8 +2,8 @@
 
 use crate::failure::Failure;
 use crate::{
-    align, convert, example, export, import, info, localise, map, merge, optimise, patch, replay, sim_record,
-    site, topomap, trajectory, up,
+    align, changes, convert, example, export, import, info, localise, map, merge, optimise, patch, replay,
+    sim_record, site, topomap, trajectory, up,
 };
 use clap::{Parser, Subcommand};
 
@@ -44,6 +44,8 @@ enum Command {
     Import(import::ImportArgs),
     /// Give a saved map the frame of another one of the same site.
     Align(align::AlignArgs),
+    /// Find the objects that appeared, were removed or moved between two visits.
+    Changes(changes::ChangesArgs),
     /// Make a topological map, nodes and edges, from a saved map.
     Topomap(topomap::TopomapArgs),
     /// Make a site to try: map, topological map, inspection points, a mission and a schedule.
@@ -106,6 +108,7 @@ impl Cli {
             Command::Export(args) => export::run(&args),
             Command::Import(args) => import::run(&args),
             Command::Align(args) => align::run(&args),
+            Command::Changes(args) => changes::run(&args),
             Command::Topomap(args) => topomap::run(&args),
             Command::Example(args) => example::run(&args),
             Command::Optimise(args) => optimise::run(&args),

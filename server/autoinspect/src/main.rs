@@ -5,6 +5,7 @@
 
 mod align;
 mod calibration;
+mod changes;
 mod cli;
 mod convert;
 mod example;
