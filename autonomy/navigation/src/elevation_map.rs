@@ -35,7 +35,8 @@ pub struct ElevationMapConfig {
     pub clearable_angle_min_rad: f64,
     /// Height that is assumed for an obstacle which was seen in one slice only, metres.
     pub single_slice_height_m: f64,
-    /// Height that is assumed instead while the confidence is below `trace_confidence`, metres: people who walk past leave such traces.
+    /// Height that is assumed instead while the confidence is below `trace_confidence`, metres: people who walk past leave such traces. It decides from how far they are
+    /// cleared, here 6 m, as far as a route is planned at once. Sensitivity: with 0.12 m, 3 m, traces across a corridor kept robots from going on until somebody helped them.
     pub trace_height_m: f64,
     /// Obstacle confidence below which an obstacle may be the trace of a person who walked past.
     pub trace_confidence: i8,
@@ -68,7 +69,7 @@ impl Default for ElevationMapConfig {
             slice_height_m: 0.125,
             clearable_angle_min_rad: 0.04,
             single_slice_height_m: 0.03,
-            trace_height_m: 0.12,
+            trace_height_m: 0.25,
             trace_confidence: 7,
             footless_margin_m: 0.12,
             footless_margin_slope: 0.04,
@@ -130,11 +131,16 @@ pub struct Cell {
     obstacle: i8,
     /// Slices above the ground in which the obstacle was seen, the lowest slice in the lowest bit.
     slices: u16,
+    /// Where in the cell the obstacle was seen, from the corner with the lowest coordinates, in units of 1/256 of the side.
+    obstacle_at: [u8; 2],
     /// Number of obstacle cells within the robot's radius. It is kept up to date so that planning reads one cell only.
     obstacles_near: u16,
 }
 
-const UNKNOWN: Cell = Cell { ground: f32::NAN, obstacle: 0, slices: 0, obstacles_near: 0 };
+/// The middle of a cell.
+const MIDDLE: [u8; 2] = [128; 2];
+const UNKNOWN: Cell =
+    Cell { ground: f32::NAN, obstacle: 0, slices: 0, obstacle_at: MIDDLE, obstacles_near: 0 };
 
 impl Cell {
     /// Height of the ground, metres, if it was ever seen.
@@ -340,6 +346,33 @@ impl ElevationMap {
         cell.obstacle >= self.config.obstacle_min
     }
 
+    /// Positions of the obstacles in the cells from `low` to `high`, both included, metres, in a fixed order. In each cell it is the middle of what scans saw there, so
+    /// that the face of a wall is known to a centimetre or two although a cell is larger.
+    pub fn obstacles_between(&self, low: CellIndex, high: CellIndex) -> Vec<[f64; 2]> {
+        let ((first, _), (last, _)) = (locate(low), locate(high));
+        let blocks = self.blocks.range((first.0, i32::MIN)..=(last.0, i32::MAX));
+        let mut found = Vec::new();
+        for (block, cells) in blocks.filter(|((_, y), _)| (first.1..=last.1).contains(y)) {
+            let corner = CellIndex { x: block.0 * BLOCK_CELLS, y: block.1 * BLOCK_CELLS };
+            // The part of the block that is asked for.
+            let columns = (low.x - corner.x).max(0)..(high.x - corner.x + 1).min(BLOCK_CELLS);
+            for row in (low.y - corner.y).max(0)..(high.y - corner.y + 1).min(BLOCK_CELLS) {
+                for column in columns.clone() {
+                    let cell = &cells[(row * BLOCK_CELLS + column) as usize];
+                    if self.holds_obstacle(cell) {
+                        found.push(self.obstacle_position(corner.x + column, corner.y + row, cell));
+                    }
+                }
+            }
+        }
+        found
+    }
+
+    fn obstacle_position(&self, x: i32, y: i32, cell: &Cell) -> [f64; 2] {
+        let along = |index: i32, at: u8| (f64::from(index) + (f64::from(at) + 0.5) / 256.0) * self.cell_size;
+        [along(x, cell.obstacle_at[0]), along(y, cell.obstacle_at[1])]
+    }
+
     /// Inserts a motion-corrected scan: `points` in the base frame, metres, at `map_from_base`, seen from `sensor` (base frame, metres). Points
     /// farther than `range` metres are ignored. Cost: linear in the points, n log n in the cells seen, linear in the ground within range.
     pub fn insert_scan(
@@ -389,6 +422,8 @@ impl ElevationMap {
         let origin = map_from_base.translation.vector;
         let foot = (origin.z - self.shape.standing_height) as f32;
         let ceiling = foot + self.shape.clearance as f32 + self.config.floor_separation_m;
+        // Of the robot on the ground where it is now. Treads and obstacles of stairs are beside it by some centimetres at most.
+        let body_heights = foot + self.shape.step as f32..foot + self.shape.clearance as f32;
         let lowest_slice = self.config.slice(foot) - self.config.slices_below_feet;
         let sensor_in_map = map_from_base * Point3::from(sensor.map(f64::from));
         let mut beams =
@@ -406,9 +441,15 @@ impl ElevationMap {
             if z > ceiling || z < foot - self.config.depth_max_m {
                 continue;
             }
-            let index = self.index(f64::from(turned[0]) + origin.x, f64::from(turned[1]) + origin.y);
+            let (x, y) = (f64::from(turned[0]) + origin.x, f64::from(turned[1]) + origin.y);
+            let index = self.index(x, y);
             let bit = u32::try_from(self.config.slice(z) - lowest_slice).ok();
-            scan_cells.insert(index, z, bit.and_then(|bit| 1_u64.checked_shl(bit)).unwrap_or(0));
+            let slices = bit.and_then(|bit| 1_u64.checked_shl(bit)).unwrap_or(0);
+            let body = body_heights.contains(&z).then(|| {
+                let within = |at: f64, index: i32| (at / self.cell_size - f64::from(index)) as f32;
+                [within(x, index.x), within(y, index.y)]
+            });
+            scan_cells.insert(index, z, slices, body);
         }
         scan_cells.sort();
         self.scan_cells = scan_cells;
@@ -519,6 +560,11 @@ impl ElevationMap {
         let body = slices_in_the_way(&config, hits, ground, foot, step, clearance);
         if hits.highest > ground + step && body != 0 {
             cell.slices |= body;
+            let seen_at = hits.body_at().unwrap_or(MIDDLE);
+            cell.obstacle_at = match cell.obstacle >= config.obstacle_min {
+                true => blend(cell.obstacle_at, seen_at),
+                false => seen_at,
+            };
             obstacle = (obstacle + config.obstacle_increment).min(config.obstacle_max);
         } else if hits.lowest < ground + step {
             obstacle = (obstacle - 1).max(0);
@@ -579,6 +625,11 @@ fn slices_in_the_way(
     // that is lower than a step by less than a slice.
     let grazing = low & (1 << (step_slices - 1).clamp(0, SLICES_MAX - 1));
     if body == 0 && step_slices > 1 { grazing } else { body }
+}
+
+/// A position that follows what is seen, without most of its noise.
+fn blend(known: [u8; 2], seen: [u8; 2]) -> [u8; 2] {
+    [0, 1].map(|axis| ((3 * u16::from(known[axis]) + u16::from(seen[axis]) + 2) / 4) as u8)
 }
 
 /// Offsets of all cells within `reach` cells of a cell, in a fixed order.
