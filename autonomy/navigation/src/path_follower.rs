@@ -90,10 +90,13 @@ impl PathFollower {
             return None;
         }
         let mut best: Option<Velocity> = None;
+        let shortest = self.config.look_ahead_shares.last().copied();
         for share in self.config.look_ahead_shares {
             let target = self.point_ahead(&here, share * self.config.look_ahead_m);
             let wanted = self.pursue(map_from_base, &target, to_end);
-            let is_free = guard.is_line_free([here.x, here.y], [target.x, target.y]);
+            // The shortest one is taken even so: the robot goes as near as the guard lets it, to a goal beside something for example.
+            let is_free =
+                Some(share) == shortest || guard.is_line_free([here.x, here.y], [target.x, target.y]);
             let allowed = match is_free {
                 true => guard.allowed_share(map_from_base, [wanted.forward, 0.0], wanted.turn),
                 false => 0.0,
