@@ -33,6 +33,13 @@ pub struct ElevationMapConfig {
     pub slice_height_m: f64,
     /// Obstacles that appear thinner than this from the robot are not cleared by rays, radians: the beams of a LiDAR are up to 2 degrees apart.
     pub clearable_angle_min_rad: f64,
+    /// Except that every so many scans they are, if they are at least `thin_cleared_from_m` away. People who walk past at 4 m leave traces of one or two slices, with the
+    /// highest confidence. Here a trace goes after 5.5 s, sooner than a walk gives up before a blocked path, and a thing that one scan in 15 hits stays. Sensitivity: with 8,
+    /// traces outlast that wait.
+    pub thin_cleared_scans: u32,
+    /// Distance from which thin obstacles are cleared so, metres: the robot needs 1 m to stop. A rope that is forgotten from there is seen again on the way to it, unless it
+    /// stays between two beams. Sensitivity: with 0, a robot that stands in front of a rope forgets it; with 4, corridors stay blocked by traces.
+    pub thin_cleared_from_m: f64,
     /// Height that is assumed for an obstacle which was seen in one slice only, metres.
     pub single_slice_height_m: f64,
     /// Height that is assumed instead while the confidence is below `trace_confidence`, metres: people who walk past leave such traces. It decides from how far they are
@@ -68,6 +75,8 @@ impl Default for ElevationMapConfig {
             obstacle_increment: 3,
             slice_height_m: 0.125,
             clearable_angle_min_rad: 0.04,
+            thin_cleared_scans: 5,
+            thin_cleared_from_m: 2.0,
             single_slice_height_m: 0.03,
             trace_height_m: 0.25,
             trace_confidence: 7,
@@ -148,7 +157,7 @@ impl Cell {
         self.ground.is_finite().then(|| f64::from(self.ground))
     }
 
-    /// The slices that rays of a scan passed through. The cell's centre is `distance` metres from the robot.
+    /// The slices that rays of a scan passed through. The cell's centre is `distance` metres from the robot. `clears_thin`: also those that appear too thin.
     ///
     /// Neighbouring slices belong to one object. The object is removed as a whole if a ray passed through it and no ray met it, since its
     /// foot may be out of sight.
@@ -158,6 +167,7 @@ impl Cell {
         seen: &SeenScan,
         centre: [f64; 2],
         distance: f64,
+        clears_thin: bool,
     ) -> u16 {
         let lowest = config.slice(if self.ground.is_finite() { self.ground } else { seen.foot });
         let occupancy_at_edge = |edge: u32| {
@@ -173,7 +183,7 @@ impl Cell {
         let mut removed = 0;
         for (first, count) in runs(self.slices) {
             let height = f64::from(count - 1) * config.slice_height_m + single_slice_height;
-            if config.clearable_angle_min_rad * distance > height {
+            if config.clearable_angle_min_rad * distance > height && !clears_thin {
                 continue;
             }
             // Rays are tested at the edges between the object's slices: its outer edges may lie beside the object.
@@ -279,6 +289,8 @@ pub struct ElevationMap {
     blocks: BTreeMap<(i32, i32), Vec<Cell>>,
     /// What the newest scan saw. It is kept to reuse its memory.
     scan_cells: ScanCells,
+    /// Number of scans so far.
+    scans: u32,
     zones: GroundZones,
 }
 
@@ -298,7 +310,7 @@ impl ElevationMap {
     /// As [`Self::new`], with other parameters.
     pub fn with_config(config: ElevationMapConfig, cell_size: f64, shape: RobotShape) -> Self {
         let (blocks, scan_cells, zones) = (BTreeMap::new(), ScanCells::default(), GroundZones::default());
-        Self { config, cell_size, shape, blocks, scan_cells, zones }
+        Self { config, cell_size, shape, blocks, scan_cells, scans: 0, zones }
     }
 
     /// The areas with rules, in the frame of this map.
@@ -406,6 +418,7 @@ impl ElevationMap {
         let stride = points.len().div_ceil(self.config.rays_max) | 1;
         let view = RangeImage::new(points.iter().step_by(stride), sensor);
         let seen = SeenScan { view, base_from_map: map_from_base.inverse(), foot };
+        self.scans = self.scans.wrapping_add(1);
         self.clear_seen_through(&seen, [origin.x, origin.y], range);
         self.mark_ground_under_robot(map_from_base, foot);
     }
@@ -474,6 +487,7 @@ impl ElevationMap {
         let is_near =
             |block: (i32, i32)| (low.0..=high.0).contains(&block.0) && (low.1..=high.1).contains(&block.1);
         let overhead = f64::from(seen.foot) + self.shape.clearance;
+        let is_turn_of_thin = self.scans.is_multiple_of(self.config.thin_cleared_scans.max(1));
         let mut cleared: Vec<(CellIndex, u16)> = Vec::new();
         for (block, cells) in self.blocks.iter().filter(|(block, _)| is_near(**block)) {
             for (offset, cell) in cells.iter().enumerate().filter(|(_, cell)| self.holds_obstacle(cell)) {
@@ -486,7 +500,8 @@ impl ElevationMap {
                 if distance > range || is_seen {
                     continue;
                 }
-                let slices = cell.slices_seen_through(&self.config, seen, [x, y], distance);
+                let clears_thin = is_turn_of_thin && distance >= self.config.thin_cleared_from_m;
+                let slices = cell.slices_seen_through(&self.config, seen, [x, y], distance, clears_thin);
                 if slices != 0 {
                     cleared.push((index, slices));
                 }
