@@ -53,6 +53,7 @@ const OURS: &[(&str, &[&str])] = &[
     ("sim", &["geometry", "messages", "vocab"]),
     ("lockstep", &["geometry", "messages", "scan_codec", "sim", "site_model", "stack", "vocab"]),
     //
+    ("accounts", &["api"]),
     ("ports", &["api", "messages", "site_model", "vocab"]),
     ("watchdog", &[]),
     ("formats", &["messages", "vocab"]),
@@ -78,6 +79,7 @@ const OURS: &[(&str, &[&str])] = &[
     (
         "runtime",
         &[
+            "accounts",
             "api",
             "geometry",
             "map_codec",
@@ -91,10 +93,11 @@ const OURS: &[(&str, &[&str])] = &[
             "watchdog",
         ],
     ),
-    ("gateway", &["api", "ports", "site_model", "vocab", "watchdog"]),
+    ("gateway", &["accounts", "api", "ports", "site_model", "vocab", "watchdog"]),
     (
         "autoinspect",
         &[
+            "accounts",
             "api",
             "factors",
             "formats",
@@ -147,6 +150,7 @@ const SEES_EVERYTHING: &[&str] = &["benches", "fuzzing", "tests"];
 
 /// External crates with restricted use, and the only crates of ours that may use them outside tests.
 const HOMES: &[(&str, &[&str])] = &[
+    ("argon2", &["accounts"]),
     ("axum", &["gateway"]),
     ("eframe", &["app"]),
     ("egui", &["app", "panels"]),

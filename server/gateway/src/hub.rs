@@ -7,6 +7,8 @@ mod seats;
 
 pub(crate) use seats::{ControlSeat, StreamSeat};
 
+use crate::access::AccessGate;
+use crate::access::current_caller;
 use crate::limits::{FIXED, Limits};
 use crate::outbox::Outbox;
 use crate::robot_clock::RobotClock;
@@ -14,9 +16,10 @@ use crate::site::{ActionSchemas, SiteRequests};
 use crate::snapshot::Snapshot;
 use crate::stored_data::StoredData;
 use crate::texts;
+use api::access::{AccountRefusal, AccountReply, AccountRequest};
 use api::{
-    Command, CommandOutcome, CoreMessage, EditDone, EditOutcome, EditRefusal, Event, GatewayMessage, Notice,
-    Platform, ProcessRestart, Query, QueryReply, ScanFrame, Severity, SiteState,
+    Caller, Command, CommandOutcome, CoreMessage, EditDone, EditOutcome, EditRefusal, Event, GatewayMessage,
+    Notice, Platform, ProcessRestart, Query, QueryReply, ScanFrame, Severity, SiteState,
 };
 use site_model::{Edit, EditId};
 use std::collections::{BTreeMap, VecDeque};
@@ -26,8 +29,7 @@ use tokio::sync::{mpsc, oneshot, watch};
 use uuid::Uuid;
 use vocab::{ClientId, CommandId, Stamp};
 
-/// Whose commands those are that came over HTTP.
-const HTTP_CLIENT: ClientId = ClientId(Uuid::from_u128(u128::from_be_bytes(*b"AutoInspect HTTP")));
+type AccountResult = Result<AccountReply, AccountRefusal>;
 
 /// Clients that listen, as [`GatewayMessage::Listeners`] tells the core.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -53,6 +55,8 @@ impl LiveScan {
 
 /// State shared by all connections.
 pub(crate) struct Hub {
+    /// Who may use the gateway.
+    pub(crate) access: AccessGate,
     state: Mutex<State>,
     clients_max: usize,
     /// When this process started, nanoseconds since 1970: part of the ids of its own commands.
@@ -78,13 +82,16 @@ struct State {
     next_member: u64,
     stream_sockets: usize,
     /// Commands that came over HTTP and are not answered.
-    requests: BTreeMap<CommandId, oneshot::Sender<CommandOutcome>>,
+    requests: BTreeMap<CommandId, (ClientId, oneshot::Sender<CommandOutcome>)>,
     /// Number of commands that came over HTTP.
     requests_made: u64,
     /// Whether the core was asked for the whole site and has not answered.
     is_site_requested: bool,
     /// Edits and questions that the core has not answered.
     site_requests: SiteRequests,
+    /// Requests about accounts that the core has not answered, by their number.
+    account_requests: BTreeMap<u64, oneshot::Sender<AccountResult>>,
+    account_requests_made: u64,
     /// Schemas of the actions that can be called.
     schemas: Arc<ActionSchemas>,
 }
@@ -131,7 +138,7 @@ impl State {
     /// Puts an edit into the queue to the core, and lets `wait` note who waits for its answer.
     fn forward_edit<T>(
         &mut self,
-        by: ClientId,
+        by: Caller,
         edit: Edit,
         wait: impl FnOnce(&mut SiteRequests, EditId) -> Result<T, &'static str>,
     ) -> Result<T, &'static str> {
@@ -149,8 +156,9 @@ impl State {
 
 impl Hub {
     /// Without core and clients.
-    pub(crate) fn new(limits: &Limits, restart: Option<ProcessRestart>) -> Self {
+    pub(crate) fn new(limits: &Limits, restart: Option<ProcessRestart>, access: AccessGate) -> Self {
         Self {
+            access,
             state: Mutex::new(State {
                 restart_notice: restart.as_ref().map(|restart| texts::server_restarted(&restart.cause)),
                 snapshot: Snapshot::new(restart),
@@ -165,6 +173,8 @@ impl Hub {
                 requests_made: 0,
                 is_site_requested: false,
                 site_requests: SiteRequests::default(),
+                account_requests: BTreeMap::new(),
+                account_requests_made: 0,
                 schemas: Arc::new(ActionSchemas::new(&[])),
             }),
             started_ns: started_ns(),
@@ -208,6 +218,7 @@ impl Hub {
             // Those who wait learn it from their end of the channel.
             state.requests.clear();
             state.site_requests.clear();
+            state.account_requests.clear();
             for member in state.members.values_mut() {
                 for id in member.pending.drain(..) {
                     let outcome = CommandOutcome::Refused(texts::CORE_LOST_BEFORE_ANSWER.to_owned());
@@ -248,6 +259,13 @@ impl Hub {
                 }
                 self.changed.send_replace(());
             }
+            CoreMessage::Access(access) => self.access.set(access),
+            CoreMessage::AccountReply { number, result } => {
+                if let Some(waiting) = self.lock().account_requests.remove(&number) {
+                    // Whoever waited may have gone.
+                    waiting.send(result).ok();
+                }
+            }
             CoreMessage::Reply { number, result } => self.lock().site_requests.reply(number, result),
             CoreMessage::Scan { stamp, map_from_base, points } => {
                 let frame = ScanFrame { sequence: 0, stamp, map_from_base, points };
@@ -258,9 +276,9 @@ impl Hub {
 
     fn answer(&self, client: ClientId, event: Event) {
         let mut state = self.lock();
-        if client == HTTP_CLIENT
-            && let Event::CommandDone { id, outcome } = &event
-            && let Some(request) = state.requests.remove(id)
+        if let Event::CommandDone { id, outcome } = &event
+            && state.requests.get(id).is_some_and(|(by, _)| *by == client)
+            && let Some((_, request)) = state.requests.remove(id)
         {
             // Whoever waited may have gone.
             request.send(outcome.clone()).ok();
@@ -306,17 +324,18 @@ impl Hub {
         command: Command,
     ) -> Result<oneshot::Receiver<CommandOutcome>, &'static str> {
         let mut state = self.lock();
-        state.requests.retain(|_, request| !request.is_closed());
+        let by = current_caller()?;
+        state.requests.retain(|_, (_, request)| !request.is_closed());
         let core = state.core.as_ref().ok_or(texts::CORE_LOST)?;
         if state.requests.len() >= FIXED.max_http_commands || core.capacity() <= FIXED.places_for_stops {
             return Err(texts::CORE_BUSY);
         }
         let id = CommandId(Uuid::from_u64_pair(self.started_ns, state.requests_made));
-        let command = GatewayMessage::Command { id, by: HTTP_CLIENT, command };
+        let command = GatewayMessage::Command { id, by, command };
         core.try_send(command).map_err(|_| texts::CORE_BUSY)?;
         state.requests_made += 1;
         let (sender, receiver) = oneshot::channel();
-        state.requests.insert(id, sender);
+        state.requests.insert(id, (by.client, sender));
         Ok(receiver)
     }
 
@@ -325,7 +344,8 @@ impl Hub {
     /// # Errors
     /// Why it was not forwarded, one sentence.
     pub(crate) fn edit(&self, edit: Edit) -> Result<oneshot::Receiver<EditOutcome>, &'static str> {
-        self.lock().forward_edit(HTTP_CLIENT, edit, |requests, id| requests.wait_for_edit(id))
+        let by = current_caller()?;
+        self.lock().forward_edit(by, edit, |requests, id| requests.wait_for_edit(id))
     }
 
     /// Asks the core about what is stored. The answer comes as for [`Self::edit`].
@@ -336,6 +356,7 @@ impl Hub {
         &self,
         query: Query,
     ) -> Result<oneshot::Receiver<Result<QueryReply, String>>, &'static str> {
+        let by = current_caller()?;
         let mut state = self.lock();
         let State { core, site_requests, .. } = &mut *state;
         let core = core.as_ref().ok_or(texts::CORE_LOST)?;
@@ -343,8 +364,48 @@ impl Hub {
             return Err(texts::CORE_BUSY);
         }
         let (number, receiver) = site_requests.wait_for_reply()?;
-        core.try_send(GatewayMessage::Query { number, query }).map_err(|_| texts::CORE_BUSY)?;
+        core.try_send(GatewayMessage::Query { number, by, query }).map_err(|_| texts::CORE_BUSY)?;
         Ok(receiver)
+    }
+
+    /// Asks the core something about accounts. The answer comes as for [`Self::edit`].
+    ///
+    /// # Errors
+    /// Why it was not asked, one sentence.
+    pub(crate) fn account(
+        &self,
+        by: Caller,
+        request: AccountRequest,
+    ) -> Result<oneshot::Receiver<AccountResult>, &'static str> {
+        let mut state = self.lock();
+        let State { core, account_requests, account_requests_made, .. } = &mut *state;
+        let core = core.as_ref().ok_or(texts::CORE_LOST)?;
+        account_requests.retain(|_, waiting| !waiting.is_closed());
+        if account_requests.len() >= FIXED.max_account_requests || core.capacity() <= FIXED.places_for_stops {
+            return Err(texts::CORE_BUSY);
+        }
+        *account_requests_made += 1;
+        let number = *account_requests_made;
+        core.try_send(GatewayMessage::Account { number, by, request }).map_err(|_| texts::CORE_BUSY)?;
+        let (sender, receiver) = oneshot::channel();
+        account_requests.insert(number, sender);
+        Ok(receiver)
+    }
+
+    /// Tells the core from time to time which sessions and tokens were used; never returns.
+    pub(crate) async fn report_uses(&self) {
+        let mut interval = tokio::time::interval(FIXED.use_report_period);
+        loop {
+            interval.tick().await;
+            let used = self.access.take_used();
+            let state = self.lock();
+            if let Some(core) = state.core.as_ref().filter(|core| core.capacity() > FIXED.places_for_stops)
+                && !used.is_empty()
+            {
+                // If the queue is full after all, the next use is told.
+                core.try_send(GatewayMessage::CredentialsUsed(used)).ok();
+            }
+        }
     }
 
     /// The site, if the core has sent it.

@@ -9,6 +9,7 @@
 //! - Every queue has a limit. State that replaces earlier state is kept once, answers are counted, and a connection that stalls is closed.
 //! - Every refusal is a sentence that says what to do.
 
+mod access;
 mod app;
 mod blobs;
 mod byte_range;
@@ -46,6 +47,7 @@ mod tile_pages;
 mod uploads;
 mod wire;
 
+pub use access::{AccessConfig, socket_client};
 pub use limits::Limits;
 pub use openapi::description;
 pub use server::serve_with;
@@ -68,6 +70,8 @@ pub struct GatewayConfig {
     pub data_dir: PathBuf,
     /// Folder of the client's page, with the bundle in `pkg`.
     pub static_dir: PathBuf,
+    /// Who may use it, and under which names.
+    pub access: AccessConfig,
     /// Gets the address once clients can connect.
     pub on_ready: Option<oneshot::Sender<SocketAddr>>,
     /// Gets heartbeats while the gateway works.
@@ -79,6 +83,14 @@ pub struct GatewayConfig {
 /// Why the gateway could not start.
 #[derive(Debug, thiserror::Error)]
 pub enum GatewayError {
+    /// A demonstration, in which nobody signs in, is not for a network.
+    #[error(
+        "a demonstration needs no sign-in, so it cannot listen on {address}, which others can reach. Leave --demo out, or listen on 127.0.0.1"
+    )]
+    DemoOnNetwork {
+        /// The address.
+        address: SocketAddr,
+    },
     /// The address cannot be listened on.
     #[error(
         "cannot listen on {address}: {source}. Choose another address, or stop the program that uses this one"

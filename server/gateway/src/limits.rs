@@ -96,6 +96,10 @@ pub(crate) struct FixedLimits {
     pub(crate) max_http_commands: usize,
     /// Longest wait for the core's answer to a command over HTTP. The disk lane may be saving a large map.
     pub(crate) max_answer_wait: Duration,
+    /// Requests about accounts that wait for the core's answer. Those that hash passwords wait for each other there.
+    pub(crate) max_account_requests: usize,
+    /// Time between two reports of used sessions to the core.
+    pub(crate) use_report_period: Duration,
     /// Uploads at a time.
     pub(crate) max_uploads_at_a_time: usize,
     /// Runs that are downloaded at a time.
@@ -149,6 +153,8 @@ pub(crate) const FIXED: FixedLimits = FixedLimits {
     max_page_entries: 1_000,
     max_http_commands: 32,
     max_answer_wait: Duration::from_secs(120),
+    max_account_requests: 64,
+    use_report_period: Duration::from_secs(20),
     max_uploads_at_a_time: 1,
     max_downloads_at_a_time: 4,
     max_download_chunks: 4,

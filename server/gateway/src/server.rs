@@ -1,5 +1,6 @@
 //! Accepts connections, limits their number, and ends them when the gateway stops.
 
+use crate::access::{AccessGate, Connection, is_loopback};
 use crate::app::App;
 use crate::client_io::ClientIo;
 use crate::core_link;
@@ -7,7 +8,10 @@ use crate::hub::Hub;
 use crate::limits::{FIXED, Limits};
 use crate::{GatewayConfig, GatewayError, router, uploads};
 use axum::Router;
+use hyper::Request;
+use hyper::body::Incoming;
 use hyper::server::conn::http1;
+use hyper::service::Service;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use std::future::Future;
@@ -32,11 +36,14 @@ pub async fn serve_with(
 ) -> Result<(), GatewayError> {
     let address = config.listen;
     let listen_error = |source| GatewayError::Listen { address, source };
+    if config.access.is_demo && !is_loopback(address.ip()) {
+        return Err(GatewayError::DemoOnNetwork { address });
+    }
     let listener = TcpListener::bind(address).await.map_err(listen_error)?;
     let bound = listener.local_addr().map_err(listen_error)?;
 
     uploads::remove_partial(&config.data_dir).await;
-    let hub = Arc::new(Hub::new(&limits, config.restart.clone()));
+    let hub = Arc::new(Hub::new(&limits, config.restart.clone(), AccessGate::new(&config.access)));
     let (stop, stopping) = watch::channel(false);
     let (alive, mut all_ended) = mpsc::channel(1);
     let app = Arc::new(App::new(&config, limits, hub.clone(), stopping, alive));
@@ -50,6 +57,7 @@ pub async fn serve_with(
         () = accept(listener, app) => {}
         () = core_link::run(&config.core_socket, &hub) => {}
         () = beat(config.heartbeat) => {}
+        () = hub.report_uses() => {}
         () = shutdown => {}
     }
     stop.send_replace(true);
@@ -75,10 +83,15 @@ async fn accept(listener: TcpListener, app: Arc<App>) {
     let router = router::router(app.clone());
     loop {
         match listener.accept().await {
-            Ok((stream, _)) => match places.clone().try_acquire_owned() {
+            Ok((stream, peer)) => match places.clone().try_acquire_owned() {
                 Ok(place) => {
+                    // Without it the connection has ended already.
+                    let Ok(local) = stream.local_addr() else { continue };
+                    let about = Connection { peer: peer.ip(), local: local.ip(), is_tls: false };
                     let io = ClientIo::new(stream, app.limits.write_stall, place);
-                    tokio::spawn(serve_connection(io, router.clone(), app.clone()));
+                    let service =
+                        ConnectionService { router: TowerToHyperService::new(router.clone()), about };
+                    tokio::spawn(serve_connection(io, service, app.clone()));
                 }
                 Err(_) => turn_away(&stream),
             },
@@ -95,13 +108,30 @@ fn turn_away(stream: &TcpStream) {
     stream.try_write(TOO_MANY).ok();
 }
 
-async fn serve_connection(io: ClientIo, router: Router, app: Arc<App>) {
+/// Tells handlers which connection a request came over.
+struct ConnectionService {
+    router: TowerToHyperService<Router>,
+    about: Connection,
+}
+
+impl Service<Request<Incoming>> for ConnectionService {
+    type Response = <TowerToHyperService<Router> as Service<Request<Incoming>>>::Response;
+    type Error = <TowerToHyperService<Router> as Service<Request<Incoming>>>::Error;
+    type Future = <TowerToHyperService<Router> as Service<Request<Incoming>>>::Future;
+
+    fn call(&self, mut request: Request<Incoming>) -> Self::Future {
+        request.extensions_mut().insert(self.about);
+        self.router.call(request)
+    }
+}
+
+async fn serve_connection(io: ClientIo, service: ConnectionService, app: Arc<App>) {
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
         .header_read_timeout(app.limits.header_timeout)
         .max_headers(FIXED.max_request_headers)
         .max_buf_size(FIXED.max_request_head_bytes)
-        .serve_connection(TokioIo::new(io), TowerToHyperService::new(router))
+        .serve_connection(TokioIo::new(io), service)
         .with_upgrades();
     let mut connection = std::pin::pin!(connection);
     let ended = tokio::select! {

@@ -130,6 +130,7 @@ fn bench_of(
         watchdog,
         restart: Some(restart),
         robot_restart: Some(RobotRestart { restart: of_robot, is_new: true }),
+        access: AccessMode::Demo,
     };
     Bench { core: Some(Core::start(config).expect("starts")), robot, written, socket, failures, _dir: dir }
 }
@@ -202,7 +203,11 @@ impl FakeGateway {
     }
 
     fn command(&mut self, id: u128, command: api::Command) {
-        self.send(&GatewayMessage::Command { id: CommandId(Uuid::from_u128(id)), by: CLIENT, command });
+        self.send(&GatewayMessage::Command {
+            id: CommandId(Uuid::from_u128(id)),
+            by: CLIENT.into(),
+            command,
+        });
     }
 }
 

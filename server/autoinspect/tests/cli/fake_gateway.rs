@@ -60,7 +60,7 @@ impl FakeGateway {
     /// Sends a command.
     pub fn send_command(&mut self, command: Command) -> CommandId {
         let id = CommandId(Uuid::from_u128(COMMANDS.fetch_add(1, Ordering::Relaxed).into()));
-        self.send(&GatewayMessage::Command { id, by: CLIENT, command });
+        self.send(&GatewayMessage::Command { id, by: CLIENT.into(), command });
         id
     }
 

@@ -97,7 +97,7 @@ pub fn localised(gateway: &mut FakeGateway) -> [Pose; 2] {
 pub fn put(gateway: &mut FakeGateway, objects: Vec<Object>) {
     let changes = objects.into_iter().map(|object| Change::Put { base: None, object }).collect();
     let edit = Edit { id: EditId(Uuid::from_u128(30)), changes };
-    gateway.send(&GatewayMessage::Edit { by: CLIENT, edit });
+    gateway.send(&GatewayMessage::Edit { by: CLIENT.into(), edit });
     let done = gateway.event(|event| match event {
         Event::EditDone(done) => Some(done.outcome.clone()),
         _ => None,

@@ -5,7 +5,7 @@ use crate::limits::FIXED;
 use crate::outbox::Outbox;
 use crate::snapshot::Cursor;
 use crate::texts;
-use api::{Command, Event, GatewayMessage};
+use api::{Caller, Command, Event, GatewayMessage};
 use site_model::Edit;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -16,13 +16,13 @@ use vocab::{ClientId, CommandId};
 pub(crate) struct ControlSeat {
     hub: Arc<Hub>,
     key: u64,
-    client: ClientId,
+    caller: Caller,
     pub(crate) outbox: Arc<Outbox>,
 }
 
 impl ControlSeat {
     /// Claims a place, if one is free. A client may have several: after a network change its old socket lingers.
-    pub(crate) fn claim(hub: &Arc<Hub>, client: ClientId) -> Option<Self> {
+    pub(crate) fn claim(hub: &Arc<Hub>, caller: Caller) -> Option<Self> {
         let outbox = Arc::new(Outbox::default());
         let key = {
             let mut state = hub.lock();
@@ -32,7 +32,7 @@ impl ControlSeat {
             let key = state.next_member;
             state.next_member += 1;
             let member = Member {
-                client,
+                client: caller.client,
                 outbox: outbox.clone(),
                 pending: VecDeque::new(),
                 pending_edits: VecDeque::new(),
@@ -42,7 +42,12 @@ impl ControlSeat {
             key
         };
         hub.changed.send_replace(());
-        Some(Self { hub: hub.clone(), key, client, outbox })
+        Some(Self { hub: hub.clone(), key, caller, outbox })
+    }
+
+    /// The client's id.
+    pub(crate) fn client(&self) -> ClientId {
+        self.caller.client
     }
 
     /// Changes whenever there may be something to send.
@@ -72,7 +77,7 @@ impl ControlSeat {
         {
             return Err(texts::CORE_BUSY);
         }
-        let command = GatewayMessage::Command { id, by: self.client, command };
+        let command = GatewayMessage::Command { id, by: self.caller, command };
         core.try_send(command).map_err(|_| texts::CORE_BUSY)?;
         if member.pending.len() < FIXED.max_pending_commands && !member.pending.contains(&id) {
             member.pending.push_back(id);
@@ -97,7 +102,7 @@ impl ControlSeat {
             return Err(texts::CORE_BUSY);
         }
         let id = edit.id;
-        state.forward_edit(self.client, edit, |_, _| Ok(()))?;
+        state.forward_edit(self.caller, edit, |_, _| Ok(()))?;
         if let Some(member) = state.members.get_mut(&self.key)
             && !member.pending_edits.contains(&id)
         {

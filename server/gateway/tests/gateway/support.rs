@@ -2,7 +2,7 @@
 //!
 //! Nothing here sleeps: every wait is for a message or the end of a connection, within [`PATIENCE`].
 
-use api::{ClientMessage, CoreMessage, Event, GatewayMessage, ServerMessage};
+use api::{ClientMessage, CoreMessage, Event, GatewayMessage, LeaseToken, ServerMessage};
 use futures_util::{SinkExt, StreamExt};
 use gateway::{GatewayConfig, Limits};
 use std::collections::BTreeMap;
@@ -50,6 +50,20 @@ impl Gateway {
 
     /// Starts a gateway that is told why it was started again.
     pub async fn start_again(limits: Limits, restart: Option<api::ProcessRestart>) -> Self {
+        let demo = gateway::AccessConfig { is_demo: true, ..gateway::AccessConfig::default() };
+        Self::start_for(demo, limits, restart).await
+    }
+
+    /// Starts a gateway with sign-ins.
+    pub async fn start_with_sign_in() -> Self {
+        Self::start_for(gateway::AccessConfig::default(), Limits::default(), None).await
+    }
+
+    async fn start_for(
+        access: gateway::AccessConfig,
+        limits: Limits,
+        restart: Option<api::ProcessRestart>,
+    ) -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let core = UnixListener::bind(folder.path().join("core.sock")).expect("a Unix socket");
         let (on_ready, ready) = oneshot::channel();
@@ -58,6 +72,7 @@ impl Gateway {
             core_socket: folder.path().join("core.sock"),
             data_dir: folder.path().join("data"),
             static_dir: folder.path().join("static"),
+            access,
             on_ready: Some(on_ready),
             heartbeat: None,
             restart,
@@ -107,9 +122,14 @@ impl Gateway {
 
     /// Opens a WebSocket that claims to come from `origin`; the HTTP status if it is not let in.
     pub async fn socket_from(&self, path: &str, origin: &str) -> Result<Socket, u16> {
+        self.socket_with(path, ("origin", origin)).await
+    }
+
+    /// As [`Gateway::socket`], with this header; the HTTP status if it is not let in.
+    pub async fn socket_with(&self, path: &str, header: (&'static str, &str)) -> Result<Socket, u16> {
         use tokio_tungstenite::tungstenite::Error;
         let mut request = format!("ws://{}{path}", self.address).into_client_request().expect("a request");
-        request.headers_mut().insert("origin", origin.parse().expect("a header"));
+        request.headers_mut().insert(header.0, header.1.parse().expect("a header"));
         match soon("a WebSocket", tokio_tungstenite::connect_async(request)).await {
             Ok((stream, _)) => Ok(Socket { stream }),
             Err(Error::Http(response)) => Err(response.status().as_u16()),
@@ -118,9 +138,9 @@ impl Gateway {
     }
 
     /// A control socket that has been welcomed.
-    pub async fn client(&self, id: ClientId) -> Socket {
+    pub async fn client(&self, number: u128) -> Socket {
         let mut socket = self.socket(api::CONTROL_PATH).await;
-        socket.send(&ClientMessage::Hello { version: api::VERSION, client: id }).await;
+        socket.send(&ClientMessage::Hello { version: api::VERSION, lease: lease(number) }).await;
         match socket.message().await {
             ServerMessage::Welcome { version: api::VERSION, .. } => socket,
             other => panic!("not welcomed but {other:?}"),
@@ -348,7 +368,17 @@ impl Socket {
     }
 }
 
-/// A client's id.
+/// A client's secret.
+pub fn lease(number: u128) -> LeaseToken {
+    LeaseToken(uuid::Uuid::from_u128(number))
+}
+
+/// The id of the client with this secret, where nobody signs in.
 pub fn client_id(number: u128) -> ClientId {
-    ClientId(uuid::Uuid::from_u128(number))
+    gateway::socket_client(lease(number), None)
+}
+
+/// A client as the core is told of it where nobody signs in.
+pub fn caller(number: u128) -> api::Caller {
+    api::Caller { address: Some([127, 0, 0, 1].into()), ..client_id(number).into() }
 }

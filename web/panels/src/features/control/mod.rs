@@ -9,6 +9,7 @@ use crate::feature_panel::PanelContext;
 use crate::status_line::{StatusDetail, StatusLine};
 use crate::theme::{self, Weight};
 use crate::{Width, icon, widgets};
+use api::Role;
 use client_model::ClientCommand;
 use egui::Ui;
 
@@ -22,8 +23,13 @@ pub(crate) fn show_button(ui: &mut Ui, cx: &mut PanelContext<'_>) {
         }
         return;
     }
-    let hint = if cx.model.is_controlled_by_other() { texts::TAKE_OVER_HINT } else { texts::TAKE_HINT };
-    let take = Button::new(texts::TAKE).hint(hint).enabled(cx.model.is_connected());
+    let may = cx.model.may(Role::Operator);
+    let hint = match cx.model.is_controlled_by_other() {
+        _ if !may => texts::NEEDS_OPERATOR,
+        true => texts::TAKE_OVER_HINT,
+        false => texts::TAKE_HINT,
+    };
+    let take = Button::new(texts::TAKE).hint(hint).enabled(cx.model.is_connected() && may);
     if take.size(0.0, 40.0).show(ui, cx.tokens).clicked() {
         cx.commands.push(ClientCommand::TakeControl);
     }
@@ -36,7 +42,8 @@ pub(crate) fn show_controlled_by_other(ui: &mut Ui, cx: &mut PanelContext<'_>) {
     if cx.layout.width != Width::Narrow {
         return;
     }
-    let take = Button::new(texts::TAKE).wide(ui).enabled(cx.model.is_connected());
+    let is_enabled = cx.model.is_connected() && cx.model.may(Role::Operator);
+    let take = Button::new(texts::TAKE).wide(ui).enabled(is_enabled);
     if take.show(ui, cx.tokens).clicked() {
         cx.commands.push(ClientCommand::TakeControl);
     }
