@@ -25,11 +25,11 @@ const OURS: &[(&str, &[&str])] = &[
     ("geometry", &["vocab"]),
     ("factors", &["geometry"]),
     ("points", &["geometry", "vocab"]),
-    ("registration", &["geometry", "points", "vocab"]),
+    ("registration", &["geometry", "points"]),
     ("odometry", &["geometry", "points", "registration", "vocab"]),
     ("mapping", &["factors", "geometry", "points", "registration", "vocab"]),
     ("localisation", &["geometry", "mapping", "points", "registration", "vocab"]),
-    ("navigation", &["geometry", "points", "vocab"]),
+    ("navigation", &["geometry", "points", "registration"]),
     ("topomap", &["geometry", "mapping", "navigation", "site_model", "vocab"]),
     ("executive", &["geometry", "localisation", "messages", "navigation", "site_model", "vocab"]),
     ("missions", &["site_model", "vocab"]),
@@ -45,21 +45,20 @@ const OURS: &[(&str, &[&str])] = &[
             "navigation",
             "odometry",
             "points",
-            "registration",
             "site_model",
             "vocab",
         ],
     ),
     ("sim", &["geometry", "messages", "vocab"]),
-    ("lockstep", &["geometry", "messages", "scan_codec", "sim", "site_model", "stack", "vocab"]),
+    ("lockstep", &["messages", "scan_codec", "sim", "site_model", "stack", "vocab"]),
     //
     ("accounts", &["api"]),
     ("ports", &["api", "messages", "site_model", "vocab"]),
     ("watchdog", &[]),
     ("formats", &["messages", "vocab"]),
     ("links", &["geometry", "messages", "ports", "scan_codec", "sim", "site_model", "vocab"]),
-    ("site_files", &["geometry", "sim", "vocab"]),
-    ("recorder", &["formats", "geometry", "messages", "ports", "scan_codec", "site_model", "vocab"]),
+    ("site_files", &["sim", "vocab"]),
+    ("recorder", &["formats", "geometry", "messages", "ports", "scan_codec", "vocab"]),
     (
         "store",
         &[
@@ -93,7 +92,7 @@ const OURS: &[(&str, &[&str])] = &[
             "watchdog",
         ],
     ),
-    ("gateway", &["accounts", "api", "ports", "site_model", "vocab", "watchdog"]),
+    ("gateway", &["accounts", "api", "site_model", "vocab", "watchdog"]),
     (
         "autoinspect",
         &[
@@ -106,7 +105,6 @@ const OURS: &[(&str, &[&str])] = &[
             "links",
             "localisation",
             "lockstep",
-            "map_codec",
             "mapping",
             "messages",
             "missions",
@@ -127,7 +125,7 @@ const OURS: &[(&str, &[&str])] = &[
     ),
     //
     ("client_model", &["api", "missions", "site_model", "vocab"]),
-    ("scene", &["vocab"]),
+    ("scene", &[]),
     ("panels", &["api", "client_model", "missions", "site_model", "vocab"]),
     ("app", &["api", "client_model", "map_codec", "panels", "scene", "site_model", "vocab"]),
     //
@@ -137,12 +135,14 @@ const OURS: &[(&str, &[&str])] = &[
 
 /// Further crates that the tests of a crate may depend on.
 const OURS_IN_TESTS: &[(&str, &[&str])] = &[
-    ("autoinspect", &["client_model", "site_model"]),
+    ("autoinspect", &["client_model", "map_codec"]),
     ("factors", &["formats"]),
-    ("lockstep", &["mapping", "points"]),
+    ("lockstep", &["geometry", "mapping", "points"]),
     ("mapping", &["messages", "odometry", "sim"]),
     ("odometry", &["messages", "sim"]),
+    ("recorder", &["site_model"]),
     ("runtime", &["links", "sim"]),
+    ("site_files", &["geometry"]),
 ];
 
 /// Crates that may depend on all others, because they compare or test the whole.
@@ -309,6 +309,27 @@ fn the_tables_name_only_existing_crates() {
     for (name, _) in OURS {
         assert!(packages.iter().any(|package| package.name == *name), "there is no crate {name} any more");
     }
+}
+
+#[test]
+fn the_tables_permit_only_what_is_used() {
+    let packages = packages();
+    let mut unused = Vec::new();
+    for (table, for_tests) in [(OURS, false), (OURS_IN_TESTS, true)] {
+        for (name, permitted) in table {
+            let Some(package) = packages.iter().find(|package| package.name == *name) else { continue };
+            for other in *permitted {
+                let is_used = package
+                    .dependencies
+                    .iter()
+                    .any(|dependency| dependency.name == *other && dependency.for_tests == for_tests);
+                if !is_used {
+                    unused.push(format!("{name} does not depend on {other}"));
+                }
+            }
+        }
+    }
+    assert!(unused.is_empty(), "\n{}", unused.join("\n"));
 }
 
 #[test]

@@ -1,6 +1,8 @@
 //! Tests of the product in a real browser.
 
+mod every_screen;
 mod example;
+mod first_day;
 mod harness;
 mod importing;
 mod mapping;

@@ -5,6 +5,8 @@ use std::time::{Duration, Instant};
 
 pub mod chromium;
 pub mod devtools;
+pub mod effort;
+pub mod operator;
 pub mod page;
 pub mod picture;
 pub mod program;

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
+use base64::Engine;
 use serde_json::{Value, json};
 
 use super::devtools::DevTools;
@@ -16,7 +17,13 @@ pub struct Page {
     devtools: DevTools,
     session: String,
     errors: Vec<String>,
+    /// Width and height of the window, CSS pixels.
+    size: [u32; 2],
 }
+
+/// Evaluates to true once two more frames have been drawn.
+const NEXT_PICTURES: &str =
+    "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))";
 
 /// A key in the form of the protocol.
 #[derive(Clone, Copy)]
@@ -29,6 +36,7 @@ pub struct Key {
 impl Key {
     pub const W: Self = Self { code: "KeyW", key: "w", number: b'W' };
     pub const ESCAPE: Self = Self { code: "Escape", key: "Escape", number: 27 };
+    pub const ENTER: Self = Self { code: "Enter", key: "Enter", number: 13 };
     pub const Q: Self = Self { code: "KeyQ", key: "q", number: b'Q' };
 }
 
@@ -49,7 +57,7 @@ pub struct At {
 
 impl Page {
     pub(super) fn new(devtools: DevTools, session: String, width: u32, height: u32) -> Self {
-        let mut page = Self { devtools, session, errors: Vec::new() };
+        let mut page = Self { devtools, session, errors: Vec::new(), size: [width, height] };
         for domain in ["Page", "Runtime", "Log", "DOM", "Accessibility", "Network"] {
             page.call(&format!("{domain}.enable"), json!({}));
         }
@@ -59,10 +67,39 @@ impl Page {
 
     /// Sets the inner size of the window to `width` by `height` CSS pixels.
     pub fn resize(&mut self, width: u32, height: u32) {
+        self.size = [width, height];
         self.call(
             "Emulation.setDeviceMetricsOverride",
             json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false }),
         );
+    }
+
+    /// Width and height of the window, CSS pixels.
+    pub fn size(&self) -> [f64; 2] {
+        self.size.map(f64::from)
+    }
+
+    /// Puts the calendar clock of the pages that are loaded from now on ahead by this time, seconds.
+    pub fn set_clock_offset(&mut self, offset_s: i64) {
+        let source = format!("{{ const now = Date.now; Date.now = () => now() + {offset_s}000; }}");
+        self.call("Page.addScriptToEvaluateOnNewDocument", json!({ "source": source }));
+    }
+
+    /// Lets the page take fingers.
+    pub fn allow_touch(&mut self) {
+        self.call("Emulation.setTouchEmulationEnabled", json!({ "enabled": true, "maxTouchPoints": 5 }));
+    }
+
+    /// Waits until the next frame.
+    #[track_caller]
+    pub fn wait_for_frame(&mut self) {
+        self.evaluate("new Promise(done => requestAnimationFrame(() => done(true)))");
+    }
+
+    /// Waits until two more frames have been drawn.
+    #[track_caller]
+    pub fn wait_for_pictures(&mut self) {
+        assert_eq!(self.evaluate(NEXT_PICTURES), true);
     }
 
     /// Starts loading `url`.
@@ -203,12 +240,25 @@ impl Page {
         );
     }
 
+    /// Clicks three times, which selects the text of a field.
+    pub fn triple_click(&mut self, at: At) {
+        for count in 1..=3 {
+            self.count_pointer("mousePressed", at, count);
+            self.count_pointer("mouseReleased", at, count);
+        }
+    }
+
     fn pointer(&mut self, kind: &str, at: At) {
+        self.count_pointer(kind, at, 1);
+    }
+
+    /// `count`: the number of this click in a series of clicks.
+    fn count_pointer(&mut self, kind: &str, at: At, count: u32) {
         let button = if kind == "mouseMoved" { "none" } else { "left" };
         let buttons = i32::from(kind != "mouseReleased");
         self.call(
             "Input.dispatchMouseEvent",
-            json!({ "type": kind, "x": at.x, "y": at.y, "button": button, "buttons": buttons, "clickCount": 1 }),
+            json!({ "type": kind, "x": at.x, "y": at.y, "button": button, "buttons": buttons, "clickCount": count }),
         );
     }
 
@@ -250,6 +300,12 @@ impl Page {
             self.call("DOM.querySelector", query)["nodeId"].as_i64().filter(|node| *node > 0)
         });
         self.call("DOM.setFileInputFiles", json!({ "files": [file], "nodeId": input }));
+    }
+
+    /// A picture for the guide: WebP, which is a fifth of the size of PNG where points are drawn.
+    pub fn guide_picture(&mut self) -> Vec<u8> {
+        let answer = self.call("Page.captureScreenshot", json!({ "format": "webp", "quality": 72 }));
+        base64::engine::general_purpose::STANDARD.decode(answer["data"].as_str().unwrap()).unwrap()
     }
 
     pub fn screenshot(&mut self) -> Picture {

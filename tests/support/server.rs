@@ -30,7 +30,8 @@ impl Server {
     /// As [`Self::start`], with further arguments.
     pub fn start_with(site: &str, data: &Path, more: &[&str]) -> Self {
         let mut process = Command::new(autoinspect())
-            .args(["up", "--demo", "--robot", &format!("sim:{site}"), "--listen", "127.0.0.1:0", "--data"])
+            .args(["up", "--demo", "--allow-host", LAN_HOST, "--robot", &format!("sim:{site}")])
+            .args(["--listen", "127.0.0.1:0", "--data"])
             .arg(data)
             .arg("--static")
             .arg(workspace_root().join("static"))

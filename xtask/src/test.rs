@@ -32,8 +32,12 @@ const NIGHTLY_TESTS: &str = "nightly::";
 /// Start of the line in which a test prints why it did not run.
 const SKIPPED: &str = "skipped: ";
 
-/// Every package and target with tests. Benchmarks have none; clippy has checked that they compile.
-const TESTED: [&str; 6] = ["--workspace", "--exclude", "benches", "--lib", "--bins", "--tests"];
+/// Every target with tests.
+const TESTED: [&str; 4] = ["--workspace", "--lib", "--bins", "--tests"];
+
+/// Benchmarks are a dozen programs with a few tests of their tables, which take longer to link than all others. They are tested in the nightly tier;
+/// clippy has checked that they compile.
+const WITHOUT_BENCHMARKS: [&str; 2] = ["--exclude", "benches"];
 
 const DENY_WARNINGS: [&str; 3] = ["--", "-D", "warnings"];
 
@@ -66,7 +70,7 @@ pub(crate) fn command(arguments: Vec<OsString>) -> Result<ExitCode> {
             }),
             ("browser bundle (release)", || checked_bundle(Flavour::Release)),
         );
-        browser_tests(&mut stages, &shell::target().join("release/autoinspect"));
+        browser_tests(&mut stages, tier, &shell::target().join("release/autoinspect"));
         for (name, benchmark, arguments) in bench::WITH_BARS {
             stages.run(name, || bench::run(benchmark, arguments).map(|()| Report::default()));
         }
@@ -74,7 +78,7 @@ pub(crate) fn command(arguments: Vec<OsString>) -> Result<ExitCode> {
         // The server is the one that the earlier tests have built. Building its package alone selects other features, and half of all
         // crates would be compiled again.
         stages.run("browser bundle", || checked_bundle(Flavour::Dev));
-        browser_tests(&mut stages, &shell::target().join("debug/autoinspect"));
+        browser_tests(&mut stages, tier, &shell::target().join("debug/autoinspect"));
     }
     Ok(if stages.finish(tier.description()) { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
@@ -144,9 +148,9 @@ fn checked_bundle(least: Flavour) -> Result<Report> {
     web::build_if_stale(least).map(|()| Report::default())
 }
 
-fn browser_tests(stages: &mut Stages, autoinspect: &Path) {
+fn browser_tests(stages: &mut Stages, tier: Tier, autoinspect: &Path) {
     match setup::find_or_install_chromium() {
-        Some(_) => stages.run("browser tests", || tests(&Selection::Browser(autoinspect))),
+        Some(_) => stages.run("browser tests", || tests(&Selection::Browser(tier, autoinspect))),
         None => stages
             .skip("browser tests", "no Chromium on this machine; `cargo xtask setup` says how to get it"),
     }
@@ -192,8 +196,8 @@ fn licences(stages: &mut Stages) {
 enum Selection<'a> {
     /// Tests of a tier that need no browser; if names are given, those whose name contains one of them.
     Native(Tier, &'a [String]),
-    /// Tests that need a browser, with this server program.
-    Browser(&'a Path),
+    /// Tests of a tier that need a browser, with this server program.
+    Browser(Tier, &'a Path),
 }
 
 impl Selection<'_> {
@@ -201,13 +205,19 @@ impl Selection<'_> {
     fn command(&self, nextest: bool) -> Command {
         let mut command = shell::cargo();
         match nextest {
-            true => command.args(["nextest", "run"]).args(TESTED).args(self.nextest_arguments()),
-            false => command.arg("test").args(TESTED).args(self.libtest_arguments()),
+            true => command.args(["nextest", "run"]).args(self.packages()).args(self.nextest_arguments()),
+            false => command.arg("test").args(self.packages()).args(self.libtest_arguments()),
         };
-        if let Selection::Browser(autoinspect) = self {
+        if let Selection::Browser(_, autoinspect) = self {
             command.env("AUTOINSPECT_BIN", autoinspect);
         }
         command
+    }
+
+    /// The targets in which the tests are. Those of the browser tests are the ones of every change, so that nothing is compiled again for them.
+    fn packages(&self) -> impl Iterator<Item = &'static str> {
+        let is_thorough = matches!(self, Selection::Native(Tier::Nightly | Tier::ReleaseGate, _));
+        TESTED.into_iter().chain(WITHOUT_BENCHMARKS.into_iter().filter(move |_| !is_thorough))
     }
 
     fn nextest_arguments(&self) -> Vec<String> {
@@ -220,7 +230,8 @@ impl Selection<'_> {
             Selection::Native(Tier::Nightly | Tier::ReleaseGate, filters) => {
                 (format!("not ({browser})"), *filters)
             }
-            Selection::Browser(_) => (browser, &[][..]),
+            Selection::Browser(Tier::EveryChange, _) => (format!("{browser} and not {nightly}"), &[][..]),
+            Selection::Browser(..) => (browser, &[][..]),
         };
         let fixed = ["--no-fail-fast", "--success-output=immediate", "-E"].map(str::to_owned);
         fixed.into_iter().chain([expression]).chain(filters.iter().cloned()).collect()
@@ -237,7 +248,12 @@ impl Selection<'_> {
                 arguments.extend(filters.iter().cloned());
             }
             // The same targets as before, so that nothing is compiled again.
-            Selection::Browser(_) => arguments.push(BROWSER_TESTS.to_owned()),
+            Selection::Browser(tier, _) => {
+                arguments.push(BROWSER_TESTS.to_owned());
+                if *tier == Tier::EveryChange {
+                    arguments.extend(["--skip", NIGHTLY_TESTS].map(str::to_owned));
+                }
+            }
         }
         arguments
     }

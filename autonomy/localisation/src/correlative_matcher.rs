@@ -11,7 +11,7 @@
 
 use crate::bit_grid::{BitCounters, BitGrid, set_bits};
 use crate::localisation_map::LocalisationMap;
-use crate::pose_hypothesis::PoseTolerance;
+use crate::pose_hypothesis::HypothesisTolerance;
 use geometry::{Isometry, Rotation, Vector3, so3};
 use mapping::{FloorDetectionConfig, estimate_base_height};
 use nalgebra::Translation3;
@@ -48,7 +48,7 @@ pub struct CorrelativeMatcherConfig {
     /// A position and heading is dropped if fewer of these points fall on occupied cells.
     pub min_prefix_matches: u8,
     /// A candidate is suppressed if a better one is this near: refinement from either finds the same pose.
-    pub suppression: PoseTolerance,
+    pub suppression: HypothesisTolerance,
 }
 
 impl Default for CorrelativeMatcherConfig {
@@ -67,7 +67,7 @@ impl Default for CorrelativeMatcherConfig {
             max_points: 120,
             prefix_points: 24,
             min_prefix_matches: 12,
-            suppression: PoseTolerance { distance_m: 0.85, angle_rad: 0.2 },
+            suppression: HypothesisTolerance { distance_m: 0.85, angle_rad: 0.2 },
         }
     }
 }
@@ -153,7 +153,7 @@ impl CorrelativeMatcher {
 
 /// The first poses that are not next to a pose before them: without this, the neighbours of one good pose would fill the whole list.
 fn suppress_neighbours(
-    tolerance: &PoseTolerance,
+    tolerance: &HypothesisTolerance,
     poses: impl IntoIterator<Item = Isometry>,
     count: usize,
 ) -> Vec<Isometry> {

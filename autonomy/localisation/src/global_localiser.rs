@@ -7,7 +7,7 @@
 use crate::correlative_matcher::{CorrelativeMatcher, CorrelativeMatcherConfig};
 use crate::localisation_map::LocalisationMap;
 use crate::periodic_global_check::{GlobalCheckResult, check_tracked_pose};
-use crate::pose_hypothesis::{AcceptanceConfig, PoseHypothesis, PoseTolerance, RelocalisationResult};
+use crate::pose_hypothesis::{AcceptanceConfig, HypothesisTolerance, PoseHypothesis, RelocalisationResult};
 use geometry::{Isometry, Rotation, Vector3, so3};
 use mapping::scan_context::{first_from_second, level_from_base};
 use mapping::scan_context_index::ScanContextIndex;
@@ -28,7 +28,7 @@ pub struct GlobalLocaliserConfig {
     /// Greatest descriptor distance of a recognised keyframe.
     pub max_descriptor_distance: f32,
     /// Start poses from place recognition are further apart than this.
-    pub recognised_separation: PoseTolerance,
+    pub recognised_separation: HypothesisTolerance,
     /// Offsets along x and along y from a pose prior, metres, at which starts are tried.
     pub prior_offsets_m: [f64; 5],
     /// Heading offsets from a pose prior, radians, at which starts are tried: up to 20 degrees.
@@ -59,7 +59,7 @@ impl Default for GlobalLocaliserConfig {
             max_matcher_starts: 200,
             max_recognised_starts: 24,
             max_descriptor_distance: 0.85,
-            recognised_separation: PoseTolerance { distance_m: 1.0, angle_rad: 0.3 },
+            recognised_separation: HypothesisTolerance { distance_m: 1.0, angle_rad: 0.3 },
             prior_offsets_m: [-1.0, -0.5, 0.0, 0.5, 1.0],
             prior_heading_offsets_rad: [-0.35, -0.17, 0.0, 0.17, 0.35],
             coarse_points: 300,
@@ -291,7 +291,7 @@ impl GlobalLocaliser {
 fn distinct<T>(
     all: impl IntoIterator<Item = T>,
     pose: impl Fn(&T) -> &Isometry,
-    tolerance: &PoseTolerance,
+    tolerance: &HypothesisTolerance,
 ) -> Vec<T> {
     let mut chosen: Vec<T> = Vec::new();
     for one in all {

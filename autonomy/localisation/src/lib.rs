@@ -44,7 +44,7 @@ pub use localiser::{
 pub use low_confidence::LowConfidenceConfig;
 pub use multi_hypothesis_tracker::{MultiHypothesisConfig, MultiHypothesisTracker};
 pub use periodic_global_check::PeriodicGlobalCheckConfig;
-pub use pose_hypothesis::{AcceptanceConfig, PoseHypothesis, PoseTolerance, RelocalisationResult};
+pub use pose_hypothesis::{AcceptanceConfig, HypothesisTolerance, PoseHypothesis, RelocalisationResult};
 pub use pose_tracker::{DownsampledScan, PoseTracker, PoseTrackerConfig, TrackedPose};
 pub use relocalisation_request::{RelocalisationRequestConfig, RelocalisationWork};
 pub use tiled_surfaces::{TiledSurfaces, TiledSurfacesConfig};

@@ -4,7 +4,7 @@
 //! does not move with the robot. Each search is independent of the previous ones. A pose that is found each time where the last one and odometry
 //! predict it is therefore the right one.
 
-use crate::pose_hypothesis::PoseTolerance;
+use crate::pose_hypothesis::HypothesisTolerance;
 use geometry::Isometry;
 
 /// Parameters of [`LowConfidenceConfirmation`].
@@ -42,7 +42,7 @@ impl LowConfidenceConfirmation {
         &mut self,
         map_from_base: &Isometry,
         odom_from_base: &Isometry,
-        same_pose: &PoseTolerance,
+        same_pose: &HypothesisTolerance,
     ) -> bool {
         let previous = self.latest.replace((*map_from_base, *odom_from_base));
         let Some((map_from_previous, odom_from_previous)) = previous else { return false };

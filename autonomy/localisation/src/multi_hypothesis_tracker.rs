@@ -6,7 +6,7 @@
 
 use crate::global_localiser::GlobalLocaliser;
 use crate::localisation_monitor::LocalisationStatus;
-use crate::pose_hypothesis::{PoseHypothesis, PoseTolerance};
+use crate::pose_hypothesis::{HypothesisTolerance, PoseHypothesis};
 use crate::pose_tracker::{DownsampledScan, PoseTracker, PoseTrackerConfig, TrackedPose};
 use geometry::{Isometry, Matrix6, Vector6};
 use mapping::UncertainPose;
@@ -34,7 +34,7 @@ pub struct MultiHypothesisConfig {
     /// scan.
     pub search_validity_m: f64,
     /// A found pose this near to a rejected hypothesis is that hypothesis.
-    pub rejected_pose: PoseTolerance,
+    pub rejected_pose: HypothesisTolerance,
     /// An injected hypothesis starts this far behind the best score.
     pub injection_handicap: f64,
     /// All hypotheses are given up after evidence against each of them for this time ...
@@ -53,7 +53,7 @@ impl Default for MultiHypothesisConfig {
             rejection_margin: 0.2,
             min_scans: 5,
             search_validity_m: 1.0,
-            rejected_pose: PoseTolerance { distance_m: 1.0, angle_rad: 0.3 },
+            rejected_pose: HypothesisTolerance { distance_m: 1.0, angle_rad: 0.3 },
             injection_handicap: 0.1,
             abandon_after: Span::from_millis(3_000),
             abandon_distance_m: 1.0,
@@ -387,7 +387,7 @@ mod tests {
     }
 
     #[test]
-    fn look_alikes_are_told_apart_by_walking_and_not_by_standing() {
+    fn look_alikes_are_distinguished_by_walking_and_not_by_standing() {
         let out = (0..50).map(|step| at(24.0, 6.0 - 0.12 * f64::from(step).min(45.0), -1.57));
         let along = (0..60).map(|step| at(24.0 + 0.12 * f64::from(step), 0.6, -1.57));
         let (counts, right) = walk(out.chain(along));

@@ -23,14 +23,14 @@ impl PoseHypothesis {
 
 /// Greatest difference of two poses that count as one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PoseTolerance {
+pub struct HypothesisTolerance {
     /// Distance of the positions, metres.
     pub distance_m: f64,
     /// Angle between the orientations, radians.
     pub angle_rad: f64,
 }
 
-impl PoseTolerance {
+impl HypothesisTolerance {
     /// Whether two poses count as one.
     pub fn contains(&self, a: &Isometry, b: &Isometry) -> bool {
         let differs = (a.translation.vector - b.translation.vector).norm() > self.distance_m
@@ -56,7 +56,7 @@ pub struct AcceptanceConfig {
     pub contradiction_ratio: f64,
     /// Two hypotheses this near to each other are the same pose. Its default is the distance at which the verification of loops tells two registrations
     /// apart ([`VerificationConfig::distinct_m`], [`VerificationConfig::distinct_rad`]).
-    pub same_pose: PoseTolerance,
+    pub same_pose: HypothesisTolerance,
 }
 
 impl Default for AcceptanceConfig {
@@ -69,7 +69,7 @@ impl Default for AcceptanceConfig {
             low_confidence_min_fit: 0.4,
             low_confidence_ambiguity_ratio: 0.75,
             contradiction_ratio: 0.93,
-            same_pose: PoseTolerance {
+            same_pose: HypothesisTolerance {
                 distance_m: verification.distinct_m,
                 angle_rad: verification.distinct_rad,
             },
@@ -190,7 +190,7 @@ mod tests {
 
     #[test]
     fn a_tolerance_bounds_distance_and_angle() {
-        let tolerance = PoseTolerance { distance_m: 0.5, angle_rad: 0.15 };
+        let tolerance = HypothesisTolerance { distance_m: 0.5, angle_rad: 0.15 };
         let pose = |x: f64, yaw: f64| {
             let turn = so3::exp(&geometry::Vector3::new(0.0, 0.0, yaw));
             Isometry::from_parts(Translation3::new(x, 0.0, 0.0), turn)

@@ -4,7 +4,7 @@ use crate::day::{Day, first};
 use crate::mission_tests::{MISSION, RUN, localised, node, site, until_ended};
 use crate::replay;
 use geometry::{Vector3, isometry_from_pose};
-use messages::{CommandKind, GoalKind};
+use messages::{CommandKind, GoalKind, LedgerEvent};
 use sim::Start;
 use site_model::{
     ActionRequest, Edge, EdgeId, EditId, MissionCommandKind, Object, Parameters, RunState, Site, StartMode,
@@ -94,6 +94,41 @@ fn actions_of_an_edge_are_performed_at_its_ends() {
     assert_eq!(calls.iter().map(|(action, _)| *action).collect::<Vec<_>>(), ["open", "close"]);
     let x = |call: usize| calls[call].1.site_from_base.position.x;
     assert!((x(0) - 18.2).abs() < 1.0 && (x(1) - 24.0).abs() < 1.0, "{} {}", x(0), x(1));
+}
+
+#[test]
+fn actions_on_the_way_of_a_run_stand_in_it_like_those_of_tasks() {
+    let (_, _, origin) = first();
+    let mut site = site(origin);
+    let request = |action: &str| ActionRequest { action: action.to_owned(), parameters: Parameters::new() };
+    let edge = site.edge(EdgeId(Uuid::from_u128(203))).expect("an edge").clone();
+    put(&mut site, Object::Edge(Edge { on_enter: vec![request("wait")], ..edge }));
+    put(&mut site, zone([[20.0, 22.0], [20.0, 26.0]], ZoneEffect::Action(request("message"))));
+    let mut day = before_the_dock(65, site);
+    let start = MissionCommandKind::Start { run: RUN, mission: MISSION, mode: StartMode::Now };
+    day.order(CommandKind::Mission(start));
+    assert_eq!(until_ended(&mut day, 240), Some(RunState::Succeeded), "{:?} {:?}", day.missions, day.notices);
+    // The mission has two tasks, and the actions on the way follow.
+    let steps = day.lockstep.rows().iter().filter_map(|row| match row {
+        LedgerEvent::Step(step) if step.step >= 2 => Some((step.step, step.state.as_str(), step.is_done)),
+        _ => None,
+    });
+    let steps: Vec<_> = steps.collect();
+    let began_and_ended = |number| {
+        let of: Vec<_> = steps.iter().filter(|step| step.0 == number).collect();
+        matches!(of[..], [(_, "running", false), (_, "succeeded", true)])
+    };
+    assert!(began_and_ended(2) && began_and_ended(3), "{steps:?}");
+    let results = day.lockstep.rows().iter().filter_map(|row| match row {
+        LedgerEvent::Result(result) => Some((result.step, result.kind.as_str(), result.body.as_str())),
+        _ => None,
+    });
+    let results: Vec<_> = results.collect();
+    let of = |kind: &str| results.iter().filter(|result| result.1 == kind).collect::<Vec<_>>();
+    let ([wait], [message, ..]) = (&of("wait")[..], &of("message")[..]) else { panic!("{results:?}") };
+    assert!(wait.0 == 2 && wait.2.contains(r#""stage":"enter""#), "{wait:?}");
+    assert!(message.0 == 3 && message.2.contains(r#""zone":"#), "{message:?}");
+    assert_eq!(results.len(), day.lockstep.calls().len(), "one result for each call: {results:?}");
 }
 
 #[test]

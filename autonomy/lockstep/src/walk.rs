@@ -56,6 +56,8 @@ pub struct Lockstep {
     /// The site as a ledger would have it.
     site: Site,
     edits: u64,
+    /// Steps and results of runs as a ledger would get them.
+    rows: Vec<LedgerEvent>,
     calls: Vec<CalledAction>,
     /// Turns of the body that the next calls need, radians.
     turns: VecDeque<f64>,
@@ -86,6 +88,7 @@ impl Lockstep {
             maps: BTreeMap::new(),
             site: Site::default(),
             edits: 0,
+            rows: Vec::new(),
             calls: Vec::new(),
             turns: VecDeque::new(),
             acting: Vec::new(),
@@ -187,6 +190,11 @@ impl Lockstep {
         &self.site
     }
 
+    /// Steps and results of runs, in the order in which they became durable.
+    pub fn rows(&self) -> &[LedgerEvent] {
+        &self.rows
+    }
+
     /// All actions that were called.
     pub fn calls(&self) -> &[CalledAction] {
         &self.calls
@@ -246,8 +254,10 @@ impl Lockstep {
                 StackEffect::Publish(Publication::Keyframe(keyframe)) => self.keep_keyframe(&keyframe),
                 StackEffect::Commit { seq, events } => {
                     for event in events {
-                        if let LedgerEvent::Site(write) = event {
-                            self.write_site(write);
+                        match event {
+                            LedgerEvent::Site(write) => self.write_site(write),
+                            LedgerEvent::Step(_) | LedgerEvent::Result(_) => self.rows.push(event),
+                            _ => {}
                         }
                     }
                     self.waiting.push_back(Input::Committed { seq });

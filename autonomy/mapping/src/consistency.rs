@@ -17,7 +17,7 @@ use vocab::KeyframeId;
 
 /// Parameters of [`LoopConsistencyCheck`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ConsistencyConfig {
+pub struct LoopConsistencyConfig {
     /// Standard deviation of the graph's expectation up to which it confirms a loop by itself, metres. Its default is that of
     /// [`PoseCertaintyConfig`].
     pub confirming_std_m: f64,
@@ -41,7 +41,7 @@ pub struct ConsistencyConfig {
     pub rechecked: usize,
 }
 
-impl Default for ConsistencyConfig {
+impl Default for LoopConsistencyConfig {
     fn default() -> Self {
         Self {
             confirming_std_m: PoseCertaintyConfig::default().max_std_m,
@@ -86,7 +86,7 @@ pub struct Decision {
 /// Decides which verified loops enter the graph, and holds those that wait for support.
 #[derive(Clone, Debug, Default)]
 pub struct LoopConsistencyCheck {
-    config: ConsistencyConfig,
+    config: LoopConsistencyConfig,
     held: Vec<HeldLoop>,
 }
 
@@ -101,7 +101,7 @@ struct HeldLoop {
 
 /// How a loop compares with what the graph expects of the pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Agreement {
+enum LoopAgreement {
     /// It agrees, and the expectation is certain.
     Confirmed,
     /// It agrees with an uncertain expectation.
@@ -114,13 +114,13 @@ enum Agreement {
 
 impl LoopConsistencyCheck {
     /// Without held loops.
-    pub fn new(config: ConsistencyConfig) -> Self {
+    pub fn new(config: LoopConsistencyConfig) -> Self {
         Self { config, held: Vec::new() }
     }
 
     /// Whether a measurement agrees with an expectation that is certain enough by itself.
     pub fn confirms(&self, expected: &UncertainPose, measured: &UncertainPose) -> bool {
-        self.agreement(Some(expected), measured) == Agreement::Confirmed
+        self.agreement(Some(expected), measured) == LoopAgreement::Confirmed
     }
 
     /// Number of loops that wait for others.
@@ -140,7 +140,7 @@ impl LoopConsistencyCheck {
         if let Some(reason) = verified.rejection {
             return vec![decision(Verdict::Rejected(reason), 0)];
         }
-        if self.agreement_of(graph, &verified.edge) == Agreement::Confirmed {
+        if self.agreement_of(graph, &verified.edge) == LoopAgreement::Confirmed {
             graph.add_loop(&verified.edge);
             let mut decisions = vec![decision(Verdict::Accepted, 1)];
             self.recheck_held(graph, &mut decisions);
@@ -202,7 +202,7 @@ impl LoopConsistencyCheck {
     fn recheck_held(&mut self, graph: &mut PoseGraph, decisions: &mut Vec<Decision>) {
         let oldest = self.held.len().saturating_sub(self.config.rechecked);
         for index in (oldest..self.held.len()).rev() {
-            if self.agreement_of(graph, &self.held[index].edge) == Agreement::Confirmed {
+            if self.agreement_of(graph, &self.held[index].edge) == LoopAgreement::Confirmed {
                 let HeldLoop { edge, evidence, .. } = self.release(index);
                 graph.add_loop(&edge);
                 decisions.push(Decision { edge, evidence, verdict: Verdict::Accepted, agreeing: 1 });
@@ -210,33 +210,33 @@ impl LoopConsistencyCheck {
         }
     }
 
-    fn agreement_of(&self, graph: &PoseGraph, edge: &Edge) -> Agreement {
+    fn agreement_of(&self, graph: &PoseGraph, edge: &Edge) -> LoopAgreement {
         let expected = graph.relative_pose(edge.from, edge.to);
         self.agreement(expected.as_ref(), &edge.relative_pose())
     }
 
     /// By equation 3; an error above the quantile is judged by the position alone.
-    fn agreement(&self, expected: Option<&UncertainPose>, measured: &UncertainPose) -> Agreement {
-        let Some(expected) = expected else { return Agreement::Implausible };
+    fn agreement(&self, expected: Option<&UncertainPose>, measured: &UncertainPose) -> LoopAgreement {
+        let Some(expected) = expected else { return LoopAgreement::Implausible };
         let std_m = expected.translation_std_m();
         match expected.mahalanobis_squared(measured) {
             Some(squared) if squared <= CHI_SQUARED_6_999 => {
                 if std_m <= self.config.confirming_std_m {
-                    Agreement::Confirmed
+                    LoopAgreement::Confirmed
                 } else {
-                    Agreement::Uncertain
+                    LoopAgreement::Uncertain
                 }
             }
             Some(_) => {
                 let error = expected.pose.inverse() * measured.pose;
                 let limit_m = self.config.max_contradiction_deviations * std_m;
                 if error.translation.vector.norm() <= limit_m {
-                    Agreement::Contradicting
+                    LoopAgreement::Contradicting
                 } else {
-                    Agreement::Implausible
+                    LoopAgreement::Implausible
                 }
             }
-            None => Agreement::Implausible,
+            None => LoopAgreement::Implausible,
         }
     }
 
@@ -276,12 +276,12 @@ impl LoopConsistencyCheck {
         if (set.count_ones() as usize) < config.min_support {
             return false;
         }
-        let agreements: Vec<Agreement> =
+        let agreements: Vec<LoopAgreement> =
             bits(set).map(|i| self.agreement_of(graph, &self.held[i].edge)).collect();
-        if agreements.contains(&Agreement::Implausible) {
+        if agreements.contains(&LoopAgreement::Implausible) {
             return false;
         }
-        let (min_support, min_extent_m) = if agreements.contains(&Agreement::Contradicting) {
+        let (min_support, min_extent_m) = if agreements.contains(&LoopAgreement::Contradicting) {
             (config.contradicting_min_support, config.contradicting_min_extent_m)
         } else {
             (config.min_support, config.min_extent_m)

@@ -46,6 +46,12 @@ impl Default for GroundConfig {
 }
 
 impl GroundConfig {
+    /// Column and layer of a point.
+    pub fn locate(&self, [x, y, z]: [f32; 3]) -> ((i32, i32), i32) {
+        let [x, y] = [x, y].map(|c| (c / self.column_m).floor() as i32);
+        ((x, y), (z / self.layer_m).floor() as i32)
+    }
+
     /// Centre of a ground cell, metres.
     pub fn centre(&self, (x, y, layer): GroundCell) -> [f32; 3] {
         let [x, y] = [x, y].map(|c| (c as f32 + 0.5) * self.column_m);
@@ -70,9 +76,9 @@ impl GroundSurface {
         let mut cells: Vec<GroundCell> = xyz
             .iter()
             .filter(|point| point.iter().all(|c| c.abs() < 1e7))
-            .map(|[x, y, z]| {
-                let [x, y] = [x, y].map(|c| (c / config.column_m).floor() as i32);
-                (x, y, (z / config.layer_m).floor() as i32)
+            .map(|point| {
+                let ((x, y), layer) = config.locate(*point);
+                (x, y, layer)
             })
             .collect();
         cells.sort_unstable();

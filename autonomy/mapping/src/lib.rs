@@ -31,6 +31,7 @@ mod packed_indices;
 mod pose_graph;
 mod quality;
 mod recent_scans;
+mod registration_floor;
 mod revisits;
 pub mod scan_context;
 pub mod scan_context_index;
@@ -44,7 +45,7 @@ mod verification_queue;
 mod vertical;
 pub mod virtual_viewpoint;
 
-pub use consistency::{ConsistencyConfig, Decision, LoopConsistencyCheck, Verdict};
+pub use consistency::{Decision, LoopConsistencyCheck, LoopConsistencyConfig, Verdict};
 pub use floor_detection::{FloorDetectionConfig, estimate_base_height};
 pub use graph_element::{Edge, Node, renormalised};
 pub use graph_optimiser::{GraphError, KeyframePair, OptimiserConfig, Relinearisation};
@@ -55,7 +56,7 @@ pub use keyframe_descriptor::{
 pub use last_map::{LastSavedMap, LastSavedMapConfig};
 pub use loop_closing::{
     AddedWaypoint, ComparedPair, LoopClosing, LoopClosingConfig, LoopCommandError, LoopEvents, LoopOutcome,
-    LoopRecord, ReanchoredEvent, RevisitCounts,
+    LoopRecord, MAX_DECISIONS, ReanchoredEvent, RevisitCounts,
 };
 pub use loop_finder::{LoopConfig, LoopFinder, MapKeyframe, NewKeyframe};
 pub use map_matcher::{AlignmentError, MapAlignment, MapMatcher, MapMatcherConfig};

@@ -29,7 +29,7 @@ pub struct LoopClosingConfig {
 
 /// Decisions of a session that are kept, because a person can decide on a pair as often as he likes. When there are as many, the last one on each of the newest
 /// half as many pairs stays. The loops themselves are in the graph.
-const MAX_DECISIONS: usize = 20_000;
+pub const MAX_DECISIONS: usize = 20_000;
 
 /// Loop closing of one session.
 #[derive(Debug)]

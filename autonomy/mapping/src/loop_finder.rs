@@ -5,7 +5,7 @@
 //! [`LoopFinder::add_waypoint`] instead, see [`crate::Novelty`]. The pose graph belongs to the caller.
 
 use crate::candidates::{self, CandidateConfig, LoopCandidate};
-use crate::consistency::{ConsistencyConfig, Decision, LoopConsistencyCheck, Verdict};
+use crate::consistency::{Decision, LoopConsistencyCheck, LoopConsistencyConfig, Verdict};
 use crate::graph_element::{Edge, keyframe_id};
 use crate::keyframe_descriptor::{KeyframeDescriptor, VIEW_OFFSET_M, VIEW_ORIGINS};
 use crate::pose_graph::PoseGraph;
@@ -35,7 +35,7 @@ pub struct LoopConfig {
     /// What a comparison must pass.
     pub verification: VerificationConfig,
     /// When a loop is accepted.
-    pub consistency: ConsistencyConfig,
+    pub consistency: LoopConsistencyConfig,
     /// What is known ground, and when it is compared.
     pub revisits: RevisitConfig,
     /// How dynamic points are found.
@@ -53,7 +53,7 @@ impl Default for LoopConfig {
             submap: SubmapConfig::default(),
             cached_submaps: 4,
             verification: VerificationConfig::default(),
-            consistency: ConsistencyConfig::default(),
+            consistency: LoopConsistencyConfig::default(),
             revisits: RevisitConfig::default(),
             dynamic_points: dynamic_points::DynamicPointsConfig::default(),
             same_guess_m: 1.0,

@@ -8,6 +8,7 @@
 
 use crate::candidates::CandidateConfig;
 use crate::keyframe_descriptor::{KeyframeDescriptor, VIEW_ORIGINS};
+use crate::registration_floor::RegistrationFloor;
 use crate::scan_context::{first_from_second, level_from_base};
 use crate::scan_context_index::ScanContextIndex;
 use crate::submap::{LazySubmap, SubmapCache, SubmapConfig};
@@ -74,8 +75,8 @@ impl Default for MapMatcherConfig {
         Self {
             submap: SubmapConfig::default(),
             cached_submaps: 8,
-            neighbour_rotation_std_rad: 5e-4,
-            neighbour_translation_std_m: 0.005,
+            neighbour_rotation_std_rad: RegistrationFloor::ROTATION_STD_RAD,
+            neighbour_translation_std_m: RegistrationFloor::TRANSLATION_STD_M,
             query_spacing_m: 2.0,
             max_candidates: 3,
             candidate_spacing_m: 5.0,

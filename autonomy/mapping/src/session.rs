@@ -4,6 +4,7 @@ use crate::Odometer;
 use crate::graph_element::{Edge, Node, renormalised};
 use crate::graph_optimiser::OptimiserConfig;
 use crate::pose_graph::PoseGraph;
+use crate::registration_floor::RegistrationFloor;
 use crate::vertical::MeasuredVertical;
 use geometry::{Isometry, Matrix6, Vector3, Vector6, se3, so3};
 use vocab::{KeyframeId, Span, Stamp};
@@ -13,8 +14,8 @@ use vocab::{KeyframeId, Span, Stamp};
 pub struct SessionConfig {
     /// When a scan becomes a waypoint.
     pub keyframes: KeyframePolicy,
-    /// Least standard deviation of an odometry edge's rotation, radians. What vibration and cells of some centimetres leave even where the filter
-    /// believes itself perfect.
+    /// Least standard deviation of an odometry edge's rotation, radians. An edge is a registration like that of a loop, and
+    /// [`RegistrationFloor`] is the default of both.
     pub min_rotation_std_rad: f64,
     /// The same for its translation, metres.
     pub min_translation_std_m: f64,
@@ -30,15 +31,12 @@ pub struct SessionConfig {
 }
 
 impl SessionConfig {
-    /// Default of [`Self::min_rotation_std_rad`], and of the deviation of a relative tilt in the verification of loops.
-    pub(crate) const MIN_ROTATION_STD_RAD: f64 = 1e-3;
-
     /// With the keyframes of a robot's profile.
     pub fn new(keyframes: KeyframePolicy) -> Self {
         Self {
             keyframes,
-            min_rotation_std_rad: Self::MIN_ROTATION_STD_RAD,
-            min_translation_std_m: 5e-3,
+            min_rotation_std_rad: RegistrationFloor::ROTATION_STD_RAD,
+            min_translation_std_m: RegistrationFloor::TRANSLATION_STD_M,
             max_scan_gap: Span::from_millis(1_000),
             dead_reckoning_std_share: 0.03,
             max_trajectory_entries: 1 << 17,

@@ -5,10 +5,11 @@
 //! places apart that are built alike; that is done by `consistency`.
 
 use crate::range_image::Occupancy;
+use crate::registration_floor::RegistrationFloor;
 use crate::submap::{LazySubmap, Submap};
 use crate::uncertain_pose::{CHI_SQUARED_6_999, diagonal_covariance};
 use crate::vertical::RelativeTilt;
-use crate::{Edge, PoseCertaintyConfig, SessionConfig, UncertainPose};
+use crate::{Edge, PoseCertaintyConfig, UncertainPose};
 use geometry::{Isometry, Matrix6, Vector3, se3, so3};
 use nalgebra::{SymmetricEigen, Translation3};
 use points::Surface;
@@ -53,8 +54,8 @@ pub struct VerificationConfig {
     pub min_conditioning: f64,
     /// Number of neighbouring points that share one error (of map, time and motion) and count as one, as in odometry.
     pub correlated_points: f64,
-    /// Standard deviation of the relative tilt of two keyframes by odometry with an IMU, radians. Its default is that of an odometry edge
-    /// ([`SessionConfig`]): motion correction and local map leave it, and gravity keeps it from growing along the walk.
+    /// Standard deviation of the relative tilt of two keyframes by odometry with an IMU, radians. Its default is that of
+    /// registrations ([`RegistrationFloor`]): motion correction and local map leave it, and gravity keeps it from growing along the walk.
     pub tilt_std_rad: f64,
     /// A direction with a larger standard deviation is degenerate, metres.
     pub max_observed_std_m: f64,
@@ -100,10 +101,10 @@ impl Default for VerificationConfig {
             start_offset_m: 1.2,
             min_conditioning: 0.04,
             correlated_points: ScanInformationConfig::default().correlated_points,
-            tilt_std_rad: SessionConfig::MIN_ROTATION_STD_RAD,
+            tilt_std_rad: RegistrationFloor::ROTATION_STD_RAD,
             max_observed_std_m: 0.05,
-            floor_rotation_std_rad: 5e-4,
-            floor_translation_std_m: 0.005,
+            floor_rotation_std_rad: RegistrationFloor::ROTATION_STD_RAD,
+            floor_translation_std_m: RegistrationFloor::TRANSLATION_STD_M,
             submap_covariance_share: 0.5,
             coarse_rotation_std_rad: 0.02,
             coarse_translation_std_m: 0.1,

@@ -32,9 +32,9 @@ pub use order::{
 pub use routes::{LegResult, LegWalk, LegWay, RouteEffect, RouteExecutor, RouteExecutorConfig, RouteView};
 pub use runs::{
     ActionInfo, ActionResult, BatteryConfig, CHARGE_SIGNAL, DueSlot, GoalRequest, GoalResult, MissionEffect,
-    MissionInput, MissionNotice, MissionRunner, MonitorBank, RUN_TABLE, Records, Run, RunAction,
-    RunTransition, RunTrigger, RunnerConfig, Scheduler, SchedulerConfig, Situation, TASK_TABLE, TaskAction,
-    TaskGuard, TaskRecord, TaskTransition, TaskTrigger, battery_monitors, events_for_restart,
+    MissionInput, MissionNotice, MissionRunner, MonitorBank, RUN_TABLE, Records, RouteActionRecord, Run,
+    RunAction, RunTransition, RunTrigger, RunnerConfig, Scheduler, SchedulerConfig, Situation, TASK_TABLE,
+    TaskAction, TaskGuard, TaskRecord, TaskTransition, TaskTrigger, battery_monitors, events_for_restart,
     time_to_dock_p95_s, to_markdown,
 };
 pub use texts::{notice, reach_failure, skip_reason, task_failure};

@@ -19,6 +19,13 @@ pub(crate) const CANCELLED_BY_PROGRAM: &str = "The program that offers the actio
 pub(crate) const RESUME_WHEN_FREE: &str =
     "Motion is stopped, or somebody drives. Allow motion first, then resume.";
 
+/// Why an action on the way is not called.
+pub(crate) const ROUTE_ACTION_UNKNOWN: &str =
+    "It was begun before the restart, and it is not known how it ended. Nobody has permitted to do it again.";
+
+/// Why an action on the way has failed.
+pub(crate) const ACTION_NOT_OFFERED: &str = "No program offers this action now.";
+
 pub(crate) const WAY_BLOCKED: &str = "The way was blocked.";
 
 /// An action of an edge that was cancelled because it did not end.
@@ -92,6 +99,11 @@ fn run_ended(mission: &str, outcome: RunState, succeeded: usize, tasks: usize) -
 /// Why a task failed.
 pub fn task_failure(failure: &TaskFailure) -> String {
     let text = match failure {
+        TaskFailure::RouteActionUnknown(action) => {
+            return format!(
+                "On the way, the action {action} was begun before the restart, and it is not known how it ended. Look, then try again, or leave the task out."
+            );
+        }
         TaskFailure::NotReached(reason) => return reach_failure(reason),
         TaskFailure::ActionFailed(reason) => return reason.clone(),
         TaskFailure::ActionUnavailable => "No program offers this action now. Start it, then redo the task.",

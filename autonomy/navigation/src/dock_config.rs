@@ -1,5 +1,7 @@
 //! The marker of a dock, and parameters of its detection.
 
+use registration::{GaussNewtonConfig, WidthSchedule};
+
 /// The marker of a dock, in the frame of the docked base: x away from the dock, z up from the floor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DockMarker {
@@ -37,6 +39,16 @@ pub struct DockDetectorConfig {
     pub step_m: f64,
     /// Step of their headings, radians.
     pub step_rad: f64,
+    /// Points farther from the plates than this many steps of the grid add nothing to the score of a pose: half a step more than the nearest pose
+    /// of the grid may be off.
+    pub score_reach_steps: f64,
+    /// Poses of the grid from which the least squares begin, at most.
+    pub starts_max: usize,
+    /// Iteration of the least squares. It converges in about eight steps. The gate closes from four times [`Self::inlier_m`] to once: far points
+    /// pull at first only.
+    pub refinement: GaussNewtonConfig,
+    /// Points farther from the place that is searched than the marker reaches, and this much, are left out, metres.
+    pub reach_margin_m: f64,
     /// Points of the slice that the grid is compared with, at most. More take longer and find no more.
     pub grid_points_max: usize,
     /// Points for the least squares, at most.
@@ -65,6 +77,8 @@ pub struct DockDetectorConfig {
     pub beyond_share_max: f64,
     /// Two poses farther apart than this that both look like the dock are ambiguous, metres.
     pub separation_m: f64,
+    /// Least standard deviation of a point's distance from its plate in the covariance, metres: few points may agree by chance.
+    pub noise_min_m: f64,
     /// Greatest standard deviation of the position found, metres.
     pub deviation_max_m: f64,
     /// Greatest standard deviation of the heading found, radians.
@@ -80,6 +94,17 @@ impl Default for DockDetectorConfig {
             search_rad: 15.0_f64.to_radians(),
             step_m: 0.05,
             step_rad: 3.0_f64.to_radians(),
+            score_reach_steps: 1.5,
+            starts_max: 5,
+            refinement: GaussNewtonConfig {
+                max_iterations: 16,
+                min_step: 1e-6,
+                initial_width: 4.0,
+                schedule: WidthSchedule::Linear,
+                relative_damping: 0.0,
+                absolute_damping: 0.0,
+            },
+            reach_margin_m: 0.1,
             grid_points_max: 150,
             points_max: 1_500,
             points_min: 30,
@@ -94,6 +119,7 @@ impl Default for DockDetectorConfig {
             beyond_m: 0.12,
             beyond_share_max: 0.35,
             separation_m: 0.15,
+            noise_min_m: 1e-3,
             deviation_max_m: 0.01,
             deviation_max_rad: 0.02,
         }

@@ -1,7 +1,7 @@
 //! Finds a charging dock in scans, by the marker that stands on it: two vertical plates that form a ridge towards the robot.
 //!
 //! The points of a horizontal slice through the plates are compared with the outline of the marker: first on a grid of poses around the expected one, then by
-//! least squares from the best of them (point-to-line ICP with Tukey weights). What was found must look like a whole marker, both plates with their ends, or it
+//! least squares from the best of them (point-to-line ICP with Tukey weights; docs/maths/docking.md). What was found must look like a whole marker, both plates with their ends, or it
 //! is none: walls, corners and people are not.
 
 use crate::dock_config::DockDetectorConfig;
@@ -69,7 +69,8 @@ impl DockDetector {
     ) -> Result<DockDetection, DockNotFound> {
         let expected = Pose2::from_isometry(frame_from_expected);
         let outline = Outline::new(&self.config.marker);
-        let reach_m = std::f64::consts::SQRT_2 * self.config.search_m + outline.length_m() + 0.1;
+        let reach_m =
+            std::f64::consts::SQRT_2 * self.config.search_m + outline.length_m() + self.config.reach_margin_m;
         let middle = outline.middle();
         let is_near = |point: &[f64; 2]| (point[0] - middle[0]).hypot(point[1] - middle[1]) <= reach_m;
         let near: Vec<[f64; 2]> =
@@ -81,12 +82,12 @@ impl DockDetector {
         let mut found: Vec<(Pose2, Observation)> = Vec::new();
         let mut reason = DockNotFound::NoMatch;
         for start in self.candidates(&outline, &near) {
-            let Some(pose) = outline.refine(&near, start, self.config.inlier_m) else { continue };
+            let Some(pose) = outline.refine(&near, start, &self.config) else { continue };
             if !self.is_in_window(&pose) {
                 continue;
             }
             let seen = outline.observe(&near, &pose, &self.config);
-            match self.judge(&seen) {
+            match self.check_shape(&seen) {
                 Ok(()) => found.push((pose, seen)),
                 Err(DockNotFound::PartlyHidden) => reason = DockNotFound::PartlyHidden,
                 Err(_) => {}
@@ -106,9 +107,10 @@ impl DockDetector {
         })
     }
 
-    /// The best poses of the grid, at most five, apart from each other.
+    /// The best poses of the grid, at most [`DockDetectorConfig::starts_max`], apart from each other.
     fn candidates(&self, outline: &Outline, near: &[[f64; 2]]) -> Vec<Pose2> {
-        let DockDetectorConfig { search_m, search_rad, step_m, step_rad, .. } = self.config;
+        let DockDetectorConfig { search_m, search_rad, step_m, step_rad, score_reach_steps, .. } =
+            self.config;
         let few = every(near, self.config.grid_points_max);
         let (steps, turns) = ((search_m / step_m).round() as i32, (search_rad / step_rad).round() as i32);
         let mut scored = Vec::new();
@@ -117,7 +119,7 @@ impl DockDetector {
                 for y in -steps..=steps {
                     let heading = f64::from(turn) * step_rad;
                     let pose = Pose2::new(f64::from(x) * step_m, f64::from(y) * step_m, heading);
-                    let score = outline.score(&few, &pose, 1.5 * step_m);
+                    let score = outline.score(&few, &pose, score_reach_steps * step_m);
                     if score > 0.0 {
                         scored.push((score, pose));
                     }
@@ -130,7 +132,7 @@ impl DockDetector {
             if chosen.iter().all(|other| other.distance_m(&pose) > self.config.separation_m) {
                 chosen.push(pose);
             }
-            if chosen.len() == CANDIDATES {
+            if chosen.len() == self.config.starts_max {
                 break;
             }
         }
@@ -145,7 +147,7 @@ impl DockDetector {
     }
 
     /// Whether what was seen is a marker.
-    fn judge(&self, seen: &Observation) -> Result<(), DockNotFound> {
+    fn check_shape(&self, seen: &Observation) -> Result<(), DockNotFound> {
         let config = &self.config;
         let deviation = |axis: usize| seen.covariance[(axis, axis)].max(0.0).sqrt();
         let is_exact = seen.residual_m <= config.residual_max_m
@@ -167,9 +169,6 @@ impl DockDetector {
         Ok(())
     }
 }
-
-/// Poses of the grid from which the least squares begin.
-const CANDIDATES: usize = 5;
 
 /// At most that many of the points, evenly.
 fn every(points: &[[f64; 2]], count_max: usize) -> Vec<[f64; 2]> {

@@ -2,6 +2,7 @@
 
 use crate::dock_config::{DockDetectorConfig, DockMarker};
 use geometry::{Isometry, Matrix3, Rotation, Vector3};
+use registration::{MatchingConfig, gauss_newton};
 
 /// A pose in the plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -124,31 +125,36 @@ impl Outline {
         points.iter().map(one).sum()
     }
 
-    /// The pose that fits best by least squares, from a start that is nearly right. None if the points do not determine it.
-    pub fn refine(&self, points: &[[f64; 2]], start: Pose2, inlier_m: f64) -> Option<Pose2> {
-        let mut pose = start;
-        for iteration in 0..ITERATIONS {
-            // The gate closes: far points pull at first only.
-            let gate_m =
-                inlier_m * (1.0 + 3.0 * f64::from(ITERATIONS - 1 - iteration) / f64::from(ITERATIONS));
-            let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
-            for point in points {
-                let local = pose.inverse_apply(*point);
-                let Some((nearest, row)) = self.row(local, gate_m) else { continue };
-                let weight = (1.0 - (nearest.off_m / gate_m).powi(2)).powi(2);
-                normal += row * row.transpose() * weight;
-                right += row * (nearest.off_m * weight);
-            }
-            let step = normal.cholesky()?.solve(&right);
-            pose = pose.then(&Pose2::new(step.x, step.y, step.z));
-            if step.norm() < 1e-6 && iteration + 1 >= ITERATIONS / 2 {
-                break;
-            }
-        }
-        Some(pose)
+    /// The pose that fits best by least squares, from a start that is nearly right (docs/maths/docking.md, equations 1 and 2). `None` if the points
+    /// do not determine it.
+    pub fn refine(&self, points: &[[f64; 2]], start: Pose2, config: &DockDetectorConfig) -> Option<Pose2> {
+        let matching = MatchingConfig { gate_m: config.inlier_m as f32, ..MatchingConfig::default() };
+        let mut is_determined = true;
+        let pose = gauss_newton(start, &matching, &config.refinement, |pose, matching| {
+            let step = self.step(points, pose, f64::from(matching.gate_m));
+            is_determined = step.is_some();
+            let step = step?;
+            Some((pose.then(&Pose2::new(step.x, step.y, step.z)), step.norm()))
+        });
+        is_determined.then_some(pose)
     }
 
-    /// The plate's point next to a point within `gate_m`, and the derivative of the distance by a step of the pose (negated).
+    /// The step of the weighted least squares over the points within the gate (docs/maths/docking.md, equation 1). `None` if the points do not
+    /// determine it.
+    fn step(&self, points: &[[f64; 2]], pose: &Pose2, gate_m: f64) -> Option<Vector3> {
+        let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
+        for point in points {
+            let local = pose.inverse_apply(*point);
+            let Some((nearest, row)) = self.row(local, gate_m) else { continue };
+            let weight = (1.0 - (nearest.off_m / gate_m).powi(2)).powi(2);
+            normal += row * row.transpose() * weight;
+            right += row * (nearest.off_m * weight);
+        }
+        Some(normal.cholesky()?.solve(&right))
+    }
+
+    /// The plate's point next to a point within `gate_m`, and the derivative of the distance by a step of the pose, negated: `J` of
+    /// docs/maths/docking.md, equation 1.
     fn row(&self, local: [f64; 2], gate_m: f64) -> Option<(Nearest, Vector3)> {
         let nearest = self.nearest(local);
         let is_on = (0.0..=self.length_m).contains(&nearest.along_m) && nearest.off_m.abs() < gate_m;
@@ -192,8 +198,9 @@ impl Outline {
         let density = |count: usize, length_m: f64| count as f64 / length_m;
         let beyond_share =
             |side: usize| density(beyond[side], config.beyond_m) / density(on[side].max(1), self.length_m);
-        let covariance =
-            normal.try_inverse().map_or(Matrix3::identity(), |inverse| inverse * variance.max(1e-6));
+        let covariance = normal
+            .try_inverse()
+            .map_or(Matrix3::identity(), |inverse| inverse * variance.max(config.noise_min_m.powi(2)));
         let share = |seen: &[(usize, f64)]| match seen.last() {
             Some((1.., _)) => seen.iter().filter(|(count, _)| *count > 0).count() as f64 / sections as f64,
             _ => 0.0,
@@ -212,6 +219,3 @@ impl Outline {
         }
     }
 }
-
-/// Steps of the least squares. They converge in about eight.
-const ITERATIONS: u32 = 16;

@@ -2,7 +2,7 @@
 //! parameters of the parts that read the whole configuration. The parameters of the other parts are beside their algorithms.
 
 use crate::filter::FilterConfig;
-use crate::imu_lidar_consistency::ConsistencyConfig;
+use crate::imu_lidar_consistency::ImuLidarConsistencyConfig;
 use crate::imu_queue::ImuQueueConfig;
 use crate::initial_alignment::InitialAlignmentConfig;
 use crate::local_map::LocalMapConfig;
@@ -244,7 +244,7 @@ pub struct OdometryConfig {
     /// Detection of a robot that is carried.
     pub pickup: PickupConfig,
     /// Comparison of the rotations of IMU and LiDAR.
-    pub consistency: ConsistencyConfig,
+    pub consistency: ImuLidarConsistencyConfig,
     /// Local map and registration.
     pub local_map: LocalMapConfig,
     /// Acceptance of scans and loss of tracking.
@@ -269,7 +269,7 @@ impl Default for OdometryConfig {
             filter: FilterConfig::default(),
             propagation: PropagationConfig::default(),
             pickup: PickupConfig::default(),
-            consistency: ConsistencyConfig::default(),
+            consistency: ImuLidarConsistencyConfig::default(),
             local_map: LocalMapConfig::default(),
             tracking: TrackingConfig::default(),
             reinitialiser: ReinitialiserConfig::default(),

@@ -9,7 +9,7 @@ use vocab::{Span, Stamp};
 
 /// Parameters of [`ImuLidarConsistency`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ConsistencyConfig {
+pub struct ImuLidarConsistencyConfig {
     /// Number of time shifts tried in each direction.
     pub shift_steps: usize,
     /// Difference between neighbouring shifts.
@@ -33,7 +33,7 @@ pub struct ConsistencyConfig {
     pub min_correlation: f64,
 }
 
-impl Default for ConsistencyConfig {
+impl Default for ImuLidarConsistencyConfig {
     fn default() -> Self {
         Self {
             shift_steps: 12,
@@ -63,7 +63,7 @@ struct LidarRotation {
 /// Collects rotations in batches and evaluates each batch.
 #[derive(Clone, Debug)]
 pub struct ImuLidarConsistency {
-    config: ConsistencyConfig,
+    config: ImuLidarConsistencyConfig,
     /// Integral of the turn rate since the first reading, radians.
     integral: VecDeque<(Stamp, Vector3)>,
     /// Rotations whose shifted intervals the gyroscope does not cover yet.
@@ -86,7 +86,7 @@ struct Batch {
 }
 
 impl Batch {
-    fn new(config: &ConsistencyConfig) -> Self {
+    fn new(config: &ImuLidarConsistencyConfig) -> Self {
         let errors = vec![0.0; 2 * config.shift_steps + 1];
         Self { errors, lidar_squared: 0.0, gyro_squared: 0.0, product: 0.0, count: 0 }
     }
@@ -94,7 +94,7 @@ impl Batch {
 
 impl ImuLidarConsistency {
     /// Without rotations.
-    pub fn new(config: ConsistencyConfig) -> Self {
+    pub fn new(config: ImuLidarConsistencyConfig) -> Self {
         let batch = Batch::new(&config);
         Self { config, integral: VecDeque::new(), waiting: VecDeque::new(), batch, is_doubted: false }
     }
@@ -216,7 +216,7 @@ mod tests {
     fn run(lag: Span, mounted: impl Fn(Vector3) -> Vector3) -> Option<Finding> {
         let angle =
             |t: f64| Vector3::new(0.05 * (2.1 * t).sin(), 0.06 * (3.3 * t).sin(), 0.4 * (1.7 * t).sin());
-        let mut consistency = ImuLidarConsistency::new(ConsistencyConfig::default());
+        let mut consistency = ImuLidarConsistency::new(ImuLidarConsistencyConfig::default());
         let mut found = None;
         for tick in 1..8_000_i64 {
             let stamp = Stamp::from_nanos(tick * 2_500_000);

@@ -36,7 +36,7 @@ pub use event::{
     Started,
 };
 pub use filter::{FilterConfig, ImuNoise};
-pub use imu_lidar_consistency::ConsistencyConfig;
+pub use imu_lidar_consistency::ImuLidarConsistencyConfig;
 pub use imu_queue::ImuQueueConfig;
 pub use initial_alignment::{InitialAlignmentConfig, InitialDeviations};
 pub use local_map::LocalMapConfig;

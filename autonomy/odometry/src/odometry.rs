@@ -7,7 +7,7 @@ use crate::findings;
 use crate::imu_queue::ImuReading;
 use crate::initial_alignment::estimate_alignment;
 use crate::scan_tracker::ScanTracker;
-use crate::state_propagator::{InitialPose, Queues, Stamped, StatePropagator};
+use crate::state_propagator::{Queues, Stamped, StartingPose, StatePropagator};
 use crate::sweep::{ScanView, Sweep};
 use geometry::{Isometry, Vector3};
 use std::collections::VecDeque;
@@ -26,7 +26,7 @@ pub struct Odometry {
     /// `None` until the estimate has begun, and while it begins anew.
     tracker: Option<ScanTracker>,
     /// The pose at which the estimate begins.
-    initial: InitialPose,
+    initial: StartingPose,
     /// Whether the estimate begins anew after tracking was lost.
     is_restart: bool,
     /// Kinds of the findings published so far.
@@ -51,7 +51,7 @@ impl Odometry {
             newest: None,
             oldest: None,
             tracker: None,
-            initial: InitialPose::default(),
+            initial: StartingPose::default(),
             is_restart: false,
             published: Vec::new(),
             clock_mismatches: 0,

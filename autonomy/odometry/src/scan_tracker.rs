@@ -8,7 +8,7 @@ use crate::initial_alignment::{InitialAlignment, level_from_body};
 use crate::local_map::{DownsampledPoints, LocalMap, PriorQuality, ScanFit};
 use crate::reinitialiser::Reinitialiser;
 use crate::state::{ErrorVector, State};
-use crate::state_propagator::{InitialPose, Queues, Stamped, StatePropagator};
+use crate::state_propagator::{Queues, Stamped, StartingPose, StatePropagator};
 use crate::sweep::Sweep;
 use geometry::{Base, Body, Isometry, Matrix6, Rotation, Transform, Vector3, se3, so3};
 use registration::degenerate_directions;
@@ -41,7 +41,7 @@ pub struct ScanTracker {
     /// Whether legs and IMU have been consistent since then.
     is_dead_reckoning_consistent: bool,
     /// The pose at which to begin anew, once tracking is lost with an IMU. Velocity and gravity of the filter are wrong then.
-    restart_pose: Option<InitialPose>,
+    restart_pose: Option<StartingPose>,
     /// Running mean of the share of inliers of sweeps that were registered in parts; 0 before the first.
     typical_inlier_share: f64,
     downsampled: DownsampledPoints,
@@ -82,7 +82,7 @@ impl ScanTracker {
         config: &OdometryConfig,
         begin: Stamp,
         alignment: &InitialAlignment,
-        initial: &InitialPose,
+        initial: &StartingPose,
         out: &mut Vec<OdometryEvent>,
     ) -> Self {
         // With an IMU, the body is the IMU.
@@ -103,7 +103,7 @@ impl ScanTracker {
     pub fn without_imu(
         config: &OdometryConfig,
         begin: Stamp,
-        initial: &InitialPose,
+        initial: &StartingPose,
         out: &mut Vec<OdometryEvent>,
     ) -> Self {
         let deviations = config.initial_alignment.deviations_without_imu();
@@ -121,7 +121,7 @@ impl ScanTracker {
         config: &OdometryConfig,
         begin: Stamp,
         body_from_base: Transform<Body, Base>,
-        initial: &InitialPose,
+        initial: &StartingPose,
         level_from_body: Rotation,
         deviations: &ErrorVector,
     ) -> Self {
@@ -164,7 +164,7 @@ impl ScanTracker {
     }
 
     /// The pose at which the estimate has to begin anew from gravity on, if tracking is lost.
-    pub fn restart_pose(&self) -> Option<InitialPose> {
+    pub fn restart_pose(&self) -> Option<StartingPose> {
         self.restart_pose
     }
 
@@ -279,7 +279,7 @@ impl ScanTracker {
 
     /// The most probable pose of a robot that has lost tracking: the propagated one, or the last one that was registered if the
     /// propagated velocity is not believable.
-    fn compute_restart_pose(&self) -> InitialPose {
+    fn compute_restart_pose(&self) -> StartingPose {
         let now = self.propagator.estimate();
         let registered =
             self.last_inserted.map(|last| last.value * self.propagator.body_from_base.isometry());
@@ -292,7 +292,7 @@ impl ScanTracker {
         } else {
             self.propagator.inflated_covariance()
         };
-        InitialPose { odom_from_base, covariance_inflation }
+        StartingPose { odom_from_base, covariance_inflation }
     }
 
     /// Processes a sweep without an IMU: in parts, or whole if a part does not fit as parts usually do.

@@ -44,14 +44,14 @@ impl Queues {
 
 /// The pose at which an estimate begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct InitialPose {
+pub struct StartingPose {
     /// Pose of the base. Only its position and heading are used; roll and pitch come from gravity.
     pub odom_from_base: Isometry,
     /// Covariance inflation of all later poses, `[rotation; translation]`, base frame.
     pub covariance_inflation: Matrix6,
 }
 
-impl Default for InitialPose {
+impl Default for StartingPose {
     /// The origin, which is known by definition.
     fn default() -> Self {
         Self { odom_from_base: Isometry::identity(), covariance_inflation: Matrix6::zeros() }
@@ -99,7 +99,7 @@ impl StatePropagator {
         config: &OdometryConfig,
         begin: Stamp,
         body_from_base: Transform<Body, Base>,
-        initial: &InitialPose,
+        initial: &StartingPose,
         level_from_body: Rotation,
         deviations: &ErrorVector,
     ) -> Self {

@@ -74,6 +74,8 @@ pub struct TopomapConfig {
     pub node_spacing_m: f64,
     /// Greatest distance of an edge from the way that it stands for, metres. A bend that departs more gets a node.
     pub deviation_max_m: f64,
+    /// A part of a way that departs less from its straight line has no bend, metres, and is halved where the line is not free.
+    pub bend_min_m: f64,
     /// Nodes nearer to each other than this become one where all edges stay free, metres.
     pub node_merge_m: f64,
     /// Ways round an obstacle that are shorter than this in all are not kept as a loop, metres.
@@ -90,6 +92,15 @@ pub struct TopomapConfig {
     pub survey_cover_m: f64,
     /// In surveys: connected floor smaller than this is left out, square metres.
     pub survey_piece_min_m2: f64,
+    /// In surveys: the middle of the robot can be where at least this number of the eight columns around have ground: the feet need it to both sides. One may be a hole in the data.
+    pub survey_ground_neighbours_min: usize,
+    /// In surveys: a piece of floor of which this share has nothing above and lower floor around is a ceiling. That of roofs, see [`mapping::ground_surface::GroundConfig::roof_share`].
+    pub ceiling_share: f64,
+    /// In surveys: how much lower that floor is at least, metres: less than a storey, more than a step.
+    pub ceiling_height_min_m: f64,
+    /// In surveys: how far from the middle of a ceiling that floor may be, metres. Where a wall hides the floor below a ceiling, the floor before the wall counts. Chosen: half the width of a
+    /// common hall.
+    pub ceiling_reach_m: f64,
     /// In surveys: a way between two places that is longer than the existing one times the inverse of this is left out (greedy spanner; Althöfer and
     /// others, 1993).
     pub survey_detour_max: f64,
@@ -156,6 +167,7 @@ impl Default for TopomapConfig {
             landing_max_m: 5.0,
             node_spacing_m: 12.0,
             deviation_max_m: 0.8,
+            bend_min_m: 0.05,
             node_merge_m: 2.5,
             loop_min_m: 8.0,
             dead_end_min_m: 2.5,
@@ -164,6 +176,10 @@ impl Default for TopomapConfig {
             dock_reach_m: 5.0,
             survey_cover_m: 4.0,
             survey_piece_min_m2: 10.0,
+            survey_ground_neighbours_min: 7,
+            ceiling_share: 0.7,
+            ceiling_height_min_m: 1.5,
+            ceiling_reach_m: 10.0,
             survey_detour_max: 1.6,
             survey_comfort_m: 0.8,
             survey_tight_cost: 3.0,

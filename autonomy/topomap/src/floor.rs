@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use vocab::Stamp;
 
 /// Edge of the squares by which obstacles are looked up, metres.
-const BLOCK_M: f64 = 0.5;
+const OBSTACLE_BLOCK_M: f64 = 0.5;
 /// Bits of each coordinate of a voxel's key: 52 km at 5 cm.
 const KEY_BITS: u32 = 21;
 
@@ -106,8 +106,14 @@ impl FloorBuilder {
         let xyz: Vec<[f32; 3]> = self.voxels.iter().map(|(key, _)| self.centre(*key)).collect();
         let grid = self.ground_config();
         let surface = GroundSurface::find(&xyz, grid);
+        let mut tops: BTreeMap<(i32, i32), i32> = BTreeMap::new();
+        for point in &xyz {
+            let (column, layer) = grid.locate(*point);
+            tops.entry(column).and_modify(|top| *top = layer.max(*top)).or_insert(layer);
+        }
         let mut floor = Floor {
             columns: BTreeMap::new(),
+            tops,
             obstacles: BTreeMap::new(),
             grid,
             robot: self.robot,
@@ -137,7 +143,9 @@ impl FloorBuilder {
 pub(crate) struct Floor {
     /// For each column: the layers of its ground, ascending.
     columns: BTreeMap<(i32, i32), Vec<i32>>,
-    /// Points that may be in the robot's way, by squares of [`BLOCK_M`].
+    /// For each column: the highest layer in which something was seen.
+    tops: BTreeMap<(i32, i32), i32>,
+    /// Points that may be in the robot's way, by squares of [`OBSTACLE_BLOCK_M`].
     obstacles: BTreeMap<(i32, i32), Vec<[f32; 3]>>,
     grid: GroundConfig,
     pub robot: RobotShape,
@@ -148,6 +156,11 @@ impl Floor {
     /// Every ground cell, in a fixed order.
     pub fn cells(&self) -> impl Iterator<Item = GroundCell> + '_ {
         self.columns.iter().flat_map(|((x, y), layers)| layers.iter().map(|layer| (*x, *y, *layer)))
+    }
+
+    /// Whether nothing was seen above a ground cell.
+    pub fn is_open(&self, (x, y, layer): GroundCell) -> bool {
+        self.tops.get(&(x, y)).is_none_or(|top| *top <= layer + self.grid.noise_layers)
     }
 
     /// Middle of a ground cell, metres.
@@ -165,6 +178,12 @@ impl Floor {
         let layers = self.columns.get(&(x, y))?;
         let nearest = layers.iter().copied().min_by_key(|other| (other - layer).abs())?;
         ((nearest - layer).abs() <= self.grid.step_layers).then_some(nearest)
+    }
+
+    /// Of the eight columns around a ground cell, how many have ground to which one can step.
+    pub fn ground_neighbours(&self, (x, y, layer): GroundCell) -> usize {
+        let around = square(1).filter(|offset| *offset != (0, 0));
+        around.filter(|(dx, dy)| self.near(x + dx, y + dy, layer).is_some()).count()
     }
 
     /// Height of the ground at a place, metres, within a step of a height.
@@ -187,7 +206,7 @@ impl Floor {
         b: &Vector3,
         reach_m: f64,
     ) -> impl Iterator<Item = &[f32; 3]> {
-        let block = |c: f64| (c / BLOCK_M).floor() as i32;
+        let block = |c: f64| (c / OBSTACLE_BLOCK_M).floor() as i32;
         let range = move |a: f64, b: f64| block(a.min(b) - reach_m)..=block(a.max(b) + reach_m);
         let rows = range(a.y, b.y);
         range(a.x, b.x)
@@ -277,7 +296,8 @@ impl Floor {
                     passes.is_some_and(|passes| passes.iter().any(|pass| self.has_passed(pass, point, seen)))
                 };
                 if is_in_way && !is_ground && !is_gone() {
-                    let block = [point[0], point[1]].map(|c| (f64::from(c) / BLOCK_M).floor() as i32);
+                    let block =
+                        [point[0], point[1]].map(|c| (f64::from(c) / OBSTACLE_BLOCK_M).floor() as i32);
                     obstacles.entry((block[0], block[1])).or_default().push(**point);
                 }
             }

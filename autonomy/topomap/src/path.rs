@@ -8,7 +8,7 @@ use std::ops::RangeInclusive;
 use vocab::Stamp;
 
 /// Edge of the squares by which samples are looked up, metres.
-const BLOCK_M: f64 = 1.0;
+const SAMPLE_BLOCK_M: f64 = 1.0;
 
 /// A place on a way.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,7 +60,7 @@ impl Path {
 
     /// Whether a sample is within a distance of a place.
     pub fn is_near(&self, at: &Vector3, within_m: f64) -> bool {
-        let ((x, y), reach) = (block(at), (within_m / BLOCK_M).ceil() as i32);
+        let ((x, y), reach) = (block(at), (within_m / SAMPLE_BLOCK_M).ceil() as i32);
         (x - reach..=x + reach).any(|x| {
             (y - reach..=y + reach).any(|y| {
                 self.blocks
@@ -72,7 +72,7 @@ impl Path {
 }
 
 fn block(at: &Vector3) -> (i32, i32) {
-    ((at.x / BLOCK_M).floor() as i32, (at.y / BLOCK_M).floor() as i32)
+    ((at.x / SAMPLE_BLOCK_M).floor() as i32, (at.y / SAMPLE_BLOCK_M).floor() as i32)
 }
 
 /// The walks of a path: between two of them the robot was carried, or the map was made of several sessions.

@@ -170,7 +170,8 @@ fn split_at_bends(
     }
     let (index, distance_m) = farthest(feet, first, last);
     // A straight part that is not free is halved.
-    let index = if distance_m > 0.05 { index } else { usize::midpoint(first, last) };
+    let index =
+        if distance_m > passage.floor.config.bend_min_m { index } else { usize::midpoint(first, last) };
     split_at_bends(feet, passage, first, index, corners);
     split_at_bends(feet, passage, index, last, corners);
 }

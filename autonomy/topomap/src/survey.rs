@@ -13,6 +13,8 @@ use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 
 /// No cell.
 const NONE: u32 = u32::MAX;
+/// Edge of the blocks by which the floor below a ceiling is looked up, metres.
+const CEILING_BLOCK_M: f64 = 1.0;
 /// Millimetres in a metre: distances over the floor are whole millimetres, so that they are ordered.
 const MM: f64 = 1e3;
 
@@ -65,7 +67,9 @@ impl Walkable {
             let at = floor.centre(cell);
             let room = floor.room(&at, &at, comfort_m);
             let free_m = room.map_or(0.0, |room| room.left_m.min(room.right_m));
-            if free_m >= least_m {
+            // At the border of the known ground the feet have no room.
+            if free_m >= least_m && floor.ground_neighbours(cell) >= floor.config.survey_ground_neighbours_min
+            {
                 cells.push(cell);
                 clearance_m.push(free_m);
             }
@@ -95,7 +99,7 @@ impl Walkable {
         room(a).cmp(&room(b)).then(b.cmp(&a))
     }
 
-    /// Connected pieces that are large enough, each in the order of its cells.
+    /// Connected pieces that are large enough and no ceilings, the largest first, each in the order of its cells.
     fn pieces(&self, floor: &Floor) -> Vec<Vec<u32>> {
         let mut waiting: BTreeSet<u32> = (0..self.cells.len() as u32).collect();
         let mut pieces = Vec::new();
@@ -111,7 +115,42 @@ impl Walkable {
                 pieces.push(piece);
             }
         }
-        pieces
+        pieces.sort_by_key(|piece| (Reverse(piece.len()), piece[0]));
+        self.without_ceilings(floor, pieces)
+    }
+
+    /// Leaves out ceilings. A scanner in a hall sees them from below, so they are level surfaces with nothing above, like ground. `pieces`: the largest first.
+    fn without_ceilings(&self, floor: &Floor, pieces: Vec<Vec<u32>>) -> Vec<Vec<u32>> {
+        let config = &floor.config;
+        let block = |at: &Vector3| [at.x, at.y].map(|c| (c / CEILING_BLOCK_M).floor() as i32);
+        let reach = (config.ceiling_reach_m / CEILING_BLOCK_M).ceil() as i32;
+        // The lowest floor of the pieces that are kept, by blocks.
+        let mut lowest: BTreeMap<[i32; 2], f64> = BTreeMap::new();
+        let mut kept = Vec::new();
+        for piece in pieces {
+            let mut found: BTreeMap<[i32; 2], f64> = BTreeMap::new();
+            let mut lower_around = |[x, y]: [i32; 2]| {
+                *found.entry([x, y]).or_insert_with(|| {
+                    let blocks = square(reach).filter_map(|(dx, dy)| lowest.get(&[x + dx, y + dy]));
+                    blocks.copied().fold(f64::INFINITY, f64::min)
+                })
+            };
+            let is_above = |cell: &&u32| {
+                let at = &self.centres[**cell as usize];
+                floor.is_open(self.cells[**cell as usize])
+                    && lower_around(block(at)) <= at.z - config.ceiling_height_min_m
+            };
+            let above = piece.iter().filter(is_above).count();
+            if above as f64 >= config.ceiling_share * piece.len() as f64 {
+                continue;
+            }
+            for cell in &piece {
+                let at = &self.centres[*cell as usize];
+                lowest.entry(block(at)).and_modify(|low| *low = at.z.min(*low)).or_insert(at.z);
+            }
+            kept.push(piece);
+        }
+        kept
     }
 
     /// The cells on which the robot can turn. The others are only passed, in the middle of narrow passages.

@@ -411,6 +411,19 @@ fn a_survey_that_nobody_walked_gets_ways_over_its_whole_floor() {
     }
 }
 
+#[test]
+fn ceilings_of_a_survey_are_no_floor_also_where_the_floor_below_is_hidden() {
+    // A hall, and the ceiling of a part behind a wall, whose floor no scanner has seen.
+    let hall = || Drawn::default().floor([0.0, 0.0], [16.0, 8.0], 0.0).floor([0.0, 0.0], [16.0, 8.0], 5.0);
+    let alone = hall().generate();
+    let made = hall().floor([0.0, 9.0], [16.0, 14.0], 5.0).generate();
+    assert_eq!((made.pieces, made.nodes.len()), (1, alone.nodes.len()), "{:?}", lines(&made));
+    assert!(made.nodes.iter().all(|node| node.map_from_node.position.z < 1.0));
+    // A floor with a ceiling of its own is a storey.
+    let storeys = hall().floor([0.0, 0.0], [16.0, 8.0], 8.0).generate();
+    assert_eq!(storeys.pieces, 2, "{:?}", lines(&storeys));
+}
+
 /// Keyframes with their times.
 fn timed(keyframes: &[(KeyframeId, Isometry)]) -> Vec<(Stamp, Isometry)> {
     let time = |id: &KeyframeId| Stamp::from_parts(100 + i64::from(id.0), 7);

@@ -11,8 +11,16 @@ use topomap::GeneratedMap;
 
 /// Distance between the places of an edge that are checked, metres.
 const STEP_M: f64 = 0.1;
-/// Heights above the ground and radii of the two spheres by which the simulated robot collides with solids, metres.
-const HULL: [(f64, f64); 2] = [(0.60, 0.36), (0.85, 0.28)];
+/// A sphere by which the simulated robot collides with solids.
+struct HullSphere {
+    /// Height of its centre above the ground, metres.
+    height_m: f64,
+    radius_m: f64,
+}
+
+/// The body and the mast of the simulated robot.
+const HULL: [HullSphere; 2] =
+    [HullSphere { height_m: 0.60, radius_m: 0.36 }, HullSphere { height_m: 0.85, radius_m: 0.28 }];
 /// Surfaces whose normal is steeper than this stop the robot; floors and ceilings do not.
 const WALL_LEVEL: f64 = 0.3;
 /// Distance around the hull in which solids are searched, metres.
@@ -124,8 +132,8 @@ impl SolidCheck<'_> {
             }
             (height, at.z) = (ground, ground);
             heights.push(height);
-            for (up, radius) in HULL {
-                room_m = room_m.min(self.room(&(at + Vector3::z() * up)) - radius);
+            for sphere in &HULL {
+                room_m = room_m.min(self.room(&(at + Vector3::z() * sphere.height_m)) - sphere.radius_m);
             }
         }
         (room_m, heights)

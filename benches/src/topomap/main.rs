@@ -14,7 +14,7 @@ use geometry::Isometry;
 use messages::RobotProfile;
 use site_files::SiteSource;
 use site_model::Traversal;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use store::TopomapSource;
 use topomap::{GeneratedMap, TopomapConfig};
 
@@ -31,6 +31,13 @@ struct Arguments {
     /// Further maps: folders of `autoinspect map --out` or `import --out`.
     #[arg(long, value_delimiter = ',')]
     maps: Vec<PathBuf>,
+    /// Walks on which those maps were made, in their frames: trajectories of whoever carried the scanner (TUM), one for each of the maps. Without one, the virtual
+    /// viewpoints stand for it.
+    #[arg(long, value_delimiter = ',')]
+    walks: Vec<PathBuf>,
+    /// Height above the floor at which the scanner was carried on those walks, metres.
+    #[arg(long, default_value_t = 1.5)]
+    walk_height_m: f64,
     /// Seed of the walk that makes the map.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -79,11 +86,17 @@ fn main() -> Result<()> {
         let folder = MappedFolder::of(&source, &arguments.work, &plan)?;
         let site = source.load()?;
         let check = SolidCheck { site: &site, site_from_map: folder.site_from_map };
-        missed.extend(row(name, &folder.path, &folder.docks, &config, Some(&check), arguments.verbose)?);
+        let inputs =
+            RowInputs { docks: &folder.docks, check: Some(&check), ..RowInputs::new(name, &folder.path) };
+        missed.extend(row(&inputs, &config, arguments.verbose)?);
     }
-    for map in &arguments.maps {
+    for (index, map) in arguments.maps.iter().enumerate() {
         let name = map.file_name().unwrap_or_default().to_string_lossy();
-        missed.extend(row(&name, map, &[], &config, None, arguments.verbose)?);
+        let mut inputs = RowInputs::new(&name, map);
+        if let Some(walk) = arguments.walks.get(index) {
+            inputs.walk = Some(carried_walk(walk, arguments.walk_height_m)?);
+        }
+        missed.extend(row(&inputs, &config, arguments.verbose)?);
     }
     for bar in &missed {
         println!("BAR MISSED: {bar}");
@@ -95,26 +108,53 @@ fn main() -> Result<()> {
     Ok(())
 }
 
+/// What a row of the table is made of.
+struct RowInputs<'a> {
+    name: &'a str,
+    folder: &'a Path,
+    docks: &'a [Isometry],
+    /// None: no truth is known.
+    check: Option<&'a SolidCheck<'a>>,
+    /// Poses of the base on the walk that made a survey, if that is known.
+    walk: Option<Vec<Isometry>>,
+}
+
+impl<'a> RowInputs<'a> {
+    fn new(name: &'a str, folder: &'a Path) -> Self {
+        Self { name, folder, docks: &[], check: None, walk: None }
+    }
+}
+
+/// The walk of whoever carried a scanner, as that of a base: lower by what the scanner was carried higher.
+fn carried_walk(file: &Path, height_m: f64) -> Result<Vec<Isometry>> {
+    let text = std::fs::read_to_string(file).with_context(|| format!("{} cannot be read", file.display()))?;
+    let lower_m = height_m - RobotProfile::default().standing_height_m;
+    let poses = text.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#')).map(|line| {
+        let numbers: Result<Vec<f64>, _> = line.split_whitespace().map(str::parse).collect();
+        match numbers.as_deref() {
+            // Only positions are looked at.
+            Ok([_, x, y, z, ..]) => Ok(Isometry::translation(*x, *y, z - lower_m)),
+            _ => anyhow::bail!("{}: '{line}' is no pose", file.display()),
+        }
+    });
+    poses.collect()
+}
+
 /// Makes the topological map of a folder and prints its row. Returns a sentence for each bar that is missed.
-fn row(
-    name: &str,
-    folder: &std::path::Path,
-    docks: &[Isometry],
-    config: &TopomapConfig,
-    check: Option<&SolidCheck<'_>>,
-    verbose: bool,
-) -> Result<Vec<String>> {
+fn row(inputs: &RowInputs<'_>, config: &TopomapConfig, verbose: bool) -> Result<Vec<String>> {
+    let RowInputs { name, folder, docks, check, walk } = inputs;
     let docks: Vec<_> = docks.iter().map(geometry::pose_from_isometry).collect();
     let profile = RobotProfile::default();
     let begun = thread_ms();
     let source = TopomapSource::read(folder, &docks, &profile, *config)
         .with_context(|| format!("{} cannot be read", folder.display()))?;
     let read_s = (thread_ms() - begun) * 1e-3;
-    // Of a survey, the virtual viewpoints stand for a path: they are spread over its ground.
-    let is_survey = source.path().is_empty();
-    let path: Vec<Isometry> = match is_survey {
-        true => source.keyframes().iter().map(|(_, pose)| *pose).collect(),
-        false => source.path().iter().map(|(_, pose)| *pose).collect(),
+    let is_survey = source.path().is_empty() && walk.is_none();
+    let path: Vec<Isometry> = match walk {
+        Some(walk) => walk.clone(),
+        // Of a survey, the virtual viewpoints stand for a path: they are spread over its ground.
+        None if is_survey => source.keyframes().iter().map(|(_, pose)| *pose).collect(),
+        None => source.path().iter().map(|(_, pose)| *pose).collect(),
     };
     let begun = thread_ms();
     let made = source.generate();
@@ -172,7 +212,7 @@ fn row(
             format!("{name}: stairs are not right"),
         );
     }
-    if name == "b1" {
+    if *name == "b1" {
         bar(B1_NODES.contains(&made.nodes.len()), format!("{name}: {} nodes", made.nodes.len()));
     }
     Ok(missed)
@@ -207,6 +247,9 @@ fn config(values: &[String]) -> Result<TopomapConfig> {
             "dead_end_min_m" => &mut config.dead_end_min_m,
             "range_max_m" => &mut config.range_max_m,
             "survey_cover_m" => &mut config.survey_cover_m,
+            "ceiling_share" => &mut config.ceiling_share,
+            "ceiling_height_min_m" => &mut config.ceiling_height_min_m,
+            "ceiling_reach_m" => &mut config.ceiling_reach_m,
             "survey_detour_max" => &mut config.survey_detour_max,
             "survey_comfort_m" => &mut config.survey_comfort_m,
             "survey_tight_cost" => &mut config.survey_tight_cost,
@@ -217,6 +260,10 @@ fn config(values: &[String]) -> Result<TopomapConfig> {
             }
             "blocking_points_min" => {
                 config.blocking_points_min = value as usize;
+                continue;
+            }
+            "survey_ground_neighbours_min" => {
+                config.survey_ground_neighbours_min = value as usize;
                 continue;
             }
             "ground_neighbours_min" => {

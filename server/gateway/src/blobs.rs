@@ -1,8 +1,8 @@
 //! Files that actions have gathered, over HTTP: pictures, spectra, point clouds. Their names are the BLAKE3 of their bytes, so they never change.
 
 use crate::app::App;
-use crate::documents::{Answer, AnyPath};
-use crate::files::{IMMUTABLE, Serving, respond};
+use crate::documents::{Answer, AnyPath, OCTETS};
+use crate::files::respond_named;
 use crate::problem::ProblemResponse;
 use crate::schemas::ProblemDocument;
 use crate::texts;
@@ -21,8 +21,6 @@ const KINDS: [(&[u8], &str); 4] = [
     (b"# .PCD", "application/vnd.pcd"),
     (b"{", "application/json"),
 ];
-/// What any other file is.
-const OTHER: &str = "application/octet-stream";
 /// Bytes that are looked at.
 const KIND_BYTES: usize = 8;
 
@@ -41,25 +39,30 @@ const KIND_BYTES: usize = 8;
     (status = 416, body = ProblemDocument, content_type = "application/problem+json", description = "The file has no such part; `Content-Range` says how long it is"),
 ))]
 pub(crate) async fn blob(State(app): State<Arc<App>>, hash: AnyPath, headers: HeaderMap) -> Answer {
-    let malformed = || ProblemResponse::malformed(texts::BLOB_HASH_MALFORMED);
-    let hash: BlobHash = hash.ok().and_then(|Path(text)| text.parse().ok()).ok_or_else(malformed)?;
-    // From the parsed hash, so that the path holds hexadecimal digits only.
-    let name = hash.to_string();
+    let name = file_name(hash.ok().map(|Path(text)| text))?;
     let file = app.data_dir.join("blobs").join(&name[..2]).join(&name);
-    let content_type = kind(&file).await.unwrap_or(OTHER);
-    let serving = Serving { content_type, cache_control: IMMUTABLE, etag: Some(&name), has_ranges: true };
-    let missing = || ProblemResponse::not_found(texts::no_blob(&name));
-    respond(&file, &headers, serving).await?.ok_or_else(missing)
+    let content_type = kind(&file).await.unwrap_or(OCTETS);
+    respond_named(&file, &name, content_type, true, &headers, || texts::no_blob(&name)).await
+}
+
+/// Name of the file of a hash. It is made from the parsed hash, so that a path holds hexadecimal digits only.
+///
+/// # Errors
+/// When the text is no hash.
+pub(crate) fn file_name(hash: Option<String>) -> Result<String, ProblemResponse> {
+    let hash: Option<BlobHash> = hash.and_then(|text| text.parse().ok());
+    let malformed = || ProblemResponse::malformed(texts::BLOB_HASH_MALFORMED);
+    hash.map(|hash| hash.to_string()).ok_or_else(malformed)
 }
 
 /// What a file is, by its first bytes.
 async fn kind(path: &std::path::Path) -> io::Result<&'static str> {
     // A directory or a pipe is no file, and is not opened.
     if !tokio::fs::metadata(path).await?.is_file() {
-        return Ok(OTHER);
+        return Ok(OCTETS);
     }
     let mut start = Vec::new();
     File::open(path).await?.take(KIND_BYTES as u64).read_to_end(&mut start).await?;
     let known = KINDS.into_iter().find(|(first, _)| start.starts_with(first));
-    Ok(known.map_or(OTHER, |(_, kind)| kind))
+    Ok(known.map_or(OCTETS, |(_, kind)| kind))
 }

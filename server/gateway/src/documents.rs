@@ -1,7 +1,7 @@
 //! Documents over HTTP: tiles and graphs of maps, scans of keyframes, health.
 
 use crate::app::App;
-use crate::files::{IMMUTABLE, REVALIDATE, Serving, respond};
+use crate::files::{REVALIDATE, Serving, respond, respond_named};
 use crate::json_response::json;
 use crate::pages::{AnyQuery, PageRequest};
 use crate::problem::ProblemResponse;
@@ -20,6 +20,9 @@ use vocab::{KeyframeId, MapId, SessionId};
 pub(crate) type AnyPath = Result<Path<String>, PathRejection>;
 type TwoParts = Result<Path<(String, String)>, PathRejection>;
 pub(crate) type Answer = Result<Response, ProblemResponse>;
+
+/// Media type of bytes of our own.
+pub(crate) const OCTETS: &str = "application/octet-stream";
 
 /// The tiles of a saved map: all of them, or a page.
 #[utoipa::path(get, path = api::paths::MAP_TILES_PATH, tag = "maps", operation_id = "listTiles",
@@ -115,14 +118,7 @@ pub(crate) async fn tile(State(app): State<Arc<App>>, hash: AnyPath, headers: He
     let hash: TileHash = text(hash).and_then(|text| text.parse().ok()).ok_or_else(malformed)?;
     let name = hash.to_string();
     let file = app.data_dir.join("tiles").join(&name[..2]).join(&name);
-    let serving = Serving {
-        content_type: "application/octet-stream",
-        cache_control: IMMUTABLE,
-        etag: Some(&name),
-        has_ranges: false,
-    };
-    let missing = || ProblemResponse::not_found(texts::no_tile(&name));
-    respond(&file, &headers, serving).await?.ok_or_else(missing)
+    respond_named(&file, &name, OCTETS, false, &headers, || texts::no_tile(&name)).await
 }
 
 /// The whole scan of a keyframe, in its own frame.
@@ -146,14 +142,7 @@ pub(crate) async fn cloud(State(app): State<Arc<App>>, names: TwoParts, headers:
     let file =
         app.data_dir.join("sessions").join(session.to_string()).join(format!("{:06}.scan", keyframe.0));
     let etag = format!("{session}-{}", keyframe.0);
-    let serving = Serving {
-        content_type: "application/octet-stream",
-        cache_control: IMMUTABLE,
-        etag: Some(&etag),
-        has_ranges: false,
-    };
-    let missing = || ProblemResponse::not_found(texts::no_keyframe_scan(keyframe.0));
-    respond(&file, &headers, serving).await?.ok_or_else(missing)
+    respond_named(&file, &etag, OCTETS, false, &headers, || texts::no_keyframe_scan(keyframe.0)).await
 }
 
 /// Whether gateway and core are connected.

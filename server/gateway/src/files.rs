@@ -85,6 +85,20 @@ pub(crate) async fn respond(
     Ok(Some(response))
 }
 
+/// A file that never changes, because it is named by its content. `name`, from a parsed id, is its strong validator; `missing`: a sentence for a file that is not there.
+pub(crate) async fn respond_named(
+    path: &Path,
+    name: &str,
+    content_type: &'static str,
+    has_ranges: bool,
+    request: &HeaderMap,
+    missing: impl FnOnce() -> String,
+) -> Result<Response, ProblemResponse> {
+    let serving = Serving { content_type, cache_control: IMMUTABLE, etag: Some(name), has_ranges };
+    let found = respond(path, request, serving).await?;
+    found.ok_or_else(|| ProblemResponse::not_found(missing()))
+}
+
 /// The answer to a request for a part that the file does not have.
 fn unsatisfiable(length: u64) -> Response {
     let problem = ProblemResponse::new(StatusCode::RANGE_NOT_SATISFIABLE, texts::no_such_part(length));
@@ -95,7 +109,8 @@ fn unsatisfiable(length: u64) -> Response {
     response
 }
 
-fn not_read(path: &Path, error: &io::Error) -> ProblemResponse {
+/// The answer where a file cannot be read.
+pub(crate) fn not_read(path: &Path, error: &io::Error) -> ProblemResponse {
     tracing::warn!(path = %path.display(), %error, "could not read a file");
     ProblemResponse::new(StatusCode::INTERNAL_SERVER_ERROR, texts::FILE_NOT_READ)
 }

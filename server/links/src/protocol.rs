@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use vocab::{ActionCallId, CommandId, Stamp};
 
 /// Version of all messages but the two greetings, which never change. Robot and core refuse each other when it differs.
-pub const PROTOCOL_VERSION: u16 = 2;
+pub const PROTOCOL_VERSION: u16 = 3;
 
 /// Largest message of a robot, bytes: many times the largest scan, and twice the largest result of an action.
 pub const MAX_ROBOT_MESSAGE_BYTES: usize = 32 << 20;

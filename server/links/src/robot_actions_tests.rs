@@ -183,7 +183,7 @@ fn a_robot_that_floods_with_feedback_leaves_room_for_the_ends() {
         capabilities: RobotCapabilities::default(),
         actions: Vec::new(),
     };
-    assert_eq!(PROTOCOL_VERSION, 2);
+    assert_eq!(PROTOCOL_VERSION, 3);
     let (ours, theirs) = std::os::unix::net::UnixStream::pair().expect("a pair");
     let connection = Arc::<CurrentConnection>::default();
     connection.install(&ours).expect("installed");

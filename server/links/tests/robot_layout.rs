@@ -84,6 +84,7 @@ fn robot_messages() -> Vec<RobotMessage> {
             title: "Photo".to_owned(),
             parameter_schema: "{}".to_owned(),
             expected: SECOND,
+            expected_energy_j: 300,
             is_idempotent: true,
         }],
     };

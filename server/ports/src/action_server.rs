@@ -24,6 +24,8 @@ pub struct ActionRegistration {
     pub parameter_schema: String,
     /// How long it is expected to take with the parameters that the schema has as defaults.
     pub expected: Span,
+    /// Energy that it is expected to take then besides what the standing robot takes, joules.
+    pub expected_energy_j: u32,
     /// Whether it can be repeated without harm.
     pub is_idempotent: bool,
 }

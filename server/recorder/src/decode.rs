@@ -4,7 +4,7 @@ use crate::containers::{MessageEncoding, RawMessage, Topic};
 use crate::error::ReadError;
 use crate::legacy::{
     INPUT_SCHEMA_V3, INPUT_SCHEMA_V4, INPUT_SCHEMA_V5, INPUT_SCHEMA_V6, INPUT_SCHEMA_V7, INPUT_SCHEMA_V8,
-    InputV3, InputV4, InputV5,
+    INPUT_SCHEMA_V9, InputV3, InputV4, InputV5,
 };
 use crate::selection::TopicRole;
 use crate::topics;
@@ -92,7 +92,9 @@ pub(crate) fn input(raw: &RawMessage, topic: &Topic, role: TopicRole) -> Result<
 pub fn decode_journal_entry(schema: &str, bytes: &[u8]) -> Option<Result<Input, FormatError>> {
     let decoded = match schema {
         // Version 7 differs from version 6 by the range images beside it.
-        topics::INPUT_SCHEMA | INPUT_SCHEMA_V8 | INPUT_SCHEMA_V7 | INPUT_SCHEMA_V6 => whole(bytes),
+        topics::INPUT_SCHEMA | INPUT_SCHEMA_V9 | INPUT_SCHEMA_V8 | INPUT_SCHEMA_V7 | INPUT_SCHEMA_V6 => {
+            whole(bytes)
+        }
         INPUT_SCHEMA_V5 => whole::<InputV5>(bytes).map(Input::from),
         INPUT_SCHEMA_V4 => whole::<InputV4>(bytes).map(Input::from),
         INPUT_SCHEMA_V3 => whole::<InputV3>(bytes).map(Input::from),
@@ -102,9 +104,10 @@ pub fn decode_journal_entry(schema: &str, bytes: &[u8]) -> Option<Result<Input, 
 }
 
 /// Names of the schemas of journals that can be read, newest first.
-pub fn journal_schemas() -> [&'static str; 7] {
+pub fn journal_schemas() -> [&'static str; 8] {
     [
         topics::INPUT_SCHEMA,
+        INPUT_SCHEMA_V9,
         INPUT_SCHEMA_V8,
         INPUT_SCHEMA_V7,
         INPUT_SCHEMA_V6,

@@ -1,8 +1,8 @@
-//! Reads journals of earlier programs: versions 3 to 8 of `messages::Input`, which programs up to November 2026 wrote.
+//! Reads journals of earlier programs: versions 3 to 9 of `messages::Input`, which programs up to November 2026 wrote.
 //!
 //! It holds frozen copies of the types that have changed since, with their conversions to the present types. Unchanged types are those of
 //! `messages`. Before the layout of one of them changes, copy it to this file. Recordings in `tests/fixtures` and the bytes in
-//! `tests/journal_layout_v4.txt` to `tests/journal_layout_v8.txt` test this.
+//! `tests/journal_layout_v4.txt` to `tests/journal_layout_v9.txt` test this.
 
 use messages::{
     ActionOutcome, BootRecord, Command, CommandKind, ComparedRevisit, DisambiguationPlan, GoalKind, Input,
@@ -12,6 +12,9 @@ use messages::{
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use vocab::{ActionCallId, ClientId, CommandId, GoalId, KeyframeId, MapId, Pose, SessionId, Twist, Vec3};
+
+/// Name of the schema of version 9. Its entries are as those of version 10, in which a site also has holds of edges, and runs have actions on the way.
+pub(crate) const INPUT_SCHEMA_V9: &str = "autoinspect.Input.v9";
 
 /// Name of the schema of version 8. Its entries are as those of version 9, in which an action may also end because the body has to turn first.
 pub(crate) const INPUT_SCHEMA_V8: &str = "autoinspect.Input.v8";
@@ -291,7 +294,7 @@ impl From<JobResultV3> for JobResult {
             JobResultV3::LoopVerified(found) => JobResultV4::LoopVerified(found).into(),
             JobResultV3::VisitCompared(found) => JobResultV4::RevisitCompared(found).into(),
             JobResultV3::LoopNotVerified => {
-                JobResultV4::Failed { reason: "there was no time for it".to_owned() }.into()
+                JobResultV4::Failed { reason: messages::texts::NO_TIME_FOR_JOB.to_owned() }.into()
             }
             JobResultV3::MapNotSaved { reason, .. } => Self::MapSaving(Err(JobFailure { reason })),
             JobResultV3::MapNotLoaded { reason, .. } => Self::Localisation(Err(JobFailure { reason })),
@@ -378,6 +381,14 @@ mod tests {
             read.push(input.into());
         }
         read
+    }
+
+    #[test]
+    fn the_bytes_of_version_9_are_read_as_they_were_written() {
+        let read = read_lines::<Input>(include_str!("../tests/journal_layout_v9.txt"), INPUT_SCHEMA_V9);
+        let Input::Boot(record) = &read[0] else { panic!("no boot record") };
+        assert_eq!((record.profile.name.as_str(), record.stop_latch.is_some()), ("Rex", true));
+        assert_eq!(read.len(), include_str!("../tests/journal_layout_v9.txt").lines().count() - 1);
     }
 
     #[test]

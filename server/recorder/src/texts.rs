@@ -1,5 +1,38 @@
 //! Sentences about recordings that the program shows to people, by key. English.
 
+use std::path::Path;
+
+/// A file without a byte.
+pub(crate) const EMPTY_FILE: &str = "the file is empty; record or copy it again";
+/// LAS, LAZ or E57.
+pub(crate) const FINISHED_CLOUD: &str = "it is a finished point cloud (LAS, LAZ or E57) without the motion of a sensor; a recording is MCAP, a ROS \
+     bag, or a folder of PCD, PLY or KITTI scans";
+/// A file that is compressed as a whole.
+pub(crate) const PACKED_WITH_ZSTD: &str = "it is packed with zstd as a whole; unpack it first (zstd -d)";
+/// The same with gzip.
+pub(crate) const PACKED_WITH_GZIP: &str = "it is packed with gzip; unpack it first (gunzip)";
+/// pcap or pcapng.
+pub(crate) const NETWORK_CAPTURE: &str =
+    "it is a capture of network packets, which is not read yet; convert it to MCAP with the LiDAR's driver";
+/// Nothing that is known.
+pub(crate) const UNKNOWN_KIND: &str = "its first bytes are those of no known kind; a recording is MCAP, a ROS bag, or a folder of PCD, PLY or \
+     KITTI scans";
+/// A folder of rosbag2 without its files.
+pub(crate) const BAG_WITHOUT_FILES: &str =
+    "its metadata.yaml names no file that is there; copy the whole folder";
+
+/// A folder of rosbag2 that is compressed.
+pub(crate) fn packed_bag(compression: &str) -> String {
+    format!(
+        "its metadata.yaml says that files or messages are packed with {compression}; unpack it with 'ros2 bag convert'"
+    )
+}
+
+/// A file of rosbag2 that is not there.
+pub(crate) fn bag_file_missing(path: &Path) -> String {
+    format!("{} is named in metadata.yaml but is not there; copy the whole folder", path.display())
+}
+
 /// Raw packets instead of scans.
 pub(crate) fn only_packets(topic: &str, type_name: &str) -> String {
     format!(
@@ -75,7 +108,7 @@ pub(crate) const NOTHING_IN_FOLDER: &str =
     "the folder holds no recording (MCAP, db3, bag) and no scans (PCD, PLY, KITTI .bin)";
 
 /// Scans without times.
-pub(crate) fn no_scan_times(folder: &std::path::Path) -> String {
+pub(crate) fn no_scan_times(folder: &Path) -> String {
     format!(
         "nothing says when the scans were taken, so 10 scans a second are assumed; put a times.txt with \
          seconds, one line a scan, into {}",
@@ -84,7 +117,7 @@ pub(crate) fn no_scan_times(folder: &std::path::Path) -> String {
 }
 
 /// Scans of several formats in a folder.
-pub(crate) fn several_formats(folder: &std::path::Path, used: usize, format: &str, others: usize) -> String {
+pub(crate) fn several_formats(folder: &Path, used: usize, format: &str, others: usize) -> String {
     format!(
         "{} holds scans of several formats; its {used} {format} files are used, {others} others are not",
         folder.display()

@@ -11,8 +11,9 @@ use messages::{
     VerifiedLoop,
 };
 use site_model::{
-    Change, DockId, Edit, EditId, MissionCommandKind, MissionEvent, MissionEventKind, NodeId, Object,
-    ObjectId, PoseTolerance, Revision, RunId, RunState, SiteSettings, Utc, Versioned,
+    ActionRequest, Change, DockId, EdgeId, EdgeStage, Edit, EditId, MissionCommandKind, MissionEvent,
+    MissionEventKind, MutexHold, MutexHoldId, NodeId, Object, ObjectId, Parameters, PoseTolerance, Revision,
+    RouteActionPlace, RouteActionStep, RunId, RunState, SiteSettings, Utc, Versioned,
 };
 use std::fmt::Write;
 use uuid::Uuid;
@@ -101,6 +102,12 @@ fn inputs() -> Vec<Input> {
         id: EditId(id(12)),
         changes: vec![Change::Remove { base: Revision(2), object: ObjectId::Settings }],
     };
+    let held = MutexHold { id: MutexHoldId(id(14)), group: "Lift".to_owned(), holder: "Forklift".to_owned() };
+    let hold = Change::Put { base: None, object: Object::MutexHold(held) };
+    let place = RouteActionPlace::Edge { edge: EdgeId(id(15)), stage: EdgeStage::Enter, index: 0 };
+    let request = ActionRequest { action: "open".to_owned(), parameters: Parameters::new() };
+    let step = RouteActionStep::Began { place, request, is_idempotent: false, task: None };
+    let on_the_way = MissionEventKind::RouteAction { run, call, step };
     let ended = MissionEventKind::RunEnded { run, outcome: RunState::Succeeded };
     let photo = RegisteredAction {
         name: "photo".to_owned(),
@@ -126,6 +133,8 @@ fn inputs() -> Vec<Input> {
         Input::SiteEdited(Box::new(edit)),
         Input::MissionsRestored(vec![MissionEvent { utc: Some(Utc(5)), command: None, kind: ended }]),
         Input::ActionsRegistered(vec![photo]),
+        Input::SiteEdited(Box::new(Edit { id: EditId(id(13)), changes: vec![hold] })),
+        Input::MissionsRestored(vec![MissionEvent { utc: None, command: None, kind: on_the_way }]),
     ];
     [Input::Boot(Box::new(boot)), Input::Tick].into_iter().chain(kinds.map(command)).chain(others).collect()
 }

@@ -155,9 +155,9 @@ impl Jobs {
     #[must_use]
     pub fn start_for(&self, stack: &mut Stack, job: JobId, work: Job) -> Option<JobDone> {
         match work {
-            Job::SaveMap(map) => self
-                .is_refused(DiskJob::Save { job, map })
-                .then(|| job.failed("the disk is too slow; wait a minute and save again")),
+            Job::SaveMap(map) => {
+                self.is_refused(DiskJob::Save { job, map }).then(|| job.failed(texts::DISK_TOO_SLOW_TO_SAVE))
+            }
             Job::LoadMap { session, map } => self.start_load(stack, job, Some(session), map),
             Job::ReadMap(map) => self.start_load(stack, job, None, map),
             Job::VerifyLoop(_)
@@ -184,7 +184,7 @@ impl Jobs {
     ) -> Option<JobDone> {
         let preparation = stack.map_preparation(job);
         self.is_refused(DiskJob::Load { job, session, map, preparation })
-            .then(|| job.failed("the disk is too slow; wait a minute and try again"))
+            .then(|| job.failed(texts::DISK_TOO_SLOW_TO_LOAD))
     }
 
     /// The other end of the compute lane for the disk lane, which hands on the maps that it has read.
@@ -324,10 +324,7 @@ impl DiskWorker {
         if let Some(session) = session
             && let Err(error) = self.store.copy_map_clouds_to_session(map, session)
         {
-            let text = format!(
-                "The extended map will not be whole: {}. Discard it and free some disk.",
-                error_with_causes(&error)
-            );
+            let text = texts::extended_map_not_whole(&error_with_causes(&error));
             self.mailbox.notice(self.clock.now(), Severity::Error, text);
         }
     }
@@ -340,11 +337,7 @@ impl DiskWorker {
 
     fn write_session_cloud(&self, keyframe: &Keyframe) {
         if let Err(error) = self.store.write_session_cloud(keyframe) {
-            let text = format!(
-                "The cloud of keyframe {} will be missing from the saved map: {}.",
-                keyframe.id.0,
-                error_with_causes(&error)
-            );
+            let text = texts::keyframe_cloud_missing(keyframe.id, &error_with_causes(&error));
             self.mailbox.notice(self.clock.now(), Severity::Error, text);
         }
     }

@@ -1,22 +1,37 @@
-//! Writes the robot's pose in the map in use and the docks to disk. At the next start the robot is localised there.
+//! Writes the robot's pose in the map in use and the docks to disk. At the next start the robot is looked for there.
 
 use crate::jobs::known_map;
-use messages::{Estimate, LocalisationState, PoseInMap};
+use geometry::isometry_from_pose;
+use messages::{DegradationReason, Estimate, LocalisationState, PoseInMap};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use store::Store;
-use vocab::MapId;
+use vocab::{MapId, Pose};
 
 /// Parameters of [`PosePersistence`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+///
+/// The search at a start covers 1 m and 20 degrees round the written pose (`GlobalLocaliserConfig::prior_offsets_m`). A robot whose core dies walks 0.23 m and turns by 0.2 rad before
+/// it stands. What is left is how far it may have moved since the write.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PosePersistenceConfig {
-    /// Shortest time between two writes of the pose. A robot walks about 2 m in it, which localisation corrects at the start.
+    /// Time after which the pose is written, however little it has changed.
     pub write_period: Duration,
+    /// Distance after which it is written, metres.
+    pub write_distance_m: f64,
+    /// Rotation after which it is written, radians.
+    pub write_angle_rad: f64,
+    /// Shortest time between two writes of a robot that moves. Each waits for the disk.
+    pub moving_period: Duration,
 }
 
 impl Default for PosePersistenceConfig {
     fn default() -> Self {
-        Self { write_period: Duration::from_secs(2) }
+        Self {
+            write_period: Duration::from_secs(2),
+            write_distance_m: 0.5,
+            write_angle_rad: 0.15,
+            moving_period: Duration::from_millis(100),
+        }
     }
 }
 
@@ -24,7 +39,7 @@ impl Default for PosePersistenceConfig {
 pub struct PosePersistence {
     config: PosePersistenceConfig,
     store: Arc<Store>,
-    /// The map in which the robot is localised without degradation.
+    /// The map in which the robot is localised, with nothing against the pose but that it was not confirmed since the start.
     localised_map: Option<MapId>,
     /// The map that is being read.
     loading: Option<MapId>,
@@ -44,7 +59,10 @@ impl PosePersistence {
     /// deleted when the robot leaves the map.
     pub fn set_localisation(&mut self, state: &LocalisationState) {
         self.localised_map = match state {
-            LocalisationState::Localised { map, degradation: None } => Some(*map),
+            LocalisationState::Localised {
+                map,
+                degradation: None | Some(DegradationReason::Unconfirmed),
+            } => Some(*map),
             _ => None,
         };
         let loading = match state {
@@ -59,11 +77,17 @@ impl PosePersistence {
         }
     }
 
-    /// Writes the pose if the robot is localised, the pose has changed and the last write is old enough.
+    /// Writes the pose if the robot is localised, and the pose has changed since the last write by much, or at all and that is long ago.
     pub fn update(&mut self, now: Instant, estimate: &Estimate) {
         let Some(map) = self.localised_map else { return };
         let pose = PoseInMap { map, map_from_base: estimate.map_from_base };
-        if self.written.is_none_or(|(at, last)| now >= at + self.config.write_period && last != pose) {
+        let config = &self.config;
+        let is_due = self.written.is_none_or(|(at, last)| {
+            let has_moved = last.map != map || has_moved(&last.map_from_base, &pose.map_from_base, config);
+            (now >= at + config.write_period && last != pose)
+                || (now >= at + config.moving_period && has_moved)
+        });
+        if is_due {
             self.written = Some((now, pose));
             self.write(Some(&pose));
         }
@@ -90,6 +114,16 @@ impl PosePersistence {
         }
         self.is_failing = saved.is_err();
     }
+}
+
+/// Whether a pose is far enough from the one that was written. A pose that is none counts as far.
+fn has_moved(written: &Pose, now: &Pose, config: &PosePersistenceConfig) -> bool {
+    let (Some(written), Some(now)) = (isometry_from_pose(written), isometry_from_pose(now)) else {
+        return true;
+    };
+    let motion = written.inverse() * now;
+    motion.translation.vector.norm() >= config.write_distance_m
+        || motion.rotation.angle() >= config.write_angle_rad
 }
 
 #[cfg(test)]

@@ -27,9 +27,20 @@ fn the_last_certain_pose_is_on_disk_while_its_map_exists() {
     std::fs::write(summary, "{}").expect("written");
     let saved_x = || store.last_pose().map(|pose| pose.map_from_base.position.x);
     assert_eq!(saved_x(), Some(2.0));
-    persistence.update(later(1), &at(3.0));
+    persistence.update(later(1), &at(2.4));
     assert_eq!(saved_x(), Some(2.0), "the period has not passed");
-    persistence.update(later(2), &at(4.0));
+    persistence.update(now + Duration::from_millis(50), &at(2.6));
+    assert_eq!(saved_x(), Some(2.0), "the disk was just written");
+    persistence.update(now + Duration::from_millis(150), &at(2.6));
+    assert_eq!(saved_x(), Some(2.6), "the robot walks");
+    let mut turned = at(2.6);
+    turned.map_from_base.orientation = vocab::Quat { w: 0.995, x: 0.0, y: 0.0, z: 0.0998 };
+    persistence.update(now + Duration::from_millis(300), &turned);
+    assert_eq!(store.last_pose().map(|pose| pose.map_from_base), Some(turned.map_from_base));
+    persistence.update(later(3), &at(3.0));
+    let unconfirmed = Some(DegradationReason::Unconfirmed);
+    persistence.set_localisation(&LocalisationState::Localised { map, degradation: unconfirmed });
+    persistence.update(later(5), &at(4.0));
     persistence.set_localisation(&LocalisationState::Localised {
         map,
         degradation: Some(DegradationReason::LidarBlind),
@@ -37,7 +48,7 @@ fn the_last_certain_pose_is_on_disk_while_its_map_exists() {
     persistence.update(later(9), &at(5.0));
     persistence.set_localisation(&LocalisationState::Relocalising { map, hypotheses: 0 });
     persistence.update(later(19), &at(6.0));
-    assert_eq!(saved_x(), Some(4.0), "the last pose without degradation");
+    assert_eq!(saved_x(), Some(4.0), "the last pose with nothing against it but that it is not confirmed");
     std::fs::write(store.dir().last_pose(), "nonsense").expect("written");
     assert_eq!(saved_x(), None);
     persistence.set_localisation(&LocalisationState::Idle);

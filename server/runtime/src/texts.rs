@@ -5,6 +5,21 @@ use ports::SimulatedFault;
 use std::path::Path;
 use vocab::{KeyframeId, Span, Vec3, legible};
 
+/// A map cannot be saved, because too much waits for the disk.
+pub const DISK_TOO_SLOW_TO_SAVE: &str = "the disk is too slow; wait a minute and save again";
+/// A map cannot be read, because too much waits for the disk.
+pub const DISK_TOO_SLOW_TO_LOAD: &str = "the disk is too slow; wait a minute and try again";
+
+/// The clouds of a map could not be copied into the session that extends it.
+pub fn extended_map_not_whole(reason: &str) -> String {
+    format!("The extended map will not be whole: {reason}. Discard it and free some disk.")
+}
+
+/// The cloud of a keyframe could not be written.
+pub fn keyframe_cloud_missing(keyframe: KeyframeId, reason: &str) -> String {
+    format!("The cloud of keyframe {} will be missing from the saved map: {reason}.", keyframe.0)
+}
+
 /// The core was started without an importer.
 pub const NO_IMPORTER: &str = "This platform makes no maps of files.";
 /// The import thread works, and one more request waits already.

@@ -9,7 +9,7 @@
 //!
 //! Recordings take a bounded share of the disk. What exceeds it is removed, the oldest first, pinned segments after all others, and the running segment never.
 
-use crate::{StoreError, files};
+use crate::{StoreError, files, texts};
 use std::collections::BTreeSet;
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
@@ -134,7 +134,7 @@ impl Recordings {
         let Some((_, end)) = segments.last().cloned() else { return Ok(false) };
         for (path, at) in &segments {
             if end.duration_since(*at).unwrap_or_default() <= self.config.interruption_margin {
-                pin(path, "The program was interrupted.")?;
+                pin(path, texts::PROGRAM_INTERRUPTED)?;
             }
         }
         Ok(true)

@@ -4,6 +4,8 @@ use crate::StoreError;
 use ports::error_with_causes;
 use std::path::{Path, PathBuf};
 
+/// Why the last segments of a run are pinned that did not end in order.
+pub(crate) const PROGRAM_INTERRUPTED: &str = "The program was interrupted.";
 /// tiles.json with a tile that does not decode.
 pub(crate) const BROKEN_TILE: &str = "names a broken tile";
 /// A file among tiles whose name is no hash.

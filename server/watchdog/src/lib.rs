@@ -5,6 +5,7 @@
 //! longer than the thread's limit is announced with [`Heartbeat::begin_long_job`].
 
 mod fault_injection;
+mod texts;
 
 pub use fault_injection::FaultInjection;
 
@@ -45,11 +46,9 @@ pub enum FailureKind {
 impl fmt::Display for ThreadFailure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.kind {
-            FailureKind::Panicked(message) => write!(f, "panicked in its thread {}: {message}", self.thread),
-            FailureKind::Silent(silence) => {
-                write!(f, "did not answer in its thread {} for {} s", self.thread, silence.as_secs())
-            }
-            FailureKind::Ended => write!(f, "lost its thread {}", self.thread),
+            FailureKind::Panicked(message) => f.write_str(&texts::panicked(&self.thread, message)),
+            FailureKind::Silent(silence) => f.write_str(&texts::silent(&self.thread, *silence)),
+            FailureKind::Ended => f.write_str(&texts::ended(&self.thread)),
         }
     }
 }

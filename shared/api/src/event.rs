@@ -95,8 +95,10 @@ pub struct OfferedAction {
     pub title: String,
     /// JSON Schema of its parameters.
     pub parameter_schema: String,
-    /// How long it is expected to take.
+    /// How long it is expected to take with the parameters that the schema has as defaults.
     pub expected: Span,
+    /// Energy that it is expected to take then besides what the standing robot takes, joules.
+    pub expected_energy_j: u32,
     /// Whether it can be repeated without harm.
     pub is_idempotent: bool,
 }

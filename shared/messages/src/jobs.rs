@@ -3,6 +3,7 @@
 //!
 //! Each kind of result has its owner, the part of the stack that waits for it. So a result cannot be handed to another part.
 
+use crate::texts;
 use crate::{
     ComparedRevisit, DisambiguationPlan, DisambiguationTask, FinishedMap, LoopTask, MapQuality,
     MapSearchResult, MapSearchTask, PriorMap, RelocalisationResponse, RelocalisationTask, RevisitTask,
@@ -156,14 +157,14 @@ impl JobId {
         let result = match self.owner {
             JobOwner::MapExtension => JobResult::MapExtension(Ok(map)),
             JobOwner::Localisation => JobResult::Localisation(Ok(map)),
-            _ => return self.failed("nobody waits for this map"),
+            _ => return self.failed(texts::NOBODY_WAITS_FOR_MAP),
         };
         JobDone { number: self.number, result }
     }
 
     /// There was no time for the job, or its input is not wanted any more.
     pub fn not_done(self) -> JobDone {
-        self.failed("there was no time for it")
+        self.failed(texts::NO_TIME_FOR_JOB)
     }
 }
 

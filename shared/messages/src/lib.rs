@@ -13,6 +13,7 @@ mod outputs;
 mod prior_map;
 mod profile;
 mod sensors;
+pub mod texts;
 mod timing;
 
 pub use goals::*;

@@ -22,6 +22,8 @@ pub struct ActionDescription {
     pub expected_s: f64,
     /// The parameter that is a duration, seconds, and its default. It is added to the expected time.
     pub duration: Option<(&'static str, f64)>,
+    /// Power that it is expected to take besides what the standing robot takes, watts. Chosen: of common instruments.
+    pub power_w: f64,
     /// Whether it can be repeated without harm.
     pub is_idempotent: bool,
 }
@@ -43,6 +45,11 @@ impl ActionDescription {
             _ => default_s,
         });
         self.expected_s + duration_s
+    }
+
+    /// Energy that it is expected to take with these parameters, besides what the standing robot takes, joules.
+    pub fn expected_energy_j(&self, parameters: &Parameters) -> f64 {
+        self.power_w * self.expected_time_s(parameters)
     }
 }
 
@@ -66,6 +73,7 @@ pub const ACTION_CATALOGUE: &[ActionDescription] = &[
         }"#,
         expected_s: 6.0,
         duration: None,
+        power_w: 10.0,
         is_idempotent: true,
     },
     ActionDescription {
@@ -85,6 +93,7 @@ pub const ACTION_CATALOGUE: &[ActionDescription] = &[
         }"#,
         expected_s: 6.0,
         duration: None,
+        power_w: 10.0,
         is_idempotent: true,
     },
     ActionDescription {
@@ -99,6 +108,7 @@ pub const ACTION_CATALOGUE: &[ActionDescription] = &[
         }"#,
         expected_s: 1.0,
         duration: Some(("duration_s", 2.0)),
+        power_w: 0.0,
         is_idempotent: true,
     },
     ActionDescription {
@@ -113,6 +123,7 @@ pub const ACTION_CATALOGUE: &[ActionDescription] = &[
         }"#,
         expected_s: 1.0,
         duration: Some(("duration_s", 5.0)),
+        power_w: 1.0,
         is_idempotent: true,
     },
     ActionDescription {
@@ -127,6 +138,7 @@ pub const ACTION_CATALOGUE: &[ActionDescription] = &[
         }"#,
         expected_s: 2.0,
         duration: Some(("duration_s", 60.0)),
+        power_w: 5.0,
         is_idempotent: true,
     },
     ActionDescription {
@@ -141,6 +153,7 @@ pub const ACTION_CATALOGUE: &[ActionDescription] = &[
         }"#,
         expected_s: 0.0,
         duration: Some(("duration_s", 10.0)),
+        power_w: 0.0,
         is_idempotent: true,
     },
     ActionDescription {
@@ -157,6 +170,7 @@ pub const ACTION_CATALOGUE: &[ActionDescription] = &[
         }"#,
         expected_s: 1.0,
         duration: None,
+        power_w: 0.0,
         // Whoever reads it twice may act twice.
         is_idempotent: false,
     },
@@ -213,6 +227,7 @@ mod tests {
     fn the_expected_time_includes_the_duration_that_is_asked_for() {
         let gamma = describe_action("gamma_spectrum").expect("listed");
         assert_eq!(gamma.expected_time_s(&Parameters::new()), 62.0);
+        assert_eq!(gamma.expected_energy_j(&Parameters::new()), 5.0 * 62.0);
         let of = |value| Parameters::from([("duration_s".to_owned(), value)]);
         assert_eq!(gamma.expected_time_s(&of(Parameter::Integer(120))), 122.0);
         assert_eq!(gamma.expected_time_s(&of(Parameter::Number(0.5))), 2.5);

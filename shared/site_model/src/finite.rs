@@ -13,7 +13,7 @@ pub(crate) fn is_finite(object: &Object) -> bool {
     let requests = |requests: &[ActionRequest]| requests.iter().all(is_request_finite);
     match object {
         Object::Settings(_) | Object::EdgeBlock(_) | Object::Dock(_) | Object::Asset(_) => true,
-        Object::Schedule(_) => true,
+        Object::Schedule(_) | Object::MutexHold(_) => true,
         Object::Node(node) => {
             let tolerance = &node.tolerance;
             pose(&node.map_from_node)

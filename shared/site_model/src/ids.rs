@@ -46,6 +46,10 @@ uuid_id! {
     MonitorId
 }
 uuid_id! {
+    /// That somebody else uses a group of edges.
+    MutexHoldId
+}
+uuid_id! {
     /// An edit, named by the client, so that an edit sent twice is applied once.
     EditId
 }
@@ -76,6 +80,8 @@ pub enum ObjectId {
     Schedule(ScheduleId),
     /// A [`crate::Monitor`].
     Monitor(MonitorId),
+    /// A [`crate::MutexHold`].
+    MutexHold(MutexHoldId),
 }
 
 /// Kind of an object.
@@ -94,11 +100,12 @@ pub enum ObjectKind {
     Mission,
     Schedule,
     Monitor,
+    MutexHold,
 }
 
 impl ObjectKind {
     /// All kinds, in the order of [`ObjectId`].
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Settings,
         Self::Node,
         Self::Edge,
@@ -110,6 +117,7 @@ impl ObjectKind {
         Self::Mission,
         Self::Schedule,
         Self::Monitor,
+        Self::MutexHold,
     ];
 
     /// Its name in JSON, such as `inspection_point`.
@@ -126,6 +134,7 @@ impl ObjectKind {
             Self::Mission => "mission",
             Self::Schedule => "schedule",
             Self::Monitor => "monitor",
+            Self::MutexHold => "mutex_hold",
         }
     }
 
@@ -150,6 +159,7 @@ impl ObjectId {
             ObjectKind::Mission => Self::Mission(MissionId(id)),
             ObjectKind::Schedule => Self::Schedule(ScheduleId(id)),
             ObjectKind::Monitor => Self::Monitor(MonitorId(id)),
+            ObjectKind::MutexHold => Self::MutexHold(MutexHoldId(id)),
         }
     }
 
@@ -167,6 +177,7 @@ impl ObjectId {
             Self::Mission(_) => ObjectKind::Mission,
             Self::Schedule(_) => ObjectKind::Schedule,
             Self::Monitor(_) => ObjectKind::Monitor,
+            Self::MutexHold(_) => ObjectKind::MutexHold,
         }
     }
 
@@ -183,6 +194,7 @@ impl ObjectId {
             Self::Mission(id) => id.0,
             Self::Schedule(id) => id.0,
             Self::Monitor(id) => id.0,
+            Self::MutexHold(id) => id.0,
         }
     }
 }
@@ -202,6 +214,7 @@ impl fmt::Display for ObjectId {
             Self::Mission(id) => ("mission", id),
             Self::Schedule(id) => ("schedule", id),
             Self::Monitor(id) => ("monitor", id),
+            Self::MutexHold(id) => ("hold of edges", id),
         };
         write!(f, "{kind} {id}")
     }

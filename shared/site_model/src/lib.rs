@@ -19,10 +19,12 @@ mod ids;
 mod mission;
 mod mission_status;
 mod monitor;
+mod mutex_hold;
 mod object;
 mod parameters;
 mod plan_file;
 mod problem;
+mod route_action;
 mod run;
 mod run_event;
 mod schedule;
@@ -43,18 +45,20 @@ pub use action_report::{
 pub use compare::{MergeConflict, Merged, diff, merge};
 pub use edit::{Applied, Change, Edit, EditError, RevisionChange};
 pub use ids::{
-    AssetId, DockId, EdgeId, EditId, InspectionPointId, MissionId, MonitorId, NodeId, ObjectId, ObjectKind,
-    ScheduleId, TaskId, ZoneId,
+    AssetId, DockId, EdgeId, EditId, InspectionPointId, MissionId, MonitorId, MutexHoldId, NodeId, ObjectId,
+    ObjectKind, ScheduleId, TaskId, ZoneId,
 };
 pub use mission::{AskDefault, FailurePolicy, FailureStep, Mission, MissionEnd, Task, TaskOrder, TaskPlace};
 pub use mission_status::{
-    EndedRun, MAX_ENDED_RUNS, MissionStatus, RouteProgress, RouteStatus, RunStatus, TaskStatus,
+    EndedRun, MAX_ENDED_RUNS, MissionStatus, RouteProgress, RouteStatus, RouteWait, RunStatus, TaskStatus,
 };
 pub use monitor::{Monitor, MonitorCondition, MonitorResponse, Resumption};
+pub use mutex_hold::MutexHold;
 pub use object::{Object, Revision, Versioned};
 pub use parameters::{Parameter, Parameters};
 pub use plan_file::{PLAN_FILE_VERSION, PlanFile, PlanFileError};
 pub use problem::{Problem, ProblemKind, Severity};
+pub use route_action::{EdgeStage, RouteActionEnd, RouteActionPlace, RouteActionStep};
 pub use run::{
     EndPlace, MissionCommand, MissionCommandKind, PlannedTask, QuestionAnswer, RunCause, RunId, RunPlan,
     RunState, StartMode, TaskState, Utc,

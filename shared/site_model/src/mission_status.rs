@@ -1,11 +1,11 @@
 //! What people are shown of missions now: runs that have not ended, the route, and where the robot is on the graph. Plain data, published whole on every change.
 
 use crate::{
-    DockId, EdgeId, MissionId, MonitorId, NodeId, RunCause, RunId, RunState, TaskFailure, TaskId, TaskState,
-    Utc,
+    DockId, EdgeId, MissionId, MonitorId, NodeId, RouteActionPlace, RunCause, RunId, RunState, TaskFailure,
+    TaskId, TaskState, Utc,
 };
 use serde::{Deserialize, Serialize};
-use vocab::GoalId;
+use vocab::{GoalId, Stamp};
 
 /// Runs of [`MissionStatus::ended`] at most.
 pub const MAX_ENDED_RUNS: usize = 16;
@@ -100,4 +100,39 @@ pub struct RouteProgress {
     pub remaining_s: f64,
     /// Length from the beginning of the present edge, metres.
     pub remaining_m: f64,
+    /// Why the robot stands, if it waits for something.
+    pub waits_for: Option<RouteWait>,
+}
+
+/// What a robot on a route waits for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RouteWait {
+    /// Its place in the map is not known, as just after a start.
+    Place,
+    /// There is no way but over edges that are blocked for a short time.
+    Block {
+        /// When the first of them is tried again, robot's clock.
+        until: Stamp,
+    },
+    /// The edge could not be walked, and its fail policy says to wait.
+    Retry {
+        /// The edge.
+        edge: EdgeId,
+        /// When it is tried again, robot's clock.
+        until: Stamp,
+    },
+    /// The next edge is of a group that somebody else holds.
+    Hold {
+        /// The edge.
+        edge: EdgeId,
+        /// The group.
+        group: String,
+        /// Who holds it.
+        holder: String,
+    },
+    /// An action at the beginning or the end of an edge.
+    Action(RouteActionPlace),
+    /// The robot stands on the dock, and the charging current does not flow yet.
+    Charge,
 }

@@ -1,8 +1,8 @@
 //! An object of any kind, and its revision.
 
 use crate::{
-    Asset, Dock, Edge, EdgeBlock, InspectionPoint, Mission, Monitor, Node, ObjectId, Schedule, SiteSettings,
-    Zone,
+    Asset, Dock, Edge, EdgeBlock, InspectionPoint, Mission, Monitor, MutexHold, Node, ObjectId, Schedule,
+    SiteSettings, Zone,
 };
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -23,6 +23,7 @@ pub enum Object {
     Mission(Mission),
     Schedule(Schedule),
     Monitor(Monitor),
+    MutexHold(MutexHold),
 }
 
 impl Object {
@@ -40,6 +41,7 @@ impl Object {
             Self::Mission(mission) => ObjectId::Mission(mission.id),
             Self::Schedule(schedule) => ObjectId::Schedule(schedule.id),
             Self::Monitor(monitor) => ObjectId::Monitor(monitor.id),
+            Self::MutexHold(hold) => ObjectId::MutexHold(hold.id),
         }
     }
 
@@ -55,7 +57,7 @@ impl Object {
             Self::Mission(mission) => Some(&mission.name),
             Self::Schedule(schedule) => Some(&schedule.name),
             Self::Monitor(monitor) => Some(&monitor.name),
-            Self::Edge(_) | Self::EdgeBlock(_) => None,
+            Self::Edge(_) | Self::EdgeBlock(_) | Self::MutexHold(_) => None,
         }
     }
 }

@@ -1,8 +1,8 @@
 //! Events of runs, schedules and monitors. They are durable before the robot acts on them, and all state is rebuilt from them.
 
 use crate::{
-    DockId, EdgeId, EndPlace, LocalDateTime, MissionId, MonitorId, QuestionAnswer, Revision, RunCause, RunId,
-    RunPlan, RunState, ScheduleId, TaskId, TaskState, Utc,
+    DockId, EdgeId, EndPlace, LocalDateTime, MissionId, MonitorId, QuestionAnswer, Revision, RouteActionStep,
+    RunCause, RunId, RunPlan, RunState, ScheduleId, TaskId, TaskState, Utc,
 };
 use serde::{Deserialize, Serialize};
 use vocab::{ActionCallId, CommandId, GoalId};
@@ -145,6 +145,15 @@ pub enum MissionEventKind {
         /// Goal of the executive.
         goal: GoalId,
     },
+    /// An action on the way of a run is one step further.
+    RouteAction {
+        /// The run.
+        run: RunId,
+        /// The call.
+        call: ActionCallId,
+        /// Its step.
+        step: RouteActionStep,
+    },
 }
 
 /// Why the state of a run changed.
@@ -233,6 +242,8 @@ pub enum TaskFailure {
     ActionTimedOut,
     /// Its action was begun, and it is not known how it ended. It is not done twice without a person's word.
     OutcomeUnknown,
+    /// On the way to it this action of an edge or a zone was begun, and it is not known how it ended. It is not done twice without a person's word.
+    RouteActionUnknown(String),
 }
 
 /// Why a place was not reached.
@@ -307,7 +318,8 @@ impl MissionEventKind {
             | Self::RunSetOutToEnd { run, .. }
             | Self::RunEnded { run, .. }
             | Self::Task { run, .. }
-            | Self::QuestionAnswered { run, .. } => Some(*run),
+            | Self::QuestionAnswered { run, .. }
+            | Self::RouteAction { run, .. } => Some(*run),
             Self::ScheduleAdopted { .. }
             | Self::SlotDecided { .. }
             | Self::SlotsMissed { .. }

@@ -3,8 +3,8 @@
 use crate::finite::is_finite;
 use crate::{
     Applied, Change, Dock, Edge, EdgeBlock, EdgeId, Edit, EditError, EditId, InspectionPoint,
-    InspectionPointId, Mission, MissionId, Monitor, Node, NodeId, Object, ObjectId, Revision, RevisionChange,
-    Schedule, ScheduleId, SiteSettings, Task, TaskPlace, Versioned, Zone,
+    InspectionPointId, Mission, MissionId, Monitor, MutexHold, Node, NodeId, Object, ObjectId, Revision,
+    RevisionChange, Schedule, ScheduleId, SiteSettings, Task, TaskPlace, Versioned, Zone,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -146,6 +146,14 @@ impl Site {
     pub fn monitors(&self) -> impl Iterator<Item = &Monitor> {
         self.objects().filter_map(|versioned| match &versioned.object {
             Object::Monitor(monitor) => Some(monitor),
+            _ => None,
+        })
+    }
+
+    /// All holds of groups of edges, in the order of their ids.
+    pub fn mutex_holds(&self) -> impl Iterator<Item = &MutexHold> {
+        self.objects().filter_map(|versioned| match &versioned.object {
+            Object::MutexHold(hold) => Some(hold),
             _ => None,
         })
     }

@@ -107,6 +107,11 @@ impl ProblemFinder<'_> {
                 Object::Mission(mission) => self.check_mission(id, mission),
                 Object::Schedule(schedule) => self.check_schedule(id, schedule),
                 Object::Monitor(monitor) => self.check_monitor(id, monitor),
+                Object::MutexHold(hold) => {
+                    for (field, name) in [("group", &hold.group), ("holder", &hold.holder)] {
+                        self.check_range(id, field, !name.trim().is_empty(), || "a name".to_owned());
+                    }
+                }
             }
         }
     }

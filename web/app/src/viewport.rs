@@ -221,14 +221,15 @@ impl Viewport {
                 let last_pose = model.viewed_map().and_then(|map| self.last_poses.remove(&map));
                 if let Some(pose) = last_pose.filter(|_| model.alignment().is_some()) {
                     self.camera.jump_to(pose);
-                } else if let Some(fit) = self.pose_fitting_map(model, scene) {
+                } else if let Some(fit) = self.pose_fitting_map(pose, model, scene) {
                     self.camera.fly_to(fit);
                 }
             }
             CameraMove::Top => {
-                let fit = self.pose_fitting_map(model, scene).unwrap_or(pose);
-                let pitch = 0.5 * std::f64::consts::PI;
-                self.camera.fly_to(CameraPose { pitch, yaw: 0.5 * std::f64::consts::PI, ..fit });
+                let quarter = 0.5 * std::f64::consts::PI;
+                let from_above = CameraPose { pitch: quarter, yaw: quarter, ..pose };
+                let fit = self.pose_fitting_map(from_above, model, scene);
+                self.camera.fly_to(fit.unwrap_or(from_above));
             }
             CameraMove::Robot => {
                 if let Some(target) = robot_target(model) {
@@ -274,15 +275,20 @@ impl Viewport {
         None
     }
 
-    /// The pose that shows the whole displayed map in the free area, up to the height above which points are hidden. All tiles count,
+    /// The pose with the direction of another that shows the whole displayed map in the free area, up to the height above which points are hidden. All tiles count,
     /// loaded or not.
-    fn pose_fitting_map(&self, model: &Model, scene: &SceneSync) -> Option<CameraPose> {
+    fn pose_fitting_map(
+        &self,
+        direction: CameraPose,
+        model: &Model,
+        scene: &SceneSync,
+    ) -> Option<CameraPose> {
         let view = self.view?;
         let bounds = model.displayed_map().robust_bounds()?;
         let [min, max] = [bounds.min, bounds.max].map(|corner| Vec3::from_array(corner).as_dvec3());
         let ceiling = f64::from(scene.ceiling(model.view_settings()));
         let max = max.with_z(max.z.min(ceiling).max(min.z));
-        Some(self.camera.pose_fitting(
+        Some(Camera::new(CameraConfig::default(), direction).pose_fitting(
             min,
             max,
             view.viewport_px,

@@ -65,12 +65,13 @@ impl Model {
     }
 
     /// What plans of missions depend on besides the site.
-    fn plan_conditions(&self) -> PlanConditions {
+    fn plan_conditions(&self) -> PlanConditions<'static> {
         let is_there = self.viewed_map().is_none() && self.is_site_on_screen();
         let estimate = self.robot.estimate.as_ref().filter(|_| is_there);
         PlanConditions {
             now: self.connection().clock().stamp_at(self.now()),
             robot: estimate.map(|estimate| estimate.value.map_from_base.position),
+            offered: &[],
         }
     }
 

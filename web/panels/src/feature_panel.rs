@@ -1,6 +1,7 @@
 //! The interface between the frame and the panels of features: what a panel may show, and what it reads and writes meanwhile.
 
 use crate::camera_preview::{CameraPreview, SightCheck};
+use crate::features::schedule::NextRunTexts;
 use crate::layout::{Layout, Width};
 use crate::page_clock::PageClock;
 use crate::result_files::ResultFiles;
@@ -104,6 +105,8 @@ pub(crate) struct FrameState {
     pub(crate) is_covered: bool,
     /// Whether a card covers the scene beside the tools. The drive card gives way to it.
     pub(crate) is_left_card_shown: bool,
+    /// The next run that schedules begin.
+    pub(crate) next_run: Option<NextRunTexts>,
     /// The tab that was opened last on each screen.
     open_tabs: Vec<Tab>,
 }

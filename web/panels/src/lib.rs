@@ -87,7 +87,7 @@
 //! | button | `Show the run` | Live, while a mission runs |
 //! | button | `Run MISSION` | Runs, while nothing runs |
 //! | button | `Remove MISSION from the queue` | Runs |
-//! | button (toggled) | `MISSION, OUTCOME, FACTS` | Runs: one that has ended; opens its tasks, readings and files |
+//! | button (toggled) | `MISSION, OUTCOME, FACTS` | Runs: one that has ended, the last one also while nothing runs; opens its tasks, readings and files |
 //! | textbox | `Site name` | Settings |
 //! | button | `Mission`, `Outcome` | Runs, History: each unfolds a list and filters the runs |
 //! | textbox | `From`, `To` | Runs, History: days between which runs were asked for |
@@ -135,7 +135,7 @@
 //! | button | `Top view`, `Fit view`, `Keyboard shortcuts` | tools |
 //! | button | `Dismiss` | on each notice |
 //! | button | `Reconnect now` | while the link is lost |
-//! | status | `Robot`, `Position`, `Battery`, `Link`, `Control` | top bar |
+//! | status | `Robot`, `Position`, `Battery`, `Link`, `Control`, `Next run` | top bar |
 //! | status | `Mapping`, `Elapsed`, `Distance`, `Keyframes`, `Points in map` | Map, while mapping |
 //! | status | `Motion`, `Speed`, sensors by their names | Live, and Map while mapping |
 //! | status | `Position in the map`, `Accuracy`, `Walked` | Live |
@@ -235,9 +235,10 @@ pub fn is_editing_graph(model: &Model) -> bool {
     model.view.screen() == Some(screens::SITE) && model.is_site_on_screen()
 }
 
-/// Whether the topological map takes the place of the pose graph in the scene: where it or a mission on it is edited. Keyframes would lie over its nodes.
+/// Whether the topological map takes the place of the pose graph in the scene: everywhere but on the screen on which maps are made. Keyframes would lie over its nodes.
 pub fn is_graph_covered(model: &Model) -> bool {
-    is_editing_graph(model) || shown_mission(model).is_some()
+    let has_nodes = model.site.site().is_some_and(|site| site.nodes().next().is_some());
+    has_nodes && model.is_site_on_screen() && model.view.screen() != Some(screens::MAP)
 }
 
 /// The mission that is edited and the site that it is of, while its way is drawn: on its screen, and in the map of the site.

@@ -5,8 +5,8 @@
 
 use glam::{DVec2, DVec3};
 
-/// Parameters of [`PointColumns`]. Numbers are those of the generation of topological maps (`topomap::TopomapConfig`), so that an edge that a person draws is judged
-/// like one that is made from the map. The robot's size is told by the robot; the defaults hold until it has come.
+/// Parameters of [`PointColumns`]. What makes an obstacle is as in the generation of topological maps (`topomap::TopomapConfig`), so that an edge that a person draws is
+/// judged like one that is made from the map. The robot's size, step and clearance are told by the robot; the defaults hold until they have come.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ColumnsConfig {
     /// Side of a column, m.

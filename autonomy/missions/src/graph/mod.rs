@@ -13,4 +13,4 @@ pub use edge_blocks::{EdgeBlockConfig, is_blocked, next_block};
 pub use graph_localiser::{GraphLocaliser, GraphLocaliserConfig, GraphPlace};
 pub use route_graph::{Closure, LearnedTime, LearnedTimes, RouteConditions, RouteConfig, RouteGraph};
 pub use route_tree::{NoRoute, Route, RouteTree};
-pub(crate) use zones::active_zones;
+pub(crate) use zones::{active_zones, zones_with_actions};

@@ -1,7 +1,12 @@
 //! The rules of zones along an edge.
 
 use site_model::{LocalTime, Site, Zone, ZoneEffect, ZoneId};
+use std::collections::BTreeSet;
 use vocab::Vec3;
+
+/// Distance beyond the border of a zone at which the robot has left it, metres. Three times the error of localisation, so that a robot that walks along the border does not
+/// enter again and again.
+const LEAVE_MARGIN_M: f64 = 0.3;
 
 /// What zones say of an edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,6 +68,43 @@ fn holds(zone: &Zone, time_of_day: Option<LocalTime>) -> bool {
         (Some([from, until]), Some(now)) => now >= from || now < until,
         _ => true,
     }
+}
+
+/// Of the zones with an action, those that the robot has entered, and all in which it is. `inside`: those in which it was. Linear in the corners of the zones.
+pub(crate) fn zones_with_actions<'a>(
+    site: &'a Site,
+    time_of_day: Option<LocalTime>,
+    inside: &BTreeSet<ZoneId>,
+    point: Vec3,
+) -> (Vec<&'a Zone>, BTreeSet<ZoneId>) {
+    let (mut entered, mut now) = (Vec::new(), BTreeSet::new());
+    for zone in active_zones(site, time_of_day).filter(|zone| matches!(zone.effect, ZoneEffect::Action(_))) {
+        let was_inside = inside.contains(&zone.id);
+        let is_inside = contains(zone, point);
+        if is_inside && !was_inside {
+            entered.push(zone);
+        }
+        if is_inside || (was_inside && is_near(zone, point, LEAVE_MARGIN_M)) {
+            now.insert(zone.id);
+        }
+    }
+    (entered, now)
+}
+
+/// Whether a point is within a distance of the border of a zone and in its heights. Linear in the corners.
+fn is_near(zone: &Zone, point: Vec3, distance_m: f64) -> bool {
+    if zone.height_m.is_some_and(|[low, high]| point.z < low - distance_m || point.z > high + distance_m) {
+        return false;
+    }
+    let corners = &zone.corners_m;
+    (0..corners.len()).any(|index| {
+        let ([ax, ay], [bx, by]) = (corners[index], corners[(index + 1) % corners.len()]);
+        let (x, y) = (bx - ax, by - ay);
+        let length2 = x * x + y * y;
+        let along = (point.x - ax) * x + (point.y - ay) * y;
+        let share = if length2 > 0.0 { (along / length2).clamp(0.0, 1.0) } else { 0.0 };
+        (point.x - ax - share * x).hypot(point.y - ay - share * y) <= distance_m
+    })
 }
 
 fn between(from: Vec3, to: Vec3, share: f64) -> Vec3 {

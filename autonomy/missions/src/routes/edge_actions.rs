@@ -1,16 +1,21 @@
-//! Actions of edges. Those on entering and on leaving are performed one after the other while the robot stands at the beginning or the end of the edge. Those during
+//! Actions of edges and zones. Those of an edge on entering and on leaving are performed one after the other while the robot stands at the beginning or the end of the edge. Those during
 //! begin together when it sets out, and what of them has not ended when the edge is left is cancelled. An edge that is traversed by an action of the robot's own has that as the
 //! last one on entering; then the robot walks what is left of the way to the end of the edge.
 //!
-//! An action on entering that fails counts as an edge that cannot be walked, because it may be the one that opens a door: the fail policy of the edge follows. Of all
+//! The action of a zone is called when the robot comes into the zone on its way, and the robot walks on. It is not called where a goal begins inside.
+//!
+//! An action on entering an edge that fails counts as an edge that cannot be walked, because it may be the one that opens a door: the fail policy of the edge follows. Of all
 //! others people are told, and the robot goes on.
 
 use super::executor::RouteExecutor;
 use super::interface::{RouteEffect, RouteView};
-use super::journey::{EdgeStage, Leg};
+use super::journey::{Leg, WalkingCall};
+use crate::graph::zones_with_actions;
 use crate::ids::{edge_call_id, leg_goal_id};
 use crate::texts;
-use site_model::{ActionRequest, EdgeId, Traversal, describe_action};
+use site_model::{
+    ActionRequest, EdgeId, EdgeStage, RouteActionPlace, Traversal, ZoneEffect, describe_action,
+};
 use vocab::{ActionCallId, Span, Stamp};
 
 impl RouteExecutor {
@@ -18,7 +23,7 @@ impl RouteExecutor {
     pub fn is_calling(&self, call: ActionCallId) -> bool {
         let Some(journey) = &self.journey else { return false };
         let is_acting = matches!(journey.leg, Some((_, Leg::Act { call: known, .. })) if known == call);
-        is_acting || journey.during.iter().any(|(known, _)| *known == call)
+        is_acting || journey.during.iter().any(|open| open.call == call)
     }
 
     /// An action of an edge has ended: it was done, or the reason why not, a sentence. Calls that are not under way change nothing.
@@ -41,8 +46,8 @@ impl RouteExecutor {
         view: &RouteView<'_>,
     ) {
         let Some(journey) = &mut self.journey else { return };
-        if let Some(index) = journey.during.iter().position(|(known, _)| *known == call) {
-            let (_, action) = journey.during.remove(index);
+        if let Some(index) = journey.during.iter().position(|open| open.call == call) {
+            let WalkingCall { action, .. } = journey.during.remove(index);
             self.effects.extend(result.err().map(|reason| RouteEffect::ActionFailed(action, reason)));
             return;
         }
@@ -57,7 +62,7 @@ impl RouteExecutor {
                 let reason = texts::edge_action_failed(&action, &reason);
                 self.handle_blocked_edge(at, edge, Some(&reason), view);
             }
-            (EdgeStage::Leave, result) => {
+            (EdgeStage::During | EdgeStage::Leave, result) => {
                 let action = request(view, edge, stage, index).map(|request| request.action);
                 let failed = result.err().zip(action);
                 self.effects.extend(failed.map(|(reason, action)| RouteEffect::ActionFailed(action, reason)));
@@ -72,12 +77,9 @@ impl RouteExecutor {
             return;
         }
         let during = view.site.edge(edge).map(|edge| edge.during.clone()).unwrap_or_default();
-        for request in during {
-            let Some(call) = self.next_call() else { return };
-            if let Some(journey) = &mut self.journey {
-                journey.during.push((call, request.action.clone()));
-            }
-            self.effects.push(RouteEffect::CallAction(call, request));
+        for (index, request) in (0..).zip(during) {
+            let place = RouteActionPlace::Edge { edge, stage: EdgeStage::During, index };
+            self.call_while_walking(place, request);
         }
         if let Some(journey) = &mut self.journey {
             journey.entered = Some(edge);
@@ -96,8 +98,31 @@ impl RouteExecutor {
     pub(super) fn leave_edge(&mut self) {
         let Some(journey) = &mut self.journey else { return };
         journey.entered = None;
-        let calls = journey.during.drain(..);
-        self.effects.extend(calls.map(|(call, _)| RouteEffect::CancelAction(call)));
+        let calls = journey.during.extract_if(.., |open| open.is_of_edge);
+        self.effects.extend(calls.map(|open| RouteEffect::CancelAction(open.call)));
+    }
+
+    /// Follows in which zones with an action the robot is, and calls the actions of those that it has entered on its way.
+    pub(super) fn enter_zones(&mut self, view: &RouteView<'_>) {
+        let Some(pose) = view.map_from_base else { return };
+        let (entered, inside) =
+            zones_with_actions(view.newest, view.time_of_day, &self.inside, pose.position);
+        self.inside = inside;
+        for zone in entered {
+            if let ZoneEffect::Action(request) = &zone.effect {
+                self.call_while_walking(RouteActionPlace::Zone(zone.id), request.clone());
+            }
+        }
+    }
+
+    /// Calls an action, and the robot walks on. Nothing without a goal.
+    fn call_while_walking(&mut self, place: RouteActionPlace, request: ActionRequest) {
+        let Some(call) = self.next_call() else { return };
+        if let Some(journey) = &mut self.journey {
+            let is_of_edge = matches!(place, RouteActionPlace::Edge { .. });
+            journey.during.push(WalkingCall { call, action: request.action.clone(), is_of_edge });
+        }
+        self.effects.push(RouteEffect::CallAction(call, place, request));
     }
 
     /// Calls an action of an edge. Returns whether there is one.
@@ -109,7 +134,9 @@ impl RouteExecutor {
             let leg = Leg::Act { edge, stage, index, call, until };
             journey.leg = Some((leg_goal_id(journey.goal, journey.walks), leg));
         }
-        self.effects.push(RouteEffect::CallAction(call, request));
+        let index = u32::try_from(index).unwrap_or(u32::MAX);
+        let place = RouteActionPlace::Edge { edge, stage, index };
+        self.effects.push(RouteEffect::CallAction(call, place, request));
         true
     }
 
@@ -135,6 +162,7 @@ fn request(view: &RouteView<'_>, edge: EdgeId, stage: EdgeStage, index: usize) -
             Some(ActionRequest { action: name.clone(), parameters: parameters.clone() })
         }
         (EdgeStage::Enter, _) => edge.on_enter.get(index).cloned(),
+        (EdgeStage::During, _) => edge.during.get(index).cloned(),
         (EdgeStage::Leave, _) => edge.on_leave.get(index).cloned(),
     }
 }

@@ -10,9 +10,10 @@ use crate::ids::leg_goal_id;
 use crate::runs::{GoalRequest, GoalResult};
 use crate::texts;
 use site_model::{
-    Edge, EdgeBlock, EdgeId, Node, NodeId, ObjectId, PoseTolerance, ReachFailure, RouteProgress, Site,
+    Edge, EdgeBlock, EdgeId, MutexHold, Node, NodeId, ObjectId, PoseTolerance, ReachFailure,
+    RouteActionPlace, RouteProgress, RouteWait, Site, ZoneId,
 };
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use vocab::{GoalId, Pose, Span, Stamp, Vec3};
 
 /// Parameters of [`RouteExecutor`].
@@ -67,6 +68,8 @@ pub struct RouteExecutor {
     pub(super) journey: Option<Journey>,
     /// Blocks that the site may not show yet.
     pub(super) blocks: BTreeMap<EdgeId, EdgeBlock>,
+    /// Zones with an action in which the robot is, also between goals.
+    pub(super) inside: BTreeSet<ZoneId>,
     pub(super) effects: Vec<RouteEffect>,
 }
 
@@ -88,17 +91,18 @@ impl RouteExecutor {
     }
 
     /// The route that is left.
-    pub fn progress(&self, graph: &RouteGraph) -> Option<RouteProgress> {
+    pub fn progress(&self, view: &RouteView<'_>) -> Option<RouteProgress> {
         let journey = self.journey.as_ref()?;
         let target = match journey.target {
             Target::Node(node) | Target::Dock { node, .. } => node,
             Target::OutOfDock => return None,
         };
-        let costs = journey.route.iter().filter_map(|edge| graph.cost(*edge));
+        let costs = journey.route.iter().filter_map(|edge| view.graph.cost(*edge));
         let (remaining_s, remaining_m) =
             costs.fold((0.0, 0.0), |(time_s, length_m), (s, m)| (time_s + s, length_m + m));
         let edges = journey.route.clone();
-        Some(RouteProgress { goal: journey.goal, target, edges, remaining_s, remaining_m })
+        let waits_for = journey.leg.and_then(|(_, leg)| waits_for(leg, view));
+        Some(RouteProgress { goal: journey.goal, target, edges, remaining_s, remaining_m, waits_for })
     }
 
     /// Begins a goal. One that is under way ends as cancelled.
@@ -166,9 +170,12 @@ impl RouteExecutor {
         std::mem::take(&mut self.effects)
     }
 
-    /// Time has passed, or the site has changed.
+    /// Time has passed, or the site has changed. To be called also between goals, so that it is known which zones the robot enters.
     pub fn tick(&mut self, at: Stamp, view: &RouteView<'_>) -> Vec<RouteEffect> {
-        let Some(Journey { leg: Some((walk, leg)), target, .. }) = &self.journey else { return Vec::new() };
+        self.enter_zones(view);
+        let Some(Journey { leg: Some((walk, leg)), target, .. }) = &self.journey else {
+            return std::mem::take(&mut self.effects);
+        };
         let (walk, leg, target) = (*walk, *leg, *target);
         match leg {
             Leg::OntoDock | Leg::Charge { .. } if is_charged(target, view) => {
@@ -182,7 +189,16 @@ impl RouteExecutor {
                 self.drop_leg();
                 self.walk_edge(at, edge, view);
             }
-            Leg::WaitForBlock { until } if at >= until => {
+            Leg::WaitForHold { edge } if self.is_closed(edge, view) => {
+                self.drop_leg();
+                self.forget_place();
+                self.next_leg(at, view);
+            }
+            Leg::WaitForHold { edge } if hold_of(edge, view).is_none() => {
+                self.drop_leg();
+                self.walk_edge(at, edge, view);
+            }
+            Leg::WaitForBlock { until } | Leg::WaitForPlace { until } if at >= until => {
                 self.drop_leg();
                 self.forget_place();
                 self.next_leg(at, view);
@@ -221,6 +237,10 @@ impl RouteExecutor {
     pub(super) fn end(&mut self, result: GoalResult) {
         self.leave_edge();
         let Some(journey) = self.journey.take() else { return };
+        if result != GoalResult::Reached {
+            // What was begun on entering a zone is not wanted any more.
+            self.effects.extend(journey.during.iter().map(|open| RouteEffect::CancelAction(open.call)));
+        }
         if let Some((_, Leg::Act { call, .. })) = journey.leg {
             self.effects.push(RouteEffect::CancelAction(call));
         }
@@ -281,7 +301,12 @@ impl RouteExecutor {
                     return self.end(GoalResult::Failed(reason));
                 }
             }
-            Leg::Charge { .. } | Leg::Wait { .. } | Leg::WaitForBlock { .. } | Leg::Act { .. } => {}
+            Leg::Charge { .. }
+            | Leg::Wait { .. }
+            | Leg::WaitForBlock { .. }
+            | Leg::WaitForPlace { .. }
+            | Leg::WaitForHold { .. }
+            | Leg::Act { .. } => {}
         }
         self.next_leg(at, view);
     }
@@ -300,7 +325,12 @@ impl RouteExecutor {
             Leg::OutOfDock(_) => return self.end(GoalResult::Failed(ReachFailure::NotUndocked)),
             Leg::OntoDock => return self.handle_no_charge(ReachFailure::NotDocked, view),
             Leg::BackOff(_) => return self.end(GoalResult::Failed(ReachFailure::NotDocked)),
-            Leg::Charge { .. } | Leg::Wait { .. } | Leg::WaitForBlock { .. } | Leg::Act { .. } => {}
+            Leg::Charge { .. }
+            | Leg::Wait { .. }
+            | Leg::WaitForBlock { .. }
+            | Leg::WaitForPlace { .. }
+            | Leg::WaitForHold { .. }
+            | Leg::Act { .. } => {}
         }
         self.next_leg(at, view);
     }
@@ -405,6 +435,9 @@ impl RouteExecutor {
     pub(super) fn walk_edge(&mut self, at: Stamp, edge: EdgeId, view: &RouteView<'_>) {
         let Some(journey) = &self.journey else { return };
         if journey.entered != Some(edge) {
+            if hold_of(edge, view).is_some() {
+                return self.wait_for_hold(edge);
+            }
             return self.act_on_entering(at, edge, 0, view);
         }
         let end = journey.target.route_end();
@@ -487,6 +520,13 @@ impl RouteExecutor {
         self.end(GoalResult::Failed(reason));
     }
 
+    /// Waits before an edge whose group somebody else holds, for as long as that takes: people see who it is.
+    fn wait_for_hold(&mut self, edge: EdgeId) {
+        if let Some(journey) = &mut self.journey {
+            journey.leg = Some((leg_goal_id(journey.goal, journey.walks), Leg::WaitForHold { edge }));
+        }
+    }
+
     /// Waits until it is known where the robot is, which it is not just after a start. The goal fails if that takes too long.
     fn wait_for_place(&mut self, at: Stamp) {
         let until = at + self.config.place_wait;
@@ -494,7 +534,7 @@ impl RouteExecutor {
             Some(journey) if journey.place_waits < self.config.place_waits_max => {
                 journey.place_waits += 1;
                 let walk = leg_goal_id(journey.goal, journey.walks);
-                journey.leg = Some((walk, Leg::WaitForBlock { until }));
+                journey.leg = Some((walk, Leg::WaitForPlace { until }));
             }
             _ => self.end(GoalResult::Failed(ReachFailure::PoseNotFound)),
         }
@@ -542,6 +582,36 @@ impl RouteExecutor {
         journey.walks += 1;
         journey.leg = Some((id, leg));
         self.effects.push(RouteEffect::Walk(id, walk));
+    }
+}
+
+/// Who holds the group of an edge now, if somebody does.
+fn hold_of<'a>(edge: EdgeId, view: &RouteView<'a>) -> Option<&'a MutexHold> {
+    let group = view.site.edge(edge)?.mutex_group.as_ref()?;
+    view.newest.mutex_holds().find(|hold| hold.group == *group)
+}
+
+/// Why a robot stands for a leg; none: it walks.
+fn waits_for(leg: Leg, view: &RouteView<'_>) -> Option<RouteWait> {
+    match leg {
+        Leg::Charge { .. } => Some(RouteWait::Charge),
+        Leg::Wait { edge, until } => Some(RouteWait::Retry { edge, until }),
+        Leg::WaitForBlock { until } => Some(RouteWait::Block { until }),
+        Leg::WaitForPlace { .. } => Some(RouteWait::Place),
+        Leg::WaitForHold { edge } => {
+            let MutexHold { group, holder, .. } = hold_of(edge, view)?.clone();
+            Some(RouteWait::Hold { edge, group, holder })
+        }
+        Leg::Act { edge, stage, index, .. } => {
+            let index = u32::try_from(index).unwrap_or(u32::MAX);
+            Some(RouteWait::Action(RouteActionPlace::Edge { edge, stage, index }))
+        }
+        Leg::ToGraph(_)
+        | Leg::Edge(_)
+        | Leg::IntoPose(_)
+        | Leg::OutOfDock(_)
+        | Leg::OntoDock
+        | Leg::BackOff(_) => None,
     }
 }
 

@@ -2,7 +2,9 @@
 
 use crate::graph::{GraphPlace, RouteGraph};
 use crate::runs::GoalResult;
-use site_model::{ActionRequest, DockId, EdgeBlock, EdgeId, PoseTolerance, ReachFailure, Site};
+use site_model::{
+    ActionRequest, DockId, EdgeBlock, EdgeId, LocalTime, PoseTolerance, ReachFailure, RouteActionPlace, Site,
+};
 use vocab::{ActionCallId, GoalId, Pose, Span};
 
 /// What the executor sees at each update.
@@ -10,6 +12,10 @@ use vocab::{ActionCallId, GoalId, Pose, Span};
 pub struct RouteView<'a> {
     /// The site on which routes are planned.
     pub site: &'a Site,
+    /// The newest site, whose zones and holds count now.
+    pub newest: &'a Site,
+    /// The time of day at the site, by which zones hold; none while it is not known.
+    pub time_of_day: Option<LocalTime>,
     /// Its graph, with the blocks and times that hold now.
     pub graph: &'a RouteGraph,
     /// The base in the map; none before the robot is localised.
@@ -73,10 +79,10 @@ pub enum RouteEffect {
     Unblock(EdgeId),
     /// An edge was walked.
     Traversed(EdgeId, Span),
-    /// Call an action of an edge. It ends with [`super::RouteExecutor::end_action`], also when it is cancelled.
-    CallAction(ActionCallId, ActionRequest),
+    /// Call an action of an edge or a zone. It ends with [`super::RouteExecutor::end_action`], also when it is cancelled.
+    CallAction(ActionCallId, RouteActionPlace, ActionRequest),
     /// Cancel a call. Its result is not waited for.
     CancelAction(ActionCallId),
-    /// An action of an edge has failed, and the robot goes on without it: its name and why, a sentence. People are told.
+    /// An action of an edge or a zone has failed, and the robot goes on without it: its name and why, a sentence. People are told.
     ActionFailed(String, String),
 }

@@ -1,6 +1,6 @@
 //! A goal on the topological map that is under way: where it leads, and what is done for it now.
 
-use site_model::{DockId, EdgeId, NodeId, ReachFailure};
+use site_model::{DockId, EdgeId, EdgeStage, NodeId, ReachFailure};
 use std::collections::BTreeSet;
 use vocab::{ActionCallId, GoalId, Stamp};
 
@@ -43,8 +43,12 @@ pub(super) enum Leg {
     Wait { edge: EdgeId, until: Stamp },
     /// An action of an edge is performed, while the robot stands.
     Act { edge: EdgeId, stage: EdgeStage, index: usize, call: ActionCallId, until: Stamp },
-    /// There is no way but over edges that are blocked for a short time, or its place is not known yet.
+    /// There is no way but over edges that are blocked for a short time.
     WaitForBlock { until: Stamp },
+    /// Its place is not known yet. It is looked for again then.
+    WaitForPlace { until: Stamp },
+    /// The next edge is of a group that somebody else holds.
+    WaitForHold { edge: EdgeId },
 }
 
 impl Leg {
@@ -52,18 +56,24 @@ impl Leg {
     pub fn is_walk(self) -> bool {
         !matches!(
             self,
-            Self::Charge { .. } | Self::Wait { .. } | Self::WaitForBlock { .. } | Self::Act { .. }
+            Self::Charge { .. }
+                | Self::Wait { .. }
+                | Self::WaitForBlock { .. }
+                | Self::WaitForPlace { .. }
+                | Self::WaitForHold { .. }
+                | Self::Act { .. }
         )
     }
 }
 
-/// Where on an edge an action is performed while the robot stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum EdgeStage {
-    /// At its beginning.
-    Enter,
-    /// At its end.
-    Leave,
+/// An action that is performed while the robot walks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct WalkingCall {
+    pub call: ActionCallId,
+    /// Name of the action.
+    pub action: String,
+    /// Whether it ends with the edge. Otherwise a zone has it.
+    pub is_of_edge: bool,
 }
 
 /// A goal that is under way.
@@ -86,8 +96,8 @@ pub(super) struct Journey {
     pub edge_failures: u32,
     /// The edge whose actions on entering were performed.
     pub entered: Option<EdgeId>,
-    /// Calls of actions that are performed while the robot walks, with the names of the actions.
-    pub during: Vec<(ActionCallId, String)>,
+    /// Actions that are performed while the robot walks.
+    pub during: Vec<WalkingCall>,
     /// Calls of actions so far, from which their ids are made.
     pub calls: u64,
     /// Nodes to which there was no way from beside the graph.

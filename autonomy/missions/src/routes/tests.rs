@@ -5,8 +5,8 @@ use crate::graph::{GraphPlace, RouteConditions, RouteConfig, RouteGraph};
 use crate::runs::{GoalRequest, GoalResult};
 use crate::testing::{SiteBuilder, edge_id, node_id};
 use site_model::{
-    ActionRequest, DockId, EdgeBlock, EdgeFailStep, EdgeId, NodeId, ObjectId, Parameters, ReachFailure,
-    Traversal,
+    ActionRequest, DockId, EdgeBlock, EdgeFailStep, EdgeId, EdgeStage, MutexHold, MutexHoldId, NodeId,
+    Object, ObjectId, Parameters, ReachFailure, RouteActionPlace, RouteWait, Traversal, ZoneEffect,
 };
 use std::collections::VecDeque;
 use uuid::Uuid;
@@ -33,6 +33,8 @@ struct World {
     /// Calls of actions that are under way, and the names of all that were called.
     calls: Vec<(ActionCallId, String)>,
     called: Vec<String>,
+    /// What those belong to.
+    places: Vec<RouteActionPlace>,
     /// Actions that were cancelled or have failed without an effect on the route.
     dropped: Vec<String>,
 }
@@ -65,6 +67,7 @@ impl World {
             ended: Vec::new(),
             calls: Vec::new(),
             called: Vec::new(),
+            places: Vec::new(),
             dropped: Vec::new(),
         };
         world.stand_at(2);
@@ -91,6 +94,8 @@ impl World {
         let graph = RouteGraph::new(&site, &conditions, &RouteConfig::default());
         let view = RouteView {
             site: &site,
+            newest: &site,
+            time_of_day: None,
             graph: &graph,
             map_from_base: Some(self.pose),
             place: self.place,
@@ -112,7 +117,8 @@ impl World {
                 RouteEffect::Block(block) => self.blocks.push(block),
                 RouteEffect::Unblock(edge) => self.unblocked.push(edge),
                 RouteEffect::Traversed(edge, _) => self.traversed.push(edge),
-                RouteEffect::CallAction(call, request) => {
+                RouteEffect::CallAction(call, place, request) => {
+                    self.places.push(place);
                     self.called.push(request.action.clone());
                     self.calls.push((call, request.action));
                 }
@@ -144,6 +150,11 @@ impl World {
         let result = result.map_err(str::to_owned);
         let effects = self.with(|executor, at, view| executor.end_action(at, call, result, view));
         self.take(effects);
+    }
+
+    /// What the robot waits for, as it is published.
+    fn waits_for(&mut self) -> Option<RouteWait> {
+        self.with(|executor, _, view| executor.progress(view)).and_then(|route| route.waits_for)
     }
 
     fn begin(&mut self, request: GoalRequest) {
@@ -194,7 +205,7 @@ fn a_route_passes_its_nodes_and_stands_in_the_last() {
     world.builder.change_node(4, |node| node.tolerance.yaw_rad = 3.0);
     world.begin(GoalRequest::Route(node_id(4)));
     assert!(world.walks[0].1.tolerance.is_none(), "node 3 is passed");
-    let progress = world.with(|executor, _, view| executor.progress(view.graph)).expect("a route");
+    let progress = world.with(|executor, _, view| executor.progress(view)).expect("a route");
     assert_eq!(progress.edges, [edge_id(2, 3), edge_id(3, 4)]);
     assert!((progress.remaining_m - 20.0).abs() < 1e-9);
     world.end_walk(LegResult::Reached);
@@ -212,6 +223,7 @@ fn a_goal_waits_for_the_robots_place_and_fails_when_that_is_not_found() {
     world.begin(GoalRequest::Route(node_id(4)));
     world.wait(3);
     assert!(world.walks.is_empty() && world.ended.is_empty());
+    assert_eq!(world.waits_for(), Some(RouteWait::Place));
     world.stand_at(2);
     world.wait(1);
     assert_eq!(world.walks.len(), 1, "it sets out");
@@ -264,6 +276,7 @@ fn where_there_is_no_other_way_the_robot_waits_for_the_end_of_short_blocks() {
     for _ in 0..2 {
         world.end_walk(blocked());
         assert!(world.walks.is_empty() && world.ended.is_empty(), "it waits");
+        assert!(matches!(world.waits_for(), Some(RouteWait::Block { .. })));
         let block = world.blocks.iter().rev().find(|block| block.edge == edge_id(3, 4)).expect("a block");
         let time_s = (block.until - world.at).secs_f64();
         world.wait(time_s as i64 - 1);
@@ -460,4 +473,90 @@ fn an_edge_with_a_traversal_of_the_robots_own_calls_that_action_last() {
     world.end_action("crawl", Ok(()));
     world.end_walk(LegResult::Reached);
     assert_eq!(world.traversed, [edge_id(2, 3)]);
+}
+
+#[test]
+fn an_edge_of_a_group_that_somebody_holds_is_waited_for() {
+    let mut world = World::new();
+    let group = "Lift".to_owned();
+    world.builder.change_edge(3, 4, |edge| edge.mutex_group = Some(group.clone()));
+    let id = MutexHoldId(Uuid::from_u128(700));
+    let hold = MutexHold { id, group: group.clone(), holder: "Forklift".to_owned() };
+    world.builder.put(Object::MutexHold(hold));
+    world.begin(GoalRequest::Route(node_id(4)));
+    assert_eq!(world.waits_for(), None, "the first edge is of no group");
+    world.end_walk(LegResult::Reached);
+    world.wait(600);
+    assert!(world.walks.is_empty() && world.ended.is_empty());
+    let (edge, holder) = (edge_id(3, 4), "Forklift".to_owned());
+    assert_eq!(world.waits_for(), Some(RouteWait::Hold { edge, group, holder }));
+    let removal = world.builder.site().removal(site_model::EditId(Uuid::nil()), ObjectId::MutexHold(id));
+    world.builder.apply(&removal);
+    world.wait(1);
+    assert_eq!(world.waits_for(), None);
+    world.walk_to_the_end();
+    assert_eq!(world.ended, [GoalResult::Reached]);
+
+    // A robot that waits takes another way once the edge is closed.
+    world.ended.clear();
+    world.builder.put(Object::MutexHold(MutexHold {
+        id,
+        group: "Lift".to_owned(),
+        holder: "Forklift".to_owned(),
+    }));
+    world.stand_at(3);
+    world.begin(GoalRequest::Route(node_id(4)));
+    world.builder.change_edge(3, 4, |edge| edge.is_enabled = false);
+    world.wait(1);
+    assert_eq!(world.walk_to_the_end(), [20.0, 30.0, 40.0]);
+}
+
+#[test]
+fn the_action_of_a_zone_is_called_once_when_the_robot_comes_into_it() {
+    let mut world = World::new();
+    let request = ActionRequest { action: "horn".to_owned(), parameters: Parameters::new() };
+    let corners = [[22.0, -1.0], [28.0, -1.0], [28.0, 1.0], [22.0, 1.0]];
+    world.builder.zone(41, corners, ZoneEffect::Action(request), None);
+    world.begin(GoalRequest::Route(node_id(3)));
+    world.wait(1);
+    assert!(world.called.is_empty(), "it is not there yet");
+    let move_to = |world: &mut World, x| {
+        world.pose.position.x = x;
+        world.wait(1);
+        world.called.len()
+    };
+    assert_eq!(move_to(&mut world, 22.1), 1);
+    assert_eq!(world.walks.len(), 1, "it walks on");
+    // Along the border it does not enter again and again.
+    assert_eq!([21.9, 22.1, 27.0].map(|x| move_to(&mut world, x)), [1, 1, 1]);
+    assert_eq!([28.4, 27.5].map(|x| move_to(&mut world, x)), [1, 2]);
+    assert_eq!(world.places, [RouteActionPlace::Zone(site_model::ZoneId(Uuid::from_u128(41))); 2]);
+    // Those that are under way go on when the goal is reached.
+    world.walk_to_the_end();
+    assert_eq!((world.ended.len(), world.calls.len()), (1, 2));
+
+    // A goal that begins inside has not entered.
+    world.ended.clear();
+    world.pose.position.x = 25.0;
+    world.wait(1);
+    world.begin(GoalRequest::Route(node_id(2)));
+    world.wait(1);
+    assert_eq!(world.called.len(), 2);
+}
+
+#[test]
+fn calls_say_what_they_belong_to() {
+    let mut world = World::new();
+    world.give_actions((2, 3), [&["open", "look"], &["listen"], &["close"]]);
+    world.begin(GoalRequest::Route(node_id(3)));
+    assert!(matches!(world.waits_for(), Some(RouteWait::Action(RouteActionPlace::Edge { .. }))));
+    world.end_action("open", Ok(()));
+    world.end_action("look", Ok(()));
+    world.end_walk(LegResult::Reached);
+    world.end_action("close", Ok(()));
+    let edge = edge_id(2, 3);
+    let of = |stage, index| RouteActionPlace::Edge { edge, stage, index };
+    let expected =
+        [of(EdgeStage::Enter, 0), of(EdgeStage::Enter, 1), of(EdgeStage::During, 0), of(EdgeStage::Leave, 0)];
+    assert_eq!(world.places, expected);
 }

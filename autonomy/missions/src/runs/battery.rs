@@ -32,6 +32,10 @@ pub struct BatteryConfig {
     pub reserve_release: f64,
     /// Charge that walking uses in a second. Chosen: 90 minutes of walking for a full battery, as of common legged robots.
     pub use_per_s: f64,
+    /// Charge that standing uses in a second. Chosen: 5 hours of standing for a full battery, as of common legged robots.
+    pub standing_use_per_s: f64,
+    /// Energy of the full battery, joules. Chosen: 930 Wh, as of common legged robots.
+    pub capacity_j: f64,
     /// Standard deviation of the time of an edge that was not walked yet, as a share of that time.
     pub time_std_ratio: f64,
     /// Time for which a low charge must hold. Longer than the drop of the voltage when the legs push hard.
@@ -46,9 +50,18 @@ impl Default for BatteryConfig {
             floor: 0.1,
             reserve_release: 0.3,
             use_per_s: 1.0 / (90.0 * 60.0),
+            standing_use_per_s: 1.0 / (5.0 * 3600.0),
+            capacity_j: 930.0 * 3600.0,
             time_std_ratio: 0.5,
             hold: Span::from_millis(10_000),
         }
+    }
+}
+
+impl BatteryConfig {
+    /// Share of the charge that is expected to be used by walking and by actions, which take `action_j` besides what the standing robot takes.
+    pub fn charge_used(&self, walk_s: f64, action_s: f64, action_j: f64) -> f64 {
+        walk_s * self.use_per_s + action_s * self.standing_use_per_s + action_j / self.capacity_j
     }
 }
 

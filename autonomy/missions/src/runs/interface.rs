@@ -3,7 +3,7 @@
 use crate::graph::GraphPlace;
 use site_model::{
     ActionRequest, DockId, EdgeId, MissionCommand, MissionEvent, MissionId, MonitorId, NodeId, ReachFailure,
-    RunId, RunState, ScheduleId, Site, TaskId, Utc,
+    RouteActionPlace, RunId, RunState, ScheduleId, Site, TaskId, Utc,
 };
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -59,6 +59,27 @@ pub enum MissionInput {
         /// How long it took.
         took: Span,
     },
+    /// The route of a goal needs an action of an edge or a zone. The answer is [`MissionEffect::CallRouteAction`] or [`MissionEffect::RefuseRouteAction`]; none if the goal
+    /// has ended.
+    RouteActionWanted {
+        /// The goal.
+        goal: GoalId,
+        /// The call that is to be made. No other one has its id.
+        call: ActionCallId,
+        /// What the action belongs to.
+        place: RouteActionPlace,
+        /// What is to be called.
+        request: ActionRequest,
+    },
+    /// An action on the way has ended.
+    RouteActionEnded {
+        /// Which call.
+        call: ActionCallId,
+        /// How.
+        result: ActionResult,
+    },
+    /// An action on the way is not wanted any more. It still ends with [`Self::RouteActionEnded`], if it was called.
+    RouteActionCancelled(ActionCallId),
 }
 
 /// How a goal ended.
@@ -139,8 +160,22 @@ pub enum MissionEffect {
         /// What is called.
         request: ActionRequest,
     },
-    /// Cancel a call. It still ends with [`MissionInput::Action`].
+    /// Cancel a call. It still ends with [`MissionInput::Action`], or [`MissionInput::RouteActionEnded`].
     CancelAction(ActionCallId),
+    /// Call an action on the way. It ends with [`MissionInput::RouteActionEnded`].
+    CallRouteAction {
+        /// The call.
+        call: ActionCallId,
+        /// What is called.
+        request: ActionRequest,
+    },
+    /// An action on the way is not called: it may have been done already, and must not be repeated.
+    RefuseRouteAction {
+        /// The call.
+        call: ActionCallId,
+        /// Why, a sentence.
+        reason: String,
+    },
     /// Answer a command.
     Answer {
         /// Which.

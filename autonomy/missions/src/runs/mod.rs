@@ -12,6 +12,7 @@ mod records;
 mod restart;
 #[cfg(test)]
 mod restart_tests;
+mod route_actions;
 mod run_steps;
 mod runner;
 mod runner_config;
@@ -35,7 +36,7 @@ pub use interface::{
     ActionInfo, ActionResult, GoalRequest, GoalResult, MissionEffect, MissionInput, MissionNotice, Situation,
 };
 pub use monitors::MonitorBank;
-pub use records::{Records, Run, TaskRecord};
+pub use records::{Records, RouteActionRecord, Run, TaskRecord};
 pub use runner::MissionRunner;
 pub use runner_config::RunnerConfig;
 pub use scheduler::{DueSlot, Scheduler, SchedulerConfig};

@@ -1,9 +1,10 @@
 //! What is known of runs, schedules and monitors: all of it is rebuilt from events.
 
 use site_model::{
-    AskDefault, DockId, EndPlace, FailurePolicy, FailureStep, LocalDateTime, MissionEvent, MissionEventKind,
-    MissionId, MonitorId, PlannedTask, Revision, RunCause, RunId, RunPlan, RunState, ScheduleId, TaskFailure,
-    TaskId, TaskState, TaskStep, Utc,
+    ActionRequest, AskDefault, DockId, EndPlace, FailurePolicy, FailureStep, LocalDateTime, MissionEvent,
+    MissionEventKind, MissionId, MonitorId, PlannedTask, Revision, RouteActionEnd, RouteActionPlace,
+    RouteActionStep, RunCause, RunId, RunPlan, RunState, ScheduleId, TaskFailure, TaskId, TaskState,
+    TaskStep, Utc,
 };
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use vocab::{ActionCallId, CommandId, GoalId};
@@ -63,6 +64,8 @@ pub struct Run {
     pub plan: Option<RunPlan>,
     /// Its tasks in the order of the plan.
     pub tasks: Vec<TaskRecord>,
+    /// Actions on its way, in the order in which they began.
+    pub route_actions: Vec<RouteActionRecord>,
     /// Its outcome, once that is decided, and where the robot goes first.
     pub ending: Option<(RunState, EndPlace)>,
     /// The task about which a person is asked.
@@ -100,6 +103,32 @@ pub struct TaskRecord {
     pub results: Vec<(u32, TaskStep)>,
 }
 
+/// An action on the way of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RouteActionRecord {
+    /// The call.
+    pub call: ActionCallId,
+    /// What it belongs to.
+    pub place: RouteActionPlace,
+    /// What was called.
+    pub request: ActionRequest,
+    /// Whether it can be repeated without harm.
+    pub is_idempotent: bool,
+    /// The task to which the robot was on its way; none: to where the run ends.
+    pub task: Option<TaskId>,
+    /// How it ended; none: it has not.
+    pub end: Option<RouteActionEnd>,
+    /// Whether a person has permitted to do it again, although it is not known how it ended.
+    pub may_repeat: bool,
+}
+
+impl RouteActionRecord {
+    /// Whether it may have been done, must not be repeated without harm, and nobody has permitted that.
+    pub(super) fn is_unknown(&self) -> bool {
+        self.end == Some(RouteActionEnd::OutcomeUnknown) && !self.is_idempotent && !self.may_repeat
+    }
+}
+
 impl TaskRecord {
     fn new(planned: PlannedTask) -> Self {
         Self {
@@ -124,7 +153,9 @@ impl TaskRecord {
     /// The policy for a failure, and the number of failures of its kind before it.
     pub(super) fn policy_for(&self, failure: &TaskFailure) -> (FailurePolicy, u32) {
         match failure {
-            TaskFailure::NotReached(_) => (self.planned.on_unreachable, self.reach_failures),
+            TaskFailure::NotReached(_) | TaskFailure::RouteActionUnknown(_) => {
+                (self.planned.on_unreachable, self.reach_failures)
+            }
             _ => (self.planned.on_action_failure, self.action_failures),
         }
     }
@@ -137,12 +168,24 @@ impl TaskRecord {
         });
         match failure.map(|failure| self.policy_for(failure).0.then) {
             Some(FailureStep::Ask { time_limit, default })
-                if failure != Some(&TaskFailure::OutcomeUnknown) =>
+                if !matches!(
+                    failure,
+                    Some(TaskFailure::OutcomeUnknown | TaskFailure::RouteActionUnknown(_))
+                ) =>
             {
                 (time_limit, default)
             }
             _ => (default_time_limit, AskDefault::Skip),
         }
+    }
+
+    /// Whether a person lets this task be tried again, after it was asked about because of an action on the way.
+    fn permits_route_actions(&self, attempt: u32, step: &TaskStep) -> bool {
+        let was_asked = self
+            .results
+            .iter()
+            .any(|(_, step)| matches!(step, TaskStep::Asks(TaskFailure::RouteActionUnknown(_))));
+        matches!(step, TaskStep::Waits) && attempt > self.attempt && was_asked
     }
 
     fn apply(&mut self, attempt: u32, step: &TaskStep) {
@@ -166,7 +209,7 @@ impl TaskRecord {
         if let TaskStep::TriesAgain(failure) | TaskStep::TriesLater(failure) | TaskStep::Asks(failure) = step
         {
             match failure {
-                TaskFailure::NotReached(_) => self.reach_failures += 1,
+                TaskFailure::NotReached(_) | TaskFailure::RouteActionUnknown(_) => self.reach_failures += 1,
                 _ => self.action_failures += 1,
             }
         }
@@ -271,6 +314,7 @@ impl Records {
                     began: None,
                     plan: None,
                     tasks: Vec::new(),
+                    route_actions: Vec::new(),
                     ending: None,
                     question: None,
                     docks_tried: BTreeSet::new(),
@@ -301,7 +345,8 @@ impl Records {
             | MissionEventKind::RunSetOutToEnd { run, .. }
             | MissionEventKind::RunEnded { run, .. }
             | MissionEventKind::Task { run, .. }
-            | MissionEventKind::QuestionAnswered { run, .. } => self.apply_to_run(*run, event),
+            | MissionEventKind::QuestionAnswered { run, .. }
+            | MissionEventKind::RouteAction { run, .. } => self.apply_to_run(*run, event),
         }
     }
 
@@ -324,6 +369,9 @@ impl Records {
             MissionEventKind::RunSetOutToEnd { dock, .. } => run.docks_tried.extend(dock),
             MissionEventKind::Task { task, attempt, step, .. } => {
                 let Some(index) = run.index_of(*task) else { return };
+                if run.tasks[index].permits_route_actions(*attempt, step) {
+                    run.route_actions.iter_mut().for_each(|action| action.may_repeat = true);
+                }
                 run.tasks[index].apply(*attempt, step);
                 if matches!(step, TaskStep::Asks(_)) {
                     run.question = Some(index);
@@ -332,6 +380,24 @@ impl Records {
                 }
             }
             MissionEventKind::QuestionAnswered { .. } => run.question = None,
+            MissionEventKind::RouteAction { call, step, .. } => match step {
+                RouteActionStep::Began { place, request, is_idempotent, task } => {
+                    run.route_actions.push(RouteActionRecord {
+                        call: *call,
+                        place: *place,
+                        request: request.clone(),
+                        is_idempotent: *is_idempotent,
+                        task: *task,
+                        end: None,
+                        may_repeat: false,
+                    });
+                }
+                RouteActionStep::Ended(end) => {
+                    if let Some(action) = run.route_actions.iter_mut().find(|known| known.call == *call) {
+                        action.end = Some(end.clone());
+                    }
+                }
+            },
             MissionEventKind::RunEnded { outcome, .. } => {
                 let mission = run.mission;
                 self.runs.remove(&id);

@@ -79,6 +79,8 @@ impl MissionRunner {
 
     /// Records the end of a run, and tells people.
     fn emit_end(&mut self, id: RunId, outcome: RunState) {
+        // Where the run ends, nobody waits for what was cancelled.
+        self.give_up_route_actions(id);
         // It is not among the records afterwards.
         let ended = self.records.runs.get(&id).map(|run| {
             let succeeded = run.tasks.iter().filter(|task| task.state == TaskState::Succeeded).count();

@@ -10,8 +10,8 @@ use super::scheduler::Scheduler;
 use super::table::{RunTrigger, TaskTrigger};
 use crate::graph::{LearnedTimes, RouteConditions, RouteGraph, active_zones};
 use site_model::{
-    DockId, EndPlace, MissionEvent, MissionEventKind, MonitorId, ReachFailure, RunChangeReason, RunId, Site,
-    TaskFailure, Utc, Zone,
+    DockId, EndPlace, LocalTime, MissionEvent, MissionEventKind, MonitorId, ReachFailure, RunChangeReason,
+    RunId, Site, TaskFailure, Utc, Zone,
 };
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
@@ -174,6 +174,11 @@ impl MissionRunner {
             MissionInput::Signal { name, value } => self.handle_signal(&name, value),
             MissionInput::Site(site) => self.handle_site(site),
             MissionInput::Actions(actions) => self.actions = actions,
+            MissionInput::RouteActionWanted { goal, call, place, request } => {
+                self.handle_route_action(goal, call, place, request);
+            }
+            MissionInput::RouteActionEnded { call, result } => self.handle_route_action_end(call, result),
+            MissionInput::RouteActionCancelled(call) => self.cancel_route_action(call),
             MissionInput::Traversed { edge, took } => {
                 self.learned.entry(edge).or_default().add(took.secs_f64(), &self.config.routes);
             }
@@ -227,8 +232,17 @@ impl MissionRunner {
 
     /// The zones that hold now. Linear in the zones.
     pub fn active_zones(&self) -> impl Iterator<Item = &Zone> {
-        let time_of_day = self.utc.and_then(|utc| self.scheduler.time_of_day(utc));
-        active_zones(&self.site, time_of_day)
+        active_zones(&self.site, self.time_of_day())
+    }
+
+    /// The newest site, whatever site routes are planned on.
+    pub fn newest_site(&self) -> &Arc<Site> {
+        &self.site
+    }
+
+    /// The time of day in the site's time zone; none while it is not known.
+    pub fn time_of_day(&self) -> Option<LocalTime> {
+        self.scheduler.time_of_day(self.utc?)
     }
 
     /// The schedules as they are followed, for previews.
@@ -238,7 +252,7 @@ impl MissionRunner {
 
     /// The graph with the blocks that hold now.
     pub(super) fn rebuild_graph(&mut self) {
-        let time_of_day = self.utc.and_then(|utc| self.scheduler.time_of_day(utc));
+        let time_of_day = self.time_of_day();
         let conditions = RouteConditions { now: self.at, time_of_day, learned: Some(&self.learned) };
         self.graph = RouteGraph::new(&self.route_site, &conditions, &self.config.routes);
     }

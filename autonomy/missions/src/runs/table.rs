@@ -113,6 +113,8 @@ pub enum TaskTrigger {
     ActionCancelled,
     /// It is not known how the goal or the action ended.
     OutcomeUnknown,
+    /// It is not known how an action on the way ended, which cannot be repeated without harm.
+    RouteActionUnknown,
     /// The run is paused.
     RunPaused,
     /// The run is interrupted.
@@ -256,6 +258,7 @@ pub const TASK_TABLE: &[TaskTransition] = &[
     task(Task::Navigating, At::ReachFailed, EndsAtDock, Task::Failed, &[EndRunAtDock]),
     task(Task::Navigating, At::ReachFailed, EndsHere, Task::Failed, &[EndRunHere]),
     task(Task::Navigating, At::OutcomeUnknown, Always, Task::Waiting, &[]),
+    task(Task::Navigating, At::RouteActionUnknown, Always, Task::Retriable, &[Ask]),
     task(Task::Navigating, At::RunPaused, Always, Task::Paused, &[CancelGoal]),
     task(Task::Navigating, At::RunInterrupted, Always, Task::Waiting, &[CancelGoal]),
     task(Task::Navigating, At::RunFinishes, Always, Task::Cancelled, &[CancelGoal]),

@@ -6,11 +6,11 @@ use super::interface::{
 use super::runner::MissionRunner;
 use super::runner_config::RunnerConfig;
 use crate::graph::GraphPlace;
-use crate::testing::{SiteBuilder, node_id};
+use crate::testing::{SiteBuilder, edge_id, node_id};
 use site_model::{
-    ActionRequest, DockId, FailurePolicy, FailureStep, Mission, MissionCommand, MissionCommandKind,
-    MissionEnd, MissionEvent, MissionId, NodeId, Object, Parameters, RunId, SiteSettings, Task, TaskId,
-    TaskOrder, TaskPlace, Utc,
+    ActionRequest, DockId, EdgeStage, FailurePolicy, FailureStep, Mission, MissionCommand,
+    MissionCommandKind, MissionEnd, MissionEvent, MissionId, NodeId, Object, Parameters, RouteActionPlace,
+    RunId, SiteSettings, Task, TaskId, TaskOrder, TaskPlace, Utc,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -98,6 +98,8 @@ pub(super) struct Rig {
     pub call: Option<(ActionCallId, RunId, TaskId, ActionRequest, bool)>,
     /// All calls that were ever made.
     pub calls: Vec<(RunId, TaskId, ActionCallId)>,
+    /// Actions on the way that were called.
+    pub route_calls: Vec<(ActionCallId, String)>,
     pub commands: u128,
     /// Effects since they were last looked at.
     pub seen: Vec<MissionEffect>,
@@ -128,6 +130,7 @@ impl Rig {
             goal: None,
             call: None,
             calls: Vec::new(),
+            route_calls: Vec::new(),
             commands: 0,
             seen: Vec::new(),
             taken: BTreeSet::new(),
@@ -206,7 +209,12 @@ impl Rig {
                         *is_cancelled = true;
                     }
                 }
-                MissionEffect::Answer { .. } | MissionEffect::Notice(_) => {}
+                MissionEffect::CallRouteAction { call, request } => {
+                    self.route_calls.push((*call, request.action.clone()));
+                }
+                MissionEffect::RefuseRouteAction { .. }
+                | MissionEffect::Answer { .. }
+                | MissionEffect::Notice(_) => {}
             }
             self.seen.push(effect);
         }
@@ -232,6 +240,22 @@ impl Rig {
     pub fn end_action(&mut self, result: ActionResult) {
         if let Some((call, ..)) = self.call.take() {
             self.input(MissionInput::Action { call, result });
+        }
+    }
+
+    /// The route of the goal under way needs an action at the beginning of an edge.
+    pub fn want_route_action(&mut self, number: u128, (from, to): (u128, u128), action: &str) {
+        let Some((goal, _)) = self.goal else { return };
+        let place = RouteActionPlace::Edge { edge: edge_id(from, to), stage: EdgeStage::Enter, index: 0 };
+        let request = ActionRequest { action: action.to_owned(), parameters: Parameters::new() };
+        let call = ActionCallId(Uuid::from_u128(20_000 + number));
+        self.input(MissionInput::RouteActionWanted { goal, call, place, request });
+    }
+
+    /// The last action on the way ends.
+    pub fn end_route_action(&mut self, result: ActionResult) {
+        if let Some((call, _)) = self.route_calls.last().cloned() {
+            self.input(MissionInput::RouteActionEnded { call, result });
         }
     }
 

@@ -35,6 +35,7 @@ fn scenarios() -> Vec<(&'static str, ExpectFile)> {
         "battery",
         "other_monitors",
         "restart",
+        "actions_on_the_way",
         "intent_before_act",
         "docks_fail",
         "schedules",
@@ -174,6 +175,13 @@ impl Player {
                 rig.actions.clear();
                 rig.input(MissionInput::Actions(rig.actions.clone()));
             }
+            "way" => rig.want_route_action(number(1), (number(2), number(3)), words[4]),
+            "way-cancel" => {
+                let call = vocab::ActionCallId(Uuid::from_u128(20_000 + number(1)));
+                rig.input(MissionInput::RouteActionCancelled(call));
+            }
+            "way-done" => rig.end_route_action(ActionResult::Succeeded(Some("{}".to_owned()))),
+            "way-fails" => rig.end_route_action(ActionResult::Failed("The door is locked.".to_owned())),
             "wait" => rig.wait(number(1) as u32),
             "charge" => {
                 rig.input(MissionInput::Signal { name: "battery.charge".to_owned(), value: value(1) })
@@ -228,6 +236,12 @@ impl Player {
                 }
                 MissionEffect::CancelAction(call) => {
                     let _ = writeln!(out, "  => cancel {}", self.call(call));
+                }
+                MissionEffect::CallRouteAction { call, request } => {
+                    let _ = writeln!(out, "  => {}: {}, on the way", self.call(call), request.action);
+                }
+                MissionEffect::RefuseRouteAction { call, reason } => {
+                    let _ = writeln!(out, "  => {} refused: {reason}", self.call(call));
                 }
                 MissionEffect::Answer { refused, .. } => {
                     let _ = writeln!(out, "  => {}", refused.unwrap_or_else(|| "accepted".to_owned()));
@@ -291,6 +305,26 @@ impl Player {
                 };
                 let state = step.state();
                 format!("{} task {}.{attempt} {state:?}: {step_text}", run_name(*run), task_number(*task))
+            }
+            MissionEventKind::RouteAction { run, call, step } => {
+                let step = match step {
+                    RouteActionStep::Began { place, request, task, .. } => {
+                        let place = match place {
+                            RouteActionPlace::Edge { edge, stage, .. } => {
+                                let edge = edge.0.as_u128();
+                                format!("{stage:?} of edge {}-{}", edge / 1_000, edge % 1_000)
+                            }
+                            RouteActionPlace::Zone(zone) => format!("zone {}", zone.0.as_u128()),
+                        };
+                        let task =
+                            task.map_or("its end".to_owned(), |task| format!("task {}", task_number(task)));
+                        format!("{}, {place}, on the way to {task}", request.action)
+                    }
+                    RouteActionStep::Ended(RouteActionEnd::Succeeded { .. }) => "succeeded".to_owned(),
+                    RouteActionStep::Ended(RouteActionEnd::Failed(reason)) => format!("failed: {reason}"),
+                    RouteActionStep::Ended(other) => format!("{other:?}").to_lowercase(),
+                };
+                format!("{} {}: {step}", run_name(*run), self.call(*call))
             }
             MissionEventKind::QuestionAnswered { run, task, answer, is_default } => {
                 let by = if *is_default { "by default" } else { "by a person" };

@@ -1,4 +1,4 @@
-//! Calls of actions, for tasks of missions and for edges of routes. Where the camera's head does not pan far enough, a goal of the executive turns the body, and the action
+//! Calls of actions, for tasks of missions, and for edges and zones on routes. Where the camera's head does not pan far enough, a goal of the executive turns the body, and the action
 //! is called again.
 
 use super::open_call::OpenCall;
@@ -7,7 +7,7 @@ use crate::{Running, texts};
 use geometry::{Rotation, Vector3, isometry_from_pose, pose_from_isometry};
 use messages::{ActionOutcome, Approach, GoalKind, PoseGoal, StackEffect};
 use missions::{ActionResult, LegResult, MissionInput, turn_goal_id};
-use site_model::{ActionRequest, PoseTolerance};
+use site_model::{ActionRequest, PoseTolerance, RouteActionPlace};
 use vocab::{ActionCallId, GoalId, Pose, Stamp};
 
 impl Running {
@@ -24,6 +24,38 @@ impl Running {
         self.missions.calls.insert(call, open);
     }
 
+    /// Calls an action of an edge or a zone. On the way of a run it is recorded first, and the runner decides.
+    pub(super) fn call_route_action(
+        &mut self,
+        call: ActionCallId,
+        place: RouteActionPlace,
+        request: ActionRequest,
+        effects: &mut Vec<StackEffect>,
+    ) {
+        match self.missions.executor.goal().filter(|goal| self.missions.is_of_runner(*goal)) {
+            Some(goal) => {
+                let wanted = MissionInput::RouteActionWanted { goal, call, place, request };
+                self.missions.pending.push_back(wanted);
+            }
+            None => self.call_action(call, request, effects),
+        }
+    }
+
+    /// Cancels a call of an action of an edge or a zone.
+    pub(super) fn cancel_route_action(
+        &mut self,
+        at: Stamp,
+        call: ActionCallId,
+        effects: &mut Vec<StackEffect>,
+    ) {
+        if self.missions.calls.contains_key(&call) {
+            self.cancel_action(at, call, effects);
+        } else {
+            // It waits until it is durable, or for the runner.
+            self.missions.pending.push_back(MissionInput::RouteActionCancelled(call));
+        }
+    }
+
     /// Cancels a call. Its end follows.
     pub(super) fn cancel_action(&mut self, at: Stamp, call: ActionCallId, effects: &mut Vec<StackEffect>) {
         let Some(turn) = self.missions.calls.get(&call).and_then(|open| open.turn) else {
@@ -32,7 +64,11 @@ impl Running {
         self.missions.calls.remove(&call);
         let situation = self.situation(self.frames(self.last.as_deref()));
         self.executive.cancel_goal(at, turn, platform(), &situation, effects);
-        self.missions.pending.push_back(MissionInput::Action { call, result: ActionResult::Cancelled });
+        let (result, runner) = (ActionResult::Cancelled, self.missions.runner.as_ref());
+        self.missions.pending.push_back(match runner.is_some_and(|runner| runner.is_route_action(call)) {
+            true => MissionInput::RouteActionEnded { call, result },
+            false => MissionInput::Action { call, result },
+        });
     }
 
     /// A call has ended, or needs another heading of the body.
@@ -66,6 +102,10 @@ impl Running {
         effects: &mut Vec<StackEffect>,
     ) {
         self.missions.calls.remove(&call);
+        if self.missions.runner.as_ref().is_some_and(|runner| runner.is_route_action(call)) {
+            let result = result.clone();
+            self.missions.pending.push_back(MissionInput::RouteActionEnded { call, result });
+        }
         if self.missions.executor.is_calling(call) {
             let result = match result {
                 ActionResult::Succeeded(_) => Ok(()),

@@ -2,14 +2,14 @@
 //! slots of schedules.
 
 use messages::{FiringRecord, LedgerEvent, ResultRecord, RunRecord, StepRecord};
-use missions::Records;
+use missions::{Records, RouteActionRecord, Run};
 use serde::Serialize;
 use serde_json::{Value, json};
 use site_model::{
-    InspectionPointId, MissionEvent, MissionEventKind, MissionId, ObjectId, PlannedTask, Revision, RunId,
-    RunState, Site, SlotDecision, TaskId, TaskPlace, TaskStep,
+    InspectionPointId, MissionEvent, MissionEventKind, MissionId, ObjectId, PlannedTask, Revision,
+    RouteActionEnd, RunId, RunState, Site, SlotDecision, TaskFailure, TaskId, TaskPlace, TaskState, TaskStep,
 };
-use vocab::{Covariance6, Pose};
+use vocab::{ActionCallId, Covariance6, Pose};
 
 /// What is recorded with each result: where the robot was, as it knew.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -58,6 +58,9 @@ fn ledger_events(
         }
         MissionEventKind::Task { run, task, attempt, step } => {
             events.extend(task_records(event, records, (*run, *task), *attempt, step, site, whereabouts));
+        }
+        MissionEventKind::RouteAction { run, call, .. } => {
+            events.extend(route_action_records(event, records, (*run, *call), site, whereabouts));
         }
         MissionEventKind::SlotDecided { schedule, slot, due, decision } => {
             let (run, outcome) = match decision {
@@ -141,32 +144,92 @@ fn task_records(
         body: body.to_string(),
     })];
     if let TaskStep::Succeeded { result: Some(result) } = step {
-        let value: Value = serde_json::from_str(result).unwrap_or_else(|_| Value::String(result.clone()));
-        // The first file is the most important one.
-        let file = value.get("files").and_then(|files| files.get(0));
-        let blob = file.and_then(|file| file.get("blob")).and_then(Value::as_str).and_then(parse_hash);
-        let revisions = known.plan.as_ref().map(|plan| pinned(&plan.revisions));
-        let body = json!({
+        let about = json!({
             "task": task,
             "node": planned.node,
             "inspection_point": inspection_point(site, known.mission, planned),
             "parameters": planned.request.as_ref().map(|request| &request.parameters),
-            "value": value,
-            "utc": event.utc,
-            "time_zone": site.settings().map(|settings| settings.time_zone.as_str()).unwrap_or_default(),
-            "whereabouts": whereabouts,
-            "revisions": revisions,
         });
-        events.push(LedgerEvent::Result(ResultRecord {
-            run,
-            step: number,
-            attempt,
-            kind: action.unwrap_or_default().to_owned(),
-            blob,
-            body: body.to_string(),
-        }));
+        let kind = action.unwrap_or_default().to_owned();
+        events.push(result_record(event, known, (number, attempt), kind, about, result, site, whereabouts));
     }
     events
+}
+
+/// A result of an action, with what there is to say of all of them. `about`: what the action was for.
+#[allow(clippy::too_many_arguments, reason = "each is one part of the row")]
+fn result_record(
+    event: &MissionEvent,
+    run: &Run,
+    (step, attempt): (u32, u32),
+    kind: String,
+    mut about: Value,
+    result: &str,
+    site: &Site,
+    whereabouts: &Whereabouts,
+) -> LedgerEvent {
+    let value: Value = serde_json::from_str(result).unwrap_or_else(|_| Value::String(result.to_owned()));
+    // The first file is the most important one.
+    let file = value.get("files").and_then(|files| files.get(0));
+    let blob = file.and_then(|file| file.get("blob")).and_then(Value::as_str).and_then(parse_hash);
+    about["value"] = value;
+    about["utc"] = json!(event.utc);
+    about["time_zone"] =
+        json!(site.settings().map(|settings| settings.time_zone.as_str()).unwrap_or_default());
+    about["whereabouts"] = json!(whereabouts);
+    about["revisions"] = json!(run.plan.as_ref().map(|plan| pinned(&plan.revisions)));
+    LedgerEvent::Result(ResultRecord { run: run.id, step, attempt, kind, blob, body: about.to_string() })
+}
+
+/// The rows of an action on the way. Their numbers follow those of the tasks.
+fn route_action_records(
+    event: &MissionEvent,
+    records: &Records,
+    (run, call): (RunId, ActionCallId),
+    site: &Site,
+    whereabouts: &Whereabouts,
+) -> Vec<LedgerEvent> {
+    let Some(known) = records.runs.get(&run) else { return Vec::new() };
+    let Some(index) = known.route_actions.iter().position(|action| action.call == call) else {
+        return Vec::new();
+    };
+    let action = &known.route_actions[index];
+    let number = u32::try_from(known.tasks.len() + index).unwrap_or(u32::MAX);
+    let (state, step) = route_action_state(action);
+    let (place, name) = (action.place, &action.request.action);
+    let body = json!({
+        "place": place,
+        "task": action.task,
+        "action": name,
+        "step": step,
+        "utc": event.utc,
+        "map_from_base": whereabouts.map_from_base,
+    });
+    let mut events = vec![LedgerEvent::Step(StepRecord {
+        run,
+        step: number,
+        attempt: 1,
+        state: name_of(&state),
+        is_done: state.is_outcome(),
+        body: body.to_string(),
+    })];
+    if let Some(RouteActionEnd::Succeeded { result: Some(result) }) = &action.end {
+        let about = json!({ "place": place, "task": action.task, "parameters": action.request.parameters });
+        events.push(result_record(event, known, (number, 1), name.clone(), about, result, site, whereabouts));
+    }
+    events
+}
+
+/// The state of an action on the way, in the words of tasks, and its step.
+fn route_action_state(action: &RouteActionRecord) -> (TaskState, Value) {
+    let failed = |failure: TaskFailure| (TaskState::Failed, json!({ "failed": failure }));
+    match &action.end {
+        None => (TaskState::Running, json!({ "acts": { "call": action.call } })),
+        Some(RouteActionEnd::Succeeded { .. }) => (TaskState::Succeeded, json!("succeeded")),
+        Some(RouteActionEnd::Failed(reason)) => failed(TaskFailure::ActionFailed(reason.clone())),
+        Some(RouteActionEnd::Cancelled) => (TaskState::Cancelled, json!("cancelled")),
+        Some(RouteActionEnd::OutcomeUnknown) => failed(TaskFailure::OutcomeUnknown),
+    }
 }
 
 /// The inspection point of a task, by which results of several runs are compared. None if an edit has taken it from the mission while it ran.

@@ -314,7 +314,13 @@ impl Running {
                 let ended = self.missions.executor.cancel(goal);
                 self.handle_route_effects(at, ended, effects);
             }
-            MissionEffect::CallAction { call, request, .. } => self.call_action(call, request, effects),
+            MissionEffect::CallAction { call, request, .. }
+            | MissionEffect::CallRouteAction { call, request } => self.call_action(call, request, effects),
+            MissionEffect::RefuseRouteAction { call, reason } => {
+                let route =
+                    self.with_view(at, |executor, view| executor.end_action(at, call, Err(reason), view));
+                self.handle_route_effects(at, route, effects);
+            }
             MissionEffect::CancelAction(call) => self.cancel_action(at, call, effects),
             MissionEffect::Answer { command, refused } => {
                 if let Some(client) = self.missions.waiting.remove(&command) {
@@ -405,8 +411,10 @@ impl Running {
                 RouteEffect::Traversed(edge, took) => {
                     self.missions.pending.push_back(MissionInput::Traversed { edge, took });
                 }
-                RouteEffect::CallAction(call, request) => self.call_action(call, request, effects),
-                RouteEffect::CancelAction(call) => self.cancel_action(at, call, effects),
+                RouteEffect::CallAction(call, place, request) => {
+                    self.call_route_action(call, place, request, effects);
+                }
+                RouteEffect::CancelAction(call) => self.cancel_route_action(at, call, effects),
                 RouteEffect::ActionFailed(action, reason) => {
                     let text = texts::edge_action_failed(&action, &reason);
                     effects.push(notice(at, Severity::Warning, text));
@@ -491,11 +499,16 @@ impl Running {
     }
 
     fn publish_route(&mut self, at: Stamp, effects: &mut Vec<StackEffect>) {
-        let Some(runner) = &mut self.missions.runner else { return };
-        let route = match self.missions.executor.goal() {
-            Some(_) => self.missions.executor.progress(runner.route_graph(at)),
-            None => None,
-        };
+        if self.missions.runner.is_none() {
+            return;
+        }
+        let mut route = None;
+        if self.missions.executor.goal().is_some() {
+            self.with_view(at, |executor, view| {
+                route = executor.progress(view);
+                Vec::new()
+            });
+        }
         let place = self.missions.place();
         let docked = self.missions.situation.docked;
         let status = RouteStatus { at: place.at, nearest: place.nearest, on: place.on, docked, route };
@@ -514,9 +527,11 @@ impl Running {
     ) -> Vec<RouteEffect> {
         let missions = &mut self.missions;
         let Some(runner) = &mut missions.runner else { return Vec::new() };
-        let site = Arc::clone(runner.route_site());
+        let (site, newest) = (Arc::clone(runner.route_site()), Arc::clone(runner.newest_site()));
         let view = RouteView {
             site: &site,
+            newest: &newest,
+            time_of_day: runner.time_of_day(),
             graph: runner.route_graph(at),
             map_from_base: missions.map_from_base,
             place: missions.situation.place,

@@ -80,7 +80,8 @@ fn it_is_made_put_into_the_site_and_the_robot_finds_its_place_in_it() {
     // A second one would be of a site in use.
     let mut gateway = FakeGateway::connect(&core.socket);
     let (again, command) = make(2);
-    gateway.command(command);
+    // It may be refused before the command is answered, so the answer is not waited for.
+    gateway.send_command(command);
     let reason = gateway.event(|event| match event {
         Event::Import(Import::Failed { upload, reason, .. }) if *upload == again => Some(reason.clone()),
         _ => None,

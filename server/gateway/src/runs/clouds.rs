@@ -1,23 +1,23 @@
 //! Clouds that the robot saw on a run. The gateway reads them in the data directory, where the core keeps them.
 
 use super::documents::{RunCloudDocument, RunPage};
-use super::lists::{PageOfRuns, PageQuery, page_of, parsed};
-use super::run_id;
+use super::lists::{PageQuery, RunList, page_of};
 use crate::app::App;
-use crate::documents::{Answer, AnyPath};
-use crate::files::{IMMUTABLE, Serving, respond};
+use crate::blobs::file_name;
+use crate::documents::{Answer, AnyPath, OCTETS};
+use crate::files::{not_read, respond_named};
 use crate::problem::ProblemResponse;
 use crate::problem_schemas::QueryProblems;
 use crate::schemas::ProblemDocument;
 use crate::texts;
 use axum::extract::rejection::PathRejection;
 use axum::extract::{Path, State};
-use axum::http::{HeaderMap, StatusCode};
+use axum::http::HeaderMap;
 use site_model::RunId;
 use std::io::ErrorKind;
 use std::path::PathBuf;
+use std::str::FromStr;
 use std::sync::Arc;
-use vocab::BlobHash;
 
 /// The clouds that the robot saw on a run, in their order.
 #[utoipa::path(get, path = api::paths::RUN_CLOUDS_PATH, tag = "missions", operation_id = "listRunClouds",
@@ -32,26 +32,22 @@ use vocab::BlobHash;
         QueryProblems
     ))]
 pub(crate) async fn clouds(State(app): State<Arc<App>>, run: AnyPath, page: PageQuery) -> Answer {
-    let (run, page) = (run_id(run)?, PageOfRuns::of(page)?);
-    let limit = page.limit();
-    let after = parsed(page.after.as_deref(), texts::AFTER_NO_NUMBER, str::parse::<u64>)?.unwrap_or(0);
-    let path = folder(&app, run).join("index.jsonl");
+    let list = RunList::of(run, page, texts::AFTER_NO_NUMBER, u64::from_str)?;
+    let path = folder(&app, list.run).join("index.jsonl");
     let text = match tokio::fs::read_to_string(&path).await {
         Ok(text) => text,
         Err(error) if error.kind() == ErrorKind::NotFound => String::new(),
-        Err(error) => {
-            tracing::warn!(path = %path.display(), %error, "could not read a file");
-            return Err(ProblemResponse::new(StatusCode::INTERNAL_SERVER_ERROR, texts::FILE_NOT_READ));
-        }
+        Err(error) => return Err(not_read(&path, &error)),
     };
+    let after = list.after.unwrap_or(0);
     let numbered = text.lines().zip(1_u64..).filter(|(_, number)| *number > after);
     let numbered = numbered.filter_map(|(line, number)| {
         let mut entry: RunCloudDocument = serde_json::from_str(line).ok()?;
         entry.number = number;
         Some(entry)
     });
-    let entries: Vec<RunCloudDocument> = numbered.take(limit as usize).collect();
-    Ok(page_of(entries, limit, |last| last.number.to_string(), |entry| entry))
+    let entries = numbered.take(list.limit as usize).collect();
+    Ok(page_of(entries, list.limit, |last: &RunCloudDocument| last.number.to_string(), |entry| entry))
 }
 
 /// A cloud that the robot saw on a run.
@@ -73,17 +69,11 @@ pub(crate) async fn cloud(
     path: Result<Path<(String, String)>, PathRejection>,
     headers: HeaderMap,
 ) -> Answer {
-    let malformed = || ProblemResponse::malformed(texts::BLOB_HASH_MALFORMED);
-    let Path((run, hash)) = path.map_err(|_| malformed())?;
-    let run: RunId = run.parse().map_err(|_| ProblemResponse::malformed(texts::RUN_ID_MALFORMED))?;
-    let hash: BlobHash = hash.parse().map_err(|_| malformed())?;
-    // From the parsed hash, so that the path holds hexadecimal digits only.
-    let name = hash.to_string();
+    let (run, hash) = path.map_or((None, None), |Path((run, hash))| (run.parse().ok(), Some(hash)));
+    let name = file_name(hash)?;
+    let run = run.ok_or_else(|| ProblemResponse::malformed(texts::RUN_ID_MALFORMED))?;
     let file = folder(&app, run).join(&name);
-    let content_type = "application/octet-stream";
-    let serving = Serving { content_type, cache_control: IMMUTABLE, etag: Some(&name), has_ranges: true };
-    let missing = || ProblemResponse::not_found(texts::NO_RUN_CLOUD.to_owned());
-    respond(&file, &headers, serving).await?.ok_or_else(missing)
+    respond_named(&file, &name, OCTETS, true, &headers, || texts::NO_RUN_CLOUD.to_owned()).await
 }
 
 /// Where the clouds of a run are.

@@ -27,7 +27,7 @@ use vocab::Stamp;
 pub(crate) struct PageOfRuns {
     limit: Option<u32>,
     before: Option<String>,
-    pub(super) after: Option<String>,
+    after: Option<String>,
     mission: Option<MissionId>,
     state: Option<RunState>,
     from_ns: Option<i64>,
@@ -75,9 +75,7 @@ pub(crate) async fn list(State(app): State<Arc<App>>, page: PageQuery) -> Answer
         QueryProblems
     ))]
 pub(crate) async fn steps(State(app): State<Arc<App>>, run: AnyPath, page: PageQuery) -> Answer {
-    let (run, page) = (run_id(run)?, PageOfRuns::of(page)?);
-    let limit = page.limit();
-    let after = parsed(page.after.as_deref(), texts::AFTER_NO_STEP, step_and_attempt)?;
+    let RunList { run, after, limit } = RunList::of(run, page, texts::AFTER_NO_STEP, step_and_attempt)?;
     let QueryReply::Steps(steps) = ask(&app, Query::Steps { run, after, limit }).await? else {
         return Err(ProblemResponse::unavailable(texts::CORE_LOST_BEFORE_ANSWER));
     };
@@ -96,9 +94,7 @@ pub(crate) async fn steps(State(app): State<Arc<App>>, run: AnyPath, page: PageQ
         QueryProblems
     ))]
 pub(crate) async fn results(State(app): State<Arc<App>>, run: AnyPath, page: PageQuery) -> Answer {
-    let (run, page) = (run_id(run)?, PageOfRuns::of(page)?);
-    let limit = page.limit();
-    let after = parsed(page.after.as_deref(), texts::AFTER_NO_NUMBER, u64::from_str)?;
+    let RunList { run, after, limit } = RunList::of(run, page, texts::AFTER_NO_NUMBER, u64::from_str)?;
     result_page(&app, Query::Results { run, after, limit }, limit).await
 }
 
@@ -143,15 +139,35 @@ pub(crate) async fn slots(State(app): State<Arc<App>>, page: PageQuery) -> Answe
     Ok(page_of(slots, limit, |last| format!("{}.{}", last.due.nanos(), last.schedule), slot_document))
 }
 
+/// Which part of a list of one run is wanted: after a key of type `K`.
+pub(super) struct RunList<K> {
+    pub(super) run: RunId,
+    pub(super) after: Option<K>,
+    pub(super) limit: u32,
+}
+
+impl<K> RunList<K> {
+    /// `reason`: what is wrong with a key that `parse` rejects, a clause.
+    pub(super) fn of<E>(
+        run: AnyPath,
+        page: PageQuery,
+        reason: &str,
+        parse: impl FnOnce(&str) -> Result<K, E>,
+    ) -> Result<Self, ProblemResponse> {
+        let (run, page) = (run_id(run)?, PageOfRuns::of(page)?);
+        Ok(Self { run, after: parsed(page.after.as_deref(), reason, parse)?, limit: page.limit() })
+    }
+}
+
 impl PageOfRuns {
-    pub(super) fn of(query: PageQuery) -> Result<Self, ProblemResponse> {
+    fn of(query: PageQuery) -> Result<Self, ProblemResponse> {
         let malformed = |rejection: QueryRejection| {
             ProblemResponse::malformed(texts::query_malformed(&rejection.body_text()))
         };
         query.map(|UrlQuery(page)| page).map_err(malformed)
     }
 
-    pub(super) fn limit(&self) -> u32 {
+    fn limit(&self) -> u32 {
         self.limit.unwrap_or(api::MAX_PAGE).clamp(1, api::MAX_PAGE)
     }
 }
@@ -164,7 +180,7 @@ async fn result_page(app: &App, query: Query, limit: u32) -> Answer {
 }
 
 /// Where a page begins. `reason`: what is wrong with a text that `parse` rejects, a clause.
-pub(super) fn parsed<T, E>(
+fn parsed<T, E>(
     text: Option<&str>,
     reason: &str,
     parse: impl FnOnce(&str) -> Result<T, E>,

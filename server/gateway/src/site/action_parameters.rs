@@ -132,6 +132,7 @@ mod tests {
             title: "Sniff".to_owned(),
             parameter_schema: schema.to_owned(),
             expected: Span::from_millis(1_000),
+            expected_energy_j: 0,
             is_idempotent: true,
         }
     }

@@ -22,6 +22,7 @@ macro_rules! with_type {
             ObjectKind::Mission => $use!(Mission),
             ObjectKind::Schedule => $use!(Schedule),
             ObjectKind::Monitor => $use!(Monitor),
+            ObjectKind::MutexHold => $use!(MutexHold),
         }
     };
 }

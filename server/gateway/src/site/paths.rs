@@ -25,6 +25,7 @@ pub(crate) fn kind_path(kind: ObjectKind) -> &'static str {
         ObjectKind::Mission => "missions",
         ObjectKind::Schedule => "schedules",
         ObjectKind::Monitor => "monitors",
+        ObjectKind::MutexHold => "mutex-holds",
     }
 }
 

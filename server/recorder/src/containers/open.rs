@@ -7,6 +7,7 @@ use super::file_sequence::FileSequence;
 use super::mcap_file::McapFile;
 use super::scan_folder::ScanFolder;
 use crate::error::OpenError;
+use crate::texts;
 use crate::writer::{RUN_KEY, SEGMENT_KEY};
 use formats::scan_file::ScanFormat;
 use formats::{natural, pcd, ply, rosbag1, rosbag2};
@@ -53,7 +54,7 @@ fn open_file(path: &Path) -> Result<Opened, OpenError> {
         Ok((format!("{} scan", format.name()), Arc::new(ScanFolder::single(format, path))))
     };
     match start.as_slice() {
-        [] => not("the file is empty; record or copy it again"),
+        [] => not(texts::EMPTY_FILE),
         s if McapFile::is_mcap(s) => Ok(("MCAP".into(), Arc::new(McapFile::open(path)?))),
         s if rosbag1::is_bag(s) => Ok(("ROS 1 bag".into(), Arc::new(BagFile::open(path)?))),
         s if rosbag2::is_database(s) => {
@@ -61,20 +62,12 @@ fn open_file(path: &Path) -> Result<Opened, OpenError> {
         }
         s if pcd::is_pcd(s) => single(ScanFormat::Pcd),
         s if ply::is_ply(s) => single(ScanFormat::Ply),
-        s if s.starts_with(b"LASF") || s.starts_with(b"ASTM-E57") => not(
-            "it is a finished point cloud (LAS, LAZ or E57) without the motion of a sensor; a recording is MCAP, a ROS \
-             bag, or a folder of PCD, PLY or KITTI scans",
-        ),
-        [0x28, 0xb5, 0x2f, 0xfd, ..] => not("it is packed with zstd as a whole; unpack it first (zstd -d)"),
-        [0x1f, 0x8b, ..] => not("it is packed with gzip; unpack it first (gunzip)"),
-        s if is_pcap(s) => not(
-            "it is a capture of network packets, which is not read yet; convert it to MCAP with the LiDAR's driver",
-        ),
+        s if s.starts_with(b"LASF") || s.starts_with(b"ASTM-E57") => not(texts::FINISHED_CLOUD),
+        [0x28, 0xb5, 0x2f, 0xfd, ..] => not(texts::PACKED_WITH_ZSTD),
+        [0x1f, 0x8b, ..] => not(texts::PACKED_WITH_GZIP),
+        s if is_pcap(s) => not(texts::NETWORK_CAPTURE),
         _ if ScanFormat::of_path(path) == Some(ScanFormat::Kitti) => single(ScanFormat::Kitti),
-        _ => not(
-            "its first bytes are those of no known kind; a recording is MCAP, a ROS bag, or a folder of PCD, PLY or \
-             KITTI scans",
-        ),
+        _ => not(texts::UNKNOWN_KIND),
     }
 }
 
@@ -118,10 +111,7 @@ fn open_bag_folder(folder: &Path, metadata: &str) -> Result<Opened, OpenError> {
     let metadata = rosbag2::read_metadata(metadata);
     let not = |problem: String| OpenError::NotARecording { path: folder.to_owned(), problem };
     if !metadata.compression.is_empty() {
-        return Err(not(format!(
-            "its metadata.yaml says that files or messages are packed with {}; unpack it with 'ros2 bag convert'",
-            metadata.compression
-        )));
+        return Err(not(texts::packed_bag(&metadata.compression)));
     }
     // Older bags write the folder before the file's name.
     let place = |name: &String| {
@@ -131,12 +121,9 @@ fn open_bag_folder(folder: &Path, metadata: &str) -> Result<Opened, OpenError> {
     let (present, absent): (Vec<_>, Vec<_>) =
         metadata.files.iter().map(place).partition(|path| path.is_file());
     if present.is_empty() {
-        return Err(not("its metadata.yaml names no file that is there; copy the whole folder".into()));
+        return Err(not(texts::BAG_WITHOUT_FILES.to_owned()));
     }
-    let complain = |path: PathBuf| {
-        format!("{} is named in metadata.yaml but is not there; copy the whole folder", path.display())
-    };
-    join("ROS 2 bag", present, absent.into_iter().map(complain).collect())
+    join("ROS 2 bag", present, absent.iter().map(|path| texts::bag_file_missing(path)).collect())
 }
 
 /// Opens all files. Files that cannot be opened become warnings; if all of them fail, the result is an error.

@@ -34,6 +34,7 @@ impl ActionServer for FakeRobot {
             title: name.to_owned(),
             parameter_schema: "{}".to_owned(),
             expected: Span::from_millis(1_000),
+            expected_energy_j: 60,
             is_idempotent: true,
         };
         vec![action("photo"), action("gamma_spectrum")]

@@ -143,6 +143,7 @@ impl ActionWorker {
                     title: action.title.to_owned(),
                     parameter_schema: action.parameter_schema.to_owned(),
                     expected: Span::from_secs_f64(action.expected_time_s(&Parameters::new())),
+                    expected_energy_j: action.expected_energy_j(&Parameters::new()).round() as u32,
                     is_idempotent: action.is_idempotent,
                 });
             }
@@ -414,8 +415,9 @@ impl ActionWorker {
 }
 
 fn offered_by_robot(action: ActionRegistration) -> OfferedAction {
-    let ActionRegistration { name, title, parameter_schema, expected, is_idempotent } = action;
-    OfferedAction { name, title, parameter_schema, expected, is_idempotent }
+    let ActionRegistration { name, title, parameter_schema, expected, expected_energy_j, is_idempotent } =
+        action;
+    OfferedAction { name, title, parameter_schema, expected, expected_energy_j, is_idempotent }
 }
 
 fn offers(robot: &dyn ActionServer, action: &str) -> bool {

@@ -326,6 +326,7 @@ pub fn events() -> Vec<Event> {
             title: name(),
             parameter_schema: "{}".to_owned(),
             expected: SECOND,
+            expected_energy_j: 300,
             is_idempotent: true,
         }]),
         Event::Docks(vec![Dock { map: MAP, map_from_base: pose() }]),

@@ -167,6 +167,7 @@ fn objects() -> Vec<Object> {
             node: NodeId(ID),
             approach: NodeId(OTHER),
         }),
+        Object::MutexHold(MutexHold { id: MutexHoldId(ID), group: name(), holder: name() }),
         Object::Asset(Asset { id: AssetId(ID), name: name(), tags: [name()].into() }),
         Object::InspectionPoint(InspectionPoint {
             id: InspectionPointId(ID),
@@ -241,15 +242,38 @@ pub fn events() -> Vec<Event> {
             nearest: Some(NODE),
             on: Some(EdgeId(ID)),
             docked: Some(DOCK),
-            route: Some(RouteProgress {
-                goal: GoalId(ID),
-                target: NODE,
-                edges: vec![EdgeId(ID)],
-                remaining_s: 2.5,
-                remaining_m: 1.5,
-            }),
+            route: Some(route(None)),
         }),
     ]
+    .into_iter()
+    .chain(route_waits().map(|wait| {
+        let route = Some(route(Some(wait)));
+        Event::Route(RouteStatus { at: None, nearest: None, on: None, docked: None, route })
+    }))
+    .collect()
+}
+
+fn route(waits_for: Option<RouteWait>) -> RouteProgress {
+    let edges = vec![EdgeId(ID)];
+    RouteProgress { goal: GoalId(ID), target: NODE, edges, remaining_s: 2.5, remaining_m: 1.5, waits_for }
+}
+
+/// All that a robot on a route waits for.
+fn route_waits() -> impl Iterator<Item = RouteWait> {
+    let edge = EdgeId(ID);
+    let on_edge = |stage| RouteWait::Action(RouteActionPlace::Edge { edge, stage, index: 1 });
+    [
+        RouteWait::Place,
+        RouteWait::Block { until: NOW },
+        RouteWait::Retry { edge, until: NOW },
+        RouteWait::Hold { edge, group: name(), holder: name() },
+        on_edge(EdgeStage::Enter),
+        on_edge(EdgeStage::During),
+        on_edge(EdgeStage::Leave),
+        RouteWait::Action(RouteActionPlace::Zone(ZoneId(ID))),
+        RouteWait::Charge,
+    ]
+    .into_iter()
 }
 
 /// Every command of missions.
@@ -287,6 +311,7 @@ fn missions() -> MissionStatus {
         TaskFailure::ActionUnavailable,
         TaskFailure::ActionTimedOut,
         TaskFailure::OutcomeUnknown,
+        TaskFailure::RouteActionUnknown(name()),
     ];
     let failures = failures.into_iter().map(Some).chain([None]);
     let tasks = failures.zip(TaskState::ALL.into_iter().cycle()).map(|(failure, state)| TaskStatus {

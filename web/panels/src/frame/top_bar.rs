@@ -1,9 +1,9 @@
-//! The top bar: robot, position, battery, link and control; *Stop motion* at the far right, always.
+//! The top bar: robot, position, battery, link, control and the next run; *Stop motion* at the far right, always.
 
 use super::texts;
 use crate::button::{Button, Kind};
 use crate::feature_panel::PanelContext;
-use crate::features::{connection, control, driving, localisation, platform, robot};
+use crate::features::{connection, control, driving, localisation, platform, robot, schedule};
 use crate::icon;
 use crate::layout::{self, Width};
 use crate::status_line::{StatusDetail, StatusLine};
@@ -90,6 +90,7 @@ fn statuses(cx: &PanelContext<'_>, detail: StatusDetail) -> Vec<StatusLine> {
         robot::battery_status(cx, detail),
         Some(connection::status(cx, detail)),
         control::status(cx, detail),
+        schedule::next_run_status(cx, detail),
     ]
     .into_iter()
     .flatten()

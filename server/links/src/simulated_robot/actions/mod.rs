@@ -54,6 +54,7 @@ pub(super) fn registrations() -> Vec<ActionRegistration> {
         title: action.title.to_owned(),
         parameter_schema: action.parameter_schema.to_owned(),
         expected: Span::from_secs_f64(action.expected_time_s(&site_model::Parameters::new())),
+        expected_energy_j: action.expected_energy_j(&site_model::Parameters::new()).round() as u32,
         is_idempotent: action.is_idempotent,
     };
     described.map(registration).collect()

@@ -23,6 +23,7 @@ use super::Feature;
 use super::site::{SiteEdit, SiteFeature};
 use crate::ClientCommand;
 use crate::shared::Context;
+use api::OfferedAction;
 use missions::WayCost;
 use site_model::{MissionId, NodeId, Object, Site, TaskId};
 use std::collections::BTreeSet;
@@ -42,6 +43,8 @@ pub struct MissionEditor {
     plan: Option<MissionPlan>,
     /// What the plan was made from.
     planned: Option<PlanInput>,
+    /// The actions that the robot offers.
+    offered: Vec<OfferedAction>,
 }
 
 /// All that a plan depends on.
@@ -54,6 +57,7 @@ struct PlanInput {
     start: Option<(PlanStart, NodeId)>,
     /// Number of the interval in which blocks of edges were looked at.
     interval: Option<i64>,
+    offered: Vec<OfferedAction>,
 }
 
 impl MissionEditor {
@@ -151,7 +155,8 @@ impl MissionEditor {
     }
 
     /// Follows the site, and makes the plan anew if anything that it depends on has changed.
-    pub(crate) fn update(&mut self, site_feature: &SiteFeature, conditions: &PlanConditions) {
+    pub(crate) fn update(&mut self, site_feature: &SiteFeature, conditions: &PlanConditions<'_>) {
+        let conditions = &PlanConditions { offered: &self.offered.clone(), ..*conditions };
         let site = site_feature.site();
         self.forget_missing(site);
         let (Some(site), Some(open)) = (site, self.open) else {
@@ -173,6 +178,7 @@ impl MissionEditor {
             order,
             start: plan::start_of(site, mission, conditions),
             interval: interval.map(|now| (now.secs_f64() / BLOCKS_INTERVAL_S) as i64),
+            offered: self.offered.clone(),
         };
         if self.planned.as_ref() == Some(&input) {
             return;
@@ -185,11 +191,16 @@ impl MissionEditor {
         self.planned = Some(input);
     }
 
+    /// Opens a mission or the list, with nothing selected.
+    fn reset(&mut self, open: Option<MissionId>) {
+        *self = Self { open, offered: std::mem::take(&mut self.offered), ..Self::default() };
+    }
+
     /// Forgets what the site no longer has.
     fn forget_missing(&mut self, site: Option<&Site>) {
         let mission = self.open.and_then(|open| site?.mission(open));
         let Some(mission) = mission else {
-            *self = Self::default();
+            self.reset(None);
             return;
         };
         let is_there = |id: &TaskId| mission.tasks.iter().any(|task| task.id == *id);
@@ -203,10 +214,16 @@ impl MissionEditor {
 }
 
 impl Feature for MissionEditor {
+    fn on_event(&mut self, event: &api::Event, _cx: &mut Context<'_>) {
+        if let api::Event::Actions(offered) = event {
+            self.offered.clone_from(offered);
+        }
+    }
+
     fn on_command(&mut self, command: &ClientCommand, _cx: &mut Context<'_>) {
         let ClientCommand::MissionEditor(command) = command else { return };
         match command {
-            MissionEditorCommand::Open(mission) => *self = Self { open: *mission, ..Self::default() },
+            MissionEditorCommand::Open(mission) => self.reset(*mission),
             MissionEditorCommand::Select(tasks) => self.selected.clone_from(tasks),
             MissionEditorCommand::Drag(drag) => {
                 self.is_order_proposed = false;

@@ -2,8 +2,10 @@
 //! uses.
 
 use super::parameter_fields::{ParameterField, ParameterProblem, parameter_problem};
+use api::OfferedAction;
 use missions::{
-    NoRoute, RouteConditions, RouteConfig, RouteGraph, TourConfig, WayCost, node_of, order_tasks,
+    BatteryConfig, NoRoute, RouteConditions, RouteConfig, RouteGraph, TourConfig, WayCost, node_of,
+    order_tasks,
 };
 use site_model::{
     ActionRequest, DockId, Mission, MissionEnd, NodeId, Site, Task, TaskId, TaskOrder, TaskPlace,
@@ -30,6 +32,8 @@ pub struct MissionPlan {
     pub time_s: f64,
     /// Length of the way, metres.
     pub length_m: f64,
+    /// Share of the battery's charge that all is expected to use, 0 to 1 and more.
+    pub charge_used: f64,
     /// What the shortest order would gain, if it would gain anything; for a mission that is always run in the shortest order, what that gains over the list.
     pub gain: Option<OrderGain>,
 }
@@ -70,6 +74,8 @@ pub struct PlannedStop {
     pub walk: WayCost,
     /// Expected time of the action, seconds.
     pub action_s: f64,
+    /// Energy that the action is expected to take besides what the standing robot takes, joules.
+    pub action_j: f64,
     /// Why it cannot be done.
     pub problem: Option<StopProblem>,
 }
@@ -118,11 +124,13 @@ pub struct OrderGain {
 
 /// What holds besides the site when a plan is made.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct PlanConditions {
+pub(crate) struct PlanConditions<'a> {
     /// Time on the robot's clock, by which blocks of edges end; `None` if it is not known.
     pub(crate) now: Option<Stamp>,
     /// Position of the robot in the site's map, metres.
     pub(crate) robot: Option<Vec3>,
+    /// The actions that the robot offers.
+    pub(crate) offered: &'a [OfferedAction],
 }
 
 /// Whether a plan is made for a mission at rest, and in which order.
@@ -140,7 +148,7 @@ pub(crate) enum PlanOrder {
 pub(crate) fn start_of(
     site: &Site,
     mission: &Mission,
-    conditions: &PlanConditions,
+    conditions: &PlanConditions<'_>,
 ) -> Option<(PlanStart, NodeId)> {
     let dock = site.docks().find(|dock| site.node(dock.node).is_some());
     let squared_m2 = |at: Vec3, node: &site_model::Node| {
@@ -163,7 +171,7 @@ pub(crate) fn plan(
     site: &Site,
     mission: Mission,
     order: PlanOrder,
-    conditions: &PlanConditions,
+    conditions: &PlanConditions<'_>,
 ) -> MissionPlan {
     // Without the robot's clock every block counts.
     let now = conditions.now.unwrap_or(Stamp::EPOCH);
@@ -192,7 +200,7 @@ pub(crate) fn plan(
         .iter()
         .filter_map(|id| tasks.get(id))
         .map(|task| {
-            let stop = plan_stop(site, &graph, task, place);
+            let stop = plan_stop(site, &graph, task, place, conditions.offered);
             if stop.problem.is_none() || !stop.way.is_empty() {
                 place = stop.node.or(place);
             }
@@ -203,7 +211,11 @@ pub(crate) fn plan(
         if shown.tasks.is_empty() { PlannedEnd::default() } else { plan_end(site, &graph, shown.end, place) };
     let time_s = stops.iter().map(|stop| stop.walk.time_s + stop.action_s).sum::<f64>() + end.walk.time_s;
     let length_m = stops.iter().map(|stop| stop.walk.length_m).sum::<f64>() + end.walk.length_m;
-    MissionPlan { mission: shown, start, stops, end, time_s, length_m, gain }
+    let walk_s = stops.iter().map(|stop| stop.walk.time_s).sum::<f64>() + end.walk.time_s;
+    let action_s = stops.iter().map(|stop| stop.action_s).sum::<f64>();
+    let action_j = stops.iter().map(|stop| stop.action_j).sum::<f64>();
+    let charge_used = BatteryConfig::default().charge_used(walk_s, action_s, action_j);
+    MissionPlan { mission: shown, start, stops, end, time_s, length_m, charge_used, gain }
 }
 
 /// Brings the list of a mission into an order. Tasks that the order lacks come last.
@@ -232,11 +244,27 @@ pub fn request_of<'a>(site: &'a Site, task: &'a Task) -> Option<&'a ActionReques
     }
 }
 
-fn plan_stop(site: &Site, graph: &RouteGraph, task: &Task, from: Option<NodeId>) -> PlannedStop {
+/// Expected time, seconds, and energy, joules, of an action: by the catalogue of the platform, or as the robot offers it.
+fn expected_of(request: &ActionRequest, offered: &[OfferedAction]) -> (f64, f64) {
+    let registered = || offered.iter().find(|action| action.name == request.action);
+    match describe_action(&request.action) {
+        Some(known) => {
+            (known.expected_time_s(&request.parameters), known.expected_energy_j(&request.parameters))
+        }
+        None => registered()
+            .map_or((0.0, 0.0), |action| (action.expected.secs_f64(), f64::from(action.expected_energy_j))),
+    }
+}
+
+fn plan_stop(
+    site: &Site,
+    graph: &RouteGraph,
+    task: &Task,
+    from: Option<NodeId>,
+    offered: &[OfferedAction],
+) -> PlannedStop {
     let request = request_of(site, task);
-    let action_s = request.map_or(0.0, |request| {
-        describe_action(&request.action).map_or(0.0, |action| action.expected_time_s(&request.parameters))
-    });
+    let (action_s, action_j) = request.map_or((0.0, 0.0), |request| expected_of(request, offered));
     let node = node_of(site, task);
     let (way, walk, problem) = match (node, from) {
         (Some(node), Some(from)) => find_way(graph, from, node, StopProblem::NoWay),
@@ -247,7 +275,8 @@ fn plan_stop(site: &Site, graph: &RouteGraph, task: &Task, from: Option<NodeId>)
         let (field, problem) = parameter_problem(request?)?;
         Some(StopProblem::Parameter(field, problem))
     };
-    PlannedStop { task: task.id, node, way, walk, action_s, problem: problem.or_else(of_parameters) }
+    let problem = problem.or_else(of_parameters);
+    PlannedStop { task: task.id, node, way, walk, action_s, action_j, problem }
 }
 
 /// The cheapest way between two nodes, or `problem` with the reason.

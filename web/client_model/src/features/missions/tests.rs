@@ -370,3 +370,27 @@ fn forms_have_the_fields_of_the_schema_and_find_what_is_wrong() {
     assert_eq!(text.problem(&with("The door is open.")), None);
     assert!(parameter_fields("unknown").is_empty());
 }
+
+#[test]
+fn the_charge_of_a_plan_counts_the_energy_of_actions_that_the_robot_offers() {
+    let mut client = TestClient::with_mission(&[point(2), NewTask::Node(node_id(3))]);
+    let (second, before) = (client.tasks()[1], client.plan().charge_used);
+    assert!(before > 0.0);
+    client.event(api::Event::Actions(vec![api::OfferedAction {
+        name: "sniff".to_owned(),
+        title: "Sniff".to_owned(),
+        parameter_schema: "{}".to_owned(),
+        expected: Span::from_millis(60_000),
+        expected_energy_j: 33_480,
+        is_idempotent: true,
+    }]));
+    client.change(|mission| {
+        let task = mission.tasks.iter_mut().find(|task| task.id == second).expect("there");
+        let request = Some(ActionRequest { action: "sniff".to_owned(), parameters: Default::default() });
+        task.place = TaskPlace::Node { node: node_id(3), request };
+    });
+    // A hundredth of 930 Wh, and a minute of standing.
+    let added = client.plan().charge_used - before;
+    assert!((added - 0.01 - 60.0 / 18_000.0).abs() < 1e-9, "{added}");
+    assert_eq!(client.plan().stops[1].action_s, 60.0);
+}

@@ -3,8 +3,8 @@
 use serde::Deserialize;
 use serde_json::Value;
 use site_model::{
-    ActionReport, InspectionPointId, LocalDateTime, MissionId, NodeId, RunCause, RunId, RunState, ScheduleId,
-    SkipReason, TaskId, TaskState, Utc,
+    ActionReport, InspectionPointId, LocalDateTime, MissionId, NodeId, RouteActionPlace, RunCause, RunId,
+    RunState, ScheduleId, SkipReason, TaskId, TaskState, Utc,
 };
 
 /// Which of the stored runs are wanted.
@@ -71,10 +71,10 @@ pub struct StoredRunDetails {
     pub began: Option<Utc>,
 }
 
-/// An attempt of a task.
+/// An attempt of a task, or an action of an edge or a zone on the way.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct StoredAttempt {
-    /// Number of the task in its run, from 0.
+    /// Number of the task in its run, from 0. Actions on the way follow after the tasks.
     pub step: u32,
     /// Counts from 1.
     pub attempt: u32,
@@ -93,11 +93,15 @@ pub struct StoredAttempt {
 /// More of an attempt.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct StoredAttemptDetails {
-    /// The task.
-    pub task: TaskId,
-    /// Where.
+    /// The task; of an action on the way the one to which the robot was going. None: it was going to where the run ends.
+    #[serde(default)]
+    pub task: Option<TaskId>,
+    /// Where a task is done.
     #[serde(default)]
     pub node: Option<NodeId>,
+    /// What an action on the way belongs to; none: a task.
+    #[serde(default)]
+    pub place: Option<RouteActionPlace>,
     /// Name of the action; none: the place is only visited.
     #[serde(default)]
     pub action: Option<String>,

@@ -3,7 +3,10 @@
 use super::*;
 use crate::testing::TestClient;
 use api::Event;
-use site_model::{EndedRun, LocalDate, LocalTime, MissionId, RouteProgress, TaskId, TaskState, TaskStatus};
+use site_model::{
+    EdgeStage, EndedRun, LocalDate, LocalTime, MissionId, RouteActionPlace, RouteProgress, TaskId, TaskState,
+    TaskStatus,
+};
 use uuid::Uuid;
 use vocab::GoalId;
 
@@ -102,6 +105,7 @@ fn the_remaining_time_counts_what_is_left() {
         edges: Vec::new(),
         remaining_s: 20.0,
         remaining_m: 15.0,
+        waits_for: None,
     });
     assert_eq!(estimate.remaining_s(&run(RunState::Running), &route), 20.0 + 10.0 + 60.0 + 30.0);
 }
@@ -144,7 +148,10 @@ fn what_is_stored_of_a_run_is_read_as_the_gateway_writes_it() {
             { "step": 0, "attempt": 1, "state": "retriable", "intended_ns": 1, "done_ns": null,
               "details": { "task": "00000000-0000-0000-0000-000000000001", "node": null, "action": "photo", "step": "waits", "utc": 1 } },
             { "step": 0, "attempt": 2, "state": "succeeded", "intended_ns": 2, "done_ns": 3,
-              "details": { "task": "00000000-0000-0000-0000-000000000001", "node": null, "action": "photo", "step": "succeeded", "utc": 3 } }
+              "details": { "task": "00000000-0000-0000-0000-000000000001", "node": null, "action": "photo", "step": "succeeded", "utc": 3 } },
+            { "step": 1, "attempt": 1, "state": "succeeded", "intended_ns": 4, "done_ns": 5,
+              "details": { "place": { "edge": { "edge": "00000000-0000-0000-0000-000000000007", "stage": "enter", "index": 0 } }, "task": null,
+                "action": "open", "step": "succeeded", "utc": 5, "map_from_base": null } }
         ], "next": null }"#,
     )
     .unwrap();
@@ -156,7 +163,13 @@ fn what_is_stored_of_a_run_is_read_as_the_gateway_writes_it() {
     .unwrap();
     let content = RunContent { attempts: attempts.items, results: results.items };
     let last: Vec<_> = content.last_attempts().collect();
-    assert_eq!(last.iter().map(|attempt| attempt.attempt).collect::<Vec<_>>(), [2]);
+    assert_eq!(last.iter().map(|attempt| attempt.attempt).collect::<Vec<_>>(), [2, 1]);
+    assert_eq!((last[0].details.place, last[1].details.task), (None, None));
+    let is_on_edge = matches!(
+        last[1].details.place,
+        Some(RouteActionPlace::Edge { stage: EdgeStage::Enter, index: 0, .. })
+    );
+    assert!(is_on_edge, "an action on the way: {:?}", last[1]);
     let report = content.results_of(last[0]).next().and_then(StoredResult::report).unwrap();
     assert_eq!(report.readings[0].unit, "µSv/h");
     let mut client = TestClient::connected();

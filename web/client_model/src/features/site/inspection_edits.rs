@@ -87,11 +87,39 @@ impl SiteFeature {
         points
     }
 
-    /// The first of the names `P1`, `P2` and so on that no inspection point has.
+    /// The first of the names `P1`, `P2` and so on that no inspection point begins with: people write what it is behind the number.
     fn free_point_name(&self) -> String {
-        let names: BTreeSet<&str> =
-            self.inspection_points().iter().map(|point| point.name.as_str()).collect();
-        let free = (1..).map(|number| format!("P{number}")).find(|name| !names.contains(name.as_str()));
+        let points = self.inspection_points();
+        let numbers: BTreeSet<&str> =
+            points.iter().filter_map(|point| point.name.split_whitespace().next()).collect();
+        let free = (1..).map(|number| format!("P{number}")).find(|name| !numbers.contains(name.as_str()));
         free.unwrap_or_default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::Robot;
+    use crate::ClientCommand;
+    use crate::testing::TestClient;
+    use vocab::{MapId, Vec3};
+
+    #[test]
+    fn the_next_number_follows_also_when_words_stand_behind_the_earlier_ones() {
+        let robot = Robot::default();
+        let mut client = TestClient::with_site(&robot);
+        let map = MapId(uuid::Uuid::from_u128(3));
+        let (node, edit) = client.model.site.adding_node(Vec3::default(), map, None);
+        client.command(ClientCommand::EditSite(edit));
+        for _ in 0..2 {
+            let (point, edit) = client.model.site.adding_inspection_point(node, Vec3::new(2.0, 0.0, 1.0));
+            client.command(ClientCommand::EditSite(edit));
+            let renamed =
+                client.model.site.changing_inspection_point(point, |point| point.name.push_str(" Pump hall"));
+            client.command(ClientCommand::EditSite(renamed));
+        }
+        let names: Vec<&str> =
+            client.model.site.inspection_points().into_iter().map(|point| point.name.as_str()).collect();
+        assert_eq!(names, ["P1 Pump hall", "P2 Pump hall"]);
     }
 }

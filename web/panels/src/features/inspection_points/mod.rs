@@ -38,6 +38,8 @@ pub(crate) struct InspectionPointsPanel {
     typed: TypedNumber,
     /// What was selected in the last frame.
     selection: Option<Selection>,
+    /// Whether the list scrolls to the point that is selected, because it is so since this frame.
+    is_scroll_wanted: bool,
 }
 
 impl FeaturePanel for InspectionPointsPanel {
@@ -47,6 +49,7 @@ impl FeaturePanel for InspectionPointsPanel {
         let is_new = before != selection && matches!(selection, Some(Selection::InspectionPoint(_)));
         if is_new && cx.screen() == screens::SITE {
             cx.frame.open_tab(INSPECTION);
+            self.is_scroll_wanted = true;
         }
     }
 
@@ -74,20 +77,24 @@ impl FeaturePanel for InspectionPointsPanel {
         if points.is_empty() {
             widgets::remark(ui, tokens, texts::EMPTY);
         }
-        let mut selected = None;
         for point in points {
             let is_selected = cx.model.selection() == Some(Selection::InspectionPoint(point.id));
             let name = texts::point(&point.name);
             let row = texts::row(&point.name, name_of(site, point.node));
-            let button = Button::new(&name).text(&row).kind(Kind::Quiet).on(is_selected).wide(ui).left();
-            if button.show(ui, tokens).clicked() {
+            let button = Button::new(&name).text(&row).on(is_selected).wide(ui).left();
+            let response = button.show(ui, tokens);
+            if response.clicked() {
                 let selection = (!is_selected).then_some(Selection::InspectionPoint(point.id));
                 cx.commands.push(ClientCommand::Select(selection));
             }
-            selected = selected.or(is_selected.then_some(point));
-        }
-        if let Some(point) = selected {
-            self.show_point(ui, cx, site, point);
+            if !is_selected {
+                continue;
+            }
+            // Below a long list nobody would see what was just made.
+            if std::mem::take(&mut self.is_scroll_wanted) {
+                ui.scroll_to_rect(response.rect, Some(egui::Align::TOP));
+            }
+            widgets::tinted_box(ui, tokens, tokens.accent, |ui| self.show_point(ui, cx, site, point));
         }
     }
 }
@@ -112,22 +119,24 @@ fn show_add(ui: &mut Ui, cx: &mut PanelContext<'_>, site: &Site) {
 impl InspectionPointsPanel {
     fn show_point(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, site: &Site, point: &InspectionPoint) {
         let (model, tokens) = (cx.model, cx.tokens);
-        widgets::rule(ui, tokens);
-        widgets::section_head(ui, tokens, texts::POINT_HEAD);
         let object = ObjectId::InspectionPoint(point.id);
         if let Some(name) = self.name.show(ui, cx, &texts::NAME_FIELD, object, &point.name) {
             change(cx, point, |point| point.name = name);
         }
+        if let Some(request) = self.request.show(ui, cx, point) {
+            change(cx, point, |point| point.request = request);
+        }
         let is_editable = model.is_site_on_screen();
+        widgets::section_head(ui, tokens, texts::VIEW_HEAD);
+        if is_editable {
+            sight::show(ui, cx, point);
+        }
         show_node(ui, cx, site, point);
+        self.show_stand_off(ui, cx, site, point);
         if let Some(stand_off_m) = stand_off_m(site, point) {
             fact(ui, tokens, texts::STAND_OFF, &format::distance(stand_off_m));
         }
         fact(ui, tokens, texts::TARGET, &format::position(&point.target_m));
-        if is_editable {
-            sight::show(ui, cx, point);
-        }
-        self.show_stand_off(ui, cx, site, point);
         let is_on = model.graph_tool() == Some(GraphTool::PickTarget);
         let pick = Button::new(texts::MOVE_TARGET).icon(icon::MAP_PIN).on(is_on).enabled(is_editable);
         if pick.wide(ui).show(ui, tokens).clicked() {
@@ -135,9 +144,6 @@ impl InspectionPointsPanel {
         }
         if Button::new(texts::SHOW).icon(icon::EYE).enabled(is_editable).wide(ui).show(ui, tokens).clicked() {
             cx.commands.push(ClientCommand::MoveCamera(CameraMove::Point(point.target_m)));
-        }
-        if let Some(request) = self.request.show(ui, cx, point) {
-            change(cx, point, |point| point.request = request);
         }
         let needed = site.missions_that_need(object);
         let names: Vec<&str> =

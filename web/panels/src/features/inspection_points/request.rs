@@ -4,7 +4,6 @@ use super::texts;
 use crate::feature_panel::PanelContext;
 use crate::features::action_form::{TypedParameters, action_title};
 use crate::select::select;
-use crate::widgets;
 use egui::{Id, Ui};
 use site_model::{ACTION_CATALOGUE, ActionRequest, InspectionPoint, Parameters};
 
@@ -28,7 +27,6 @@ impl RequestFields {
         let owner = Id::unique(("inspection point", point.id.0));
         self.typed.keep_only(owner);
         let tokens = cx.tokens;
-        widgets::section_head(ui, tokens, texts::ACTION_HEAD);
         let actions: Vec<&str> = ACTION_CATALOGUE
             .iter()
             .map(|action| action.name)

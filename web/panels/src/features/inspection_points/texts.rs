@@ -15,7 +15,7 @@ pub(super) const ADD_HINT: &str = "Click the things in the map that the robot sh
 pub(super) const PICK_HINT: &str = "Click the thing in the map that the robot shall look at. Escape ends it.";
 pub(super) const NO_NODES: &str = "The robot looks at things from nodes. Make the topological map first.";
 pub(super) const EMPTY: &str = "There are no inspection points yet.";
-pub(super) const POINT_HEAD: &str = "Inspection point";
+pub(super) const VIEW_HEAD: &str = "View";
 pub(super) const NAME_FIELD: NameFieldTexts = NameFieldTexts {
     field: "Inspection point name",
     rename: "Rename inspection point",
@@ -32,7 +32,6 @@ pub(super) const TILT_IMPOSSIBLE: &str =
 pub(super) const TARGET: &str = "Target";
 pub(super) const MOVE_TARGET: &str = "Pick the target anew";
 pub(super) const SHOW: &str = "Show the target";
-pub(super) const ACTION_HEAD: &str = "Action";
 pub(super) const ACTION: &str = "Action";
 pub(super) const DELETE_SHORT: &str = "Delete";
 

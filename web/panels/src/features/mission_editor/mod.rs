@@ -140,7 +140,7 @@ impl MissionEditorPanel {
     }
 }
 
-/// Expected time and length of the way.
+/// Expected time, length of the way, and the charge of the battery that it takes.
 fn show_cost(ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &MissionPlan) {
     let tokens = cx.tokens;
     ui.horizontal(|ui| {
@@ -148,6 +148,7 @@ fn show_cost(ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &MissionPlan) {
         for (name, sign, value) in [
             (texts::TIME, icon::CLOCK_COUNTDOWN, texts::time(plan.time_s)),
             (texts::WAY, icon::PATH, texts::way(plan.length_m)),
+            (texts::CHARGE, icon::BATTERY_MEDIUM, texts::charge(plan.charge_used)),
         ] {
             let parts = [
                 (sign, theme::ICON, Weight::Regular, tokens.dim),

@@ -8,6 +8,7 @@ pub(super) const NAME: &str = "Mission name";
 pub(super) const UNDO: &str = "Undo edit";
 pub(super) const REDO: &str = "Redo edit";
 pub(super) const TIME: &str = "Expected time";
+pub(super) const CHARGE: &str = "Expected charge";
 pub(super) const WAY: &str = "Way";
 pub(super) const EMPTY: &str = "Drag places and actions here.";
 pub(super) const DROP_HERE: &str = "Drop here";
@@ -67,6 +68,11 @@ pub(super) fn time(seconds: f64) -> String {
         (0, minutes, seconds) => format!("{minutes} min {seconds} s"),
         (hours, minutes, _) => format!("{hours} h {minutes:02} min"),
     }
+}
+
+/// Charge that a mission takes: `12 %`.
+pub(super) fn charge(used: f64) -> String {
+    format!("{:.0} %", (100.0 * used).ceil())
 }
 
 pub(super) fn way(length_m: f64) -> String {

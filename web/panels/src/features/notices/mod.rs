@@ -7,8 +7,10 @@ mod texts;
 use crate::button::{Button, Kind};
 use crate::feature_panel::{FeaturePanel, PanelContext};
 use crate::features::sensors::{severity_colour, severity_icon};
+use crate::theme::{self, Weight, font};
 use crate::{format, icon, widgets};
 use client_model::{ClientCommand, ShownNotice};
+use egui::text::{LayoutJob, TextFormat};
 use egui::{Align, Layout, Response, Ui};
 
 /// Age from which a notice shows its age, seconds.
@@ -38,8 +40,7 @@ fn show_notice(ui: &mut Ui, cx: &mut PanelContext<'_>, notice: &ShownNotice) {
                 if dismiss.show(ui, tokens).clicked() {
                     cx.commands.push(ClientCommand::DismissNotice(notice.id));
                 }
-                let column = Layout::top_down(Align::Min);
-                ui.with_layout(column, |ui| show_text(ui, cx, notice)).inner
+                ui.with_layout(Layout::left_to_right(Align::Center), |ui| show_text(ui, cx, notice)).inner
             });
             right.inner
         });
@@ -54,14 +55,16 @@ fn show_notice(ui: &mut Ui, cx: &mut PanelContext<'_>, notice: &ShownNotice) {
 /// The sentence, and below it how often it was raised and how old it is. Returns the response of the sentence.
 fn show_text(ui: &mut Ui, cx: &PanelContext<'_>, notice: &ShownNotice) -> Response {
     let tokens = cx.tokens;
-    ui.spacing_mut().item_spacing.y = 2.0;
-    let response = ui.add(egui::Label::new(egui::RichText::new(&notice.text).color(tokens.text)).wrap());
     let age_s = cx.model.now().since(notice.since);
     let repetitions = (notice.times > 1).then(|| texts::repetitions(notice.times));
     let age = (age_s > SHOWN_AGE_S).then(|| format::age(age_s));
     let remarks: Vec<String> = repetitions.into_iter().chain(age).collect();
+    // One label, because the row centres one thing.
+    let mut job = LayoutJob::default();
+    job.append(&notice.text, 0.0, TextFormat::simple(font(theme::BODY, Weight::Regular), tokens.text));
     if !remarks.is_empty() {
-        widgets::remark(ui, tokens, &remarks.join(" · "));
+        let small = TextFormat::simple(font(theme::SMALL, Weight::Regular), tokens.dim);
+        job.append(&format!("\n{}", remarks.join(" · ")), 0.0, small);
     }
-    response
+    ui.add(egui::Label::new(job).wrap())
 }

@@ -1,5 +1,6 @@
 //! The run under way: how far it is, the question that it asks, its tasks, and what can be asked of it; then the queue.
 
+use super::exhibit::Exhibit;
 use super::lightbox::Lightbox;
 use super::results::{TaskOfRun, show_results};
 use super::rows::{Row, show_row};
@@ -189,12 +190,13 @@ fn show_results_of(
     show_results(ui, cx, &task_of_run, results, lightbox);
 }
 
-/// The run in short, for a card of several features: how far it is, and what the robot is busy with.
+/// The run in short, for a card of several features: how far it is, what the robot is busy with, and what it has seen last.
 pub(super) fn show_summary(
     ui: &mut Ui,
     cx: &mut PanelContext<'_>,
     run: &RunStatus,
     estimate: Option<&RunEstimate>,
+    lightbox: &mut Lightbox,
 ) {
     let tokens = cx.tokens;
     show_head(ui, cx, run, estimate);
@@ -216,11 +218,38 @@ pub(super) fn show_summary(
             cx.commands.push(ClientCommand::ShowScreen(screens::RUNS));
         }
     }
+    if let Some(site) = cx.model.site.site() {
+        show_newest(ui, cx, site, run, lightbox);
+    }
     if Button::new(texts::SHOW_RUN).wide(ui).show(ui, tokens).clicked() {
         cx.commands.push(ClientCommand::ShowScreen(screens::RUNS));
     }
     ui.add_space(8.0);
     widgets::rule(ui, tokens);
+}
+
+/// The newest picture or spectrum of the run, with its age. A press shows it large.
+fn show_newest(
+    ui: &mut Ui,
+    cx: &mut PanelContext<'_>,
+    site: &Site,
+    run: &RunStatus,
+    lightbox: &mut Lightbox,
+) {
+    let Some(Ok(content)) = cx.model.runs.content(run.run) else { return };
+    let newest = content.results.iter().rev().find_map(|result| {
+        let task = run.tasks.get(usize::try_from(result.step).ok()?)?;
+        Exhibit::of("", "", result).map(|_| (result, task))
+    });
+    let Some((result, task)) = newest else { return };
+    let (title, action) = (look::task_name(site, run.mission, task), look::action_name(task));
+    let age_s = cx.clock.utc.0.saturating_sub(result.at.0) as f64 * 1e-9;
+    let of_run = TaskOfRun { run: run.run, mission: run.mission, title: &title, action: &action };
+    widgets::remark(ui, cx.tokens, &texts::newest(&title, &action, age_s.max(0.0)));
+    show_results(ui, cx, &of_run, std::iter::once(result), lightbox);
+    if lightbox.is_open() {
+        cx.commands.push(ClientCommand::ShowScreen(screens::RUNS));
+    }
 }
 
 /// Whether the robot is busy with a task in this state.
@@ -252,6 +281,9 @@ fn show_head(ui: &mut Ui, cx: &PanelContext<'_>, run: &RunStatus, estimate: Opti
     widgets::progress_bar(ui, tokens, done as f32 / run.tasks.len().max(1) as f32);
     if let Some(sentence) = texts::run_sentence(run) {
         widgets::remark(ui, tokens, sentence);
+    }
+    if let Some(wait) = cx.model.runs.route().route.as_ref().and_then(|route| route.waits_for.as_ref()) {
+        widgets::remark(ui, tokens, &texts::route_wait(wait));
     }
 }
 

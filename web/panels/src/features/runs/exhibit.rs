@@ -3,7 +3,7 @@
 use super::look;
 use crate::result_files::ResultFileKind;
 use client_model::{RunContent, StoredResult};
-use site_model::{ActionReport, MissionId, ReportFile, Site, TaskStatus};
+use site_model::{ActionReport, MissionId, ReportFile, Site};
 
 /// A picture or a spectrum.
 #[derive(Clone, Debug)]
@@ -44,21 +44,9 @@ pub(super) fn viewable(report: &ActionReport) -> Option<(ReportFile, ResultFileK
 /// All of a run.
 pub(super) fn exhibits(site: &Site, mission: MissionId, content: &RunContent) -> Vec<Exhibit> {
     let of_attempt = |attempt| {
-        let task = status_of(attempt);
-        let (title, action) = (look::task_name(site, mission, &task), look::action_name(&task));
+        let task = look::status_of(attempt);
+        let (title, action) = (look::attempt_name(site, mission, attempt), look::action_name(&task));
         content.results_of(attempt).filter_map(move |result| Exhibit::of(&title, &action, result))
     };
     content.last_attempts().flat_map(of_attempt).collect()
-}
-
-/// An attempt as the status of its task.
-pub(super) fn status_of(attempt: &client_model::StoredAttempt) -> TaskStatus {
-    TaskStatus {
-        task: attempt.details.task,
-        node: attempt.details.node,
-        action: attempt.details.action.clone(),
-        state: attempt.state,
-        attempt: attempt.attempt,
-        failure: None,
-    }
 }

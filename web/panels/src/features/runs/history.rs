@@ -1,6 +1,5 @@
 //! Runs that have ended, and slots of schedules that had none.
 
-use super::exhibit::status_of;
 use super::filter::Filter;
 use super::lightbox::Lightbox;
 use super::look::Look;
@@ -56,6 +55,21 @@ impl History {
             && Button::new(texts::OLDER).wide(ui).show(ui, tokens).clicked()
         {
             cx.commands.push(ClientCommand::ListOlderRuns);
+        }
+    }
+
+    /// Shows the run that has ended last, where nothing else is shown.
+    pub(super) fn show_last(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, lightbox: &mut Lightbox) {
+        let Some(site) = cx.model.site.site() else { return };
+        let zone = site.settings().map_or("UTC", |settings| settings.time_zone.as_str());
+        let zone = SiteZone::new(zone).unwrap_or_else(|_| SiteZone::utc());
+        let last = self.entries(cx, site, &zone).into_iter().find_map(|entry| match entry {
+            Entry::Run(run) => Some(run),
+            Entry::Slot(..) => None,
+        });
+        if let Some(last) = last {
+            widgets::section_head(ui, cx.tokens, texts::LAST_HEAD);
+            self.show_run(ui, cx, site, &zone, &last, lightbox);
         }
     }
 
@@ -166,7 +180,7 @@ fn show_slot(
     }
 }
 
-/// The last attempt of each task, with what was gathered.
+/// The last attempt of each task, and the actions on the way, with what was gathered.
 fn show_content(
     ui: &mut Ui,
     cx: &mut PanelContext<'_>,
@@ -180,8 +194,8 @@ fn show_content(
         widgets::remark(ui, tokens, texts::NO_ATTEMPTS);
     }
     for attempt in content.last_attempts() {
-        let task = status_of(attempt);
-        let title = look::task_name(site, run.mission, &task);
+        let task = look::status_of(attempt);
+        let title = look::attempt_name(site, run.mission, attempt);
         let state = texts::task_state(task.state);
         let took_s = attempt.done.map(|done| (done.0 - attempt.intended.0) as f64 * 1e-9);
         let action = look::action_name(&task);
@@ -195,7 +209,7 @@ fn show_content(
             look: look::of_task(tokens, task.state),
             is_selected: false,
         };
-        show_row(ui, tokens, Id::unique(("past task", run.run.0, task.task.0)), &row);
+        show_row(ui, tokens, Id::unique(("past task", run.run.0, attempt.step)), &row);
         let task = TaskOfRun { run: run.run, mission: run.mission, title: &title, action: &action };
         show_results(ui, cx, &task, content.results_of(attempt), lightbox);
     }

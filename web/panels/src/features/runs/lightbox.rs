@@ -43,6 +43,11 @@ impl Lightbox {
         self.view = PictureView::default();
     }
 
+    /// Whether something is looked at.
+    pub(super) fn is_open(&self) -> bool {
+        self.open.is_some()
+    }
+
     /// Closes it. Returns whether it was open.
     pub(super) fn close(&mut self) -> bool {
         self.open.take().is_some()

@@ -3,9 +3,12 @@
 use super::texts;
 use crate::icon;
 use crate::theme::Tokens;
-use client_model::Model;
+use client_model::{Model, StoredAttempt};
 use egui::Color32;
-use site_model::{MissionId, RunState, Site, TaskPlace, TaskState, TaskStatus, describe_action};
+use site_model::{
+    MissionId, RouteActionPlace, RunState, Site, TaskId, TaskPlace, TaskState, TaskStatus, describe_action,
+};
+use uuid::Uuid;
 
 /// Colour and sign of a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,10 +69,45 @@ pub(super) fn task_name(site: &Site, mission: MissionId, task: &TaskStatus) -> S
     point.map(|point| point.name.clone()).or_else(node).unwrap_or_else(|| texts::DELETED_PLACE.to_owned())
 }
 
+/// Name of what an attempt belongs to: the place of a task, or the edge or zone of an action on the way.
+pub(super) fn attempt_name(site: &Site, mission: MissionId, attempt: &StoredAttempt) -> String {
+    match attempt.details.place {
+        None => task_name(site, mission, &status_of(attempt)),
+        Some(place) => route_place_name(site, place),
+    }
+}
+
+/// Name of what an action on the way belongs to.
+pub(super) fn route_place_name(site: &Site, place: RouteActionPlace) -> String {
+    let node = |node| site.node(node).map(|node| node.name.as_str());
+    match place {
+        RouteActionPlace::Edge { edge, stage, .. } => {
+            let ends = site.edge(edge).and_then(|edge| node(edge.from).zip(node(edge.to)));
+            ends.map_or_else(|| texts::DELETED_EDGE.to_owned(), |ends| texts::on_edge(ends, stage))
+        }
+        RouteActionPlace::Zone(zone) => {
+            let zone = site.zones().find(|known| known.id == zone);
+            zone.map_or_else(|| texts::DELETED_ZONE.to_owned(), |zone| zone.name.clone())
+        }
+    }
+}
+
 /// What is done in a task.
 pub(super) fn action_name(task: &TaskStatus) -> String {
     match &task.action {
         None => texts::VISIT.to_owned(),
         Some(action) => describe_action(action).map_or_else(|| action.clone(), |it| it.title.to_owned()),
+    }
+}
+
+/// An attempt as the status of its task.
+pub(super) fn status_of(attempt: &StoredAttempt) -> TaskStatus {
+    TaskStatus {
+        task: attempt.details.task.unwrap_or(TaskId(Uuid::nil())),
+        node: attempt.details.node,
+        action: attempt.details.action.clone(),
+        state: attempt.state,
+        attempt: attempt.attempt,
+        failure: None,
     }
 }

@@ -91,9 +91,15 @@ impl FeaturePanel for RunsPanel {
         let of_run = self.estimate.as_ref().filter(|(of, ..)| run.is_some_and(|run| run.run == *of));
         let estimate = of_run.and_then(|(.., estimate)| estimate.as_ref());
         match run {
-            Some(run) if tab == tabs::ROBOT => current::show_summary(ui, cx, run, estimate),
+            Some(run) if tab == tabs::ROBOT => {
+                current::show_summary(ui, cx, run, estimate, &mut self.lightbox)
+            }
             None if tab == tabs::ROBOT => {}
-            _ => self.current.show(ui, cx, estimate, &mut self.lightbox),
+            Some(_) => self.current.show(ui, cx, estimate, &mut self.lightbox),
+            None => {
+                self.current.show(ui, cx, estimate, &mut self.lightbox);
+                self.history.show_last(ui, cx, &mut self.lightbox);
+            }
         }
     }
 }

@@ -8,7 +8,7 @@ use egui::{Align2, CornerRadius, Id, Rect, Response, Role, Sense, Ui, WidgetInfo
 /// Height of a row, points.
 const HEIGHT: f32 = 52.0;
 /// Width of the part at the right, points.
-const SIDE_WIDTH: f32 = 74.0;
+const SIDE_WIDTH: f32 = 98.0;
 
 /// A row.
 pub(super) struct Row<'a> {

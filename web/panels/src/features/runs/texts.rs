@@ -3,8 +3,8 @@
 use crate::format;
 use client_model::{PastRun, StoredResult};
 use site_model::{
-    ActionReport, AskDefault, LocalDateTime, Reading, RunCause, RunState, RunStatus, Site, SkipReason,
-    TaskState, TaskStatus,
+    ActionReport, AskDefault, EdgeStage, LocalDateTime, Reading, RouteWait, RunCause, RunState, RunStatus,
+    Site, SkipReason, TaskState, TaskStatus,
 };
 
 pub(super) const CURRENT_TAB: &str = "Now";
@@ -13,9 +13,12 @@ pub(super) const LOADING: &str = "The robot has not reported its missions yet.";
 pub(super) const DELETED_MISSION: &str = "Deleted mission";
 pub(super) const DELETED_SCHEDULE: &str = "Deleted schedule";
 pub(super) const DELETED_PLACE: &str = "Deleted place";
+pub(super) const DELETED_EDGE: &str = "Deleted edge";
+pub(super) const DELETED_ZONE: &str = "Deleted zone";
 pub(super) const DELETED_MONITOR: &str = "A monitor";
 pub(super) const VISIT: &str = "Visit";
 
+pub(super) const LAST_HEAD: &str = "Last run";
 pub(super) const NOTHING_HEAD: &str = "No mission runs";
 pub(super) const NOTHING_RUNS: &str = "Start one now, or schedule it on the Schedule screen.";
 pub(super) const NO_MISSIONS: &str =
@@ -156,8 +159,38 @@ pub(super) fn task_row(title: &str, state: &str) -> String {
     format!("{title}, {state}")
 }
 
+/// Name of a place on an edge: `Hall to Lift, at its beginning`.
+pub(super) fn on_edge((from, to): (&str, &str), stage: EdgeStage) -> String {
+    let at = match stage {
+        EdgeStage::Enter => "at its beginning",
+        EdgeStage::During => "on it",
+        EdgeStage::Leave => "at its end",
+    };
+    format!("{from} to {to}, {at}")
+}
+
+/// Why the robot stands on its way.
+pub(super) fn route_wait(wait: &RouteWait) -> String {
+    let text = match wait {
+        RouteWait::Hold { group, holder, .. } => {
+            return format!("The robot waits: {holder} holds {group}.");
+        }
+        RouteWait::Place => "The robot waits until it knows where it is.",
+        RouteWait::Block { .. } => "The robot waits: the only way is blocked. It is tried again by itself.",
+        RouteWait::Retry { .. } => "The robot waits: the edge was blocked. It is tried again by itself.",
+        RouteWait::Action(_) => "The robot stands while an action of the edge is performed.",
+        RouteWait::Charge => "The robot waits for the charging current.",
+    };
+    text.to_owned()
+}
+
 pub(super) fn on_the_way(remaining_m: f64, remaining_s: f64) -> String {
     format!("{} · {}", format::distance(remaining_m), format::elapsed(remaining_s))
+}
+
+/// `Gauge north · Photo · 12 s old`.
+pub(super) fn newest(task: &str, action: &str, age_s: f64) -> String {
+    format!("{task} · {action} · {}", format::age(age_s))
 }
 
 pub(super) fn skip_named(task: &str) -> String {

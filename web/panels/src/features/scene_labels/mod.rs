@@ -17,6 +17,8 @@ use vocab::KeyframeId;
 
 /// Side of the click target of a label that has others close to it, points.
 const SMALL_TARGET: f32 = 20.0;
+/// Side of the marker of a node or an inspection point, points.
+const MARKER: f32 = 14.0;
 
 /// A thing of the scene and its position on the screen.
 #[derive(Clone, Debug, PartialEq)]
@@ -124,6 +126,10 @@ pub fn show_labels(
     let mut placer = LabelPlacer::new(LabelPlacementConfig::default(), ui.max_rect(), cards);
     for label in labels.iter().filter(|label| label.size != Vec2::ZERO) {
         placer.keep_clear(label.body());
+    }
+    // A name over the marker of another thing would hide what is to be clicked.
+    for label in labels.iter().filter(|label| label.is_crowded && !label.tag.is_empty()) {
+        placer.keep_clear(Rect::from_center_size(label.at, Vec2::splat(MARKER)));
     }
     // What is pointed at on the map may be under a label.
     let is_map_clicked = graph_tool(ui.ctx(), model).is_some_and(|tool| !tool.is_for_nodes());

@@ -6,6 +6,7 @@ mod fields;
 mod form;
 mod grid;
 mod list;
+mod next_run;
 mod occurrence;
 mod plan_cache;
 mod question;
@@ -19,6 +20,7 @@ mod week_paint;
 mod when_texts;
 
 pub(crate) use fields::{parse_date, parse_time};
+pub(crate) use next_run::{NextRunTexts, next_run_status};
 pub(crate) use state::SchedulePanel;
 pub(crate) use when_texts::time as shown_time;
 
@@ -37,6 +39,7 @@ const SCHEDULE: Tab = Tab { screen: screens::SCHEDULE, name: texts::TAB, scrolls
 
 impl FeaturePanel for SchedulePanel {
     fn update(&mut self, ctx: &Context, cx: &mut PanelContext<'_>) {
+        self.next_run.update(cx);
         if cx.screen() != screens::SCHEDULE {
             self.drag = None;
             self.question = None;

@@ -11,7 +11,7 @@ pub(super) const MINUTE_NS: i64 = 60_000_000_000;
 /// Days that are looked ahead.
 const OUTLOOK_DAYS: i64 = 30;
 /// Time zone of a site that nobody has told one.
-const UTC: &str = "UTC";
+pub(super) const UTC: &str = "UTC";
 
 /// What decides on a plan.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,6 +1,7 @@
 //! What the panel keeps between frames: the plan, what is dragged, and the question that is open.
 
 use super::fields::TypedFields;
+use super::next_run::NextRun;
 use super::plan_cache::Plan;
 use missions::{MINUTES_A_DAY, day_number, local_of, minute_number};
 use site_model::{LocalDateTime, MissionId, ScheduleId};
@@ -21,6 +22,7 @@ pub(crate) struct SchedulePanel {
     pub(super) drag: Option<Drag>,
     pub(super) question: Option<Question>,
     pub(super) typed: TypedFields,
+    pub(super) next_run: NextRun,
     /// Whether the grid was scrolled to the morning.
     pub(super) is_scrolled: bool,
 }

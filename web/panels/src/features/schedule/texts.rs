@@ -2,8 +2,8 @@
 
 use crate::format;
 use client_model::{ChangeScope, OccurrenceState};
-use missions::ClockChange;
-use site_model::{LocalDateTime, LocalTime, MissedSlots, OverlapPolicy, RunState};
+use missions::{ClockChange, day_number, weekday_of};
+use site_model::{LocalDate, LocalDateTime, LocalTime, MissedSlots, OverlapPolicy, RunState};
 
 pub(super) use super::when_texts::*;
 
@@ -14,6 +14,8 @@ pub(super) const NO_MISSIONS: &str =
     "There are no missions yet. Make one on the Missions screen; then drag it from here into the week.";
 pub(super) const NO_SCHEDULES: &str = "Nothing is scheduled yet. Drag a mission from the list into the week.";
 pub(super) const NOTHING_DUE: &str = "Nothing is due in the next 14 days.";
+
+pub(super) const NEXT_RUN: &str = "Next run";
 
 pub(super) const WEEK: &str = "Week";
 pub(super) const AGENDA: &str = "Agenda";
@@ -86,6 +88,18 @@ pub(super) const OVERLAP_CHOICES: [(&str, OverlapPolicy); 3] =
 
 /// How late a slot may begin, as it is offered, minutes.
 pub(super) const GRACES_MIN: [(&str, i64); 4] = [("5 min", 5), ("15 min", 15), ("1 h", 60), ("4 h", 240)];
+
+/// When the next run begins: `15:00` today, else `Thu 11:00`.
+pub(super) fn next_run(at: LocalDateTime, today: LocalDate) -> String {
+    if at.date == today {
+        return time(at.time);
+    }
+    format!("{} {}", DAYS[usize::from(weekday_of(day_number(at.date)))].0, time(at.time))
+}
+
+pub(super) fn next_run_hint(run: &str) -> String {
+    format!("The next run that a schedule begins: {run}.")
+}
 
 pub(super) const SKIPPED: &str = "skipped";
 const PLANNED: &str = "planned";

@@ -49,6 +49,7 @@ pub(super) fn object(kind: ObjectKind, name: &str) -> String {
         ObjectKind::Mission => "Mission",
         ObjectKind::Schedule => "Schedule",
         ObjectKind::Monitor => "Monitor",
+        ObjectKind::MutexHold => "Hold of edges",
     };
     format!("{kind} {name}").trim_end().to_owned()
 }

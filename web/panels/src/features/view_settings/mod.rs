@@ -73,7 +73,7 @@ impl ViewTools {
 /// The switches of the pose graph and of following the robot.
 fn show_switches(ui: &mut Ui, cx: &mut PanelContext<'_>, edited: &mut ViewSettings) {
     let tokens = cx.tokens;
-    let has_graph = cx.model.has_pose_graph();
+    let has_graph = cx.model.has_pose_graph() && !crate::is_graph_covered(cx.model);
     let graph = Button::icon_only(texts::POSE_GRAPH, icon::GRAPH).on(edited.graph && has_graph);
     if graph.enabled(has_graph).show(ui, tokens).clicked() {
         edited.graph = !edited.graph;

@@ -37,6 +37,8 @@ pub(crate) struct ZonesPanel {
     are_corners_open: bool,
     /// What was selected in the last frame.
     selection: Option<Selection>,
+    /// Whether the list scrolls to the zone that is selected, because it is so since this frame.
+    is_scroll_wanted: bool,
 }
 
 impl FeaturePanel for ZonesPanel {
@@ -46,6 +48,7 @@ impl FeaturePanel for ZonesPanel {
         let is_new = before != selection && matches!(selection, Some(Selection::Zone(_)));
         if is_new && cx.screen() == screens::SITE {
             cx.frame.open_tab(ZONES);
+            self.is_scroll_wanted = true;
         }
     }
 
@@ -70,20 +73,24 @@ impl FeaturePanel for ZonesPanel {
         if zones.is_empty() {
             widgets::remark(ui, tokens, texts::EMPTY);
         }
-        let mut selected = None;
         for zone in zones {
             let is_selected = cx.model.selection() == Some(Selection::Zone(zone.id));
             let name = texts::zone(&zone.name);
             let row = tag(zone);
-            let button = Button::new(&name).text(&row).kind(Kind::Quiet).on(is_selected).wide(ui).left();
-            if button.show(ui, tokens).clicked() {
+            let button = Button::new(&name).text(&row).on(is_selected).wide(ui).left();
+            let response = button.show(ui, tokens);
+            if response.clicked() {
                 let selection = (!is_selected).then_some(Selection::Zone(zone.id));
                 cx.commands.push(ClientCommand::Select(selection));
             }
-            selected = selected.or(is_selected.then_some(zone));
-        }
-        if let Some(zone) = selected {
-            self.show_zone(ui, cx, zone);
+            if !is_selected {
+                continue;
+            }
+            // Below a long list nobody would see what was just drawn.
+            if std::mem::take(&mut self.is_scroll_wanted) {
+                ui.scroll_to_rect(response.rect, Some(egui::Align::TOP));
+            }
+            widgets::tinted_box(ui, tokens, tokens.accent, |ui| self.show_zone(ui, cx, zone));
         }
     }
 }
@@ -105,8 +112,6 @@ fn show_draw(ui: &mut Ui, cx: &mut PanelContext<'_>, site: &Site) {
 impl ZonesPanel {
     fn show_zone(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, zone: &Zone) {
         let tokens = cx.tokens;
-        widgets::rule(ui, tokens);
-        widgets::section_head(ui, tokens, texts::ZONE_HEAD);
         let object = ObjectId::Zone(zone.id);
         if let Some(name) = self.name.show(ui, cx, &texts::NAME_FIELD, object, &zone.name) {
             change(cx, zone, |zone| zone.name = name);

@@ -14,7 +14,6 @@ pub(super) const OTHER_MAP: &str =
 pub(super) const EMPTY: &str = "There are no zones yet. The robot keeps out of a zone, slows down in it, or walks round it where it can.";
 pub(super) const DRAW: &str = "Draw a zone";
 pub(super) const DRAW_HINT: &str = "Drag over the floor from one corner to the opposite one. Escape ends it.";
-pub(super) const ZONE_HEAD: &str = "Zone";
 pub(super) const NAME_FIELD: NameFieldTexts =
     NameFieldTexts { field: "Zone name", rename: "Rename zone", rename_short: "Rename" };
 pub(super) const EFFECT_HEAD: &str = "What holds there";
