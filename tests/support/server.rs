@@ -6,6 +6,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc;
 use std::time::Duration;
 
+use super::chromium::LAN_HOST;
 use super::program::autoinspect;
 use super::{wait_for, workspace_root};
 

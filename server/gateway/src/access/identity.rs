@@ -79,6 +79,11 @@ pub(super) async fn scope<F: Future>(identity: &Identity, handler: F) -> F::Outp
     CALLER.scope(identity.caller, handler).await
 }
 
+/// Runs what goes on for a request in another task.
+pub(crate) async fn on_behalf_of<F: Future>(caller: Caller, work: F) -> F::Output {
+    CALLER.scope(caller, work).await
+}
+
 /// Who makes the request that this task handles.
 ///
 /// # Errors

@@ -266,7 +266,7 @@ impl Core {
     pub async fn command(&mut self) -> GatewayMessage {
         loop {
             match self.receive().await {
-                GatewayMessage::Listeners { .. } => {}
+                GatewayMessage::Listeners { .. } | GatewayMessage::CredentialsUsed(_) => {}
                 message => return message,
             }
         }

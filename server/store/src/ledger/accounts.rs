@@ -182,9 +182,26 @@ impl AccountReader {
 }
 
 fn read(connection: &Connection) -> Result<Accounts, Fault> {
-    let accounts = ACCOUNTS.read(connection, "", [], account)?.into_iter().collect();
-    let credentials = CREDENTIALS.read(connection, "", [], credential)?.into_iter().collect();
+    let accounts = read_whole_rows(&ACCOUNTS, connection, account)?.into_iter().collect();
+    let credentials = read_whole_rows(&CREDENTIALS, connection, credential)?.into_iter().collect();
     Ok(Accounts { accounts, credentials })
+}
+
+/// All rows without damage. A damaged session must not keep everybody else out; the check of stored data tells people of it.
+fn read_whole_rows<T>(
+    table: &Table,
+    connection: &Connection,
+    take: impl Fn(&[Value]) -> Option<T>,
+) -> Result<Vec<T>, Fault> {
+    let mut found = Vec::new();
+    table.for_each(connection, "", [], |row| {
+        match table.whole(&row).and_then(&take) {
+            Some(read) => found.push(read),
+            None => tracing::error!("a damaged row of {} is left out", table.name),
+        }
+        Ok(())
+    })?;
+    Ok(found)
 }
 
 fn account(row: &[Value]) -> Option<(String, StoredAccount)> {

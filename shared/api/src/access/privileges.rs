@@ -92,6 +92,7 @@ pub fn object_privilege(kind: ObjectKind) -> Privilege {
         | ObjectKind::Edge
         | ObjectKind::EdgeBlock
         | ObjectKind::Zone
+        | ObjectKind::MutexHold
         | ObjectKind::Dock
         | ObjectKind::Asset
         | ObjectKind::InspectionPoint
