@@ -3,7 +3,7 @@
 //! The map says only where to look. The dock found by [`DockDetector`] is kept in the odometry frame, which does not jump, and every further detection corrects
 //! it. Where the dock is not seen for a while, the robot goes on by odometry. Whether it is charged is for others to say.
 
-use crate::{Behaviour, BehaviourContext, Outcome};
+use crate::{Behaviour, BehaviourContext, Outcome, PoseControlConfig};
 use geometry::{Isometry, Rotation, Vector3, isometry_from_pose};
 use messages::{GoalFailure, GoalProgress, SpeedLimits, WaitReason};
 use navigation::{DockDetector, DockDetectorConfig, DockScans};
@@ -59,10 +59,8 @@ pub struct DockingConfig {
     pub speed_m_s: f64,
     /// Greatest turning speed, rad/s.
     pub turn_max_radps: f64,
-    /// Speed for each metre of distance, 1/s.
-    pub position_gain_per_s: f64,
-    /// Turning speed for each radian of heading error, 1/s.
-    pub heading_gain_per_s: f64,
+    /// Gains, and when the robot has come to rest.
+    pub control: PoseControlConfig,
     /// Heading for each metre of lateral error, rad/m, of a robot that cannot walk sideways.
     pub steering_gain_rad_per_m: f64,
     /// Greatest such heading, radians.
@@ -73,8 +71,6 @@ pub struct DockingConfig {
     pub full_steering_speed_m_s: f64,
     /// A robot whose greatest sideways speed is below this does not walk sideways, m/s.
     pub min_sideways_m_s: f64,
-    /// The robot stands in the pose for this time before the walk has ended.
-    pub settle_time: Span,
     /// Time for the whole walk.
     pub time_limit: Span,
 }
@@ -104,14 +100,12 @@ impl Default for DockingConfig {
             staging_speed_m_s: 0.25,
             speed_m_s: 0.15,
             turn_max_radps: 0.5,
-            position_gain_per_s: 1.2,
-            heading_gain_per_s: 1.8,
+            control: PoseControlConfig::default(),
             steering_gain_rad_per_m: 3.0,
             steering_max_rad: 0.35,
             min_steering_distance_m: 0.08,
             full_steering_speed_m_s: 0.08,
             min_sideways_m_s: 0.05,
-            settle_time: Span::from_millis(400),
             time_limit: Span::from_millis(60_000),
         }
     }
@@ -295,9 +289,10 @@ impl DockingBehaviour {
         };
         let forward_m_s = speed_m_s.min(self.limits.forward_mps);
         let mut out_m_s =
-            (config.position_gain_per_s * (target_m - offset.out_m)).clamp(-forward_m_s, forward_m_s);
+            (config.control.position_gain_per_s * (target_m - offset.out_m)).clamp(-forward_m_s, forward_m_s);
         let turn_max = config.turn_max_radps.min(self.limits.turn_radps);
-        let turn = |error_rad: f64| (config.heading_gain_per_s * error_rad).clamp(-turn_max, turn_max);
+        let turn =
+            |error_rad: f64| (config.control.heading_gain_per_s * error_rad).clamp(-turn_max, turn_max);
         let sign = if self.is_facing { -1.0 } else { 1.0 };
         if !self.can_walk_sideways() {
             // Walking out or in at an angle to the line leads back to it. A robot that stands turns onto the line's heading.
@@ -309,7 +304,7 @@ impl DockingBehaviour {
             return twist(sign * out_m_s, 0.0, turn);
         }
         let sideways = config.staging_speed_m_s.min(self.limits.sideways_mps);
-        let across_m_s = (-config.position_gain_per_s * offset.across_m).clamp(-sideways, sideways);
+        let across_m_s = (-config.control.position_gain_per_s * offset.across_m).clamp(-sideways, sideways);
         // Nearer to the dock the robot goes in only while it is on the line.
         let is_off = offset.across_m.abs() > config.entering_ratio * config.staging_across_m
             || offset.turned_rad.abs() > config.entering_ratio * config.staging_yaw_rad;
@@ -359,7 +354,7 @@ impl Behaviour for DockingBehaviour {
         }
         self.advance(at, &offset);
         match self.phase {
-            Phase::Settling { since } if at - since >= self.config.settle_time => Poll::Ready(Ok(())),
+            Phase::Settling { since } if at - since >= self.config.control.settle_time => Poll::Ready(Ok(())),
             Phase::Settling { .. } => Poll::Pending,
             _ => {
                 context.velocity = self.velocity(&offset);

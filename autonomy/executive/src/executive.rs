@@ -1,22 +1,22 @@
 //! Applies the state table: commands and events in, drive commands and published states out.
 
+use crate::running_goal::RunningGoal;
 use crate::table::{Action, Guard, TABLE};
 use crate::texts;
 use crate::{
-    Behaviour, BehaviourContext, DockGoal, DockingBehaviour, DockingConfig, Frames, ManualDriving, MapZone,
-    MapZones, PoseWalkBehaviour, PoseWalkConfig, RelocalisationBehaviour, RelocalisationConfig, StandStill,
-    Surroundings, SurroundingsConfig, WalkBehaviour, WalkConfig,
+    Behaviour, BehaviourContext, DockingConfig, Frames, GoalEvent, ManualDriving, MapZone, MapZones, Outcome,
+    PoseWalkConfig, RelocalisationBehaviour, RelocalisationConfig, RouteRemainder, StandStill, Surroundings,
+    SurroundingsConfig, WalkBehaviour, WalkConfig,
 };
 use geometry::{Isometry, Vector3, pose_from_isometry, vec_from_plain, vec_to_plain};
 use localisation::ExplorationHint;
 use messages::{
-    CancelCause, Drive, ExecutiveEvent, ExecutiveState, ExecutiveStatus, GoalAttempt, GoalFailure, GoalKind,
-    GoalResult, GoalStatus, GoalUpdate, MotionState, PoseGoal, Principal, Publication, RobotProfile,
-    StackEffect, WaitReason,
+    CancelCause, Drive, ExecutiveEvent, ExecutiveState, ExecutiveStatus, GoalFailure, GoalKind, GoalResult,
+    GoalStatus, MotionState, Principal, Publication, RobotProfile, StackEffect, WaitReason,
 };
 use std::collections::VecDeque;
 use std::task::Poll;
-use vocab::{ClientId, GoalId, Span, Stamp, Twist};
+use vocab::{ClientId, GoalId, Stamp, Twist};
 
 /// Parameters of the executive and its behaviours.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,16 +68,18 @@ pub struct Situation {
 /// The executive. Effects are appended in order of execution.
 #[derive(Debug)]
 pub struct Executive {
-    config: ExecutiveConfig,
-    profile: RobotProfile,
-    surroundings: Surroundings,
-    zones: MapZones,
-    state: ExecutiveState,
+    pub(crate) config: ExecutiveConfig,
+    pub(crate) profile: RobotProfile,
+    pub(crate) surroundings: Surroundings,
+    pub(crate) zones: MapZones,
+    pub(crate) state: ExecutiveState,
     /// Start of the present state, and the event that caused it.
     entered: (Stamp, ExecutiveEvent),
     pub(crate) behaviour: Option<Box<dyn Behaviour>>,
-    goal: Option<RunningGoal>,
+    pub(crate) goal: Option<RunningGoal>,
     recent_goals: VecDeque<GoalId>,
+    /// What has become of goals and legs, until it is taken.
+    pub(crate) events: Vec<GoalEvent>,
     stopped_by: Option<ClientId>,
     /// A walk that failed. It is kept until the next event.
     blocked: Option<(Vector3, GoalFailure)>,
@@ -86,20 +88,6 @@ pub struct Executive {
     /// Indices of the table rows that were taken, for tests.
     #[cfg(test)]
     pub(crate) taken: Vec<usize>,
-}
-
-/// A goal that has been accepted and has no outcome yet.
-#[derive(Debug)]
-struct RunningGoal {
-    id: GoalId,
-    kind: GoalKind,
-    /// The dock that it leads into.
-    dock: Option<DockGoal>,
-    by: Principal,
-    accepted: Stamp,
-    status: GoalStatus,
-    /// Attempts of behaviours that have ended, before and after the pose was lost.
-    tried: Vec<GoalAttempt>,
 }
 
 /// The data of an event.
@@ -124,6 +112,7 @@ impl Executive {
             behaviour: None,
             goal: None,
             recent_goals: VecDeque::new(),
+            events: Vec::new(),
             stopped_by: None,
             blocked: None,
             published: None,
@@ -143,7 +132,8 @@ impl Executive {
         self.zones.set(zones);
     }
 
-    /// Starts a goal.
+    /// Starts a goal. One that was started before has no effect. A goal on the topological map begins with the robot standing: its legs are begun with
+    /// [`Self::begin_leg`].
     ///
     /// # Errors
     /// One sentence for people: why the goal cannot start.
@@ -154,23 +144,26 @@ impl Executive {
         situation: &Situation,
         effects: &mut Vec<StackEffect>,
     ) -> Result<(), String> {
-        self.start(at, goal, None, situation, effects)
+        self.start(at, goal, true, situation, effects)
     }
 
-    /// Starts a walk into a dock. The goal is of the kind of a walk to a pose, by what the scans show of the dock.
+    /// Starts a goal that is a part of something else, and which clients do not see. Its end is among [`Self::take_events`].
     ///
     /// # Errors
     /// As [`Self::start_goal`].
-    pub fn start_docking(
+    pub fn start_hidden_goal(
         &mut self,
         at: Stamp,
-        goal: (GoalId, PoseGoal, Principal),
-        dock: DockGoal,
+        goal: (GoalId, GoalKind, Principal),
         situation: &Situation,
         effects: &mut Vec<StackEffect>,
     ) -> Result<(), String> {
-        let (id, pose, by) = goal;
-        self.start(at, (id, GoalKind::WalkToPose(pose), by), Some(dock), situation, effects)
+        self.start(at, goal, false, situation, effects)
+    }
+
+    /// What has become of goals and legs since the last call, in its order.
+    pub fn take_events(&mut self) -> Vec<GoalEvent> {
+        std::mem::take(&mut self.events)
     }
 
     /// A scan was located: the running behaviour may look for something in it. In the base frame, metres.
@@ -184,7 +177,7 @@ impl Executive {
         &mut self,
         at: Stamp,
         (id, kind, by): (GoalId, GoalKind, Principal),
-        dock: Option<DockGoal>,
+        is_published: bool,
         situation: &Situation,
         effects: &mut Vec<StackEffect>,
     ) -> Result<(), String> {
@@ -198,9 +191,18 @@ impl Executive {
         let goal = match is_refused {
             true => None,
             false => {
-                let behaviour = self.begin(at, kind, dock.as_ref(), situation)?;
-                let status = GoalStatus::Accepted;
-                let goal = RunningGoal { id, kind, dock, by, accepted: at, status, tried: Vec::new() };
+                let behaviour = self.begin(at, kind, situation)?;
+                let goal = RunningGoal {
+                    id,
+                    kind,
+                    leg: None,
+                    remainder: RouteRemainder::default(),
+                    by,
+                    accepted: at,
+                    status: GoalStatus::Accepted,
+                    tried: Vec::new(),
+                    is_published,
+                };
                 Some((goal, behaviour))
             }
         };
@@ -298,17 +300,34 @@ impl Executive {
                 effects.push(StackEffect::Drive(Drive { velocity }));
                 self.publish_progress(situation, effects);
             }
+            Poll::Ready(_) if self.state == ExecutiveState::ManualDriving => {
+                self.fire(at, ExecutiveEvent::VelocityTimedOut, None, situation, effects);
+            }
             Poll::Ready(outcome) => {
-                let event = match (self.state, outcome) {
-                    (ExecutiveState::ManualDriving, _) => ExecutiveEvent::VelocityTimedOut,
-                    (_, Ok(())) => ExecutiveEvent::BehaviourSucceeded,
-                    (_, Err(_)) => ExecutiveEvent::BehaviourFailed,
-                };
-                let trigger = Trigger { failure: outcome.err(), ..Trigger::default() };
-                // No row of these events refuses anything.
-                let _ = self.apply(at, event, trigger, situation, effects);
+                let is_of_leg = self.goal.as_ref().is_some_and(|goal| goal.leg.is_some());
+                match self.state == ExecutiveState::Executing && is_of_leg {
+                    true => self.finish_leg(outcome, effects),
+                    false => self.end_behaviour(at, outcome, situation, effects),
+                }
             }
         }
+    }
+
+    /// What was done for the running goal has ended.
+    pub(crate) fn end_behaviour(
+        &mut self,
+        at: Stamp,
+        outcome: Outcome,
+        situation: &Situation,
+        effects: &mut Vec<StackEffect>,
+    ) {
+        let event = match outcome {
+            Ok(()) => ExecutiveEvent::BehaviourSucceeded,
+            Err(_) => ExecutiveEvent::BehaviourFailed,
+        };
+        let trigger = Trigger { failure: outcome.err(), ..Trigger::default() };
+        // No row of these events refuses anything.
+        let _ = self.apply(at, event, trigger, situation, effects);
     }
 
     /// What moves the robot.
@@ -319,6 +338,16 @@ impl Executive {
     /// The goal that is executed or waits, if any.
     pub fn goal(&self) -> Option<GoalId> {
         self.goal.as_ref().map(|goal| goal.id)
+    }
+
+    /// The kind of the goal that is executed or waits, and who asked for it.
+    pub fn request(&self) -> Option<(GoalKind, &Principal)> {
+        self.goal.as_ref().map(|goal| (goal.kind, &goal.by))
+    }
+
+    /// Whether a goal of this id was started, lately at least.
+    pub fn knows_goal(&self, goal: GoalId) -> bool {
+        self.recent_goals.contains(&goal)
     }
 
     /// Whether a goal waits until the pose is found.
@@ -332,7 +361,7 @@ impl Executive {
             state: self.state,
             since: self.entered.0,
             cause: self.entered.1,
-            goal: self.goal.as_ref().map(|goal| goal.id),
+            goal: self.goal.as_ref().filter(|goal| goal.is_published).map(|goal| goal.id),
         };
         if self.published.replace(status) != Some(status) {
             effects.push(StackEffect::Publish(Publication::Executive(status)));
@@ -346,17 +375,13 @@ impl Executive {
 
     /// State of motion for display, derived from the state and its goal.
     fn motion(&self, at: Stamp, frames: &Frames) -> MotionState {
-        let point = self.goal.as_ref().and_then(|goal| match goal.kind {
-            GoalKind::WalkTo(point) => Some(point),
-            GoalKind::WalkToPose(pose) => Some(pose.map_from_goal.position),
-            GoalKind::Relocalise | GoalKind::GoToNode(_) | GoalKind::GoToDock(_) | GoalKind::Undock => None,
-        });
+        let point = self.goal.as_ref().and_then(RunningGoal::point);
+        let is_search = self.goal.as_ref().is_some_and(|goal| goal.kind == GoalKind::Relocalise);
         match (self.state, point, &self.behaviour) {
             (ExecutiveState::Stopped, ..) => MotionState::Stopped { by: self.stopped_by },
             (ExecutiveState::ManualDriving, ..) => MotionState::Teleoperated,
-            (ExecutiveState::Recovering, ..) | (ExecutiveState::Executing, None, _) => {
-                MotionState::Relocalising { goal: point }
-            }
+            (ExecutiveState::Recovering, ..) => MotionState::Relocalising { goal: point },
+            (ExecutiveState::Executing, ..) if is_search => MotionState::Relocalising { goal: None },
             (ExecutiveState::Executing, Some(goal), _) if !self.surroundings.sees_ground(at) => {
                 MotionState::Waiting { goal }
             }
@@ -376,13 +401,7 @@ impl Executive {
     }
 
     /// The behaviour of a new goal.
-    fn begin(
-        &self,
-        at: Stamp,
-        kind: GoalKind,
-        dock: Option<&DockGoal>,
-        situation: &Situation,
-    ) -> Result<Box<dyn Behaviour>, String> {
+    fn begin(&self, at: Stamp, kind: GoalKind, situation: &Situation) -> Result<Box<dyn Behaviour>, String> {
         match kind {
             GoalKind::WalkTo(_) | GoalKind::WalkToPose(_) if situation.is_pose_unconfirmed => {
                 Err(texts::NOT_LOCALISED.to_owned())
@@ -394,26 +413,19 @@ impl Executive {
                 walk.map(|walk| Box::new(walk) as Box<dyn Behaviour>).map_err(|error| error.to_string())
             }
             GoalKind::WalkToPose(pose) => {
-                self.pose_walk(at, &pose, dock, situation).ok_or_else(|| texts::POINT_NOT_FINITE.to_owned())
+                self.pose_walk(at, &pose, situation).ok_or_else(|| texts::POINT_NOT_FINITE.to_owned())
             }
-            // Whoever knows the topological map asks for the poses on the way.
-            GoalKind::GoToNode(_) | GoalKind::GoToDock(_) | GoalKind::Undock => {
-                Err(texts::NEEDS_TOPOLOGICAL_MAP.to_owned())
-            }
+            // Whoever knows the topological map begins the legs.
+            GoalKind::GoToNode(_) | GoalKind::GoToDock(_) | GoalKind::Undock => Ok(Box::new(StandStill)),
             GoalKind::Relocalise if !situation.is_pose_unconfirmed => Err(texts::NO_POSE_TO_FIND.to_owned()),
             GoalKind::Relocalise => Ok(self.search(at)),
         }
     }
 
-    /// The behaviour of a goal that is resumed.
-    fn resume(
-        &self,
-        at: Stamp,
-        kind: GoalKind,
-        dock: Option<&DockGoal>,
-        situation: &Situation,
-    ) -> Box<dyn Behaviour> {
-        match kind {
+    /// The behaviour of the running goal, which is resumed.
+    fn resume(&self, at: Stamp, goal: &RunningGoal, situation: &Situation) -> Box<dyn Behaviour> {
+        let stand_still = || Box::new(StandStill) as Box<dyn Behaviour>;
+        match goal.kind {
             GoalKind::WalkTo(point) => Box::new(WalkBehaviour::resume(
                 self.config.walk,
                 at,
@@ -422,33 +434,13 @@ impl Executive {
                 vec_from_plain(point),
             )),
             // It was a pose when the goal began.
-            GoalKind::WalkToPose(pose) => {
-                self.pose_walk(at, &pose, dock, situation).unwrap_or_else(|| Box::new(StandStill))
-            }
-            // Goals of the other kinds are refused.
-            GoalKind::Relocalise | GoalKind::GoToNode(_) | GoalKind::GoToDock(_) | GoalKind::Undock => {
-                self.search(at)
+            GoalKind::WalkToPose(pose) => self.pose_walk(at, &pose, situation).unwrap_or_else(stand_still),
+            GoalKind::Relocalise => self.search(at),
+            GoalKind::GoToNode(_) | GoalKind::GoToDock(_) | GoalKind::Undock => {
+                let leg = goal.leg.as_ref().and_then(|leg| self.leg_behaviour(at, leg, situation));
+                leg.unwrap_or_else(stand_still)
             }
         }
-    }
-
-    /// A walk into a pose, or into a dock; none if that is not finite.
-    fn pose_walk(
-        &self,
-        at: Stamp,
-        goal: &PoseGoal,
-        dock: Option<&DockGoal>,
-        situation: &Situation,
-    ) -> Option<Box<dyn Behaviour>> {
-        let (config, limits) = (self.config.pose_walk, &self.profile.autonomous_limits);
-        if let Some(dock) = dock {
-            let height_m = self.profile.standing_height_m;
-            let walk = DockingBehaviour::new(self.config.docking, limits, height_m, at, dock)?;
-            return Some(Box::new(walk));
-        }
-        let (terrain, frames) = (self.surroundings.terrain(), &situation.frames);
-        let walk = PoseWalkBehaviour::new(config, self.config.walk, limits, at, terrain, frames, goal)?;
-        Some(Box::new(walk))
     }
 
     fn search(&self, at: Stamp) -> Box<dyn Behaviour> {
@@ -469,17 +461,17 @@ impl Executive {
 
     /// Index of the first row that matches.
     fn find_row(&self, event: ExecutiveEvent, situation: &Situation) -> Option<usize> {
-        let kind = self.goal.as_ref().map(|goal| goal.kind);
+        let goal = self.goal.as_ref();
         let in_map = situation.is_in_saved_map;
         TABLE.iter().position(|row| {
             row.from == self.state
                 && row.event == event
                 && match row.guard {
                     Guard::Always => true,
-                    Guard::GoalNeedsPose => {
-                        in_map && matches!(kind, Some(GoalKind::WalkTo(_) | GoalKind::WalkToPose(_)))
+                    Guard::GoalNeedsPose => in_map && goal.is_some_and(RunningGoal::needs_pose),
+                    Guard::GoalFindsPose => {
+                        in_map && goal.is_some_and(|goal| goal.kind == GoalKind::Relocalise)
                     }
-                    Guard::GoalFindsPose => in_map && kind == Some(GoalKind::Relocalise),
                     Guard::InSavedMap => in_map,
                     Guard::NotInSavedMap => !in_map,
                 }
@@ -538,12 +530,11 @@ impl Executive {
             }
             Action::BeginGoal => {
                 if let Some((goal, behaviour)) = trigger.goal.take() {
-                    if self.recent_goals.len() == self.config.max_recent_goals {
-                        self.recent_goals.pop_front();
+                    if goal.is_published {
+                        self.remember(goal.id);
                     }
-                    self.recent_goals.push_back(goal.id);
                     self.behaviour = Some(behaviour);
-                    effects.push(goal.update());
+                    goal.publish(effects);
                     self.goal = Some(goal);
                 }
             }
@@ -570,8 +561,8 @@ impl Executive {
             }
             Action::ResumeGoal => {
                 self.keep_attempts();
-                if let Some((kind, dock)) = self.goal.as_ref().map(|goal| (goal.kind, goal.dock)) {
-                    self.behaviour = Some(self.resume(at, kind, dock.as_ref(), situation));
+                if let Some(goal) = &self.goal {
+                    self.behaviour = Some(self.resume(at, goal, situation));
                 }
             }
             Action::RestartSearch => {
@@ -597,24 +588,31 @@ impl Executive {
     /// Publishes the outcome of a goal.
     fn end(&mut self, mut goal: RunningGoal, outcome: GoalStatus, effects: &mut Vec<StackEffect>) {
         goal.status = outcome;
-        effects.push(goal.update());
+        goal.publish(effects);
+        self.events.push(GoalEvent::Ended(goal.update()));
+    }
+
+    /// Keeps the id of a goal, so that the goal does not begin again when it is requested again.
+    fn remember(&mut self, goal: GoalId) {
+        if self.recent_goals.len() == self.config.max_recent_goals {
+            self.recent_goals.pop_front();
+        }
+        self.recent_goals.push_back(goal);
     }
 
     /// Adds the behaviour's attempts to those of the goal.
-    fn keep_attempts(&mut self) {
+    pub(crate) fn keep_attempts(&mut self) {
         let Some(behaviour) = self.behaviour.take() else { return };
         let Some(goal) = &mut self.goal else { return };
         for attempt in behaviour.attempts() {
-            match goal.tried.iter_mut().find_map(|total| add(total, &attempt)) {
-                Some(()) => {}
-                None => goal.tried.push(attempt),
-            }
+            goal.add_attempt(&attempt);
         }
     }
 
     fn publish_progress(&mut self, situation: &Situation, effects: &mut Vec<StackEffect>) {
         let (Some(goal), Some(behaviour)) = (&mut self.goal, &self.behaviour) else { return };
-        let mut progress = behaviour.progress(&situation.frames.odom_from_base);
+        let mut progress =
+            goal.progress(behaviour.progress(&situation.frames.odom_from_base), &situation.frames);
         if self.state == ExecutiveState::Recovering {
             // What the search waits for says more to people than that the robot relocalises.
             progress.waits_for = progress.waits_for.or(Some(WaitReason::Relocalisation));
@@ -622,32 +620,7 @@ impl Executive {
         let status = GoalStatus::Running(progress);
         if goal.status != status {
             goal.status = status;
-            effects.push(goal.update());
+            goal.publish(effects);
         }
     }
-}
-
-impl RunningGoal {
-    fn update(&self) -> StackEffect {
-        StackEffect::Publish(Publication::Goal(GoalUpdate {
-            id: self.id,
-            kind: self.kind,
-            by: self.by.clone(),
-            accepted: self.accepted,
-            status: self.status.clone(),
-        }))
-    }
-}
-
-/// Adds an attempt to `total` if both are of the same kind. Otherwise `None`.
-fn add(total: &mut GoalAttempt, attempt: &GoalAttempt) -> Option<()> {
-    let sum = |a: &mut Span, b: &Span| *a = *a + *b;
-    match (total, attempt) {
-        (GoalAttempt::PlannedPaths(a), GoalAttempt::PlannedPaths(b))
-        | (GoalAttempt::ExploredPaths(a), GoalAttempt::ExploredPaths(b)) => *a += b,
-        (GoalAttempt::WaitedForPath(a), GoalAttempt::WaitedForPath(b))
-        | (GoalAttempt::SearchedForPose(a), GoalAttempt::SearchedForPose(b)) => sum(a, b),
-        _ => return None,
-    }
-    Some(())
 }

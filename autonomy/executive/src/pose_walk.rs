@@ -1,6 +1,6 @@
 //! Walking into a pose: along a path to its point, then with small steps in any direction until position and heading are right.
 
-use crate::{Behaviour, BehaviourContext, Frames, Outcome, WalkBehaviour, WalkConfig};
+use crate::{Behaviour, BehaviourContext, Frames, Outcome, PoseControlConfig, WalkBehaviour, WalkConfig};
 use geometry::{Isometry, Vector3, isometry_from_pose};
 use messages::{Approach, GoalAttempt, GoalFailure, GoalProgress, PoseGoal, SpeedLimits, WaitReason};
 use navigation::ElevationMap;
@@ -15,16 +15,12 @@ pub struct PoseWalkConfig {
     pub passing_distance_m: f64,
     /// Share of the tolerance within which the last steps end. The rest is for the error of localisation.
     pub tolerance_share: f64,
-    /// Speed for each metre of distance in the last steps, 1/s.
-    pub position_gain_per_s: f64,
-    /// Turning speed for each radian of heading error, 1/s.
-    pub heading_gain_per_s: f64,
+    /// Gains of the last steps, and when the robot has come to rest.
+    pub control: PoseControlConfig,
     /// Greatest speed of the last steps, m/s.
     pub step_speed_max_m_s: f64,
     /// Greatest turning speed of the last steps, rad/s.
     pub step_turn_max_radps: f64,
-    /// The robot stands in the pose for this time before the goal has succeeded, so that nothing of its motion is left.
-    pub settle_time: Span,
     /// Beyond this distance the robot walks on a path again, metres. It may have been pushed.
     pub walk_again_m: f64,
     /// Time for the last steps, and in straight approaches for each metre.
@@ -36,11 +32,9 @@ impl Default for PoseWalkConfig {
         Self {
             passing_distance_m: 0.35,
             tolerance_share: 0.4,
-            position_gain_per_s: 1.2,
-            heading_gain_per_s: 1.8,
+            control: PoseControlConfig::default(),
             step_speed_max_m_s: 0.25,
             step_turn_max_radps: 0.8,
-            settle_time: Span::from_millis(400),
             walk_again_m: 0.6,
             step_time_limit: Span::from_millis(20_000),
         }
@@ -167,7 +161,7 @@ impl PoseWalkBehaviour {
         }
         if is_ending || (in_pose_since.is_some() && is_in_pose) {
             let since = *in_pose_since.get_or_insert(at);
-            let is_settled = at - since >= self.config.settle_time;
+            let is_settled = at - since >= self.config.control.settle_time;
             return if is_settled { Poll::Ready(Ok(())) } else { Poll::Pending };
         }
         *in_pose_since = None;
@@ -182,7 +176,7 @@ impl PoseWalkBehaviour {
 
     /// Towards the pose, within the limits. A robot that cannot walk sideways turns to the point first.
     fn step_velocity(&self, offset: &Offset) -> Twist {
-        let PoseWalkConfig { position_gain_per_s, heading_gain_per_s, .. } = self.config;
+        let PoseControlConfig { position_gain_per_s, heading_gain_per_s, .. } = self.config.control;
         let clamp = |value: f64, limit: f64, own: f64| {
             let limit = limit.min(own);
             value.clamp(-limit, limit)

@@ -121,6 +121,7 @@ pub const TABLE: &[Transition] = &[
     row(Executing, On::CancelRequested, Always, Idle, &[CancelGoal(Requested), StopRobot]),
     row(Executing, On::BehaviourSucceeded, Always, Idle, &[SucceedGoal, StopRobot]),
     row(Executing, On::BehaviourFailed, Always, Idle, &[FailGoal, StopRobot]),
+    row(Recovering, On::BehaviourSucceeded, Always, Idle, &[SucceedGoal, StopRobot]),
     row(Recovering, On::BehaviourFailed, Always, Idle, &[FailGoal, StopRobot]),
     row(Executing, On::PoseLost, GoalNeedsPose, Recovering, &[SuspendGoal, StopRobot]),
     row(Recovering, On::PoseFound, Always, Executing, &[ResumeGoal]),
@@ -154,7 +155,10 @@ const STATES: [(ExecutiveState, &str); 5] = [
         Recovering,
         "The pose in the saved map was lost during a goal. The goal waits while the robot searches for its pose.",
     ),
-    (Executing, "The robot executes a goal."),
+    (
+        Executing,
+        "The robot executes a goal. For a goal on the topological map it also stands and waits between two legs.",
+    ),
     (Idle, "The robot stands and is free to move."),
 ];
 
@@ -170,8 +174,14 @@ const EVENTS: [(ExecutiveEvent, &str); 13] = [
         "A person requests a goal, and its behaviour can begin. A goal that cannot begin is refused.",
     ),
     (On::CancelRequested, "A person cancels the running goal."),
-    (On::BehaviourSucceeded, "The behaviour has reached the goal."),
-    (On::BehaviourFailed, "The behaviour has ended without reaching the goal."),
+    (
+        On::BehaviourSucceeded,
+        "The goal is reached: its behaviour says so, or whoever decides the legs of a goal on the topological map.",
+    ),
+    (
+        On::BehaviourFailed,
+        "The goal is given up: its behaviour says so, or whoever decides the legs of a goal on the topological map.",
+    ),
     (On::PoseLost, "Localisation has lost the pose in the saved map."),
     (On::PoseFound, "Localisation has found the pose in the saved map and has no reason to doubt it."),
     (

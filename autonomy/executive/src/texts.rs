@@ -8,7 +8,6 @@ pub(crate) const NOT_LOCALISED: &str =
 pub(crate) const NO_POSE_TO_FIND: &str =
     "The robot does not search for its pose in a map. Choose \"Use this map\" on a saved map first.";
 pub(crate) const MOTION_STOPPED: &str = "Motion is stopped. Press \"Allow motion\" first.";
-pub(crate) const NEEDS_TOPOLOGICAL_MAP: &str = "Nodes and docks are reached over the topological map, which is not in use. Make one on the Site screen first.";
 pub(crate) const POINT_NOT_FINITE: &str = "That point is not on the map. Choose another.";
 
 /// Why a goal failed, with what to do.

@@ -7,11 +7,15 @@ use crate::tests::{Rig, operator, post, room};
 use crate::*;
 use expect_test::{ExpectFile, expect_file};
 use geometry::Vector3;
-use messages::{Drive, ExecutiveEvent, GoalKind, GoalProgress, GoalStatus, Publication, StackEffect};
+use messages::{
+    Approach, Drive, ExecutiveEvent, GoalAttempt, GoalFailure, GoalKind, GoalProgress, GoalStatus, PoseGoal,
+    Publication, StackEffect, WaitReason,
+};
+use site_model::NodeId;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 use uuid::Uuid;
-use vocab::{GoalId, Stamp, Twist, Vec3};
+use vocab::{GoalId, LegId, Pose, Stamp, Twist, Vec3};
 
 /// Every scenario: its commands and its file.
 fn scenarios() -> Vec<(&'static str, ExpectFile)> {
@@ -32,6 +36,9 @@ fn scenarios() -> Vec<(&'static str, ExpectFile)> {
         "odometry_restarts",
         "map_replaced",
         "relocalise",
+        "route",
+        "route_taken_while_it_waits",
+        "route_pose_lost",
         "refused",
     ]
 }
@@ -120,9 +127,44 @@ impl Player {
             "goal" => {
                 let kind = match words[2] {
                     "walk" => GoalKind::WalkTo(Vec3::new(number(3), number(4), -0.5)),
+                    "node" => GoalKind::GoToNode(NodeId(id(3))),
                     _ => GoalKind::Relocalise,
                 };
                 executive.start_goal(*now, (GoalId(id(1)), kind, operator(1)), situation, effects).err()
+            }
+            // A leg of the running goal to a point, which the robot passes.
+            "leg" => {
+                let position = Vec3::new(number(2), number(3), 0.0);
+                let map_from_goal = Pose { position, ..Pose::IDENTITY };
+                let pose = PoseGoal {
+                    map_from_goal,
+                    tolerance: None,
+                    speed_max_m_s: None,
+                    approach: Approach::Path,
+                };
+                let leg = RouteLeg { id: LegId(id(1)), pose, dock: None };
+                let goal = executive.goal().unwrap_or(GoalId(Uuid::nil()));
+                let begun = executive.begin_leg(*now, goal, leg, situation, effects);
+                begun.err().map(|reason| format!("{reason:?}"))
+            }
+            "leg-ends" => {
+                executive.end_leg(LegId(id(1)), effects);
+                None
+            }
+            "waited" => {
+                let time = vocab::Span::from_secs_f64(number(2));
+                executive.add_attempt(GoalId(id(1)), &GoalAttempt::WaitedForPath(time));
+                None
+            }
+            "blocked-edge" => {
+                let waits_for = Some(WaitReason::FreePath);
+                executive.set_remainder(GoalId(id(1)), RouteRemainder { beyond_leg_m: None, waits_for });
+                None
+            }
+            "route-ends" => {
+                let outcome = if words[2] == "reached" { Ok(()) } else { Err(GoalFailure::NoRoute) };
+                executive.end_route(*now, GoalId(id(1)), outcome, situation, effects);
+                None
             }
             "cancel" => {
                 executive.cancel_goal(*now, GoalId(id(1)), operator(1), situation, effects);
@@ -190,6 +232,11 @@ impl Player {
 
     fn print(&mut self, out: &mut String) {
         let seconds = (self.rig.now - Stamp::EPOCH).secs_f64();
+        for event in self.rig.executive.take_events() {
+            if let GoalEvent::LegEnded(leg, outcome) = event {
+                let _ = writeln!(out, "  {seconds:.2} leg {} {outcome:?}", leg.0.as_u128());
+            }
+        }
         for effect in std::mem::take(&mut self.rig.effects) {
             let line = match effect {
                 StackEffect::Drive(drive) => {

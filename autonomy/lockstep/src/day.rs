@@ -36,6 +36,8 @@ pub(crate) struct Day {
     pub(crate) notices: Vec<String>,
     /// Outcomes of all goals, in their order.
     pub(crate) outcomes: Vec<GoalStatus>,
+    /// What remained of goals, as it was published, metres.
+    pub(crate) remaining_m: Vec<f64>,
     /// The newest relocalisation request, with its job.
     pub(crate) asked: Option<(JobId, RelocalisationTask)>,
     pub(crate) finished: Option<Arc<FinishedMap>>,
@@ -82,6 +84,7 @@ impl Day {
             refusals: Vec::new(),
             notices: Vec::new(),
             outcomes: Vec::new(),
+            remaining_m: Vec::new(),
             asked: None,
             finished: None,
         }
@@ -89,8 +92,13 @@ impl Day {
 
     pub(crate) fn order(&mut self, order: CommandKind) {
         self.commands += 1;
-        let (id, by) = (CommandId(Uuid::from_u128(self.commands)), ClientId(Uuid::from_u128(1)));
-        self.lockstep.give(Input::Command(Command { id, by: Principal::operator(by), kind: order }));
+        let id = CommandId(Uuid::from_u128(self.commands));
+        self.lockstep.give(Input::Command(Command { id, by: self.operator(), kind: order }));
+    }
+
+    /// Who gives the orders.
+    pub(crate) fn operator(&self) -> Principal {
+        Principal::operator(ClientId(Uuid::from_u128(1)))
     }
 
     /// Starts a goal with a new id.
@@ -117,6 +125,7 @@ impl Day {
             refusals,
             notices,
             outcomes,
+            remaining_m,
             asked,
             finished,
             ..
@@ -143,6 +152,11 @@ impl Day {
             StackEffect::StartJob { work: Job::SaveMap(map), .. } => *finished = Some(Arc::clone(map)),
             StackEffect::Publish(Publication::Goal(update)) if update.status.is_outcome() => {
                 outcomes.push(update.status.clone());
+            }
+            StackEffect::Publish(Publication::Goal(update)) => {
+                if let GoalStatus::Running(progress) = &update.status {
+                    remaining_m.extend(progress.remaining_m);
+                }
             }
             StackEffect::Publish(Publication::Notice(notice)) => notices.push(notice.text.clone()),
             StackEffect::Answer { refused: Some(reason), .. } => refusals.push(reason.clone()),

@@ -1,18 +1,18 @@
-//! Actions of edges, zones, and turns of the body for the camera, on the simulated site.
+//! Actions of edges, zones, turns of the body for the camera, and waits before blocked edges, on the simulated site.
 
 use crate::day::{Day, first};
 use crate::mission_tests::{MISSION, RUN, localised, node, site, until_ended};
 use crate::replay;
 use geometry::{Vector3, isometry_from_pose};
-use messages::{CommandKind, GoalKind, LedgerEvent};
+use messages::{CancelCause, CommandKind, GoalFailure, GoalKind, GoalStatus, LedgerEvent};
 use sim::Start;
 use site_model::{
-    ActionRequest, Edge, EdgeId, EditId, MissionCommandKind, Object, Parameters, RunState, Site, StartMode,
-    Zone, ZoneEffect, ZoneId,
+    ActionRequest, Edge, EdgeBlock, EdgeId, EditId, MissionCommandKind, Object, Parameters, RunState, Site,
+    StartMode, Zone, ZoneEffect, ZoneId,
 };
 use stack::Stack;
 use uuid::Uuid;
-use vocab::{Pose, Vec3};
+use vocab::{Pose, Span, Vec3};
 
 /// A robot in the node before the dock.
 fn before_the_dock(seed: u64, site: Site) -> Day {
@@ -160,4 +160,82 @@ fn a_route_leads_round_a_keep_out_zone_between_its_nodes() {
     let mut is_entered = false;
     go_to(&mut day, 4, |at| is_entered |= (25.6..27.4).contains(&at.x) && (20.1..24.9).contains(&at.y));
     assert!(!is_entered);
+}
+
+/// Blocks both edges that lead away from the dock for 6 s, and starts a goal, which waits for them.
+fn start_before_blocked_edges(day: &mut Day) {
+    let until = day.lockstep.now() + Span::from_millis(6_000);
+    let block = |number| EdgeBlock {
+        edge: EdgeId(Uuid::from_u128(number)),
+        until,
+        failures: 1,
+        reason: "A pallet.".to_owned(),
+    };
+    let mut site = day.lockstep.site().clone();
+    put(&mut site, Object::EdgeBlock(block(203)));
+    put(&mut site, Object::EdgeBlock(block(207)));
+    day.lockstep.give_site(site);
+    day.run(0.5);
+    day.outcomes.clear();
+    day.start_goal(GoalKind::GoToNode(node(4)));
+    day.run(1.0);
+    assert!(day.outcomes.is_empty() && day.route.route.is_some(), "{:?} {:?}", day.outcomes, day.refusals);
+}
+
+#[test]
+fn whatever_takes_the_robot_from_a_goal_that_waits_keeps_it() {
+    let (_, _, origin) = first();
+    let mut day = before_the_dock(65, site(origin));
+    let start = day.true_position();
+    let moved_m = |day: &mut Day| (day.true_position() - start).xy().norm();
+
+    start_before_blocked_edges(&mut day);
+    day.order(CommandKind::StopMotion);
+    day.order(CommandKind::AllowMotion);
+    day.run(9.0);
+    let stopped = [GoalStatus::Cancelled { by: day.operator(), cause: CancelCause::MotionStopped }];
+    assert_eq!(day.outcomes, stopped);
+    assert!(moved_m(&mut day) < 0.1, "it walked off by itself");
+
+    start_before_blocked_edges(&mut day);
+    for _ in 0..45 {
+        day.order(CommandKind::Teleoperate(vocab::Twist::default()));
+        day.run(0.2);
+    }
+    let driven = [GoalStatus::Cancelled { by: day.operator(), cause: CancelCause::DrivenByHand }];
+    assert_eq!(day.outcomes, driven);
+    assert!(moved_m(&mut day) < 0.1, "it was taken from the person who drives");
+
+    start_before_blocked_edges(&mut day);
+    day.order(CommandKind::LeaveMap);
+    day.run(9.0);
+    let replaced = GoalFailure::MapReplaced;
+    assert!(
+        matches!(day.outcomes[..], [GoalStatus::Failed { reason, .. }] if reason == replaced),
+        "{:?}",
+        day.outcomes
+    );
+    assert!(moved_m(&mut day) < 0.1, "it walks by a map that is not in use");
+    let again = replay(day.lockstep.log().iter().cloned(), &mut Stack::new());
+    assert_eq!(again.hex(), day.lockstep.digest().hex());
+}
+
+#[test]
+fn without_anybody_in_between_a_goal_that_waited_is_reached() {
+    let (_, _, origin) = first();
+    let mut day = before_the_dock(66, site(origin));
+    start_before_blocked_edges(&mut day);
+    day.run(60.0);
+    assert!(matches!(day.outcomes[..], [GoalStatus::Succeeded(_)]), "{:?} {:?}", day.outcomes, day.route);
+    // What remained, as published: it never grew again by more than a step round something.
+    let remaining: Vec<f64> = day.remaining_m.clone();
+    let longest = remaining.iter().copied().fold(0.0, f64::max);
+    assert!((10.0..16.0).contains(&longest), "{longest} m in all");
+    let least = remaining.iter().scan(f64::INFINITY, |least, now| {
+        let before = *least;
+        *least = least.min(*now);
+        Some(now - before)
+    });
+    let growth = least.fold(0.0, f64::max);
+    assert!(growth < 1.0, "the way grew by {growth} m: {remaining:?}");
 }

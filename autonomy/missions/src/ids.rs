@@ -2,7 +2,7 @@
 
 use site_model::{LocalDateTime, MonitorId, RunId, ScheduleId};
 use uuid::Uuid;
-use vocab::{ActionCallId, GoalId, Stamp};
+use vocab::{ActionCallId, GoalId, LegId, Stamp};
 
 /// Hash of some words: FNV-1a with 128 bits, marked as a UUID of version 8.
 fn derive(kind: &str, words: &[u128]) -> Uuid {
@@ -29,9 +29,9 @@ pub(crate) fn errand_goal_id(number: u64) -> GoalId {
     GoalId(derive("errand", &[u128::from(number)]))
 }
 
-/// The walk of this number of a goal on the topological map.
-pub(crate) fn leg_goal_id(goal: GoalId, number: u64) -> GoalId {
-    GoalId(derive("leg", &[goal.0.as_u128(), u128::from(number)]))
+/// The leg of this number of a goal on the topological map.
+pub(crate) fn leg_id(goal: GoalId, number: u64) -> LegId {
+    LegId(derive("leg", &[goal.0.as_u128(), u128::from(number)]))
 }
 
 /// The call of this number that a goal on the topological map makes.
@@ -40,8 +40,8 @@ pub(crate) fn edge_call_id(goal: GoalId, number: u64) -> ActionCallId {
 }
 
 /// The turn of the body of this number for a call.
-pub fn turn_goal_id(call: ActionCallId, number: u32) -> GoalId {
-    GoalId(derive("turn", &[call.0.as_u128(), u128::from(number)]))
+pub fn turn_leg_id(call: ActionCallId, number: u32) -> LegId {
+    LegId(derive("turn", &[call.0.as_u128(), u128::from(number)]))
 }
 
 /// The run of a slot.

@@ -6,35 +6,43 @@
 //!
 //! The crate is small and knows neither robots nor the stack, so that a browser can plan, order and preview with the same code.
 
+mod action_time;
 mod calendar;
 mod graph;
 mod ids;
 mod order;
+mod poses;
 mod routes;
 mod runs;
 #[cfg(test)]
 mod testing;
 mod texts;
 
+pub use action_time::ActionTimeConfig;
 pub use calendar::{
     ClockChange, MINUTES_A_DAY, RecurrenceRule, RuleError, SiteZone, Slot, Slots, ZoneError, date_of,
     day_number, local_of, minute_number, weekday_of,
 };
 pub use graph::{
-    Closure, EdgeBlockConfig, GraphLocaliser, GraphLocaliserConfig, GraphPlace, LearnedTime, LearnedTimes,
-    NoRoute, Route, RouteConditions, RouteConfig, RouteGraph, RouteTree, is_blocked, next_block,
+    Closure, DockConfig, DockOffset, EdgeBlockConfig, GraphLocaliser, GraphLocaliserConfig, GraphPlace,
+    LearnedTime, LearnedTimes, NoRoute, Route, RouteConditions, RouteConfig, RouteGraph, RouteTree,
+    docked_at, is_blocked, next_block,
 };
-pub use ids::turn_goal_id;
+pub use ids::turn_leg_id;
 pub use order::{
     OrderPreview, Tour, TourConfig, TourError, TourProblem, WayCost, node_of, order_tasks,
     solve as solve_tour,
 };
-pub use routes::{LegResult, LegWalk, LegWay, RouteEffect, RouteExecutor, RouteExecutorConfig, RouteView};
+pub use poses::turned;
+pub use routes::{
+    LegResult, LegWalk, LegWay, RouteAttempt, RouteEffect, RouteExecutor, RouteExecutorConfig,
+    RouteRemaining, RouteView,
+};
 pub use runs::{
-    ActionInfo, ActionResult, BatteryConfig, CHARGE_SIGNAL, DueSlot, GoalRequest, GoalResult, MissionEffect,
-    MissionInput, MissionNotice, MissionRunner, MonitorBank, RUN_TABLE, Records, RouteActionRecord, Run,
-    RunAction, RunTransition, RunTrigger, RunnerConfig, Scheduler, SchedulerConfig, Situation, TASK_TABLE,
-    TaskAction, TaskGuard, TaskRecord, TaskTransition, TaskTrigger, battery_monitors, events_for_restart,
-    time_to_dock_p95_s, to_markdown,
+    ActionInfo, ActionResult, BatteryConfig, CHARGE_SIGNAL, DueSlot, GoalRequest, MissionEffect,
+    MissionInput, MissionNotice, MissionRunner, MissionSituation, MonitorBank, RUN_TABLE, Records,
+    RouteActionRecord, RouteGoalResult, Run, RunAction, RunTransition, RunTrigger, RunnerConfig, Scheduler,
+    SchedulerConfig, TASK_TABLE, TaskAction, TaskGuard, TaskRecord, TaskTransition, TaskTrigger,
+    battery_monitors, events_for_restart, time_to_dock_p95_s, to_markdown,
 };
 pub use texts::{notice, reach_failure, skip_reason, task_failure};

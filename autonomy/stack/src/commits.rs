@@ -1,30 +1,23 @@
 //! Commands whose answers wait until what they changed is durable.
 
+use crate::waiting_answers::WaitingAnswers;
 use messages::{Command, LedgerEvent, StackEffect};
-use std::collections::VecDeque;
 use vocab::{ClientId, CommandId};
 
-/// Answers that may wait. Only stops of motion and their ends wait; the oldest is dropped when a disk does not write for long. Its client sends the
-/// command again.
-const WAITING_MAX: usize = 256;
-
-/// Commits that were asked for, and the answers that wait for them.
+/// Commits that were asked for, and the answers that wait for them: those of stops of motion and their ends.
 #[derive(Debug, Default)]
 pub(crate) struct Commits {
     /// Number of the next commit.
     next: u64,
-    /// With the number of their commit, ascending.
-    waiting: VecDeque<(u64, CommandId, ClientId)>,
+    /// By the number of their commit, ascending.
+    waiting: WaitingAnswers<u64>,
 }
 
 impl Commits {
     /// Asks for a commit of what a command changed. Its answer waits.
     pub fn begin(&mut self, command: &Command, event: LedgerEvent) -> StackEffect {
         let (seq, commit) = self.begin_events(vec![event]);
-        if self.waiting.len() == WAITING_MAX {
-            self.waiting.pop_front();
-        }
-        self.waiting.push_back((seq, command.id, command.by.client));
+        self.waiting.push(seq, command.id, command.by.client);
         commit
     }
 
@@ -37,13 +30,12 @@ impl Commits {
 
     /// Whether the answer to this command waits.
     pub fn is_waiting(&self, command: CommandId) -> bool {
-        self.waiting.iter().any(|(_, id, _)| *id == command)
+        self.waiting.contains(command)
     }
 
     /// This commit and those before it are durable. Returns the commands that can be answered now, with their clients.
     pub fn end(&mut self, seq: u64) -> Vec<(CommandId, ClientId)> {
-        let count = self.waiting.partition_point(|(waiting, ..)| *waiting <= seq);
-        self.waiting.drain(..count).map(|(_, id, client)| (id, client)).collect()
+        self.waiting.take_oldest(|waiting| *waiting <= seq)
     }
 }
 

@@ -18,7 +18,10 @@ mod prior_map;
 mod quality_schedule;
 mod running_session;
 mod sensor_monitor;
+#[cfg(test)]
+mod testing;
 mod texts;
+mod waiting_answers;
 mod work;
 
 pub use map_name::map_name;
@@ -36,11 +39,11 @@ use mapping_events::{MapUpdate, MappingEvents};
 use mapping_messages::rows;
 use mapping_phase::MappingPhase;
 use messages::{
-    BootRecord, Command, CommandKind, CorrectedScan, Estimate, ExecutiveEvent, Finding, GoalKind, Input,
-    JobDone, JobId, JobOwner, JobResult, LedgerEvent, Notice, Publication, RobotProfile, Sensor, Severity,
+    BootRecord, Command, CommandKind, CorrectedScan, Estimate, ExecutiveEvent, Finding, Input, JobDone,
+    JobId, JobOwner, JobResult, LedgerEvent, Notice, Publication, RobotProfile, Sensor, Severity,
     StackEffect, StopLatch,
 };
-use mission_phase::MissionPhase;
+use mission_phase::{MissionPhase, goal_request};
 use odometry_adapter::{LocatedScan, OdometryAdapter, OdometryEvent};
 use sensor_monitor::SensorMonitor;
 use std::sync::Arc;
@@ -99,7 +102,6 @@ impl Stack {
 
     /// Handles one input. `at` is the only clock and never decreases. Effects are appended in the order in which they must be executed.
     pub fn step(&mut self, at: Stamp, input: Input, effects: &mut Vec<StackEffect>) {
-        let from = effects.len();
         if let Some(running) = &mut self.running {
             running.process_waypoint(at, effects);
         }
@@ -124,7 +126,7 @@ impl Stack {
             (None, _) => {}
         }
         if let Some(running) = &mut self.running {
-            running.settle_missions(at, from, effects);
+            running.settle_missions(at, effects);
         }
     }
 
@@ -386,6 +388,8 @@ impl Running {
         let predicted = self.last.as_ref().map(|last| self.odometry.predict(at, last));
         let frames = self.frames(predicted.as_deref());
         self.executive.update(at, &self.situation(frames), effects);
+        // A leg of a route that has ended now has not to be taken for the next one.
+        self.handle_goal_events(at, effects);
         if let Some(located) = predicted {
             publish(effects, Publication::Estimate(self.estimate(&located, &frames.map_from_base())));
         }
@@ -549,16 +553,16 @@ impl Running {
                 let situation = self.situation(self.frames(self.last.as_deref()));
                 self.executive.drive(at, *velocity, command.by.clone(), &situation, effects)
             }
-            CommandKind::StartGoal {
-                goal,
-                kind: kind @ (GoalKind::GoToNode(_) | GoalKind::GoToDock(_) | GoalKind::Undock),
-            } => self.start_route(at, (*goal, *kind, command.by.clone()), effects),
             CommandKind::StartGoal { goal, kind } => {
-                let situation = self.situation(self.frames(self.last.as_deref()));
                 let goal = (*goal, *kind, command.by.clone());
-                self.executive.start_goal(at, goal, &situation, effects)
+                match goal_request(*kind) {
+                    Some(request) => self.start_route(at, goal, request, effects),
+                    None => {
+                        let situation = self.situation(self.frames(self.last.as_deref()));
+                        self.executive.start_goal(at, goal, &situation, effects)
+                    }
+                }
             }
-            CommandKind::CancelGoal(goal) if self.cancel_route(at, *goal, &command.by, effects) => Ok(()),
             CommandKind::CancelGoal(goal) => {
                 let situation = self.situation(self.frames(self.last.as_deref()));
                 self.executive.cancel_goal(at, *goal, command.by.clone(), &situation, effects);

@@ -240,3 +240,7 @@ fn plain_reason(reason: localisation::DegradationReason) -> DegradationReason {
         localisation::DegradationReason::Unconfirmed => DegradationReason::Unconfirmed,
     }
 }
+
+#[cfg(test)]
+#[path = "localisation_phase_tests.rs"]
+mod tests;

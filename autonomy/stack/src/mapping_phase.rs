@@ -457,3 +457,7 @@ impl MappingPhase {
         }
     }
 }
+
+#[cfg(test)]
+#[path = "mapping_phase_tests.rs"]
+mod tests;

@@ -1,33 +1,9 @@
 //! Messages of a standing robot in a room, and mountings that are no poses.
 
 use super::*;
-use messages::{Mounting as PlainMounting, Scan, Sources as PlainSources};
+use crate::testing::{SWEEP, lidar_only, room_scan};
+use messages::Mounting as PlainMounting;
 use vocab::{Pose, Span, Vec3};
-
-const SWEEP: Span = Span::from_millis(100);
-
-/// A scan of a closed room of 8 m by 6 m by 3 m, taken in its middle.
-fn scan(number: i64) -> Sensor {
-    let mut xyz = Vec::new();
-    for row in -30..=30_i16 {
-        for column in -30..=30_i16 {
-            let (a, b) = (f32::from(row) / 30.0, f32::from(column) / 30.0);
-            xyz.extend([[4.0, 3.0 * a, 1.5 * b], [-4.0, 3.0 * a, 1.5 * b]]);
-            xyz.extend([[4.0 * a, 3.0, 1.5 * b], [4.0 * a, -3.0, 1.5 * b]]);
-            xyz.extend([[4.0 * a, 3.0 * b, 1.5], [4.0 * a, 3.0 * b, -1.5]]);
-        }
-    }
-    let stamp = Stamp::from_parts(10, 0) + Span::from_nanos(SWEEP.nanos() * number);
-    let intensity = vec![7.0; xyz.len()];
-    let last = xyz.len() as i64 - 1;
-    let offset_ns = (0..=last).map(|index| (SWEEP.nanos() * index / last) as i32).collect();
-    Sensor::Scan(Arc::new(Scan { stamp, xyz, intensity, offset_ns, ring: Vec::new() }))
-}
-
-fn lidar_only() -> BootRecord {
-    let sources = PlainSources { lidar: true, imu: false, legs: false, external: false };
-    BootRecord { sources, ..BootRecord::default() }
-}
 
 #[test]
 fn a_standing_robot_gets_a_frame_and_then_located_scans() {
@@ -35,7 +11,7 @@ fn a_standing_robot_gets_a_frame_and_then_located_scans() {
     let mut events = Vec::new();
     assert!(!adapter.is_tracking());
     for number in 0..5 {
-        adapter.update(&scan(number), &mut events);
+        adapter.update(&room_scan(number), &mut events);
     }
     adapter.flush(&mut events);
     assert!(adapter.is_tracking());

@@ -457,3 +457,7 @@ fn thinned(downsampler: &mut Downsampler, cloud: &Cloud, voxel_m: f32) -> Cloud 
         },
     }
 }
+
+#[cfg(test)]
+#[path = "running_session_tests.rs"]
+mod tests;

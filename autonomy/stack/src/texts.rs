@@ -88,8 +88,8 @@ pub(crate) fn sensor_silent(sensor: &str, seconds: f64) -> String {
 
 /// A command of missions or a goal on the topological map before the site is known.
 pub(crate) const NO_SITE: &str = "The site has not been read yet. Try again in a moment.";
-/// A goal on the topological map while motion is stopped.
-pub(crate) const MOTION_IS_STOPPED: &str = "Motion is stopped. Press \"Allow motion\" first.";
+/// A goal on the topological map with the id of another one.
+pub(crate) const GOAL_KNOWN: &str = "A goal with this id was started before. Ask for it with a new id.";
 /// A goal on the topological map while the pose in its map is not known.
 pub(crate) const NOT_LOCALISED_IN_SITE: &str = "The robot is not localised in the map of the site. Choose \"Use this map\" on that map, and wait until it is localised.";
 /// A run waits.

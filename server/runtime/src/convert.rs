@@ -304,7 +304,7 @@ pub fn goal(update: messages::GoalUpdate) -> api::Goal {
         kind: match update.kind {
             messages::GoalKind::WalkTo(point) => api::GoalKind::WalkTo(point),
             messages::GoalKind::Relocalise => api::GoalKind::Relocalise,
-            // People ask for nodes; poses are steps of routes, which are not published one by one.
+            // People ask for points and nodes. The contract with clients has no poses.
             messages::GoalKind::WalkToPose(pose) => api::GoalKind::WalkTo(pose.map_from_goal.position),
             messages::GoalKind::GoToNode(node) => api::GoalKind::GoToNode(node),
             messages::GoalKind::GoToDock(dock) => api::GoalKind::GoToDock(dock),
@@ -349,6 +349,7 @@ fn goal_status(status: messages::GoalStatus) -> api::GoalStatus {
                     GoalAttempt::WaitedForPath(span) => api::GoalAttempt::WaitedForPath(span),
                     GoalAttempt::SearchedForPose(span) => api::GoalAttempt::SearchedForPose(span),
                     GoalAttempt::ExploredPaths(count) => api::GoalAttempt::ExploredPaths(count),
+                    GoalAttempt::DockingAttempts(count) => api::GoalAttempt::DockingAttempts(count),
                 })
                 .collect(),
         },

@@ -126,6 +126,8 @@ pub enum GoalAttempt {
     SearchedForPose(Span),
     /// Number of paths that the robot walked to see more.
     ExploredPaths(u32),
+    /// Number of attempts to be charged in a dock.
+    DockingAttempts(u32),
 }
 
 /// How a goal was cancelled.
@@ -229,8 +231,9 @@ mod tests {
             GoalAttempt::WaitedForPath(Span::ZERO),
             GoalAttempt::SearchedForPose(Span::ZERO),
             GoalAttempt::ExploredPaths(9),
+            GoalAttempt::DockingAttempts(9),
         ];
-        assert_eq!(attempts.map(number), [0, 1, 2, 3]);
+        assert_eq!(attempts.map(number), [0, 1, 2, 3, 4]);
         let states = [State::Stopped, State::ManualDriving, State::Recovering, State::Executing, State::Idle];
         assert_eq!(states.map(number), [0, 1, 2, 3, 4]);
         let events =

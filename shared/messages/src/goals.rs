@@ -154,6 +154,8 @@ pub enum GoalAttempt {
     SearchedForPose(Span),
     /// Number of paths that the robot walked to see more.
     ExploredPaths(u32),
+    /// Number of attempts to be charged in a dock.
+    DockingAttempts(u32),
 }
 
 /// How a goal was cancelled.

@@ -55,6 +55,10 @@ uuid_id! {
     GoalId
 }
 uuid_id! {
+    /// A part of the way to a goal on the topological map, which the robot walks in one go; or a turn of its body for an action.
+    LegId
+}
+uuid_id! {
     /// One call of an action, named by the stack.
     ActionCallId
 }

@@ -12,7 +12,8 @@ mod time;
 
 pub use content_hash::{BlobHash, BlobHashError};
 pub use ids::{
-    ActionCallId, ClientId, CommandId, GoalId, KeyframeId, MAX_MAP_NAME_CHARS, MapId, SessionId, UploadId,
+    ActionCallId, ClientId, CommandId, GoalId, KeyframeId, LegId, MAX_MAP_NAME_CHARS, MapId, SessionId,
+    UploadId,
 };
 pub use pose::{Aabb, Covariance6, Pose, Quat, Twist, Vec3};
 pub use role::{Role, RoleError};

@@ -1,8 +1,8 @@
 //! The interface between the frame and the panels of features: what a panel may show, and what it reads and writes meanwhile.
 
 use crate::camera_preview::{CameraPreview, SightCheck};
-use crate::features::schedule::NextRunTexts;
 use crate::layout::{Layout, Width};
+use crate::next_run_texts::NextRunTexts;
 use crate::page_clock::PageClock;
 use crate::result_files::ResultFiles;
 use crate::screens;

@@ -159,6 +159,7 @@ mod layout;
 mod map_name;
 mod message;
 mod name_field;
+mod next_run_texts;
 mod number_field;
 mod page_clock;
 mod paint;

@@ -2,6 +2,7 @@
 
 use super::RouteGraph;
 use super::zones::is_inside;
+use crate::poses::{heading_rad, turn_between_rad};
 use site_model::{EdgeId, Node, NodeId, Site};
 use vocab::{Pose, Vec3};
 
@@ -18,19 +19,23 @@ pub struct GraphLocaliserConfig {
     pub edge_distance_m: f64,
     /// An edge has to be nearer than the present one by this distance to replace it, metres.
     pub edge_margin_m: f64,
-    /// Greatest difference in height to a node or edge, metres: less than half a storey.
-    pub max_height_difference_m: f64,
+    /// An edge along which the robot would walk backwards counts as farther away by this, metres. More than the margin, so that of a pair the edge ahead is taken.
+    pub backwards_penalty_m: f64,
+    /// A node or edge that is higher or lower than the robot by more than this is on another floor, metres: less than half a storey.
+    pub floor_separation_m: f64,
 }
 
-impl Default for GraphLocaliserConfig {
-    fn default() -> Self {
+impl GraphLocaliserConfig {
+    /// With the separation of floors by which the robot walks.
+    pub fn new(floor_separation_m: f64) -> Self {
         Self {
             leave_ratio: 1.5,
             leave_margin_m: 0.05,
             nearest_margin_m: 0.3,
             edge_distance_m: 1.0,
             edge_margin_m: 0.3,
-            max_height_difference_m: 1.2,
+            backwards_penalty_m: 0.5,
+            floor_separation_m,
         }
     }
 }
@@ -47,7 +52,7 @@ pub struct GraphPlace {
 }
 
 /// Follows the robot on the graph.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct GraphLocaliser {
     config: GraphLocaliserConfig,
     place: GraphPlace,
@@ -98,7 +103,7 @@ impl GraphLocaliser {
         }
         let along_m = node.tolerance.along_m * ratio + margin_m;
         let across_m = node.tolerance.across_m * ratio + margin_m;
-        let turn = wrapped(yaw(pose) - yaw(&node.map_from_node)).abs();
+        let turn = turn_between_rad(heading_rad(&node.map_from_node), heading_rad(pose)).abs();
         (x / along_m).powi(2) + (y / across_m).powi(2) <= 1.0 && turn <= node.tolerance.yaw_rad * ratio
     }
 
@@ -116,17 +121,17 @@ impl GraphLocaliser {
     }
 
     fn find_edge(&self, graph: &RouteGraph, pose: &Pose) -> Option<EdgeId> {
-        let heading = yaw(pose);
-        // Distance to the line, with half a metre more for the edge of a pair that leads backwards.
+        let heading = heading_rad(pose);
+        // Distance to the line, and more for an edge that leads backwards.
         let badness = |index: &usize| {
             let edge = &graph.edges[*index];
             let (from, to) = (graph.positions[edge.from], graph.positions[edge.to]);
             let (distance_m, height_m) = distance_to_line_m(from, to, pose.position);
             let is_near =
-                distance_m <= self.config.edge_distance_m && height_m <= self.config.max_height_difference_m;
+                distance_m <= self.config.edge_distance_m && height_m <= self.config.floor_separation_m;
             let direction = (to.y - from.y).atan2(to.x - from.x);
-            let is_backwards = wrapped(heading - direction).abs() > std::f64::consts::FRAC_PI_2;
-            is_near.then_some(distance_m + if is_backwards { 0.5 } else { 0.0 })
+            let is_backwards = turn_between_rad(direction, heading).abs() > std::f64::consts::FRAC_PI_2;
+            is_near.then_some(distance_m + if is_backwards { self.config.backwards_penalty_m } else { 0.0 })
         };
         let candidates = (0..graph.edges.len()).filter_map(|index| Some((index, badness(&index)?)));
         let (best, best_badness) = candidates.min_by(|a, b| a.1.total_cmp(&b.1))?;
@@ -138,27 +143,16 @@ impl GraphLocaliser {
     }
 
     fn is_on_other_floor(&self, a: Vec3, b: Vec3) -> bool {
-        (a.z - b.z).abs() > self.config.max_height_difference_m
+        (a.z - b.z).abs() > self.config.floor_separation_m
     }
 }
 
 /// The base in the horizontal frame of a node, metres.
 fn offset_m(node: &Node, pose: &Pose) -> [f64; 2] {
-    let (sin, cos) = yaw(&node.map_from_node).sin_cos();
+    let (sin, cos) = heading_rad(&node.map_from_node).sin_cos();
     let (a, b) = (pose.position, node.map_from_node.position);
     let (x, y) = (a.x - b.x, a.y - b.y);
     [cos * x + sin * y, cos * y - sin * x]
-}
-
-/// Heading of a pose, radians.
-fn yaw(pose: &Pose) -> f64 {
-    let q = pose.orientation;
-    (2.0 * (q.w * q.z + q.x * q.y)).atan2(1.0 - 2.0 * (q.y * q.y + q.z * q.z))
-}
-
-/// An angle from -pi to pi.
-fn wrapped(angle: f64) -> f64 {
-    angle.sin().atan2(angle.cos())
 }
 
 /// Horizontal distance from a point to a line between two points, and difference in height to its nearest point, metres.

@@ -1,6 +1,7 @@
 //! Planning on the topological map.
 
 mod distance;
+mod docks;
 mod edge_blocks;
 mod graph_localiser;
 mod route_graph;
@@ -9,6 +10,7 @@ mod route_tree;
 mod tests;
 mod zones;
 
+pub use docks::{DockConfig, DockOffset, docked_at};
 pub use edge_blocks::{EdgeBlockConfig, is_blocked, next_block};
 pub use graph_localiser::{GraphLocaliser, GraphLocaliserConfig, GraphPlace};
 pub use route_graph::{Closure, LearnedTime, LearnedTimes, RouteConditions, RouteConfig, RouteGraph};

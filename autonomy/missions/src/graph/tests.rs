@@ -146,7 +146,7 @@ fn pose(x: f64, y: f64, yaw: f64) -> Pose {
 fn at_nearest_and_on_edge_have_hysteresis() {
     let builder = row_and_detour();
     let (site, graph) = (builder.site(), graph(&builder));
-    let mut localiser = GraphLocaliser::default();
+    let mut localiser = GraphLocaliser::new(GraphLocaliserConfig::new(1.2));
     let mut place = |x: f64, y: f64, yaw: f64| localiser.update(&site, &graph, &pose(x, y, yaw));
     assert_eq!(place(0.05, 0.0, 0.02).at, Some(node_id(1)));
     assert_eq!(place(0.15, 0.0, 0.02).at, Some(node_id(1)), "a little beyond the tolerance");

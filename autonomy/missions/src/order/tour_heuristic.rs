@@ -2,30 +2,21 @@
 
 use super::{TourConfig, TourProblem};
 
-/// Improvements smaller than this share of the cost are rounding.
-const LEAST_IMPROVEMENT: f64 = 1e-9;
-
-/// Longest segment that is moved as a whole, as usual for Or-opt.
-const SEGMENT_MAX: usize = 3;
-
-/// Cost that stands for infinite ones, so that differences can be computed. Any finite cost of a mission is smaller.
-const NOT_WALKABLE: f64 = 1e12;
-
 /// The best order that was found. None if all that were found have an infinite cost. Each improvement takes quadratic time.
 pub(super) fn find_order(
     problem: &TourProblem,
     predecessors: &[Vec<usize>],
     config: &TourConfig,
 ) -> Option<Vec<usize>> {
-    let walkable = finite(problem);
+    let walkable = finite(problem, config.not_walkable_cost);
     let starts = starts(&walkable, predecessors, config.starts_max.max(1));
-    let improved = starts.into_iter().map(|order| improve(&walkable, order, config.improvements_max));
+    let improved = starts.into_iter().map(|order| improve(&walkable, order, config));
     let best = improved.min_by(|a, b| walkable.cost(a).total_cmp(&walkable.cost(b)))?;
     problem.cost(&best).is_finite().then_some(best)
 }
 
-fn finite(problem: &TourProblem) -> TourProblem {
-    let finite = |costs: &Vec<f64>| costs.iter().map(|cost| cost.min(NOT_WALKABLE)).collect::<Vec<_>>();
+fn finite(problem: &TourProblem, greatest: f64) -> TourProblem {
+    let finite = |costs: &Vec<f64>| costs.iter().map(|cost| cost.min(greatest)).collect::<Vec<_>>();
     TourProblem {
         from_start: finite(&problem.from_start),
         between: problem.between.iter().map(finite).collect(),
@@ -68,19 +59,19 @@ fn build(
 }
 
 /// Improves an order until no segment can be moved or reversed with gain.
-fn improve(problem: &TourProblem, mut order: Vec<usize>, improvements_max: usize) -> Vec<usize> {
-    for _ in 0..improvements_max {
-        let Some(better) = find_improvement(problem, &order) else { break };
+fn improve(problem: &TourProblem, mut order: Vec<usize>, config: &TourConfig) -> Vec<usize> {
+    for _ in 0..config.improvements_max {
+        let Some(better) = find_improvement(problem, &order, config) else { break };
         order = better;
     }
     order
 }
 
 /// The move with the greatest gain. Each move is judged in constant time.
-fn find_improvement(problem: &TourProblem, order: &[usize]) -> Option<Vec<usize>> {
+fn find_improvement(problem: &TourProblem, order: &[usize], config: &TourConfig) -> Option<Vec<usize>> {
     let walk = Walk::new(problem, order);
     let count = order.len();
-    let mut best = (-LEAST_IMPROVEMENT * (1.0 + problem.cost(order)), None);
+    let mut best = (-config.min_improvement_ratio * (1.0 + problem.cost(order)), None);
     let mut consider = |change: f64, begin: usize, end: usize, to: usize, is_reversed: bool| {
         if change < best.0 {
             let changed = moved(order, begin, end, to, is_reversed);
@@ -94,7 +85,7 @@ fn find_improvement(problem: &TourProblem, order: &[usize]) -> Option<Vec<usize>
             if end - begin > 1 {
                 consider(walk.reversal(begin, end), begin, end, begin, true);
             }
-            if end - begin > SEGMENT_MAX {
+            if end - begin > config.max_segment_stops {
                 continue;
             }
             for to in (0..begin).chain(end + 1..=count) {

@@ -1,7 +1,7 @@
 //! Stops to be put in order, what an order costs, and why there may be none.
 
 /// Parameters of [`solve`](super::solve).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TourConfig {
     /// Greatest number of stops that is solved exactly. Time and memory double with each more; 12 take milliseconds.
     pub exact_max: usize,
@@ -9,11 +9,24 @@ pub struct TourConfig {
     pub starts_max: usize,
     /// Greatest number of improvements after each start: a bound on the time, never reached in tests with 60 stops.
     pub improvements_max: usize,
+    /// Improvements smaller than this share of the cost are rounding.
+    pub min_improvement_ratio: f64,
+    /// Longest segment that is moved as a whole, stops; as usual for Or-opt.
+    pub max_segment_stops: usize,
+    /// Cost that stands for infinite ones, so that differences can be computed. Any finite cost of a mission is smaller.
+    pub not_walkable_cost: f64,
 }
 
 impl Default for TourConfig {
     fn default() -> Self {
-        Self { exact_max: 12, starts_max: 12, improvements_max: 2_000 }
+        Self {
+            exact_max: 12,
+            starts_max: 12,
+            improvements_max: 2_000,
+            min_improvement_ratio: 1e-9,
+            max_segment_stops: 3,
+            not_walkable_cost: 1e12,
+        }
     }
 }
 

@@ -11,7 +11,7 @@ use super::executor::RouteExecutor;
 use super::interface::{RouteEffect, RouteView};
 use super::journey::{Leg, WalkingCall};
 use crate::graph::zones_with_actions;
-use crate::ids::{edge_call_id, leg_goal_id};
+use crate::ids::edge_call_id;
 use crate::texts;
 use site_model::{
     ActionRequest, EdgeId, EdgeStage, RouteActionPlace, Traversal, ZoneEffect, describe_action,
@@ -22,8 +22,13 @@ impl RouteExecutor {
     /// Whether a call is one of the edges of the goal that is under way.
     pub fn is_calling(&self, call: ActionCallId) -> bool {
         let Some(journey) = &self.journey else { return false };
-        let is_acting = matches!(journey.leg, Some((_, Leg::Act { call: known, .. })) if known == call);
-        is_acting || journey.during.iter().any(|open| open.call == call)
+        self.is_standing_for(call) || journey.during.iter().any(|open| open.call == call)
+    }
+
+    /// Whether the robot stands at the end of an edge until this call has ended.
+    pub fn is_standing_for(&self, call: ActionCallId) -> bool {
+        let leg = self.journey.as_ref().and_then(|journey| journey.leg);
+        matches!(leg, Some((_, Leg::Act { call: known, .. })) if known == call)
     }
 
     /// An action of an edge has ended: it was done, or the reason why not, a sentence. Calls that are not under way change nothing.
@@ -130,10 +135,7 @@ impl RouteExecutor {
         let Some(request) = request(view, edge, stage, index) else { return false };
         let Some(call) = self.next_call() else { return false };
         let until = at + self.time_limit(&request);
-        if let Some(journey) = &mut self.journey {
-            let leg = Leg::Act { edge, stage, index, call, until };
-            journey.leg = Some((leg_goal_id(journey.goal, journey.walks), leg));
-        }
+        self.stand(at, Leg::Act { edge, stage, index, call, until });
         let index = u32::try_from(index).unwrap_or(u32::MAX);
         let place = RouteActionPlace::Edge { edge, stage, index };
         self.effects.push(RouteEffect::CallAction(call, place, request));
@@ -147,10 +149,10 @@ impl RouteExecutor {
     }
 
     fn time_limit(&self, request: &ActionRequest) -> Span {
-        let expected = describe_action(&request.action).map_or(self.config.action_time, |action| {
+        let expected = describe_action(&request.action).map_or(self.config.expected_action_time, |action| {
             Span::from_secs_f64(action.expected_time_s(&request.parameters))
         });
-        expected * self.config.action_time_factor
+        self.config.action_time.limit(expected)
     }
 }
 

@@ -4,8 +4,7 @@ use super::executor::RouteExecutor;
 use super::interface::{RouteEffect, RouteView};
 use super::journey::Leg;
 use crate::graph::next_block;
-use crate::ids::leg_goal_id;
-use crate::runs::GoalResult;
+use crate::runs::RouteGoalResult;
 use crate::texts;
 use site_model::{Edge, EdgeFailStep, EdgeId, ReachFailure};
 use vocab::Stamp;
@@ -27,11 +26,8 @@ impl RouteExecutor {
         journey.edge_failures += 1;
         match step {
             EdgeFailStep::Retry(_) => self.walk_edge(at, id, view),
-            EdgeFailStep::Wait(time) => {
-                let walk = leg_goal_id(journey.goal, journey.walks);
-                journey.leg = Some((walk, Leg::Wait { edge: id, until: at + time }));
-            }
-            EdgeFailStep::Fail => self.end(GoalResult::Failed(ReachFailure::PathBlocked)),
+            EdgeFailStep::Wait(time) => self.stand(at, Leg::Wait { edge: id, until: at + time }),
+            EdgeFailStep::Fail => self.end(RouteGoalResult::Failed(ReachFailure::PathBlocked)),
             EdgeFailStep::Replan => {
                 journey.edge_failures = 0;
                 let back = edge.and_then(|edge| {

@@ -3,18 +3,20 @@
 //! An edge that stays blocked is left out of routes for a time that doubles with each failure ([`next_block`]); the edge back is left out with it, because
 //! what stands in the way stands there for both. That the robot is charged is the only proof that it has docked.
 
-use super::interface::{LegResult, LegWalk, LegWay, RouteEffect, RouteView};
+use super::interface::{LegResult, LegWalk, LegWay, RouteAttempt, RouteEffect, RouteView};
 use super::journey::{Journey, Leg, Target};
+use super::waits::{hold_of, waits_for};
+use crate::action_time::ActionTimeConfig;
 use crate::graph::{Closure, EdgeBlockConfig, NoRoute, RouteGraph};
-use crate::ids::leg_goal_id;
-use crate::runs::{GoalRequest, GoalResult};
+use crate::ids::leg_id;
+use crate::poses::{floor_distance_m, is_ahead, point_between};
+use crate::runs::{GoalRequest, RouteGoalResult};
 use crate::texts;
 use site_model::{
-    Edge, EdgeBlock, EdgeId, MutexHold, Node, NodeId, ObjectId, PoseTolerance, ReachFailure,
-    RouteActionPlace, RouteProgress, RouteWait, Site, ZoneId,
+    Edge, EdgeBlock, EdgeId, Node, NodeId, ObjectId, PoseTolerance, ReachFailure, RouteProgress, Site, ZoneId,
 };
 use std::collections::{BTreeMap, BTreeSet};
-use vocab::{GoalId, Pose, Span, Stamp, Vec3};
+use vocab::{GoalId, LegId, Pose, Span, Stamp};
 
 /// Parameters of [`RouteExecutor`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,8 +25,6 @@ pub struct RouteExecutorConfig {
     pub blocks: EdgeBlockConfig,
     /// Attempts to dock, before another dock is tried.
     pub dock_attempts_max: u32,
-    /// Pose in which contacts of a dock touch. Those of common docks allow for 3 cm and 3 degrees.
-    pub dock_tolerance: PoseTolerance,
     /// Speed onto and out of docks, m/s.
     pub dock_speed_m_s: f64,
     /// Time within which the charging current has to flow.
@@ -35,10 +35,10 @@ pub struct RouteExecutorConfig {
     pub place_wait: Span,
     /// As often as this. With that time it makes 20 s, in which a robot that stands finds its place after a start.
     pub place_waits_max: u32,
-    /// An action on entering or leaving an edge that has not ended after this many times its expected time is cancelled, and has failed.
-    pub action_time_factor: i64,
+    /// How long actions on entering and leaving an edge may take.
+    pub action_time: ActionTimeConfig,
     /// Expected time of actions that the platform does not come with.
-    pub action_time: Span,
+    pub expected_action_time: Span,
     /// Speed by which ways beside the graph are compared with ways on it, m/s. Slower than on edges, which were checked for passage.
     pub off_graph_speed_m_s: f64,
 }
@@ -48,14 +48,13 @@ impl Default for RouteExecutorConfig {
         Self {
             blocks: EdgeBlockConfig::default(),
             dock_attempts_max: 3,
-            dock_tolerance: PoseTolerance { along_m: 0.03, across_m: 0.03, yaw_rad: 0.0524 },
             dock_speed_m_s: 0.2,
             charge_time_limit: Span::from_millis(4_000),
             part_length_max_m: 6.0,
             place_wait: Span::from_millis(1_000),
             place_waits_max: 20,
-            action_time_factor: 3,
-            action_time: Span::from_millis(40_000),
+            action_time: ActionTimeConfig { margin: Span::ZERO, ..ActionTimeConfig::default() },
+            expected_action_time: Span::from_millis(40_000),
             off_graph_speed_m_s: 0.35,
         }
     }
@@ -84,12 +83,6 @@ impl RouteExecutor {
         self.journey.as_ref().map(|journey| journey.goal)
     }
 
-    /// The walk of the executive that is under way for it.
-    pub fn walk(&self) -> Option<GoalId> {
-        let (walk, leg) = self.journey.as_ref()?.leg?;
-        leg.is_walk().then_some(walk)
-    }
-
     /// The route that is left.
     pub fn progress(&self, view: &RouteView<'_>) -> Option<RouteProgress> {
         let journey = self.journey.as_ref()?;
@@ -113,7 +106,7 @@ impl RouteExecutor {
         request: GoalRequest,
         view: &RouteView<'_>,
     ) -> Vec<RouteEffect> {
-        self.end(GoalResult::Cancelled);
+        self.end(RouteGoalResult::Cancelled);
         let target = match request {
             GoalRequest::Route(node) => view.site.node(node).map(|node| Target::Node(node.id)),
             GoalRequest::Dock(dock) => view
@@ -125,7 +118,7 @@ impl RouteExecutor {
         };
         match target {
             None => {
-                let missing = GoalResult::Failed(ReachFailure::NoSuchPlace);
+                let missing = RouteGoalResult::Failed(ReachFailure::NoSuchPlace);
                 self.effects.push(RouteEffect::Ended(goal, missing));
             }
             Some(target) => {
@@ -139,7 +132,7 @@ impl RouteExecutor {
     /// Ends a goal, if it is the one that is under way.
     pub fn cancel(&mut self, goal: GoalId) -> Vec<RouteEffect> {
         if self.goal() == Some(goal) {
-            self.end(GoalResult::Cancelled);
+            self.end(RouteGoalResult::Cancelled);
         }
         std::mem::take(&mut self.effects)
     }
@@ -148,7 +141,7 @@ impl RouteExecutor {
     pub fn end_leg(
         &mut self,
         at: Stamp,
-        walk: GoalId,
+        walk: LegId,
         result: LegResult,
         view: &RouteView<'_>,
     ) -> Vec<RouteEffect> {
@@ -163,8 +156,7 @@ impl RouteExecutor {
                 LegResult::Failed(ReachFailure::DockNotSeen) if leg == Leg::OntoDock => {
                     self.handle_no_charge(ReachFailure::DockNotSeen, view);
                 }
-                LegResult::Failed(reason) => self.end(GoalResult::Failed(reason)),
-                LegResult::MotionTaken => self.end(GoalResult::MotionTaken),
+                LegResult::Failed(reason) => self.end(RouteGoalResult::Failed(reason)),
             }
         }
         std::mem::take(&mut self.effects)
@@ -186,20 +178,25 @@ impl RouteExecutor {
             }
             Leg::Charge { until } if at >= until => self.handle_no_charge(ReachFailure::NotDocked, view),
             Leg::Wait { edge, until } if at >= until => {
-                self.drop_leg();
+                self.end_wait(at, RouteAttempt::WaitedForEdge);
                 self.walk_edge(at, edge, view);
             }
             Leg::WaitForHold { edge } if self.is_closed(edge, view) => {
-                self.drop_leg();
+                self.end_wait(at, RouteAttempt::WaitedForEdge);
                 self.forget_place();
                 self.next_leg(at, view);
             }
             Leg::WaitForHold { edge } if hold_of(edge, view).is_none() => {
-                self.drop_leg();
+                self.end_wait(at, RouteAttempt::WaitedForEdge);
                 self.walk_edge(at, edge, view);
             }
-            Leg::WaitForBlock { until } | Leg::WaitForPlace { until } if at >= until => {
-                self.drop_leg();
+            Leg::WaitForBlock { until } if at >= until => {
+                self.end_wait(at, RouteAttempt::WaitedForEdge);
+                self.forget_place();
+                self.next_leg(at, view);
+            }
+            Leg::WaitForPlace { until } if at >= until => {
+                self.end_wait(at, RouteAttempt::WaitedForPlace);
                 self.forget_place();
                 self.next_leg(at, view);
             }
@@ -219,6 +216,22 @@ impl RouteExecutor {
         std::mem::take(&mut self.effects)
     }
 
+    /// The robot stands for a leg.
+    pub(super) fn stand(&mut self, at: Stamp, leg: Leg) {
+        if let Some(journey) = &mut self.journey {
+            journey.leg = Some((leg_id(journey.goal, journey.walks), leg));
+            journey.stands_since = at;
+        }
+    }
+
+    /// The robot has waited.
+    fn end_wait(&mut self, at: Stamp, attempt: impl FnOnce(Span) -> RouteAttempt) {
+        if let Some(journey) = &self.journey {
+            self.effects.push(RouteEffect::Tried(attempt(at - journey.stands_since)));
+        }
+        self.drop_leg();
+    }
+
     pub(super) fn drop_leg(&mut self) {
         if let Some(journey) = &mut self.journey {
             journey.leg = None;
@@ -234,10 +247,10 @@ impl RouteExecutor {
         }
     }
 
-    pub(super) fn end(&mut self, result: GoalResult) {
+    pub(super) fn end(&mut self, result: RouteGoalResult) {
         self.leave_edge();
         let Some(journey) = self.journey.take() else { return };
-        if result != GoalResult::Reached {
+        if result != RouteGoalResult::Reached {
             // What was begun on entering a zone is not wanted any more.
             self.effects.extend(journey.during.iter().map(|open| RouteEffect::CancelAction(open.call)));
         }
@@ -254,7 +267,7 @@ impl RouteExecutor {
 
     fn end_as_reached(&mut self) {
         self.drop_leg();
-        self.end(GoalResult::Reached);
+        self.end(RouteGoalResult::Reached);
     }
 
     fn handle_reached(&mut self, at: Stamp, leg: Leg, view: &RouteView<'_>) {
@@ -290,15 +303,13 @@ impl RouteExecutor {
             }
             Leg::OntoDock => {
                 let until = at + self.config.charge_time_limit;
-                let walk = leg_goal_id(journey.goal, journey.walks);
-                journey.leg = Some((walk, Leg::Charge { until }));
-                return;
+                return self.stand(at, Leg::Charge { until });
             }
             Leg::BackOff(node) => {
                 (journey.current, journey.is_at_end) = (Some(node), true);
                 if journey.dock_failures >= self.config.dock_attempts_max {
                     let reason = journey.dock_failure.take().unwrap_or(ReachFailure::NotDocked);
-                    return self.end(GoalResult::Failed(reason));
+                    return self.end(RouteGoalResult::Failed(reason));
                 }
             }
             Leg::Charge { .. }
@@ -318,13 +329,13 @@ impl RouteExecutor {
             Leg::ToGraph(node) | Leg::IntoPose(node) => {
                 let is_new = journey.unreachable.insert(node);
                 if !is_new || Some(node) == journey.target.route_end() {
-                    return self.end(GoalResult::Failed(ReachFailure::PathBlocked));
+                    return self.end(RouteGoalResult::Failed(ReachFailure::PathBlocked));
                 }
                 self.forget_place();
             }
-            Leg::OutOfDock(_) => return self.end(GoalResult::Failed(ReachFailure::NotUndocked)),
+            Leg::OutOfDock(_) => return self.end(RouteGoalResult::Failed(ReachFailure::NotUndocked)),
             Leg::OntoDock => return self.handle_no_charge(ReachFailure::NotDocked, view),
-            Leg::BackOff(_) => return self.end(GoalResult::Failed(ReachFailure::NotDocked)),
+            Leg::BackOff(_) => return self.end(RouteGoalResult::Failed(ReachFailure::NotDocked)),
             Leg::Charge { .. }
             | Leg::Wait { .. }
             | Leg::WaitForBlock { .. }
@@ -339,13 +350,14 @@ impl RouteExecutor {
     fn handle_no_charge(&mut self, reason: ReachFailure, view: &RouteView<'_>) {
         let Some(journey) = &mut self.journey else { return };
         journey.dock_failures += 1;
+        self.effects.push(RouteEffect::Tried(RouteAttempt::Docking));
         // A dock that was seen and does not charge says more than that it was hidden at another attempt.
         if journey.dock_failure != Some(ReachFailure::NotDocked) {
             journey.dock_failure = Some(reason);
         }
         let Target::Dock { approach, .. } = journey.target else { return };
         let Some(node) = view.site.node(approach) else {
-            return self.end(GoalResult::Failed(ReachFailure::NotDocked));
+            return self.end(RouteGoalResult::Failed(ReachFailure::NotDocked));
         };
         self.begin_walk(Leg::BackOff(approach), self.straight_walk(node.map_from_node, node.tolerance));
     }
@@ -366,7 +378,7 @@ impl RouteExecutor {
         if let Some(dock) = view.docked {
             return match view.site.docks().find(|known| known.id == dock) {
                 Some(dock) if journey.walks == 0 => self.leave_dock(dock.approach, view),
-                _ => self.end(GoalResult::Failed(ReachFailure::NotUndocked)),
+                _ => self.end(RouteGoalResult::Failed(ReachFailure::NotUndocked)),
             };
         }
         let Some(end) = target.route_end() else { return self.end_as_reached() };
@@ -396,7 +408,7 @@ impl RouteExecutor {
         view: &RouteView<'_>,
     ) {
         let Some(tree) = graph.routes_to(end) else {
-            return self.end(GoalResult::Failed(ReachFailure::NoSuchPlace));
+            return self.end(RouteGoalResult::Failed(ReachFailure::NoSuchPlace));
         };
         match tree.route(from) {
             Err(reason) => self.handle_no_route(at, from, end, graph, no_route(reason)),
@@ -423,12 +435,9 @@ impl RouteExecutor {
         let mut soon = graph.clone();
         let first_end = soon.open_blocks_until(at + self.config.blocks.wait_max);
         let opens = soon.routes_to(end).is_some_and(|tree| tree.cost_s(from).is_some());
-        match (first_end, &mut self.journey) {
-            (Some(until), Some(journey)) if opens => {
-                let walk = leg_goal_id(journey.goal, journey.walks);
-                journey.leg = Some((walk, Leg::WaitForBlock { until }));
-            }
-            _ => self.end(GoalResult::Failed(reason)),
+        match first_end {
+            Some(until) if opens => self.stand(at, Leg::WaitForBlock { until }),
+            _ => self.end(RouteGoalResult::Failed(reason)),
         }
     }
 
@@ -436,7 +445,8 @@ impl RouteExecutor {
         let Some(journey) = &self.journey else { return };
         if journey.entered != Some(edge) {
             if hold_of(edge, view).is_some() {
-                return self.wait_for_hold(edge);
+                // As long as it takes: people see who holds it.
+                return self.stand(at, Leg::WaitForHold { edge });
             }
             return self.act_on_entering(at, edge, 0, view);
         }
@@ -462,7 +472,7 @@ impl RouteExecutor {
     }
 
     /// Number of parts in which an edge is walked.
-    fn parts(&self, edge: EdgeId, view: &RouteView<'_>) -> u32 {
+    pub(super) fn parts(&self, edge: EdgeId, view: &RouteView<'_>) -> u32 {
         let length_m = view.graph.cost(edge).map_or(0.0, |(_, length_m)| length_m);
         (length_m / self.config.part_length_max_m).ceil().clamp(1.0, 1_000.0) as u32
     }
@@ -479,7 +489,7 @@ impl RouteExecutor {
     fn walk_to_graph(&mut self, at: Stamp, end: NodeId, graph: &RouteGraph, view: &RouteView<'_>) {
         let Some(journey) = &self.journey else { return };
         let Some(tree) = graph.routes_to(end) else {
-            return self.end(GoalResult::Failed(ReachFailure::NoSuchPlace));
+            return self.end(RouteGoalResult::Failed(ReachFailure::NoSuchPlace));
         };
         let nearest = view.place.nearest;
         let on = view.place.on.and_then(|edge| view.site.edge(edge));
@@ -491,7 +501,7 @@ impl RouteExecutor {
         let candidates = candidates.filter(|node| !journey.unreachable.contains(node));
         let cost_s = |node: NodeId| {
             let way_m = match (view.map_from_base, view.site.node(node)) {
-                (Some(base), Some(node)) => distance_m(&base, &node.map_from_node),
+                (Some(base), Some(node)) => floor_distance_m(&base, &node.map_from_node),
                 _ => 0.0,
             };
             Some(way_m / self.config.off_graph_speed_m_s + tree.cost_s(node)?)
@@ -517,14 +527,7 @@ impl RouteExecutor {
             },
             (None, None) => return self.wait_for_place(at),
         };
-        self.end(GoalResult::Failed(reason));
-    }
-
-    /// Waits before an edge whose group somebody else holds, for as long as that takes: people see who it is.
-    fn wait_for_hold(&mut self, edge: EdgeId) {
-        if let Some(journey) = &mut self.journey {
-            journey.leg = Some((leg_goal_id(journey.goal, journey.walks), Leg::WaitForHold { edge }));
-        }
+        self.end(RouteGoalResult::Failed(reason));
     }
 
     /// Waits until it is known where the robot is, which it is not just after a start. The goal fails if that takes too long.
@@ -533,16 +536,15 @@ impl RouteExecutor {
         match &mut self.journey {
             Some(journey) if journey.place_waits < self.config.place_waits_max => {
                 journey.place_waits += 1;
-                let walk = leg_goal_id(journey.goal, journey.walks);
-                journey.leg = Some((walk, Leg::WaitForPlace { until }));
+                self.stand(at, Leg::WaitForPlace { until });
             }
-            _ => self.end(GoalResult::Failed(ReachFailure::PoseNotFound)),
+            _ => self.end(RouteGoalResult::Failed(ReachFailure::PoseNotFound)),
         }
     }
 
     fn walk_into_pose(&mut self, node: NodeId, view: &RouteView<'_>) {
         let Some(node) = view.site.node(node) else {
-            return self.end(GoalResult::Failed(ReachFailure::NoSuchPlace));
+            return self.end(RouteGoalResult::Failed(ReachFailure::NoSuchPlace));
         };
         let walk = path_walk(node.map_from_node, Some(standing_tolerance(node)));
         self.begin_walk(Leg::IntoPose(node.id), walk);
@@ -550,12 +552,15 @@ impl RouteExecutor {
 
     fn walk_onto_dock(&mut self, node: NodeId, approach: NodeId, view: &RouteView<'_>) {
         let (Some(node), Some(approach)) = (view.site.node(node), view.site.node(approach)) else {
-            return self.end(GoalResult::Failed(ReachFailure::NoSuchPlace));
+            return self.end(RouteGoalResult::Failed(ReachFailure::NoSuchPlace));
         };
         let is_facing = is_ahead(&approach.map_from_node, &node.map_from_node);
         let walk = LegWalk {
+            map_from_goal: node.map_from_node,
+            // Where contacts touch is for the walk into the dock to say.
+            tolerance: None,
+            speed_max_m_s: Some(self.config.dock_speed_m_s),
             way: LegWay::OntoDock { is_facing },
-            ..self.straight_walk(node.map_from_node, self.config.dock_tolerance)
         };
         if let Some(journey) = &mut self.journey {
             journey.route.clear();
@@ -565,7 +570,7 @@ impl RouteExecutor {
 
     fn leave_dock(&mut self, approach: NodeId, view: &RouteView<'_>) {
         let Some(node) = view.site.node(approach) else {
-            return self.end(GoalResult::Failed(ReachFailure::NotUndocked));
+            return self.end(RouteGoalResult::Failed(ReachFailure::NotUndocked));
         };
         let walk = self.straight_walk(node.map_from_node, node.tolerance);
         self.begin_walk(Leg::OutOfDock(approach), walk);
@@ -578,40 +583,10 @@ impl RouteExecutor {
 
     fn begin_walk(&mut self, leg: Leg, walk: LegWalk) {
         let Some(journey) = &mut self.journey else { return };
-        let id = leg_goal_id(journey.goal, journey.walks);
+        let id = leg_id(journey.goal, journey.walks);
         journey.walks += 1;
         journey.leg = Some((id, leg));
         self.effects.push(RouteEffect::Walk(id, walk));
-    }
-}
-
-/// Who holds the group of an edge now, if somebody does.
-fn hold_of<'a>(edge: EdgeId, view: &RouteView<'a>) -> Option<&'a MutexHold> {
-    let group = view.site.edge(edge)?.mutex_group.as_ref()?;
-    view.newest.mutex_holds().find(|hold| hold.group == *group)
-}
-
-/// Why a robot stands for a leg; none: it walks.
-fn waits_for(leg: Leg, view: &RouteView<'_>) -> Option<RouteWait> {
-    match leg {
-        Leg::Charge { .. } => Some(RouteWait::Charge),
-        Leg::Wait { edge, until } => Some(RouteWait::Retry { edge, until }),
-        Leg::WaitForBlock { until } => Some(RouteWait::Block { until }),
-        Leg::WaitForPlace { .. } => Some(RouteWait::Place),
-        Leg::WaitForHold { edge } => {
-            let MutexHold { group, holder, .. } = hold_of(edge, view)?.clone();
-            Some(RouteWait::Hold { edge, group, holder })
-        }
-        Leg::Act { edge, stage, index, .. } => {
-            let index = u32::try_from(index).unwrap_or(u32::MAX);
-            Some(RouteWait::Action(RouteActionPlace::Edge { edge, stage, index }))
-        }
-        Leg::ToGraph(_)
-        | Leg::Edge(_)
-        | Leg::IntoPose(_)
-        | Leg::OutOfDock(_)
-        | Leg::OntoDock
-        | Leg::BackOff(_) => None,
     }
 }
 
@@ -642,25 +617,4 @@ fn no_route(reason: NoRoute) -> ReachFailure {
         }
         NoRoute::NotConnected => ReachFailure::NoRoute { closed: Vec::new() },
     }
-}
-
-/// The point at a share of the straight line between two poses. Its heading is of no account: it is only passed.
-fn point_between(a: &Pose, b: &Pose, share: f64) -> Pose {
-    let between = |a: f64, b: f64| a + share * (b - a);
-    let (from, to) = (a.position, b.position);
-    Pose { position: Vec3::new(between(from.x, to.x), between(from.y, to.y), between(from.z, to.z)), ..*a }
-}
-
-/// Whether a robot that stands in `from` has the other pose ahead of it, and not behind.
-fn is_ahead(from: &Pose, to: &Pose) -> bool {
-    let (w, x, y, z) = (from.orientation.w, from.orientation.x, from.orientation.y, from.orientation.z);
-    // The x axis of the pose in the plane.
-    let (ahead_x, ahead_y) = (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z));
-    let (dx, dy) = (to.position.x - from.position.x, to.position.y - from.position.y);
-    ahead_x * dx + ahead_y * dy > 0.0
-}
-
-fn distance_m(a: &Pose, b: &Pose) -> f64 {
-    let (x, y) = (a.position.x - b.position.x, a.position.y - b.position.y);
-    x.hypot(y)
 }

@@ -1,11 +1,11 @@
 //! What enters and leaves the route executor.
 
 use crate::graph::{GraphPlace, RouteGraph};
-use crate::runs::GoalResult;
+use crate::runs::RouteGoalResult;
 use site_model::{
     ActionRequest, DockId, EdgeBlock, EdgeId, LocalTime, PoseTolerance, ReachFailure, RouteActionPlace, Site,
 };
-use vocab::{ActionCallId, GoalId, Pose, Span};
+use vocab::{ActionCallId, GoalId, LegId, Pose, Span};
 
 /// What the executor sees at each update.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +26,7 @@ pub struct RouteView<'a> {
     pub docked: Option<DockId>,
 }
 
-/// A walk that the executive is to do.
+/// A walk that the executive is to do: one leg of the goal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LegWalk {
     /// The base at its end.
@@ -60,19 +60,30 @@ pub enum LegResult {
     Reached,
     /// It did not.
     Failed(ReachFailure),
-    /// Motion was stopped, somebody drives, or asked for another goal.
-    MotionTaken,
+}
+
+/// Something that was tried for a goal between its walks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RouteAttempt {
+    /// The robot stood for this time before an edge that was blocked.
+    WaitedForEdge(Span),
+    /// The robot stood for this time because its place was not known.
+    WaitedForPlace(Span),
+    /// An attempt to be charged in a dock.
+    Docking,
 }
 
 /// An effect of the executor.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RouteEffect {
     /// Begin a walk. It ends with [`super::RouteExecutor::end_leg`], unless it is cancelled.
-    Walk(GoalId, LegWalk),
+    Walk(LegId, LegWalk),
     /// End a walk. Its result is not waited for.
-    CancelWalk(GoalId),
+    CancelWalk(LegId),
+    /// Something was tried in vain, or waited for.
+    Tried(RouteAttempt),
     /// A goal has ended.
-    Ended(GoalId, GoalResult),
+    Ended(GoalId, RouteGoalResult),
     /// An edge could not be walked: it is not used for a while.
     Block(EdgeBlock),
     /// An edge that could not be walked before was walked: its record is removed.

@@ -2,7 +2,7 @@
 
 use site_model::{DockId, EdgeId, EdgeStage, NodeId, ReachFailure};
 use std::collections::BTreeSet;
-use vocab::{ActionCallId, GoalId, Stamp};
+use vocab::{ActionCallId, GoalId, LegId, Stamp};
 
 /// Where a goal leads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,7 +81,9 @@ pub(super) struct WalkingCall {
 pub(super) struct Journey {
     pub goal: GoalId,
     pub target: Target,
-    pub leg: Option<(GoalId, Leg)>,
+    pub leg: Option<(LegId, Leg)>,
+    /// When the robot began to stand for the present leg, if it stands.
+    pub stands_since: Stamp,
     /// When the present edge was begun.
     pub edge_began: Stamp,
     /// Parts of the present edge that were walked.
@@ -118,6 +120,7 @@ impl Journey {
             goal,
             target,
             leg: None,
+            stands_since: at,
             edge_began: at,
             edge_parts: 0,
             current: None,

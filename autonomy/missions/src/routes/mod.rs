@@ -1,12 +1,15 @@
-//! Following routes: a goal on the topological map is walked edge by edge, each edge a goal of the executive.
+//! Following routes: a goal on the topological map is walked edge by edge. Each edge is a leg of the goal, or several legs if it is long.
 
 mod edge_actions;
 mod edge_failures;
 mod executor;
 mod interface;
 mod journey;
+mod remaining;
 #[cfg(test)]
 mod tests;
+mod waits;
 
 pub use executor::{RouteExecutor, RouteExecutorConfig};
-pub use interface::{LegResult, LegWalk, LegWay, RouteEffect, RouteView};
+pub use interface::{LegResult, LegWalk, LegWay, RouteAttempt, RouteEffect, RouteView};
+pub use remaining::RouteRemaining;

@@ -1,8 +1,11 @@
 //! The executor with a world around it, in which walks end as each test says.
 
-use super::{LegResult, LegWalk, LegWay, RouteEffect, RouteExecutor, RouteExecutorConfig, RouteView};
+use super::{
+    LegResult, LegWalk, LegWay, RouteAttempt, RouteEffect, RouteExecutor, RouteExecutorConfig,
+    RouteRemaining, RouteView,
+};
 use crate::graph::{GraphPlace, RouteConditions, RouteConfig, RouteGraph};
-use crate::runs::{GoalRequest, GoalResult};
+use crate::runs::{GoalRequest, RouteGoalResult};
 use crate::testing::{SiteBuilder, edge_id, node_id};
 use site_model::{
     ActionRequest, DockId, EdgeBlock, EdgeFailStep, EdgeId, EdgeStage, MutexHold, MutexHoldId, NodeId,
@@ -10,7 +13,7 @@ use site_model::{
 };
 use std::collections::VecDeque;
 use uuid::Uuid;
-use vocab::{ActionCallId, GoalId, Pose, Span, Stamp, Vec3};
+use vocab::{ActionCallId, GoalId, LegId, Pose, Span, Stamp, Vec3};
 
 const GOAL: GoalId = GoalId(Uuid::from_u128(500));
 const DOCK: DockId = DockId(Uuid::from_u128(91));
@@ -24,12 +27,13 @@ struct World {
     place: GraphPlace,
     docked: Option<DockId>,
     /// Walks that are under way.
-    walks: VecDeque<(GoalId, LegWalk)>,
+    walks: VecDeque<(LegId, LegWalk)>,
     cancelled: usize,
     blocks: Vec<EdgeBlock>,
     unblocked: Vec<EdgeId>,
     traversed: Vec<EdgeId>,
-    ended: Vec<GoalResult>,
+    ended: Vec<RouteGoalResult>,
+    tried: Vec<RouteAttempt>,
     /// Calls of actions that are under way, and the names of all that were called.
     calls: Vec<(ActionCallId, String)>,
     called: Vec<String>,
@@ -65,6 +69,7 @@ impl World {
             unblocked: Vec::new(),
             traversed: Vec::new(),
             ended: Vec::new(),
+            tried: Vec::new(),
             calls: Vec::new(),
             called: Vec::new(),
             places: Vec::new(),
@@ -112,6 +117,7 @@ impl World {
                     self.cancelled += 1;
                     self.walks.retain(|(known, _)| *known != walk);
                 }
+                RouteEffect::Tried(attempt) => self.tried.push(attempt),
                 RouteEffect::Ended(GOAL, result) => self.ended.push(result),
                 RouteEffect::Ended(goal, _) => panic!("another goal: {goal:?}"),
                 RouteEffect::Block(block) => self.blocks.push(block),
@@ -150,6 +156,10 @@ impl World {
         let result = result.map_err(str::to_owned);
         let effects = self.with(|executor, at, view| executor.end_action(at, call, result, view));
         self.take(effects);
+    }
+
+    fn remaining(&mut self) -> RouteRemaining {
+        self.with(|executor, _, view| executor.remaining(view))
     }
 
     /// What the robot waits for, as it is published.
@@ -212,7 +222,7 @@ fn a_route_passes_its_nodes_and_stands_in_the_last() {
     let tolerance = world.walks[0].1.tolerance.expect("node 4 is the end");
     assert!(tolerance.yaw_rad < 0.06, "however wide that of the node is");
     world.walk_to_the_end();
-    assert_eq!(world.ended, [GoalResult::Reached]);
+    assert_eq!(world.ended, [RouteGoalResult::Reached]);
     assert_eq!(world.traversed, [edge_id(2, 3), edge_id(3, 4)]);
 }
 
@@ -234,7 +244,7 @@ fn a_goal_waits_for_the_robots_place_and_fails_when_that_is_not_found() {
     for _ in 0..25 {
         world.wait(1);
     }
-    assert_eq!(world.ended, [GoalResult::Failed(ReachFailure::PoseNotFound)]);
+    assert_eq!(world.ended, [RouteGoalResult::Failed(ReachFailure::PoseNotFound)]);
 }
 
 #[test]
@@ -244,7 +254,7 @@ fn a_long_edge_is_walked_in_parts() {
     world.begin(GoalRequest::Route(node_id(3)));
     assert!(world.walks[0].1.tolerance.is_none(), "the middle is passed");
     assert_eq!(world.walk_to_the_end(), [25.0, 30.0]);
-    assert_eq!(world.ended, [GoalResult::Reached]);
+    assert_eq!(world.ended, [RouteGoalResult::Reached]);
     assert_eq!(world.traversed, [edge_id(2, 3)]);
 }
 
@@ -260,7 +270,7 @@ fn a_blocked_edge_is_left_out_both_ways_and_the_route_goes_round() {
     assert!(world.blocks[0].reason.contains("35.0 m"), "{}", world.blocks[0].reason);
     // Back to node 3, and by node 5, although the site does not show the block yet.
     assert_eq!(world.walk_to_the_end(), [30.0, 20.0, 30.0, 40.0]);
-    assert_eq!(world.ended, [GoalResult::Reached]);
+    assert_eq!(world.ended, [RouteGoalResult::Reached]);
 }
 
 #[test]
@@ -288,14 +298,14 @@ fn where_there_is_no_other_way_the_robot_waits_for_the_end_of_short_blocks() {
     assert_eq!(times, [60.0, 120.0]);
     world.end_walk(blocked());
     let closed = vec![edge_id(3, 4)];
-    assert_eq!(world.ended, [GoalResult::Failed(ReachFailure::NoRoute { closed })]);
+    assert_eq!(world.ended, [RouteGoalResult::Failed(ReachFailure::NoRoute { closed })]);
 
     // A walk over the edge ends its record.
     world.at = world.blocks.last().expect("a block").until;
     world.ended.clear();
     world.begin(GoalRequest::Route(node_id(4)));
     world.walk_to_the_end();
-    assert_eq!(world.ended, [GoalResult::Reached]);
+    assert_eq!(world.ended, [RouteGoalResult::Reached]);
     assert_eq!(world.unblocked, [edge_id(3, 4)]);
 }
 
@@ -315,7 +325,7 @@ fn the_fail_policy_of_an_edge_is_followed_in_turn() {
     assert!(world.walks.is_empty());
     world.wait(1);
     world.end_walk(blocked());
-    assert_eq!(world.ended, [GoalResult::Failed(ReachFailure::PathBlocked)]);
+    assert_eq!(world.ended, [RouteGoalResult::Failed(ReachFailure::PathBlocked)]);
     assert!(world.blocks.is_empty());
 }
 
@@ -329,7 +339,7 @@ fn an_edge_that_is_closed_under_way_is_not_walked_to_its_end() {
     world.wait(1);
     assert_eq!(world.cancelled, 1);
     assert_eq!(world.walk_to_the_end(), [30.0, 20.0, 30.0, 40.0]);
-    assert_eq!(world.ended, [GoalResult::Reached]);
+    assert_eq!(world.ended, [RouteGoalResult::Reached]);
 }
 
 #[test]
@@ -349,14 +359,14 @@ fn only_the_charging_current_proves_that_the_robot_has_docked() {
         world.wait(1);
         assert_eq!(world.end_walk(LegResult::Reached).x, 20.0);
     }
-    assert_eq!(world.ended, [GoalResult::Failed(ReachFailure::NotDocked)]);
+    assert_eq!(world.ended, [RouteGoalResult::Failed(ReachFailure::NotDocked)]);
 
     let mut world = World::new();
     world.begin(GoalRequest::Dock(DOCK));
     world.end_walk(LegResult::Reached);
     world.docked = Some(DOCK);
     world.wait(1);
-    assert_eq!((world.ended.as_slice(), world.cancelled), ([GoalResult::Reached].as_slice(), 1));
+    assert_eq!((world.ended.as_slice(), world.cancelled), ([RouteGoalResult::Reached].as_slice(), 1));
 }
 
 #[test]
@@ -369,7 +379,8 @@ fn a_dock_that_is_not_seen_is_looked_for_three_times() {
         world.end_walk(LegResult::Failed(ReachFailure::DockNotSeen));
         assert_eq!(world.end_walk(LegResult::Reached).x, 20.0);
     }
-    assert_eq!(world.ended, [GoalResult::Failed(ReachFailure::DockNotSeen)]);
+    assert_eq!(world.ended, [RouteGoalResult::Failed(ReachFailure::DockNotSeen)]);
+    assert_eq!(world.tried, [RouteAttempt::Docking; 3]);
 }
 
 #[test]
@@ -381,14 +392,14 @@ fn a_docked_robot_leaves_its_dock_first() {
     assert_eq!(world.walks[0].1.way, LegWay::Straight);
     world.docked = None;
     assert_eq!(world.walk_to_the_end(), [20.0, 30.0]);
-    assert_eq!(world.ended, [GoalResult::Reached]);
+    assert_eq!(world.ended, [RouteGoalResult::Reached]);
 
     let mut world = World::new();
     world.stand_at(1);
     world.docked = Some(DOCK);
     world.begin(GoalRequest::Undock);
     world.end_walk(blocked());
-    assert_eq!(world.ended, [GoalResult::Failed(ReachFailure::NotUndocked)]);
+    assert_eq!(world.ended, [RouteGoalResult::Failed(ReachFailure::NotUndocked)]);
 }
 
 #[test]
@@ -396,14 +407,15 @@ fn what_takes_the_robot_ends_the_goal_and_a_late_result_changes_nothing() {
     let mut world = World::new();
     world.begin(GoalRequest::Route(node_id(4)));
     let (walk, _) = world.walks[0];
-    world.end_walk(LegResult::MotionTaken);
-    assert_eq!(world.ended, [GoalResult::MotionTaken]);
+    let effects = world.with(|executor, _, _| executor.cancel(GOAL));
+    world.take(effects);
+    assert_eq!((world.ended.as_slice(), world.walks.len()), ([RouteGoalResult::Cancelled].as_slice(), 0));
     let late = world.with(|executor, at, view| executor.end_leg(at, walk, LegResult::Reached, view));
     assert!(late.is_empty());
 
     let mut world = World::new();
     world.begin(GoalRequest::Route(node_id(99)));
-    assert_eq!(world.ended, [GoalResult::Failed(ReachFailure::NoSuchPlace)]);
+    assert_eq!(world.ended, [RouteGoalResult::Failed(ReachFailure::NoSuchPlace)]);
     assert!(world.builder.site().get(ObjectId::Node(node_id(99))).is_none());
 }
 
@@ -476,6 +488,79 @@ fn an_edge_with_a_traversal_of_the_robots_own_calls_that_action_last() {
 }
 
 #[test]
+fn what_remains_is_that_of_the_whole_route_at_each_leg() {
+    let mut world = World::new();
+    world.executor = RouteExecutor::new(RouteExecutorConfig::default());
+    assert_eq!(world.remaining(), RouteRemaining::default());
+    world.begin(GoalRequest::Route(node_id(4)));
+    // Two edges of 10 m, each in two parts. What is left of the leg itself is for whoever walks it to say.
+    let mut beyond_m = Vec::new();
+    while world.ended.is_empty() {
+        let remaining = world.remaining();
+        assert_eq!(remaining.waits_for, None);
+        beyond_m.push(remaining.beyond_leg_m.expect("a route"));
+        world.end_walk(LegResult::Reached);
+    }
+    assert_eq!(beyond_m, [15.0, 10.0, 5.0, 0.0]);
+    assert_eq!(world.remaining(), RouteRemaining::default());
+
+    // From beside the graph, and into a dock, which is 10 m behind its approach node.
+    let mut world = World::new();
+    world.stand_on(3, 4);
+    world.begin(GoalRequest::Dock(DOCK));
+    assert_eq!(world.remaining().beyond_leg_m, Some(20.0), "node 3 first: {:?}", world.walks);
+    world.end_walk(LegResult::Reached);
+    assert_eq!(world.remaining().beyond_leg_m, Some(10.0));
+    world.end_walk(LegResult::Reached);
+    assert_eq!(world.remaining().beyond_leg_m, Some(0.0), "on the way into it: {:?}", world.walks);
+    world.end_walk(LegResult::Reached);
+    assert_eq!(
+        world.remaining(),
+        RouteRemaining { beyond_leg_m: Some(0.0), waits_for: Some(RouteWait::Charge) }
+    );
+}
+
+#[test]
+fn waits_are_told_with_their_reason_and_are_among_what_was_tried() {
+    let mut world = World::new();
+    world.give_actions((2, 3), [&["open"], &[], &["close"]]);
+    world.builder.change_edge(2, 3, |edge| {
+        edge.fail_policy = vec![EdgeFailStep::Wait(Span::from_millis(30_000)), EdgeFailStep::Replan];
+    });
+    world.begin(GoalRequest::Route(node_id(4)));
+    let waits = |beyond_leg_m, wait| RouteRemaining { beyond_leg_m, waits_for: Some(wait) };
+    let edge = edge_id(2, 3);
+    let action = |stage| RouteWait::Action(RouteActionPlace::Edge { edge, stage, index: 0 });
+    assert_eq!(world.remaining(), waits(Some(20.0), action(EdgeStage::Enter)));
+    world.end_action("open", Ok(()));
+    world.end_walk(blocked());
+    let until = world.at + Span::from_millis(30_000);
+    assert_eq!(world.remaining(), waits(Some(20.0), RouteWait::Retry { edge, until }));
+    world.wait(30);
+    assert_eq!(world.tried, [RouteAttempt::WaitedForEdge(Span::from_millis(30_000))]);
+    world.end_walk(LegResult::Reached);
+    assert_eq!(world.remaining(), waits(Some(10.0), action(EdgeStage::Leave)), "the edge is behind it");
+
+    let mut world = World::new();
+    world.builder.change_edge(2, 5, |edge| edge.is_enabled = false);
+    world.builder.change_edge(5, 4, |edge| edge.is_enabled = false);
+    world.stand_at(3);
+    world.begin(GoalRequest::Route(node_id(4)));
+    world.end_walk(blocked());
+    let until = world.blocks[0].until;
+    assert_eq!(world.remaining(), waits(None, RouteWait::Block { until }));
+    world.wait(61);
+    assert_eq!(world.tried, [RouteAttempt::WaitedForEdge(Span::from_millis(61_000))]);
+
+    let mut world = World::new();
+    world.place = GraphPlace::default();
+    world.begin(GoalRequest::Route(node_id(4)));
+    assert_eq!(world.remaining(), waits(None, RouteWait::Place));
+    world.wait(1);
+    assert_eq!(world.tried, [RouteAttempt::WaitedForPlace(Span::from_millis(1_000))]);
+}
+
+#[test]
 fn an_edge_of_a_group_that_somebody_holds_is_waited_for() {
     let mut world = World::new();
     let group = "Lift".to_owned();
@@ -495,7 +580,7 @@ fn an_edge_of_a_group_that_somebody_holds_is_waited_for() {
     world.wait(1);
     assert_eq!(world.waits_for(), None);
     world.walk_to_the_end();
-    assert_eq!(world.ended, [GoalResult::Reached]);
+    assert_eq!(world.ended, [RouteGoalResult::Reached]);
 
     // A robot that waits takes another way once the edge is closed.
     world.ended.clear();

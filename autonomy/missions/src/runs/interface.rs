@@ -21,7 +21,7 @@ pub enum MissionInput {
         /// Which.
         goal: GoalId,
         /// How.
-        result: GoalResult,
+        result: RouteGoalResult,
     },
     /// An action that the runner called has ended.
     Action {
@@ -40,7 +40,7 @@ pub enum MissionInput {
         is_synchronised: bool,
     },
     /// Where the robot is and whether it can move.
-    Situation(Situation),
+    Situation(MissionSituation),
     /// A value of a signal that monitors watch, such as `battery.charge` (0 to 1).
     Signal {
         /// Name of the signal.
@@ -84,7 +84,7 @@ pub enum MissionInput {
 
 /// How a goal ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum GoalResult {
+pub enum RouteGoalResult {
     /// It was reached.
     Reached,
     /// It was not.
@@ -119,7 +119,7 @@ pub struct ActionInfo {
 
 /// Where the robot is and whether it can move.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Situation {
+pub struct MissionSituation {
     /// Its place on the graph.
     pub place: GraphPlace,
     /// Whether its pose in the site's map is known.

@@ -33,7 +33,8 @@ mod transcript_words;
 pub use battery::{BatteryConfig, CHARGE_SIGNAL, battery_monitors, time_to_dock_p95_s};
 pub use durable::events_for_restart;
 pub use interface::{
-    ActionInfo, ActionResult, GoalRequest, GoalResult, MissionEffect, MissionInput, MissionNotice, Situation,
+    ActionInfo, ActionResult, GoalRequest, MissionEffect, MissionInput, MissionNotice, MissionSituation,
+    RouteGoalResult,
 };
 pub use monitors::MonitorBank;
 pub use records::{Records, RouteActionRecord, Run, TaskRecord};

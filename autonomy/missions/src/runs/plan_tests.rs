@@ -1,6 +1,6 @@
 //! The plan of a long deployment, faster than time.
 
-use super::interface::{ActionResult, GoalResult, MissionInput};
+use super::interface::{ActionResult, MissionInput, RouteGoalResult};
 use super::testing::*;
 use crate::calendar::SiteZone;
 use site_model::*;
@@ -66,7 +66,7 @@ fn seven_weeks_of_two_missions_on_each_weekday() {
         busy_s = if rig.goal.is_some() || rig.call.is_some() { busy_s + STEP_S } else { 0 };
         if busy_s >= 20 {
             busy_s = 0;
-            rig.end_goal(GoalResult::Reached);
+            rig.end_goal(RouteGoalResult::Reached);
             rig.end_action(ActionResult::Succeeded(None));
         }
         rig.seen.clear();

@@ -1,6 +1,6 @@
 //! The program ends at every step of a mission, and the results of record are the same.
 
-use super::interface::{ActionResult, GoalResult};
+use super::interface::{ActionResult, RouteGoalResult};
 use super::testing::*;
 use site_model::*;
 use std::collections::BTreeMap;
@@ -55,8 +55,8 @@ impl Script {
             let fails = current.is_some_and(|(task, (reach, act))| {
                 !is_undocking && fails(task.0.as_u128() % 100, reach, act, true)
             });
-            let blocked = GoalResult::Failed(ReachFailure::PathBlocked);
-            self.rig.end_goal(if fails { blocked } else { GoalResult::Reached });
+            let blocked = RouteGoalResult::Failed(ReachFailure::PathBlocked);
+            self.rig.end_goal(if fails { blocked } else { RouteGoalResult::Reached });
         } else if self.rig.call.is_some() {
             let fails =
                 current.is_some_and(|(task, (reach, act))| fails(task.0.as_u128() % 100, reach, act, false));

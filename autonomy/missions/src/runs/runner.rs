@@ -1,7 +1,8 @@
 //! The mission runner: state, inputs and outputs. What it does next is decided in `advance.rs`.
 
 use super::interface::{
-    ActionInfo, ActionResult, GoalRequest, GoalResult, MissionEffect, MissionInput, MissionNotice, Situation,
+    ActionInfo, ActionResult, GoalRequest, MissionEffect, MissionInput, MissionNotice, MissionSituation,
+    RouteGoalResult,
 };
 use super::monitors::MonitorBank;
 use super::records::Records;
@@ -84,7 +85,7 @@ pub struct MissionRunner {
     pub(super) graph: RouteGraph,
     pub(super) learned: LearnedTimes,
     pub(super) actions: BTreeMap<String, ActionInfo>,
-    pub(super) situation: Situation,
+    pub(super) situation: MissionSituation,
     pub(super) utc: Option<Utc>,
     pub(super) records: Records,
     pub(super) activity: Option<Activity>,
@@ -127,7 +128,7 @@ impl MissionRunner {
             graph: RouteGraph::default(),
             learned: LearnedTimes::new(),
             actions: BTreeMap::new(),
-            situation: Situation::default(),
+            situation: MissionSituation::default(),
             utc: None,
             is_restarting: !records.runs.is_empty(),
             records,
@@ -257,7 +258,7 @@ impl MissionRunner {
         self.graph = RouteGraph::new(&self.route_site, &conditions, &self.config.routes);
     }
 
-    fn handle_goal(&mut self, goal: GoalId, result: GoalResult) {
+    fn handle_goal(&mut self, goal: GoalId, result: RouteGoalResult) {
         let Some(Activity::Leg(leg)) = self
             .activity
             .clone()
@@ -269,36 +270,38 @@ impl MissionRunner {
         match leg.purpose {
             Purpose::Task(run, task) => self.handle_task_leg(run, task, leg.is_undocking, result),
             Purpose::End(run, place) => match result {
-                GoalResult::Reached if leg.is_undocking => self.begin_end_leg(run, place, None, false),
-                GoalResult::Reached => self.fire_run(run, RunTrigger::EndReached),
-                GoalResult::MotionTaken | GoalResult::Cancelled => {
+                RouteGoalResult::Reached if leg.is_undocking => self.begin_end_leg(run, place, None, false),
+                RouteGoalResult::Reached => self.fire_run(run, RunTrigger::EndReached),
+                RouteGoalResult::MotionTaken | RouteGoalResult::Cancelled => {
                     self.fire_run(run, RunTrigger::MotionTaken);
                 }
                 // The next dock, if there is one.
-                GoalResult::Failed(_) if place == EndPlace::NearestDock => {}
-                GoalResult::Failed(_) => self.fire_run(run, RunTrigger::EndReached),
+                RouteGoalResult::Failed(_) if place == EndPlace::NearestDock => {}
+                RouteGoalResult::Failed(_) => self.fire_run(run, RunTrigger::EndReached),
             },
             Purpose::Errand(dock) => match result {
-                GoalResult::Reached => self.errand = DockErrand::default(),
-                GoalResult::Failed(_) => {
+                RouteGoalResult::Reached => self.errand = DockErrand::default(),
+                RouteGoalResult::Failed(_) => {
                     self.errand.tried.insert(dock);
                 }
                 // It is begun anew as soon as the robot can move.
-                GoalResult::MotionTaken | GoalResult::Cancelled => {}
+                RouteGoalResult::MotionTaken | RouteGoalResult::Cancelled => {}
             },
         }
     }
 
-    fn handle_task_leg(&mut self, run: RunId, task: usize, is_undocking: bool, result: GoalResult) {
+    fn handle_task_leg(&mut self, run: RunId, task: usize, is_undocking: bool, result: RouteGoalResult) {
         match result {
-            GoalResult::Reached if is_undocking => self.fire_task(run, task, TaskTrigger::Undocked, None),
-            GoalResult::Reached => self.fire_task(run, task, TaskTrigger::Reached, None),
-            GoalResult::Failed(reason) => {
+            RouteGoalResult::Reached if is_undocking => {
+                self.fire_task(run, task, TaskTrigger::Undocked, None)
+            }
+            RouteGoalResult::Reached => self.fire_task(run, task, TaskTrigger::Reached, None),
+            RouteGoalResult::Failed(reason) => {
                 let reason = if is_undocking { ReachFailure::NotUndocked } else { reason };
                 let failure = TaskFailure::NotReached(reason);
                 self.fire_task(run, task, TaskTrigger::ReachFailed, Some(failure));
             }
-            GoalResult::MotionTaken | GoalResult::Cancelled => {
+            RouteGoalResult::MotionTaken | RouteGoalResult::Cancelled => {
                 self.fire_run_because(run, RunTrigger::MotionTaken, RunChangeReason::MotionTaken);
             }
         }

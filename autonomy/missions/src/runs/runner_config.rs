@@ -2,6 +2,7 @@
 
 use super::battery::BatteryConfig;
 use super::scheduler::SchedulerConfig;
+use crate::action_time::ActionTimeConfig;
 use crate::graph::{EdgeBlockConfig, RouteConfig};
 use crate::order::TourConfig;
 use vocab::Span;
@@ -21,10 +22,8 @@ pub struct RunnerConfig {
     pub battery: BatteryConfig,
     /// Greatest number of queued runs.
     pub queue_max: usize,
-    /// An action may take this many times its expected time, and `action_margin` more. Then it is cancelled.
-    pub action_time_ratio: i64,
-    /// Time for any action, whatever is expected of it.
-    pub action_margin: Span,
+    /// How long the action of a task may take.
+    pub action_time: ActionTimeConfig,
     /// Time within which a cancelled action has to end.
     pub cancel_time_limit: Span,
     /// Time for an answer where no policy says one: after a restart that found an action begun.
@@ -44,8 +43,7 @@ impl Default for RunnerConfig {
             scheduler: SchedulerConfig::default(),
             battery: BatteryConfig::default(),
             queue_max: 32,
-            action_time_ratio: 3,
-            action_margin: Span::from_millis(60_000),
+            action_time: ActionTimeConfig::default(),
             cancel_time_limit: Span::from_millis(10_000),
             question_time_limit: Span::from_millis(300_000),
             dock_retry: Span::from_millis(30_000),

@@ -1,6 +1,6 @@
 //! Seeded swarms: random commands, outcomes, batteries, stops and restarts, with invariants checked after each step.
 
-use super::interface::{ActionResult, GoalResult, MissionEffect, MissionInput};
+use super::interface::{ActionResult, MissionEffect, MissionInput, RouteGoalResult};
 use super::records::Records;
 use super::testing::*;
 use site_model::*;
@@ -239,9 +239,9 @@ fn step(rig: &mut Rig, random: &mut Random, seconds: &mut i64) {
         }
         15..40 => {
             let result = match random.below(10) {
-                0..6 => GoalResult::Reached,
-                6..9 => GoalResult::Failed(ReachFailure::PathBlocked),
-                _ => GoalResult::MotionTaken,
+                0..6 => RouteGoalResult::Reached,
+                6..9 => RouteGoalResult::Failed(ReachFailure::PathBlocked),
+                _ => RouteGoalResult::MotionTaken,
             };
             rig.end_goal(result);
         }
@@ -327,7 +327,7 @@ fn whatever_happens_the_invariants_hold_and_every_run_ends() {
             if let Some(run) = paused {
                 rig.command(MissionCommandKind::Resume(run));
             }
-            rig.end_goal(GoalResult::Reached);
+            rig.end_goal(RouteGoalResult::Reached);
             let is_cancelled = rig.call.as_ref().is_some_and(|(.., is_cancelled)| *is_cancelled);
             rig.end_action(if is_cancelled {
                 ActionResult::Cancelled

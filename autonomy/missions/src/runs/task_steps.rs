@@ -223,8 +223,7 @@ impl MissionRunner {
             let failure = Some(TaskFailure::ActionUnavailable);
             return self.fire_task(run, task, TaskTrigger::ActionFailed, failure);
         };
-        let limit = expected_time(info, &request) * self.config.action_time_ratio;
-        let deadline = self.at + limit + self.config.action_margin;
+        let deadline = self.at + self.config.action_time.limit(expected_time(info, &request));
         self.activity = Some(Activity::Action(Acting { run, task, call, deadline, stop: None }));
         let task = planned.task;
         self.act(MissionEffect::CallAction { call, run, task, request });

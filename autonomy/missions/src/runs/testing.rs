@@ -1,7 +1,7 @@
 //! A runner with a world around it: what is durable, where the robot is, and what it was told to do.
 
 use super::interface::{
-    ActionInfo, ActionResult, GoalRequest, GoalResult, MissionEffect, MissionInput, Situation,
+    ActionInfo, ActionResult, GoalRequest, MissionEffect, MissionInput, MissionSituation, RouteGoalResult,
 };
 use super::runner::MissionRunner;
 use super::runner_config::RunnerConfig;
@@ -85,7 +85,7 @@ pub(super) struct Rig {
     pub config: RunnerConfig,
     pub now: Stamp,
     pub site: SiteBuilder,
-    pub situation: Situation,
+    pub situation: MissionSituation,
     pub actions: BTreeMap<String, ActionInfo>,
     /// What was committed and survives a restart.
     pub durable: Vec<MissionEvent>,
@@ -122,7 +122,12 @@ impl Rig {
             config,
             now: Stamp::EPOCH,
             site: corridor(),
-            situation: Situation { place, is_localised: true, can_move: true, docked: Some(dock_id(91)) },
+            situation: MissionSituation {
+                place,
+                is_localised: true,
+                can_move: true,
+                docked: Some(dock_id(91)),
+            },
             actions: actions.map(|(name, info)| (name.to_owned(), info)).into(),
             durable: Vec::new(),
             waiting: Vec::new(),
@@ -151,7 +156,7 @@ impl Rig {
         self.input(MissionInput::Site(Arc::new(self.site.site())));
     }
 
-    pub fn set_situation(&mut self, change: impl FnOnce(&mut Situation)) {
+    pub fn set_situation(&mut self, change: impl FnOnce(&mut MissionSituation)) {
         change(&mut self.situation);
         self.input(MissionInput::Situation(self.situation));
     }
@@ -221,9 +226,9 @@ impl Rig {
     }
 
     /// The goal under way ends. If it is reached, the robot is there.
-    pub fn end_goal(&mut self, result: GoalResult) {
+    pub fn end_goal(&mut self, result: RouteGoalResult) {
         let Some((goal, request)) = self.goal.take() else { return };
-        if result == GoalResult::Reached {
+        if result == RouteGoalResult::Reached {
             let docks: BTreeMap<DockId, u128> = [(dock_id(91), 1), (dock_id(92), 7)].into();
             let place = |node: NodeId| GraphPlace { at: Some(node), nearest: Some(node), on: None };
             (self.situation.place, self.situation.docked) = match request {

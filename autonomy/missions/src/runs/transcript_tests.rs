@@ -4,7 +4,7 @@
 //! The robot stands in dock 91 of a corridor: nodes 1 (dock) to 7 (dock 92), 7 m apart. `photo` can be repeated without harm, `spectrum` cannot. Commits are durable
 //! at once, unless they are held. Goals are numbered `g1`, `g2` and calls `c1`, `c2` as they first occur.
 
-use super::interface::{ActionResult, GoalRequest, GoalResult, MissionEffect, MissionInput};
+use super::interface::{ActionResult, GoalRequest, MissionEffect, MissionInput, RouteGoalResult};
 use super::table::{RUN_TABLE, TASK_TABLE, TaskGuard};
 use super::table_text::to_markdown;
 use super::testing::*;
@@ -157,12 +157,12 @@ impl Player {
                 };
                 rig.command(MissionCommandKind::Answer(run, task, answer));
             }
-            "reached" => rig.end_goal(GoalResult::Reached),
-            "blocked" => rig.end_goal(GoalResult::Failed(ReachFailure::PathBlocked)),
-            "not-docked" => rig.end_goal(GoalResult::Failed(ReachFailure::NotDocked)),
+            "reached" => rig.end_goal(RouteGoalResult::Reached),
+            "blocked" => rig.end_goal(RouteGoalResult::Failed(ReachFailure::PathBlocked)),
+            "not-docked" => rig.end_goal(RouteGoalResult::Failed(ReachFailure::NotDocked)),
             "stop" => {
                 rig.set_situation(|situation| situation.can_move = false);
-                rig.end_goal(GoalResult::MotionTaken);
+                rig.end_goal(RouteGoalResult::MotionTaken);
             }
             "allow" => rig.set_situation(|situation| situation.can_move = true),
             "lost" => rig.set_situation(|situation| situation.is_localised = false),

@@ -1,14 +1,15 @@
-//! Calls of actions, for tasks of missions, and for edges and zones on routes. Where the camera's head does not pan far enough, a goal of the executive turns the body, and the action
-//! is called again.
+//! Calls of actions, for tasks of missions, and for edges and zones on routes. Where the camera's head does not pan far enough, the executive turns the body, and the
+//! action is called again. For an edge the turn is a leg of the goal that is under way, and for a task a goal that clients do not see.
 
-use super::open_call::OpenCall;
+use super::open_call::{OpenCall, TurnEnd, turn_goal};
 use super::platform;
 use crate::{Running, texts};
-use geometry::{Rotation, Vector3, isometry_from_pose, pose_from_isometry};
+use executive::RouteLeg;
+use geometry::pose_from_isometry;
 use messages::{ActionOutcome, Approach, GoalKind, PoseGoal, StackEffect};
-use missions::{ActionResult, LegResult, MissionInput, turn_goal_id};
+use missions::{ActionResult, MissionInput, turn_leg_id, turned};
 use site_model::{ActionRequest, PoseTolerance, RouteActionPlace};
-use vocab::{ActionCallId, GoalId, Pose, Stamp};
+use vocab::{ActionCallId, LegId, Stamp};
 
 impl Running {
     pub(super) fn call_action(
@@ -32,7 +33,8 @@ impl Running {
         request: ActionRequest,
         effects: &mut Vec<StackEffect>,
     ) {
-        match self.missions.executor.goal().filter(|goal| self.missions.is_of_runner(*goal)) {
+        let is_of_runner = self.executive.request().is_some_and(|(_, by)| *by == platform());
+        match self.missions.executor.goal().filter(|_| is_of_runner) {
             Some(goal) => {
                 let wanted = MissionInput::RouteActionWanted { goal, call, place, request };
                 self.missions.pending.push_back(wanted);
@@ -63,7 +65,9 @@ impl Running {
         };
         self.missions.calls.remove(&call);
         let situation = self.situation(self.frames(self.last.as_deref()));
-        self.executive.cancel_goal(at, turn, platform(), &situation, effects);
+        // It is one of the two.
+        self.executive.end_leg(turn, effects);
+        self.executive.cancel_goal(at, turn_goal(turn), platform(), &situation, effects);
         let (result, runner) = (ActionResult::Cancelled, self.missions.runner.as_ref());
         self.missions.pending.push_back(match runner.is_some_and(|runner| runner.is_route_action(call)) {
             true => MissionInput::RouteActionEnded { call, result },
@@ -129,9 +133,10 @@ impl Running {
         effects: &mut Vec<StackEffect>,
     ) -> bool {
         let config = self.missions.config;
-        let is_free = self.can_move_for_missions()
-            && self.missions.executor.walk().is_none()
-            && self.missions.turn().is_none();
+        let running = self.executive.goal();
+        // The goal on whose way the robot stands for the call.
+        let goal = running.filter(|_| self.missions.executor.is_standing_for(call));
+        let is_free = goal.is_some() || (running.is_none() && self.can_move_for_missions());
         let frames = self.frames(self.last.as_deref());
         let Some(open) = self.missions.calls.get_mut(&call).filter(|_| is_free && turn_rad.is_finite())
         else {
@@ -140,58 +145,55 @@ impl Running {
         if open.turns >= config.turns_max {
             return false;
         }
-        let turn = turn_goal_id(call, open.turns);
+        let turn = turn_leg_id(call, open.turns);
         open.turns += 1;
         open.turn = Some(turn);
         let turn_rad = turn_rad + config.turn_margin_rad.copysign(turn_rad);
-        let Some(map_from_goal) = turned(&pose_from_isometry(&frames.map_from_base()), turn_rad) else {
-            return false;
-        };
-        let goal = PoseGoal {
+        let map_from_goal = turned(&pose_from_isometry(&frames.map_from_base()), turn_rad);
+        let pose = PoseGoal {
             map_from_goal,
             tolerance: Some(PoseTolerance::default()),
             speed_max_m_s: None,
             approach: Approach::Path,
         };
-        let goal = (turn, GoalKind::WalkToPose(goal), platform());
         let situation = self.situation(frames);
-        let started = self.executive.start_goal(at, goal, &situation, effects);
-        if started.is_err()
-            && let Some(open) = self.missions.calls.get_mut(&call)
-        {
+        let has_begun = match goal {
+            Some(goal) => {
+                let leg = RouteLeg { id: turn, pose, dock: None };
+                self.executive.begin_leg(at, goal, leg, &situation, effects).is_ok()
+            }
+            None => {
+                let goal = (turn_goal(turn), GoalKind::WalkToPose(pose), platform());
+                self.executive.start_hidden_goal(at, goal, &situation, effects).is_ok()
+            }
+        };
+        if !has_begun && let Some(open) = self.missions.calls.get_mut(&call) {
             open.turn = None;
         }
-        started.is_ok()
+        has_begun
     }
 
-    /// A goal by which the body turns has ended. Returns whether it is one.
+    /// A turn of the body has ended. Returns whether it is one.
     pub(super) fn end_turn(
         &mut self,
         at: Stamp,
-        goal: GoalId,
-        result: &LegResult,
+        turn: LegId,
+        end: TurnEnd,
         effects: &mut Vec<StackEffect>,
     ) -> bool {
         let mut calls = self.missions.calls.iter_mut();
-        let Some((call, open)) = calls.find(|(_, open)| open.turn == Some(goal)) else { return false };
+        let Some((call, open)) = calls.find(|(_, open)| open.turn == Some(turn)) else { return false };
         let call = *call;
         open.turn = None;
-        if *result == LegResult::Reached {
-            effects.push(open.effect(call));
-            return true;
-        }
-        let reason = match result {
-            LegResult::MotionTaken => texts::MOTION_TAKEN_WHILE_TURNING.to_owned(),
-            _ => texts::TURN_BLOCKED.to_owned(),
+        let reason = match end {
+            TurnEnd::Turned => {
+                effects.push(open.effect(call));
+                return true;
+            }
+            TurnEnd::MotionTaken => texts::MOTION_TAKEN_WHILE_TURNING.to_owned(),
+            TurnEnd::Blocked => texts::TURN_BLOCKED.to_owned(),
         };
         self.end_call(at, call, ActionResult::Failed(reason), effects);
         true
     }
-}
-
-/// A pose that is turned to the left about the vertical, where it is.
-fn turned(pose: &Pose, turn_rad: f64) -> Option<Pose> {
-    let mut isometry = isometry_from_pose(pose)?;
-    isometry.rotation = Rotation::from_axis_angle(&Vector3::z_axis(), turn_rad) * isometry.rotation;
-    Some(pose_from_isometry(&isometry))
 }

@@ -266,3 +266,7 @@ fn parse_hash(text: &str) -> Option<[u8; 32]> {
         (0..text.len()).step_by(2).map(|at| u8::from_str_radix(text.get(at..at + 2)?, 16).ok()).collect();
     bytes?.try_into().ok()
 }
+
+#[cfg(test)]
+#[path = "ledger_events_tests.rs"]
+mod tests;

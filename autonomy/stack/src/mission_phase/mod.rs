@@ -5,51 +5,50 @@ mod action_calls;
 mod conversions;
 mod ledger_events;
 mod open_call;
+mod route_goals;
 mod status;
+#[cfg(test)]
+mod testing;
+#[cfg(test)]
+mod tests;
 mod wiring;
 
-use messages::{BatteryState, CancelCause, GoalUpdate, Principal, RegisteredAction, Role, SiteSnapshot};
+pub(crate) use conversions::goal_request;
+
+use crate::waiting_answers::WaitingAnswers;
+use messages::{BatteryState, Principal, RegisteredAction, Role, SiteSnapshot};
 use missions::{
-    ActionInfo, GraphLocaliser, GraphLocaliserConfig, GraphPlace, MissionInput, MissionRunner, Records,
-    RouteExecutor, RouteExecutorConfig, RunnerConfig, Situation,
+    ActionInfo, DockConfig, GraphLocaliser, GraphLocaliserConfig, GraphPlace, MissionInput, MissionRunner,
+    MissionSituation, Records, RouteExecutor, RouteExecutorConfig, RunnerConfig, docked_at,
 };
+use navigation::ElevationMapConfig;
 use open_call::OpenCall;
 use site_model::{DockId, Edit, MissionEvent, MissionStatus, RouteStatus, RunId, RunState, Site};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use uuid::Uuid;
-use vocab::{ActionCallId, ClientId, CommandId, GoalId, Pose, Span, Stamp};
+use vocab::{ActionCallId, ClientId, CommandId, Pose, Span, Stamp};
 
 /// Parameters of [`MissionPhase`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MissionConfig {
     /// Time between two looks at where the robot is on the graph. It walks 0.2 m in it.
     pub place_period: Span,
-    /// Distance from the node of a dock within which a robot that is charged is in that dock, metres. More than the error of localisation, less than the
-    /// distance of two docks side by side.
-    pub dock_distance_m: f64,
-    /// Distance of a docked robot from the node of its dock from which on people are told that the dock was moved, metres. Twice the error of localisation.
-    pub dock_moved_m: f64,
-    /// The same for its heading, radians.
-    pub dock_turned_rad: f64,
+    /// When a robot is in a dock, and when that dock was moved.
+    pub docks: DockConfig,
     /// How far beyond the reach of the camera's head the body turns, radians. More than the tolerance of a pose, so that the target is within reach afterwards.
     pub turn_margin_rad: f64,
     /// Turns of the body for one call, before it has failed.
     pub turns_max: u32,
-    /// Commands whose answers wait until their events are durable. The oldest is forgotten beyond this; its client sends it again.
-    pub waiting_max: usize,
 }
 
 impl Default for MissionConfig {
     fn default() -> Self {
         Self {
             place_period: Span::from_millis(200),
-            dock_distance_m: 0.5,
-            dock_moved_m: 0.1,
-            dock_turned_rad: 0.1,
+            docks: DockConfig::default(),
             turn_margin_rad: 0.1,
             turns_max: 2,
-            waiting_max: 256,
         }
     }
 }
@@ -73,12 +72,8 @@ pub(crate) struct MissionPhase {
     commits: VecDeque<(u64, u64)>,
     /// Actions that were called and have not ended.
     calls: BTreeMap<ActionCallId, OpenCall>,
-    /// Commands that wait for their answer.
-    waiting: BTreeMap<CommandId, ClientId>,
-    /// The goal on the topological map that is under way, as it is published.
-    goal: Option<GoalUpdate>,
-    /// Who has ended a goal last, and how.
-    cancelled: Option<(Principal, CancelCause)>,
+    /// Commands that wait until the runner answers them.
+    waiting: WaitingAnswers<()>,
     /// Inputs of the runner that follow from its own effects.
     pending: VecDeque<MissionInput>,
     /// The run of which people were told last that it waits.
@@ -86,7 +81,7 @@ pub(crate) struct MissionPhase {
     /// Whether what is published may have changed.
     is_changed: bool,
     battery: Option<BatteryState>,
-    situation: Situation,
+    situation: MissionSituation,
     map_from_base: Option<Pose>,
     looked_at: Option<Stamp>,
     published: Option<Arc<MissionStatus>>,
@@ -95,6 +90,7 @@ pub(crate) struct MissionPhase {
 
 impl Default for MissionPhase {
     fn default() -> Self {
+        let floor_separation_m = ElevationMapConfig::default().floor_separation_m;
         Self {
             config: MissionConfig::default(),
             runner: None,
@@ -103,17 +99,15 @@ impl Default for MissionPhase {
             actions: BTreeMap::new(),
             site: Arc::default(),
             executor: RouteExecutor::new(RouteExecutorConfig::default()),
-            localiser: GraphLocaliser::new(GraphLocaliserConfig::default()),
+            localiser: GraphLocaliser::new(GraphLocaliserConfig::new(floor_separation_m.into())),
             commits: VecDeque::new(),
             calls: BTreeMap::new(),
-            waiting: BTreeMap::new(),
-            goal: None,
-            cancelled: None,
+            waiting: WaitingAnswers::default(),
             pending: VecDeque::new(),
             told_waiting: None,
             is_changed: true,
             battery: None,
-            situation: Situation::default(),
+            situation: MissionSituation::default(),
             map_from_base: None,
             looked_at: None,
             published: None,
@@ -148,16 +142,9 @@ impl MissionPhase {
 
     /// The dock in which the robot is charged, if it is in one of the site.
     fn docked(&self) -> Option<DockId> {
-        let base = self.map_from_base.filter(|_| self.battery.is_some_and(|battery| battery.charging))?;
-        let distance_m = |pose: &Pose| {
-            let (x, y) = (pose.position.x - base.position.x, pose.position.y - base.position.y);
-            x.hypot(y)
-        };
-        let near = self.site.docks().filter_map(|dock| {
-            let distance_m = distance_m(&self.site.node(dock.node)?.map_from_node);
-            (distance_m <= self.config.dock_distance_m).then_some((distance_m, dock.id))
-        });
-        near.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, dock)| dock)
+        let is_charged = self.battery.is_some_and(|battery| battery.charging);
+        let map_from_base = self.map_from_base.filter(|_| is_charged)?;
+        docked_at(&self.site, &map_from_base, &self.config.docks)
     }
 
     /// The run that would begin or go on now if the robot were localised.
@@ -169,19 +156,9 @@ impl MissionPhase {
         }
     }
 
-    /// Whether the goal is one of the runner's.
-    fn is_of_runner(&self, goal: GoalId) -> bool {
-        self.goal.as_ref().is_none_or(|known| known.id != goal || known.by == platform())
-    }
-
     /// Whether the answer to this command waits.
     pub fn is_waiting(&self, command: CommandId) -> bool {
-        self.waiting.contains_key(&command)
-    }
-
-    /// The goal by which the body turns now.
-    fn turn(&self) -> Option<GoalId> {
-        self.calls.values().find_map(|open| open.turn)
+        self.waiting.contains(command)
     }
 
     fn place(&self) -> GraphPlace {

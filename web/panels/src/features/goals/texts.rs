@@ -116,6 +116,8 @@ fn attempt(attempt: &GoalAttempt) -> String {
         }
         GoalAttempt::ExploredPaths(1) => "1 path explored".to_owned(),
         GoalAttempt::ExploredPaths(paths) => format!("{paths} paths explored"),
+        GoalAttempt::DockingAttempts(1) => "1 attempt to dock".to_owned(),
+        GoalAttempt::DockingAttempts(attempts) => format!("{attempts} attempts to dock"),
     }
 }
 

@@ -20,7 +20,7 @@ mod week_paint;
 mod when_texts;
 
 pub(crate) use fields::{parse_date, parse_time};
-pub(crate) use next_run::{NextRunTexts, next_run_status};
+pub(crate) use next_run::next_run_status;
 pub(crate) use state::SchedulePanel;
 pub(crate) use when_texts::time as shown_time;
 

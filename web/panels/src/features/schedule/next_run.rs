@@ -4,6 +4,7 @@ use super::plan_cache::{MINUTE_NS, UTC};
 use super::texts;
 use crate::feature_panel::PanelContext;
 use crate::icon;
+use crate::next_run_texts::NextRunTexts;
 use crate::status_line::{StatusDetail, StatusLine};
 use crate::theme::{self, Weight};
 use client_model::plan_schedules;
@@ -17,14 +18,6 @@ const OUTLOOK_DAYS: i64 = 7;
 #[derive(Debug, Default)]
 pub(super) struct NextRun {
     computed_for: Option<(u64, i64)>,
-}
-
-/// What is shown of it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct NextRunTexts {
-    /// `15:00`, or `Thu 11:00`.
-    at: String,
-    schedule: String,
 }
 
 impl NextRun {
