@@ -88,6 +88,8 @@ mod nightly {
         operator.click("button", "Draft");
         save(&mut operator.page, theme, "site-draft");
         operator.click("button", "Discard the draft");
+        operator.click("button", "Inspection points");
+        click_first(operator, "Inspection point ");
         operator.click("button", "Missions");
         if operator.page.find("button", "All missions").is_none() {
             click_first(operator, "Mission ");

@@ -327,8 +327,6 @@ fn change_the_schedule(operator: &mut Operator, mut tablet: Page) -> Page {
     tablet.allow_touch();
     let mut desktop = std::mem::replace(&mut operator.page, tablet);
     operator.tap("button", "Schedule");
-    // The card lies over the end of the week.
-    operator.tap("button", "Close panel");
     operator.tap("button", "Later week");
     let slot = operator.wait(WaitsFor::Platform, "the week after", PLATFORM_LIMIT, |page| {
         named(page, &format!("{MISSION}, Thu ")).into_iter().find(|name| name.contains("11:00, planned"))
@@ -392,7 +390,7 @@ fn is_free(at: At, [width, height]: [f64; 2]) -> bool {
     at.x > 180.0 && at.x < width - 395.0 && at.y > 160.0 && at.y < height - 30.0 && !is_under_drive_card
 }
 
-/// A place on the floor beside a node, as far as can be from the others, to which no wall is in the way.
+/// The place on the floor beside a node that is farthest from the other nodes, among those that no wall hides.
 fn free_floor_beside(picture: &Picture, node: At, others: &[At]) -> Option<At> {
     const REACH_PX: f64 = 28.0;
     let at = |direction: u32, reach_px: f64| {

@@ -82,7 +82,7 @@ pub struct TopomapConfig {
     pub loop_min_m: f64,
     /// Dead ends shorter than this are dropped, metres: the robot turned round there.
     pub dead_end_min_m: f64,
-    /// Distance between a dock and its approach node, metres: the length of a robot.
+    /// Distance between a dock and its approach node, metres.
     pub dock_approach_m: f64,
     /// A path within this distance of a dock ends at the dock, metres.
     pub dock_radius_m: f64,
@@ -171,7 +171,7 @@ impl Default for TopomapConfig {
             node_merge_m: 2.5,
             loop_min_m: 8.0,
             dead_end_min_m: 2.5,
-            dock_approach_m: 1.0,
+            dock_approach_m: site_model::Dock::APPROACH_M,
             dock_radius_m: 0.4,
             dock_reach_m: 5.0,
             survey_cover_m: 4.0,

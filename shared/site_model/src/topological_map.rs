@@ -288,6 +288,11 @@ pub struct Dock {
     pub approach: NodeId,
 }
 
+impl Dock {
+    /// Distance between the node on a new dock and its approach node, metres: the length of a robot.
+    pub const APPROACH_M: f64 = 1.0;
+}
+
 /// A thing that is inspected. It exists apart from nodes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Asset {

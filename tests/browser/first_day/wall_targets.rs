@@ -41,7 +41,7 @@ impl WallTargets {
             .find(|at| self.is_wall(*at) && self.is_apart(*at))
     }
 
-    /// Whether the place and most of what is round it look like a wall, inside the part of the scene that no card covers.
+    /// Whether the place and most pixels around it look like a wall, inside the part of the scene that no card covers.
     fn is_wall(&self, at: At) -> bool {
         let is_free = super::is_free(at, [self.picture.width as f64, self.picture.height as f64]);
         let around = (-1..=1).flat_map(|x| (-1..=1).map(move |y| (x, y)));

@@ -2,7 +2,6 @@
 
 use crate::camera_inset::CameraInset;
 use crate::decode_queue::EncodedKeyframeScan;
-use crate::result_files::ResultFileLoader;
 use crate::runtime::{ClientRuntime, RuntimeConfig, install_page_events, now};
 use crate::scene_sync::SceneSync;
 use crate::text_inputs::TextInputElements;
@@ -55,7 +54,6 @@ pub(crate) struct ClientApp {
     viewport: Viewport,
     camera_inset: CameraInset,
     text_inputs: TextInputElements,
-    result_files: ResultFileLoader,
     commands: Vec<ClientCommand>,
     theme: Option<Theme>,
     startup: StartupStage,
@@ -103,7 +101,6 @@ impl ClientApp {
             viewport: Viewport::new(ViewportConfig::default(), frame_pacer),
             camera_inset: CameraInset::default(),
             text_inputs: TextInputElements::new(ctx.clone()),
-            result_files: ResultFileLoader::new(ctx.clone()),
             commands: Vec::new(),
             theme: None,
             startup: StartupStage::Opened,
@@ -203,7 +200,7 @@ impl eframe::App for ClientApp {
         self.decode_tiles(&mut runtime);
         self.decode_keyframe_scans(&mut runtime);
         self.text_inputs.take_events(&mut self.panels.text_inputs);
-        self.result_files.put_in(&mut self.panels.files);
+        runtime.effects.result_files.put_in(ctx, &mut self.panels.files);
         if runtime.decode_queue.has_tiles() {
             ctx.request_repaint();
         }
@@ -239,7 +236,8 @@ impl eframe::App for ClientApp {
                 self.camera_inset.show(&ctx, &mut self.panels, &self.scene, &view);
             }
             self.text_inputs.update(&self.panels.text_inputs, &tokens);
-            self.result_files.fetch_wanted(&mut self.panels.files);
+            let wanted = self.panels.files.take_wanted().into_iter();
+            commands.extend(wanted.map(|(blob, kind)| ClientCommand::FetchResultFile { blob, kind }));
         }
         for command in commands.drain(..) {
             // The effect of a command is drawn at once. A velocity command changes nothing that is drawn.

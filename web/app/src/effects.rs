@@ -8,6 +8,7 @@ use crate::decode_queue::DecodeQueue;
 use crate::downloads::Downloads;
 use crate::inbox::Inbox;
 use crate::plan_files::{self, PlanFiles};
+use crate::result_files::ResultFileLoader;
 use crate::sockets::SocketConnections;
 use crate::storage;
 use crate::uploads::Uploads;
@@ -21,6 +22,7 @@ pub(crate) struct EffectExecutor {
     downloads: Downloads,
     uploads: Uploads,
     plan_files: PlanFiles,
+    pub(crate) result_files: ResultFileLoader,
     scene_effects: VecDeque<SceneEffect>,
 }
 
@@ -40,6 +42,7 @@ impl EffectExecutor {
             downloads: Downloads::new(inbox.clone()),
             uploads: Uploads::new(inbox.clone()),
             plan_files: PlanFiles::new(inbox.clone()),
+            result_files: ResultFileLoader::new(inbox.clone()),
             scene_effects: VecDeque::new(),
         }
     }
@@ -70,6 +73,7 @@ impl EffectExecutor {
             ClientEffect::FetchSlots => self.downloads.fetch_slots(),
             ClientEffect::FetchPrevious { point, before } => self.downloads.fetch_previous(point, before),
             ClientEffect::FetchRun(run) => self.downloads.fetch_run(run),
+            ClientEffect::FetchResultFile { blob, kind } => self.result_files.fetch(blob, kind),
             ClientEffect::OpenPlanFile => self.plan_files.open_file_dialog(),
             ClientEffect::SavePlanFile(file) => plan_files::save(&file),
             ClientEffect::CancelUpload(upload) => self.uploads.cancel(upload),

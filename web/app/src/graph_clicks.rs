@@ -4,7 +4,7 @@ use crate::camera_inset;
 use crate::scene_sync::SceneSync;
 use client_model::{ClientCommand, GraphTool, Model, Selection};
 use glam::DVec3;
-use scene::{STANDING_HEIGHT_M, View};
+use scene::View;
 use site_model::NodeId;
 use vocab::Vec3;
 
@@ -50,7 +50,7 @@ impl GraphClick {
             }
             (GraphTool::AddNodes, _) => {
                 let Some((map, floor)) = model.saved_map_on_screen().zip(self.floor) else { return };
-                let position = Vec3::new(floor.x, floor.y, floor.z + STANDING_HEIGHT_M);
+                let position = Vec3::new(floor.x, floor.y, floor.z + model.platform.standing_height_m());
                 let from = selected.first().copied().filter(|_| selected.len() == 1);
                 let (node, edit) = model.site.adding_node(position, map, from);
                 out.push(ClientCommand::EditSite(edit));

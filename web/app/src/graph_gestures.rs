@@ -12,7 +12,7 @@ use egui::{PointerButton, Pos2, Rect};
 use glam::{DVec2, DVec3};
 use panels::theme::Tokens;
 use panels::{DragObstruction, SceneDrag};
-use scene::{CameraProjection, ColumnsConfig, PointColumns, STANDING_HEIGHT_M};
+use scene::{CameraProjection, ColumnsConfig, PointColumns};
 use site_model::{Edge, Node, NodeId, Site, Traversal};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -206,7 +206,8 @@ impl NodeDrag {
         let from = self.start[&self.grabbed];
         let projection = CameraProjection::new(cx.view.camera, cx.view.viewport_px);
         // The height of a node is that of the base; the pointer shows a place on the floor.
-        let on_floor = |at| projection.ray((cx.pixel)(at)).at_height(from.z - STANDING_HEIGHT_M);
+        let standing_height_m = cx.model.platform.standing_height_m();
+        let on_floor = |at| projection.ray((cx.pixel)(at)).at_height(from.z - standing_height_m);
         let near = |to: &DVec3| to.distance(projection.camera_position()) < cx.max_distance_m;
         let to = pointer.and_then(on_floor).filter(near);
         let by = to.map_or(DVec2::ZERO, |to| (to - from).truncate());
@@ -216,19 +217,24 @@ impl NodeDrag {
             self.columns = gather(cx, site, &moved);
         }
         let snapped = |at: &DVec3| {
-            let floor = self.columns.floor(at.truncate(), at.z - STANDING_HEIGHT_M);
-            floor.map_or(*at, |floor| at.with_z(floor + STANDING_HEIGHT_M))
+            let floor = self.columns.floor(at.truncate(), at.z - standing_height_m);
+            floor.map_or(*at, |floor| at.with_z(floor + standing_height_m))
         };
         preview.nodes = moved.iter().map(|(node, at)| (*node, snapped(at))).collect();
-        preview.obstructed = self.obstructed(site, &preview.nodes);
+        preview.obstructed = self.obstructed(site, &preview.nodes, standing_height_m);
     }
 
     /// The edges of moved nodes in which something stands. Stairs and docks are no floor that can be looked along.
-    fn obstructed(&self, site: &Site, moved: &BTreeMap<NodeId, DVec3>) -> Vec<EdgeObstruction> {
+    fn obstructed(
+        &self,
+        site: &Site,
+        moved: &BTreeMap<NodeId, DVec3>,
+        standing_height_m: f64,
+    ) -> Vec<EdgeObstruction> {
         let floor = |node: NodeId| {
             let at =
                 moved.get(&node).copied().or_else(|| Some(vector(site.node(node)?.map_from_node.position)));
-            at.map(|at| at - DVec3::Z * STANDING_HEIGHT_M)
+            at.map(|at| at - DVec3::Z * standing_height_m)
         };
         let is_walked =
             |edge: &&Edge| matches!(edge.traversal, Traversal::Walk | Traversal::Slow | Traversal::Door);
@@ -272,7 +278,7 @@ fn columns_config(body: Option<RobotBody>) -> ColumnsConfig {
 fn turned(cx: &GestureContext<'_>, node: NodeId, at: Pos2) -> Option<f64> {
     let from = vector(cx.model.site.site()?.node(node)?.map_from_node.position);
     let projection = CameraProjection::new(cx.view.camera, cx.view.viewport_px);
-    let to = projection.ray((cx.pixel)(at)).at_height(from.z - STANDING_HEIGHT_M)?;
+    let to = projection.ray((cx.pixel)(at)).at_height(from.z - cx.model.platform.standing_height_m())?;
     let yaw = (to - from).y.atan2((to - from).x);
     let is_stepped = cx.ui.input(|input| input.modifiers.shift);
     Some(if is_stepped { (yaw / CONFIG.turn_step).round() * CONFIG.turn_step } else { yaw })
@@ -292,7 +298,7 @@ fn nodes_in(cx: &GestureContext<'_>, area: Rect) -> BTreeSet<NodeId> {
     let corners = [(cx.pixel)(area.min), (cx.pixel)(area.max)];
     let projection = CameraProjection::new(cx.view.camera, cx.view.viewport_px);
     let is_inside = |node: &&Node| {
-        let floor = vector(node.map_from_node.position) - DVec3::Z * STANDING_HEIGHT_M;
+        let floor = vector(node.map_from_node.position) - DVec3::Z * cx.model.platform.standing_height_m();
         let at = projection.project(floor);
         at.is_some_and(|(at, _)| at.cmpge(corners[0]).all() && at.cmple(corners[1]).all())
     };

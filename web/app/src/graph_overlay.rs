@@ -7,7 +7,7 @@ use client_model::{Model, Selection};
 use egui::Color32;
 use glam::DVec3;
 use panels::theme::{Tokens, mix};
-use scene::{Colour, Marker, Polyline, STANDING_HEIGHT_M, Shape};
+use scene::{Colour, Marker, Polyline, Shape};
 use site_model::{Edge, InspectionPoint, Node, NodeId, NodeKind, Site, ZoneId};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -112,8 +112,9 @@ impl GraphOverlay {
 
     fn add(&mut self, source: &Source<'_>) {
         let Source { site, model, .. } = source;
+        let standing_height_m = model.platform.standing_height_m();
         let positions: BTreeMap<NodeId, DVec3> =
-            site.nodes().map(|node| (node.id, on_floor(source.position(node)))).collect();
+            site.nodes().map(|node| (node.id, on_floor(source.position(node), standing_height_m))).collect();
         let ways: BTreeSet<[NodeId; 2]> = site.edges().map(|edge| [edge.from, edge.to]).collect();
         let blocked: BTreeSet<_> = site.edge_blocks().map(|block| block.edge).collect();
         let selected_way = match model.selection() {
@@ -206,8 +207,8 @@ impl GraphOverlay {
 }
 
 /// A place just above the floor under a position of the base, so that the floor does not hide it.
-fn on_floor(base: DVec3) -> DVec3 {
-    base - DVec3::Z * (STANDING_HEIGHT_M - CONFIG.height_m)
+fn on_floor(base: DVec3, standing_height_m: f64) -> DVec3 {
+    base - DVec3::Z * (standing_height_m - CONFIG.height_m)
 }
 
 /// A marker without direction that cannot be picked yet.

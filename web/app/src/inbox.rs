@@ -50,6 +50,11 @@ impl Inbox {
     /// Adds a message and requests a frame.
     pub(crate) fn push(&self, message: InboundMessage) {
         self.queue.borrow_mut().push_back(message);
+        self.request_frame();
+    }
+
+    /// Requests a frame, for something that waits elsewhere.
+    pub(crate) fn request_frame(&self) {
         if let Some(ctx) = self.ctx.get() {
             ctx.request_repaint_after(REPAINT_DELAY);
         }

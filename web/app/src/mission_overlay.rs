@@ -5,7 +5,7 @@ use client_model::{Model, PlannedStop};
 use glam::DVec3;
 use panels::SceneLabel;
 use panels::theme::Tokens;
-use scene::{Colour, Marker, Polyline, STANDING_HEIGHT_M, Shape};
+use scene::{Colour, Marker, Polyline, Shape};
 use site_model::{NodeId, Site};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -37,14 +37,14 @@ impl MissionOverlay {
         let Some((site, plan)) = panels::shown_mission(model) else { return overlay };
         let tokens = Tokens::of(model.view_settings().theme);
         for way in plan.stops.iter().map(|stop| &stop.way).chain([&plan.end.way]) {
-            let points: Vec<DVec3> = way.iter().filter_map(|node| place(site, *node)).collect();
+            let points: Vec<DVec3> = way.iter().filter_map(|node| place(model, site, *node)).collect();
             if points.len() > 1 {
                 let colour = solid(tokens.accent);
                 overlay.lines.push(Polyline { points, colour, width: CONFIG.line_width_px, dash: 0.0 });
             }
         }
         for stop in &plan.stops {
-            let Some(position) = stop.node.and_then(|node| place(site, node)) else { continue };
+            let Some(position) = stop.node.and_then(|node| place(model, site, node)) else { continue };
             overlay.markers.push(Marker {
                 id: None,
                 position,
@@ -73,7 +73,7 @@ pub(crate) fn stop_labels(
         }
     }
     for (node, stops) in at_nodes {
-        if let Some((at, _)) = place(site, node).and_then(project) {
+        if let Some((at, _)) = place(model, site, node).and_then(project) {
             let numbers: Vec<usize> = stops.iter().map(|(number, _)| *number).collect();
             let name = site.node(node).map_or("", |node| node.name.as_str());
             labels.push(SceneLabel::mission_stop(at, &numbers, name));
@@ -88,9 +88,9 @@ pub(crate) fn stop_nodes(model: &Model) -> BTreeSet<NodeId> {
 }
 
 /// Where a node is drawn.
-fn place(site: &Site, node: NodeId) -> Option<DVec3> {
+fn place(model: &Model, site: &Site, node: NodeId) -> Option<DVec3> {
     let base = vector(site.node(node)?.map_from_node.position);
-    Some(base - DVec3::Z * (STANDING_HEIGHT_M - CONFIG.height_m))
+    Some(base - DVec3::Z * (model.platform.standing_height_m() - CONFIG.height_m))
 }
 
 fn solid(colour: egui::Color32) -> Colour {

@@ -2,10 +2,12 @@
 
 use crate::browser;
 use crate::downloads::fetch_bytes;
+use crate::inbox::Inbox;
 use crate::png16;
 use crate::texts;
+use client_model::ResultFileKind;
 use egui::{ColorImage, Context};
-use panels::{ResultFileContent, ResultFileKind, ResultFiles};
+use panels::{ResultFileContent, ResultFiles};
 use std::cell::RefCell;
 use std::rc::Rc;
 use vocab::BlobHash;
@@ -23,33 +25,31 @@ type Fetched = (BlobHash, Result<ResultFileContent, String>);
 
 /// The files that were fetched and not put in yet.
 pub(crate) struct ResultFileLoader {
-    ctx: Context,
+    inbox: Inbox,
     fetched: Rc<RefCell<Vec<Fetched>>>,
 }
 
 impl ResultFileLoader {
-    /// Every file that comes requests a frame of `ctx`.
-    pub(crate) fn new(ctx: Context) -> Self {
-        Self { ctx, fetched: Rc::default() }
+    /// Every file that comes requests a frame through `inbox`.
+    pub(crate) fn new(inbox: Inbox) -> Self {
+        Self { inbox, fetched: Rc::default() }
     }
 
     /// Puts in what has come.
-    pub(crate) fn put_in(&self, files: &mut ResultFiles) {
+    pub(crate) fn put_in(&self, ctx: &Context, files: &mut ResultFiles) {
         for (blob, content) in self.fetched.take() {
-            files.insert(&self.ctx, blob, content);
+            files.insert(ctx, blob, content);
         }
     }
 
-    /// Fetches what panels wait for.
-    pub(crate) fn fetch_wanted(&self, files: &mut ResultFiles) {
-        for (blob, kind) in files.take_wanted() {
-            let (ctx, fetched) = (self.ctx.clone(), Rc::clone(&self.fetched));
-            spawn_local(async move {
-                let content = fetch(blob, kind).await;
-                fetched.borrow_mut().push((blob, content));
-                ctx.request_repaint();
-            });
-        }
+    /// Fetches and decodes a file.
+    pub(crate) fn fetch(&self, blob: BlobHash, kind: ResultFileKind) {
+        let (inbox, fetched) = (self.inbox.clone(), Rc::clone(&self.fetched));
+        spawn_local(async move {
+            let content = fetch(blob, kind).await;
+            fetched.borrow_mut().push((blob, content));
+            inbox.request_frame();
+        });
     }
 }
 

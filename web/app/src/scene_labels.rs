@@ -7,7 +7,6 @@ use crate::zone_overlay;
 use client_model::{Model, Selection, middle_of};
 use glam::DVec3;
 use panels::SceneLabel;
-use scene::STANDING_HEIGHT_M;
 use vocab::Pose;
 
 /// Largest number of keyframes in the accessible tree. More would bury the other controls for users of a screen reader.
@@ -54,7 +53,7 @@ fn robot_labels(
     labels: &mut Vec<SceneLabel>,
 ) {
     if let Some(estimate) = &model.robot.estimate
-        && let Some(body) = robot_on_screen(&estimate.value.map_from_base, project)
+        && let Some(body) = robot_on_screen(model, &estimate.value.map_from_base, project)
     {
         let v = estimate.value.velocity.linear;
         let is_selected = model.selection() == Some(Selection::Robot);
@@ -69,6 +68,7 @@ fn robot_labels(
 
 /// The rectangle round the robot on the screen, points, with the point of its base in the middle. None if that point is not in the image.
 fn robot_on_screen(
+    model: &Model,
     map_from_base: &Pose,
     project: &impl Fn(DVec3) -> Option<ScreenPosition>,
 ) -> Option<egui::Rect> {
@@ -77,7 +77,7 @@ fn robot_on_screen(
     let [radius, top] = ROBOT_EXTENT_M;
     let corners = (0..8).map(|bits| {
         let side = |bit: i32| if bits & bit == 0 { radius } else { -radius };
-        let z = if bits & 4 == 0 { top } else { -STANDING_HEIGHT_M };
+        let z = if bits & 4 == 0 { top } else { -model.platform.standing_height_m() };
         base + DVec3::new(side(1), side(2), z)
     });
     let mut half = egui::Vec2::ZERO;
@@ -107,7 +107,8 @@ fn dock_labels(
     labels: &mut Vec<SceneLabel>,
 ) {
     for (number, dock) in (1..).zip(model.docks()) {
-        if let Some((at, _)) = project(vector(dock.position) - DVec3::Z * STANDING_HEIGHT_M) {
+        if let Some((at, _)) = project(vector(dock.position) - DVec3::Z * model.platform.standing_height_m())
+        {
             labels.push(SceneLabel::dock(at, number));
         }
     }
@@ -143,7 +144,7 @@ fn node_labels(
     for node in model.site.shown_nodes() {
         let dragged = preview.nodes.get(&node.id).copied();
         let base = dragged.unwrap_or_else(|| vector(node.map_from_node.position));
-        let floor = base - DVec3::Z * STANDING_HEIGHT_M;
+        let floor = base - DVec3::Z * model.platform.standing_height_m();
         let Some((at, depth_m)) = project(floor) else { continue };
         let is_selected = selected.contains(&node.id);
         let order = if is_selected { f64::NEG_INFINITY } else { depth_m };

@@ -12,7 +12,7 @@ use map_codec::PointChunk;
 use panels::theme::Tokens;
 use scene::{
     AnchorId, CameraPose, LoopEdge, LoopState, Marker, Node, Options, Palette, PointBlock, Polyline,
-    Renderer, RobotState, STANDING_HEIGHT_M, Shape, TileId, View, WHOLE_MAP,
+    Renderer, RobotState, Shape, TileId, View, WHOLE_MAP,
 };
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -96,7 +96,7 @@ impl SceneSync {
             renderer: Rc::new(RefCell::new(renderer)),
             config: SceneSyncConfig::default(),
             synced: SyncedRevisions::default(),
-            ground: -STANDING_HEIGHT_M,
+            ground: 0.0,
             keyframe_scans: BTreeMap::new(),
             graph_overlay: GraphOverlay::default(),
         }
@@ -205,7 +205,8 @@ impl SceneSync {
         lines.extend(self.graph_overlay.lines.iter().cloned());
         let way = MissionOverlay::of(model);
         lines.extend(way.lines);
-        let docks = model.docks().map(|map_from_base| dock_marker(map_from_base, &colours, marker_height));
+        let above_floor_m = model.platform.standing_height_m() - marker_height / 4.0;
+        let docks = model.docks().map(|map_from_base| dock_marker(map_from_base, &colours, above_floor_m));
         let picked = model.alignment().zip(model.viewed_map());
         let picked = picked.map(|(align, viewed)| align.points_in(viewed)).unwrap_or_default();
         let picked = picked.into_iter().map(|at| picked_point_marker(vector(at), &colours));
@@ -274,16 +275,15 @@ impl SceneSync {
         if settings.cut_ceiling { self.ground as f32 + settings.ceiling_m } else { f32::MAX }
     }
 
-    /// Updates the height of the ground.
+    /// Updates the height of the ground. An empty map has its origin where the base stands.
     pub(crate) fn update_ground(&mut self, model: &Model) {
         let base = match (&model.robot.estimate, model.viewed_map()) {
             (Some(estimate), None) => Some(estimate.value.map_from_base.position.z),
             _ => model.displayed_map().graph.nodes.first().map(|node| node.map_from_keyframe.position.z),
         };
-        if let Some(base) = base
-            && (base - STANDING_HEIGHT_M - self.ground).abs() > self.config.min_ground_step_m
-        {
-            self.ground = base - STANDING_HEIGHT_M;
+        let ground = base.unwrap_or(0.0) - model.platform.standing_height_m();
+        if (ground - self.ground).abs() > self.config.min_ground_step_m {
+            self.ground = ground;
         }
     }
 
@@ -299,6 +299,7 @@ impl SceneSync {
         // Where one floor alone is shown, its points are.
         let of_floor = model.site.shown_heights_m().filter(|_| model.is_site_on_screen());
         let below_floor_m = self.config.below_floor_m;
+        let standing_height_m = model.platform.standing_height_m();
         let stamps = &model.displayed_map().graph.nodes;
         let age_range = match (stamps.first(), stamps.last()) {
             (Some(first), Some(last)) => [first.stamp.secs_f64(), last.stamp.secs_f64()],
@@ -310,12 +311,13 @@ impl SceneSync {
             pixels_per_point,
             options: Options {
                 colour_by: colour_by(settings.colour),
+                colour_map: colour_map(settings),
                 height_range: self.config.colour_heights_m.map(|height| (self.ground + height) as f32),
                 age_range,
-                floor: of_floor.map_or(f32::MIN, |[low, _]| (low - STANDING_HEIGHT_M - below_floor_m) as f32),
+                floor: of_floor.map_or(f32::MIN, |[low, _]| (low - standing_height_m - below_floor_m) as f32),
                 ceiling: of_floor.map_or_else(
                     || self.ceiling(settings),
-                    |[_, high]| (high - STANDING_HEIGHT_M) as f32 + settings.ceiling_m,
+                    |[_, high]| (high - standing_height_m) as f32 + settings.ceiling_m,
                 ),
                 point_size: settings.point_size,
                 point_budget: self.config.point_budget,
@@ -344,11 +346,11 @@ fn survey_marker(place: &api::SurveyTarget, palette: &Palette, height: f64) -> M
     }
 }
 
-/// The marker of a dock, on the ground.
-fn dock_marker(map_from_base: &Pose, palette: &Palette, height: f64) -> Marker {
+/// The marker of a dock, near the ground. `above_m`: height of the base of a robot on the dock over the marker.
+fn dock_marker(map_from_base: &Pose, palette: &Palette, above_m: f64) -> Marker {
     Marker {
         id: None,
-        position: vector(map_from_base.position) - DVec3::Z * (STANDING_HEIGHT_M - height / 4.0),
+        position: vector(map_from_base.position) - DVec3::Z * above_m,
         ahead: DVec3::ZERO,
         shape: Shape::Square,
         radius: 9.0,
@@ -469,6 +471,7 @@ fn robot_state(config: &SceneSyncConfig, model: &Model) -> Option<RobotState> {
         ok: fresh && !model.is_stopped(),
         selected: model.selection() == Some(Selection::Robot),
         accuracy: client_model::position_sigma_m(&estimate.value),
+        standing_height_m: model.platform.standing_height_m(),
     })
 }
 
@@ -495,6 +498,10 @@ fn colour_by(colour: ColourBy) -> scene::ColourBy {
         ColourBy::Age => scene::ColourBy::Age,
         ColourBy::Plain => scene::ColourBy::Plain,
     }
+}
+
+fn colour_map(settings: &ViewSettings) -> scene::ColourMap {
+    if Tokens::of(settings.theme).dark { scene::ColourMap::Muted } else { scene::ColourMap::MutedLight }
 }
 
 /// The scene's colours, from the theme's table of tokens.

@@ -13,8 +13,7 @@ use egui::{PointerButton, Response, Sense, Ui};
 use glam::{DVec2, DVec3, Vec3};
 use panels::SceneLabel;
 use scene::{
-    Camera, CameraConfig, CameraPose, CameraProjection, FramePacer, FreeArea, Hit, PickOptions,
-    STANDING_HEIGHT_M, View,
+    Camera, CameraConfig, CameraPose, CameraProjection, FramePacer, FreeArea, Hit, PickOptions, View,
 };
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -398,7 +397,8 @@ impl Viewport {
         };
         if let Some((from, yaw)) = dragged {
             let (sin, cos) = (0.5 * yaw).sin_cos();
-            let position = vocab::Vec3::new(from.x, from.y, scene.ground() + STANDING_HEIGHT_M);
+            let position =
+                vocab::Vec3::new(from.x, from.y, scene.ground() + model.platform.standing_height_m());
             let orientation = vocab::Quat { x: 0.0, y: 0.0, z: sin, w: cos };
             out.push(ClientCommand::SetPose(vocab::Pose { position, orientation }));
         }

@@ -7,7 +7,7 @@ use crate::zone_overlay;
 use client_model::{ClientCommand, GraphTool, Selection, SiteFeature, drawn_area};
 use egui::Pos2;
 use glam::DVec2;
-use scene::{CameraProjection, STANDING_HEIGHT_M};
+use scene::CameraProjection;
 use site_model::ZoneId;
 
 /// A zone that is dragged.
@@ -45,7 +45,8 @@ impl ZoneDrag {
             // What is pressed may be the top of a wall; the zone begins on the floor behind it.
             let pointed = (cx.floor_at)(pressed)?;
             let base_m = cx.model.site.base_height_in_m(&[pointed.truncate().to_array()], None);
-            let floor_m = base_m.map_or(pointed.z, |base_m| base_m - STANDING_HEIGHT_M);
+            let standing_height_m = cx.model.platform.standing_height_m();
+            let floor_m = base_m.map_or(pointed.z, |base_m| base_m - standing_height_m);
             let (corners_m, from) = (Vec::new(), on_plane(cx, pressed, floor_m)?);
             return Some(Self { grip: ZoneGrip::New, corners_m, floor_m, from });
         }

@@ -6,7 +6,7 @@ use client_model::{Model, Selection, middle_of};
 use egui::Color32;
 use glam::{DVec2, DVec3};
 use panels::theme::Tokens;
-use scene::{Marker, Polyline, STANDING_HEIGHT_M, Shape};
+use scene::{Marker, Polyline, Shape};
 use site_model::{Zone, ZoneEffect, ZoneId};
 
 /// Parameters of the drawing of zones.
@@ -63,7 +63,7 @@ pub(crate) fn add(overlay: &mut GraphOverlay, model: &Model, preview: &GraphPrev
 /// Height of the floor in a zone, m, map frame.
 pub(crate) fn floor_m(model: &Model, zone: &Zone) -> f64 {
     let base_m = model.site.base_height_in_m(&zone.corners_m, zone.height_m);
-    base_m.unwrap_or(STANDING_HEIGHT_M) - STANDING_HEIGHT_M
+    base_m.map_or(0.0, |base_m| base_m - model.platform.standing_height_m())
 }
 
 /// Colour by which the effect of a zone is told. Its name and hatching tell it too.

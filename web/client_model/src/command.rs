@@ -2,12 +2,13 @@
 
 use crate::{
     AccountAction, CameraMove, DraftCommand, GraphTool, LoopInitialGuess, LoopPair, MissionEditorCommand,
-    NoticeId, RunQuery, ScanOverlay, ScheduleSelection, Screen, Selection, SiteEdit, ViewSettings,
+    NoticeId, ResultFileKind, RunQuery, ScanOverlay, ScheduleSelection, Screen, Selection, SiteEdit,
+    ViewSettings,
 };
 use api::SimulatedFault;
 use site_model::{InspectionPointId, LocalDate, MissionCommandKind, MissionId, NodeId, RunId};
 use std::collections::BTreeSet;
-use vocab::{GoalId, MapId, Pose, SessionId, Twist, UploadId, Vec3};
+use vocab::{BlobHash, GoalId, MapId, Pose, SessionId, Twist, UploadId, Vec3};
 
 /// A command of the operator at this client. Views emit these; only [`crate::Model::handle_event`] acts on them.
 #[derive(Clone, Debug, PartialEq)]
@@ -159,6 +160,13 @@ pub enum ClientCommand {
     Run(MissionCommandKind),
     /// Fetch what is stored of a run.
     OpenRun(RunId),
+    /// Fetch a file of a result.
+    FetchResultFile {
+        /// Its content.
+        blob: BlobHash,
+        /// How it is decoded.
+        kind: ResultFileKind,
+    },
     /// List these of the stored runs.
     ListRuns(RunQuery),
     /// List older ones too.

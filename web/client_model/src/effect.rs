@@ -1,10 +1,10 @@
 //! What the shell shall do.
 
 use crate::features::view_settings::{Bookmark, ViewSettings};
-use crate::{AccountAction, LoopPair, RunQuery, StoredDraft};
+use crate::{AccountAction, LoopPair, ResultFileKind, RunQuery, StoredDraft};
 use api::{ClientMessage, Command, StreamRequest, TileHash};
 use site_model::{InspectionPointId, PlanFile, RunId};
-use vocab::{KeyframeId, MapId, SessionId, UploadId, Vec3};
+use vocab::{BlobHash, KeyframeId, MapId, SessionId, UploadId, Vec3};
 
 /// One of the two sockets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,6 +78,13 @@ pub enum ClientEffect {
     },
     /// Fetch the attempts and results of a run.
     FetchRun(RunId),
+    /// Fetch and decode a file of a result.
+    FetchResultFile {
+        /// Its content.
+        blob: BlobHash,
+        /// How it is decoded.
+        kind: ResultFileKind,
+    },
     /// Open the file dialogue for a file of missions and schedules, and read the chosen file.
     OpenPlanFile,
     /// Save missions and schedules as a file of the operator's machine.

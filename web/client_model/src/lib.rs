@@ -53,8 +53,8 @@ pub use features::platform::PlatformFeature;
 pub use features::quality::QualityFeature;
 pub use features::robot::{RobotTelemetry, position_sigma_m};
 pub use features::runs::{
-    PastRun, RunContent, RunEstimate, RunQuery, Runs, StoredAttempt, StoredPage, StoredResult, StoredRun,
-    StoredSlot, StoredSlotDetails, estimate_run,
+    PastRun, ResultFileKind, RunContent, RunEstimate, RunQuery, Runs, StoredAttempt, StoredPage,
+    StoredResult, StoredRun, StoredSlot, StoredSlotDetails, estimate_run,
 };
 pub use features::schedule::{
     ChangeScope, DaySegment, Occurrence, OccurrenceState, ScheduleFeature, SchedulePlan, ScheduleSelection,

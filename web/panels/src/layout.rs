@@ -108,7 +108,28 @@ pub(crate) fn card<R>(
     rect: Rect,
     content: impl FnOnce(&mut Ui) -> R,
 ) -> R {
-    area(name, Order::Middle)
+    card_in(ctx, tokens, name, (Order::Middle, rect), content)
+}
+
+/// A card as of [`card`] that lies over other cards, whichever of them was touched last.
+pub(crate) fn drawer<R>(
+    ctx: &egui::Context,
+    tokens: &Tokens,
+    name: &str,
+    rect: Rect,
+    content: impl FnOnce(&mut Ui) -> R,
+) -> R {
+    card_in(ctx, tokens, name, (Order::Foreground, rect), content)
+}
+
+fn card_in<R>(
+    ctx: &egui::Context,
+    tokens: &Tokens,
+    name: &str,
+    (order, rect): (Order, Rect),
+    content: impl FnOnce(&mut Ui) -> R,
+) -> R {
+    area(name, order)
         .fixed_pos(rect.min)
         .show(ctx, |ui| {
             theme::card(tokens)

@@ -179,7 +179,7 @@ pub use feature_panel::{DragObstruction, SceneDrag};
 pub use features::scene_labels::{SceneLabel, graph_tool, show_labels};
 pub(crate) use layout::{Layout, Width};
 pub use page_clock::PageClock;
-pub use result_files::{ResultFileContent, ResultFileKind, ResultFiles};
+pub use result_files::{ResultFileContent, ResultFiles};
 pub use text_input::{
     TextInput, TextInputEvent, TextInputKind, TextInputRequest, TextInputResponse, TextInputs,
 };

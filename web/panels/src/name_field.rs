@@ -7,8 +7,8 @@ use crate::icon;
 use egui::Ui;
 use site_model::ObjectId;
 
-/// Longest name, characters.
-const MAX_NAME_CHARS: u32 = 80;
+/// Longest name of an object of the site, characters: what fits a row of a list on a desktop.
+pub(crate) const MAX_NAME_CHARS: u32 = 80;
 
 /// What the field keeps between frames.
 #[derive(Debug, Default)]

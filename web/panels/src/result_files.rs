@@ -1,6 +1,7 @@
 //! Files of results on their way to the screen: panels ask for them by their content, the page fetches and decodes them.
 
 use crate::thermal::ThermalPicture;
+use client_model::ResultFileKind;
 use egui::{ColorImage, Context, TextureHandle, TextureOptions};
 use site_model::GammaSpectrum;
 use std::collections::BTreeMap;
@@ -8,17 +9,6 @@ use vocab::BlobHash;
 
 /// Bytes of decoded files that are kept at most. Those that were not shown for the longest time are dropped first.
 const MAX_BYTES: usize = 96 << 20;
-
-/// How a file is decoded.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ResultFileKind {
-    /// As a picture.
-    Picture,
-    /// As a PNG with 16 bits a pixel, hundredths of a kelvin.
-    Temperatures,
-    /// As the JSON of a [`GammaSpectrum`].
-    Spectrum,
-}
 
 /// What a file holds.
 #[derive(Debug)]

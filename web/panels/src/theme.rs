@@ -21,7 +21,7 @@ pub const RAIL: f32 = 64.0;
 /// Width of the right card, points.
 pub const CARD_WIDTH: f32 = 344.0;
 /// Width of a card beside the tools, points.
-pub const LEFT_CARD_WIDTH: f32 = 256.0;
+pub const LEFT_CARD_WIDTH: f32 = 284.0;
 /// Small texts.
 pub const SMALL: f32 = 12.0;
 /// Texts.

@@ -9,6 +9,8 @@ pub enum ColourMap {
     /// Slate, teal, sand. Muted, so that the overlay stands out.
     #[default]
     Muted,
+    /// The same hues for a light ground: the floor is nearly as light as the ground, so that lines and nodes on it stand out.
+    MutedLight,
     /// Google's Turbo: distinguishes the most values.
     Turbo,
     /// Matplotlib's viridis: readable for the colour-blind and in print.
@@ -50,6 +52,17 @@ impl ColourMap {
                 [158, 176, 146],
                 [196, 190, 156],
                 [218, 204, 170],
+            ],
+            Self::MutedLight => &[
+                [198, 207, 219],
+                [178, 196, 210],
+                [152, 184, 196],
+                [126, 170, 178],
+                [106, 156, 158],
+                [114, 148, 136],
+                [140, 148, 120],
+                [162, 150, 112],
+                [174, 146, 98],
             ],
             Self::Turbo => &[
                 [48, 18, 59],

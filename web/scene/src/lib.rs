@@ -52,6 +52,6 @@ pub use point_columns::{ColumnsConfig, Obstruction, PointColumns};
 pub use pose_graph::{LoopEdge, LoopState, Node};
 pub use projection::{CameraProjection, Ray};
 pub use renderer::{FrameStatistics, Renderer};
-pub use robot::{RobotState, STANDING_HEIGHT_M};
+pub use robot::RobotState;
 pub use tiles::{AnchorId, PointBlock, TileId, WHOLE_MAP};
 pub use view::{Colour, ColourBy, Options, Palette, View};

@@ -14,7 +14,7 @@ use glam::DVec3;
 pub(crate) struct OverlayConfig {
     /// Shortest drawn step of a trajectory, m. Every scan adds a point; shorter steps cannot be seen.
     pub(crate) min_trajectory_step_m: f64,
-    /// Length of the robot's mesh, m: from the head to the hind legs.
+    /// Length of the robot's mesh, m, before it is scaled to the robot: from the head to the hind legs.
     pub(crate) robot_length_m: f64,
     /// Shortest length of the robot's mesh on the screen, logical px. Below it a marker with the robot's heading takes its place. About
     /// 48 px are needed to recognise the front of the mesh.
@@ -43,7 +43,7 @@ impl OverlayConfig {
         projection: &CameraProjection,
     ) -> bool {
         let depth = projection.depth(robot.position);
-        let length_px = self.robot_length_m * projection.focal_px() / depth;
+        let length_px = self.robot_length_m * robot.scale() * projection.focal_px() / depth;
         // The marker's shader decides by the same ratio.
         depth <= 0.0 || length_px >= self.min_robot_px * f64::from(view.pixels_per_point)
     }

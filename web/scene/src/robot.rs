@@ -3,8 +3,12 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{DQuat, DVec3, Mat3, Quat, Vec3};
 
-/// Height of the base frame above the feet of the drawn robot when standing, m.
-pub const STANDING_HEIGHT_M: f64 = 0.5;
+/// Height of the base frame above the feet of the mesh, m. A robot that stands higher is drawn larger.
+const MESH_STANDING_HEIGHT_M: f64 = 0.5;
+/// Radius of the smallest ring round a robot of that height, m: its hull.
+const MESH_RING_RADIUS_M: f64 = 0.62;
+/// Largest ring, m.
+const MAX_RING_RADIUS_M: f64 = 20.0;
 
 /// Pose and state of the robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,12 +23,14 @@ pub struct RobotState {
     pub selected: bool,
     /// Standard deviation of the position, m: the radius of the ring around the robot, which is never smaller than the robot.
     pub accuracy: f64,
+    /// Height of the base over the ground while the robot stands, m; positive.
+    pub standing_height_m: f64,
 }
 
 impl RobotState {
     /// Whether position and orientation are finite.
     pub(crate) fn is_finite(&self) -> bool {
-        self.position.is_finite() && self.orientation.is_finite()
+        self.position.is_finite() && self.orientation.is_finite() && self.standing_height_m.is_finite()
     }
 
     /// Horizontal unit vector of its heading; along x when it faces straight up.
@@ -35,11 +41,21 @@ impl RobotState {
 
     /// The point on the ground below the base.
     pub(crate) fn feet(&self) -> DVec3 {
-        self.position - DVec3::Z * STANDING_HEIGHT_M
+        self.position - DVec3::Z * self.standing_height_m
+    }
+
+    /// Factor by which the mesh is drawn larger than it is.
+    pub(crate) fn scale(&self) -> f64 {
+        self.standing_height_m / MESH_STANDING_HEIGHT_M
     }
 
     pub(crate) fn ring_radius(&self) -> f64 {
-        if self.accuracy.is_finite() { self.accuracy.clamp(0.62, 20.0) } else { 0.62 }
+        let least = MESH_RING_RADIUS_M * self.scale();
+        if self.accuracy.is_finite() {
+            self.accuracy.clamp(least, MAX_RING_RADIUS_M.max(least))
+        } else {
+            least
+        }
     }
 }
 
@@ -89,7 +105,7 @@ impl Mesh {
         let hip = Vec3::new(x, y, 0.0);
         let thigh = hip + Vec3::new(0.0, 0.05 * side, 0.0);
         let knee = thigh + Vec3::new(-0.13, 0.01 * side, -0.24);
-        let foot = Vec3::new(x - 0.01, thigh.y + 0.01 * side, -STANDING_HEIGHT_M as f32 + 0.025);
+        let foot = Vec3::new(x - 0.01, thigh.y + 0.01 * side, -MESH_STANDING_HEIGHT_M as f32 + 0.025);
         self.limb(hip - Vec3::Y * 0.05 * side, thigh + Vec3::Y * 0.03 * side, [0.058, 0.058], DARK);
         self.limb(thigh, knee, [0.055, 0.036], BODY);
         self.limb(knee, foot, [0.032, 0.02], DARK);

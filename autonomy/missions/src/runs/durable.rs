@@ -1,6 +1,6 @@
 //! The events that a runner needs after a restart.
 
-use super::records::ENDED_MAX;
+use super::records::CONFIG;
 use site_model::{MissionEvent, MissionEventKind, MonitorId, RunId, ScheduleId, Utc};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -38,7 +38,7 @@ pub fn events_for_restart<'a>(
         }
     }
     // Of runs that have ended lately, it is remembered that they were: a command that is repeated does not run them again.
-    let remembered: BTreeSet<RunId> = ended.iter().rev().take(ENDED_MAX).copied().collect();
+    let remembered: BTreeSet<RunId> = ended.iter().rev().take(CONFIG.ended_max).copied().collect();
     let ended: BTreeSet<RunId> = ended.into_iter().collect();
     let is_needed = |(index, event): (usize, &MissionEvent)| match &event.kind {
         MissionEventKind::SlotDecided { schedule, due, .. }

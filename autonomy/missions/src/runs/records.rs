@@ -9,14 +9,18 @@ use site_model::{
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use vocab::{ActionCallId, CommandId, GoalId};
 
-/// Commands that are remembered, so that one that is repeated does nothing.
-const COMMANDS_MAX: usize = 1_024;
+/// How much [`Records`] remember. It is the same wherever events are applied, because a restart has to find what the robot knew.
+pub(super) struct RecordsConfig {
+    /// Commands that are remembered, so that one that is repeated does nothing. Chosen: a client repeats a command within seconds, and people give fewer than one a second.
+    pub(super) commands_max: usize,
+    /// Runs that are remembered after their end. Chosen: two days with a run in every hour, and more.
+    pub(super) ended_max: usize,
+    /// Slots before the newest one by this time are not remembered one by one, days: they count as decided. More than any change of a time zone, which is a day at most.
+    pub(super) slot_memory_days: i64,
+}
 
-/// Runs that are remembered after their end.
-pub(super) const ENDED_MAX: usize = 64;
-
-/// Slots before the newest one by this time are not remembered one by one: they count as decided. More than any change of a time zone.
-const SLOT_MEMORY_DAYS: i64 = 3;
+pub(super) const CONFIG: RecordsConfig =
+    RecordsConfig { commands_max: 1_024, ended_max: 64, slot_memory_days: 3 };
 
 /// All records.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -247,7 +251,7 @@ impl DecidedSlots {
     pub fn contains(&self, slot: LocalDateTime) -> bool {
         let is_forgotten = self.slots.last().is_some_and(|newest| {
             let day = |at: &LocalDateTime| crate::calendar::day_number(at.date);
-            day(newest) - day(&slot) > SLOT_MEMORY_DAYS
+            day(newest) - day(&slot) > CONFIG.slot_memory_days
         });
         is_forgotten || self.slots.contains(&slot)
     }
@@ -256,7 +260,7 @@ impl DecidedSlots {
         self.slots.insert(slot);
         self.newest_due = self.newest_due.max(Some(due));
         let newest = self.slots.last().map_or(0, |newest| crate::calendar::day_number(newest.date));
-        self.slots.retain(|slot| newest - crate::calendar::day_number(slot.date) <= SLOT_MEMORY_DAYS);
+        self.slots.retain(|slot| newest - crate::calendar::day_number(slot.date) <= CONFIG.slot_memory_days);
     }
 }
 
@@ -298,7 +302,7 @@ impl Records {
     pub fn apply(&mut self, event: &MissionEvent) {
         if let Some(command) = event.command.filter(|command| !self.knows(*command)) {
             self.commands.push_back(command);
-            if self.commands.len() > COMMANDS_MAX {
+            if self.commands.len() > CONFIG.commands_max {
                 self.commands.pop_front();
             }
         }
@@ -402,7 +406,7 @@ impl Records {
                 let mission = run.mission;
                 self.runs.remove(&id);
                 self.ended.push_back((id, mission, *outcome));
-                if self.ended.len() > ENDED_MAX {
+                if self.ended.len() > CONFIG.ended_max {
                     self.ended.pop_front();
                 }
             }

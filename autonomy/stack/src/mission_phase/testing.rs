@@ -1,4 +1,4 @@
-//! A stack without sensors, with a site of two nodes, for tests of what is wired here.
+//! A stack without sensors, with a site of two nodes, for the tests of this folder.
 
 use super::goal_request;
 use crate::{Running, Stack};

@@ -4,7 +4,7 @@ use super::texts;
 use crate::button::{Button, Kind};
 use crate::feature_panel::PanelContext;
 use crate::layout::{self, Width};
-use crate::screens::{SCREENS, ScreenDescription};
+use crate::screens::{self, SCREENS, ScreenDescription};
 use crate::theme;
 use client_model::{ClientCommand, Screen};
 use egui::{Align, Context, Direction, Order, Ui, Vec2, vec2};
@@ -48,8 +48,9 @@ fn show_entry(
     let button =
         Button::new(description.name).icon(description.icon).kind(Kind::Quiet).on(is_shown).stacked();
     if button.size(size.x, size.y).show(ui, cx.tokens).clicked() {
-        // On a narrow window a second click on the same entry closes its sheet.
-        cx.frame.drawer_open = !(is_shown && cx.is_covered_by_sheet());
+        // On a narrow window a second click on the same entry closes its sheet. A drawer would cover half of what a screen shows instead of the scene.
+        let is_covering = cx.layout.width == Width::Medium && screens::covers_scene(screen);
+        cx.frame.drawer_open = !(is_covering || is_shown && cx.is_covered_by_sheet());
         cx.commands.push(ClientCommand::ShowScreen(screen));
     }
 }

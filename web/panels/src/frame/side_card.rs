@@ -2,7 +2,7 @@
 
 use crate::feature_panel::{PanelContext, Tab};
 use crate::features::FeaturePanels;
-use crate::{layout, screens, widgets};
+use crate::{Width, layout, screens, widgets};
 use client_model::Screen;
 use egui::{Context, ScrollArea, Ui};
 
@@ -15,7 +15,9 @@ pub(super) fn show(ctx: &Context, panels: &mut FeaturePanels, cx: &mut PanelCont
     let tabs = tabs_of(panels, screen);
     let Some(first) = tabs.first() else { return };
     let (tokens, rect) = (cx.tokens, cx.layout.card);
-    layout::card(ctx, tokens, screens::description_of(screen).side_card, rect, |ui| {
+    let is_drawer = cx.layout.width != Width::Wide;
+    let name = screens::description_of(screen).side_card;
+    let content = |ui: &mut Ui| {
         let mut open = cx.frame.tab_of(screen).filter(|tab| tabs.contains(tab)).unwrap_or(*first);
         if tabs.len() > 1 {
             let choices: Vec<(&str, Tab)> = tabs.iter().map(|tab| (tab.name, *tab)).collect();
@@ -32,7 +34,12 @@ pub(super) fn show(ctx: &Context, panels: &mut FeaturePanels, cx: &mut PanelCont
         } else {
             show_tab(open, ui, panels, cx);
         }
-    });
+    };
+    if is_drawer {
+        layout::drawer(ctx, tokens, name, rect, content);
+    } else {
+        layout::card(ctx, tokens, name, rect, content);
+    }
 }
 
 /// The tabs of a screen, in the order of the panels that name them first.

@@ -94,7 +94,8 @@ impl Renderer {
         });
         let robot = robot.map(|robot| {
             let colour = if robot.ok { view.palette.robot } else { view.palette.bad };
-            let relative = DAffine3::from_rotation_translation(
+            let relative = DAffine3::from_scale_rotation_translation(
+                DVec3::splat(robot.scale()),
                 robot.orientation,
                 robot.position - projection.camera_position(),
             );

@@ -187,6 +187,7 @@ fn robot() -> RobotState {
         ok: true,
         selected: false,
         accuracy: 0.05,
+        standing_height_m: 0.5,
     }
 }
 

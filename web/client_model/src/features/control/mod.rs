@@ -24,3 +24,6 @@ impl ControlLease {
         self.control = control;
     }
 }
+
+#[cfg(test)]
+mod tests;

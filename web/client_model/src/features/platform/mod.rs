@@ -5,6 +5,9 @@ use crate::shared::Context;
 use crate::{Aged, ClientCommand};
 use api::{Platform, RobotBody, SpeedLimits};
 
+/// Height of the base of common robots with four legs, m.
+const DEFAULT_STANDING_HEIGHT_M: f64 = 0.55;
+
 /// The last report of the robot's computer.
 #[derive(Clone, Debug, Default)]
 pub struct PlatformFeature {
@@ -26,6 +29,11 @@ impl PlatformFeature {
     pub fn body(&self) -> Option<RobotBody> {
         self.report().and_then(|report| report.body)
     }
+
+    /// Height of the robot's base over the ground while it stands, m: that of its profile, and until it has told it that of a common robot with four legs.
+    pub fn standing_height_m(&self) -> f64 {
+        self.body().map_or(DEFAULT_STANDING_HEIGHT_M, |body| body.standing_height_m)
+    }
 }
 
 impl Feature for PlatformFeature {
@@ -41,3 +49,6 @@ impl Feature for PlatformFeature {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

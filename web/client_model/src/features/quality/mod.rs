@@ -23,3 +23,6 @@ impl Feature for QualityFeature {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -23,6 +23,17 @@ const MAX_KEPT: usize = 64;
 /// Time between two fetches of the slots that were decided, seconds. Nothing is sent when a slot is skipped.
 const SLOT_PERIOD_S: f64 = 60.0;
 
+/// How a file of a result is decoded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ResultFileKind {
+    /// As a picture.
+    Picture,
+    /// As a PNG with 16 bits a pixel, hundredths of a kelvin.
+    Temperatures,
+    /// As the JSON of a [`site_model::GammaSpectrum`].
+    Spectrum,
+}
+
 /// What came before a result: the result before it at the same inspection point if there is one, or a sentence that says why it could not be fetched.
 type Previous = Result<Option<StoredResult>, String>;
 
@@ -292,6 +303,9 @@ impl Feature for Runs {
                 cx.send(Command::Mission(MissionCommandKind::Start { run, mission: *mission, mode }));
             }
             ClientCommand::OpenRun(run) => cx.effects.push(ClientEffect::FetchRun(*run)),
+            ClientCommand::FetchResultFile { blob, kind } => {
+                cx.effects.push(ClientEffect::FetchResultFile { blob: *blob, kind: *kind });
+            }
             ClientCommand::ListRuns(query) if *query != self.query => self.list(*query, cx),
             ClientCommand::ListOlderRuns => {
                 if let Some(before) = self.older.clone() {

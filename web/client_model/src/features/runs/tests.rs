@@ -111,6 +111,14 @@ fn the_remaining_time_counts_what_is_left() {
 }
 
 #[test]
+fn a_file_of_a_result_is_fetched_as_a_view_asks_for_it() {
+    let mut client = TestClient::connected();
+    let (blob, kind) = (vocab::BlobHash([7; 32]), crate::ResultFileKind::Temperatures);
+    client.command(ClientCommand::FetchResultFile { blob, kind });
+    assert_eq!(client.take_effects(), [ClientEffect::FetchResultFile { blob, kind }]);
+}
+
+#[test]
 fn stored_runs_are_fetched_when_one_has_ended_and_their_slots_are_known() {
     let mut client = TestClient::connected();
     client.event(Event::Missions(MissionStatus::default()));

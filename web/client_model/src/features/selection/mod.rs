@@ -111,3 +111,6 @@ impl Selected {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

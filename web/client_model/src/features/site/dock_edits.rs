@@ -6,9 +6,6 @@ use site_model::{
     Traversal,
 };
 
-/// Distance of the node in front of a dock, m, as in the topological maps that are made from a walk.
-const APPROACH_M: f64 = 1.0;
-
 impl SiteFeature {
     /// A node becomes a dock: the robot stands on it with the heading of the node. The place before it is ahead of that heading, so the robot leaves the dock ahead and
     /// walks onto it backwards. The other ways of the node lead to the place before it. Nothing for a node that is on or before a dock already.
@@ -70,8 +67,8 @@ fn place_before(on_dock: &Node, id: NodeId, dock: &str) -> Node {
     before.name = format!("Before {}", dock.to_lowercase());
     before.kind = NodeKind::DockApproach;
     before.anchor = None;
-    before.map_from_node.position.x += APPROACH_M * yaw.cos();
-    before.map_from_node.position.y += APPROACH_M * yaw.sin();
+    before.map_from_node.position.x += Dock::APPROACH_M * yaw.cos();
+    before.map_from_node.position.y += Dock::APPROACH_M * yaw.sin();
     before
 }
 

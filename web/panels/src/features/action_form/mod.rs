@@ -1,6 +1,8 @@
 //! The form of an action, drawn from the schema of its parameters. Tasks, inspection points and edges use it.
 
 mod problem;
+#[cfg(test)]
+mod tests;
 mod texts;
 mod units;
 

@@ -13,15 +13,13 @@ use crate::features::mission_palette::MissionPalette;
 use crate::features::mission_task::{push_command, push_edit};
 use crate::features::tabs;
 use crate::message::show_message;
+use crate::name_field::MAX_NAME_CHARS;
 use crate::theme::{self, Weight};
 use crate::{TextInput, Width, icon, screens, widgets};
 use client_model::{ClientCommand, MissionEditorCommand, MissionPlan};
 use egui::{Context, ScrollArea, Ui};
 use site_model::{Mission, MissionId, Site, TaskOrder};
 use task_list::TaskList;
-
-/// Longest name of a mission, characters.
-const MAX_NAME_CHARS: u32 = 80;
 
 /// What the editor keeps between frames.
 #[derive(Debug, Default)]

@@ -1,7 +1,7 @@
 //! What can be looked at of a run: its pictures and spectra, in the order of their tasks.
 
 use super::look;
-use crate::result_files::ResultFileKind;
+use client_model::ResultFileKind;
 use client_model::{RunContent, StoredResult};
 use site_model::{ActionReport, MissionId, ReportFile, Site};
 

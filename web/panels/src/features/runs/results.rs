@@ -51,7 +51,7 @@ pub(super) fn show_results<'a>(
 
 /// A picture or a spectrum over the width of the card. Returns whether it was pressed.
 fn show_exhibit(ui: &mut Ui, cx: &mut PanelContext<'_>, exhibit: &Exhibit) -> bool {
-    use crate::result_files::ResultFileKind;
+    use client_model::ResultFileKind;
     let tokens = cx.tokens;
     let height = if exhibit.kind == ResultFileKind::Spectrum { SPECTRUM_HEIGHT } else { PICTURE_HEIGHT };
     let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());

@@ -386,7 +386,7 @@ pub(super) fn exhibit_facts(report: &ActionReport, difference: Option<&str>) -> 
     if let Some(place) = &report.place {
         let rows = place.covariance.0;
         let sigma_m = (rows[3][3] + rows[4][4]).max(0.0).sqrt();
-        facts.push(format!("robot's position {}", format::accuracy(sigma_m)));
+        facts.push(format!("Robot's position {}", format::accuracy(sigma_m)));
     }
     facts.extend(report.readings.iter().map(|it| format!("{} {}", reading_name(&it.name), reading(it))));
     facts.extend(difference.map(str::to_owned));

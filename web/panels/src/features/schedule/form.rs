@@ -6,15 +6,13 @@ use super::state::{Question, SchedulePanel};
 use super::texts;
 use crate::button::{Button, Kind};
 use crate::feature_panel::PanelContext;
+use crate::name_field::MAX_NAME_CHARS;
 use crate::theme::{self, Weight, font};
 use crate::{TextInput, icon, widgets};
 use client_model::{ClientCommand, ScheduleSelection};
 use egui::Ui;
 use site_model::{LocalDateTime, LocalTime, ObjectId, Recurrence, Schedule, Site};
 use vocab::Span;
-
-/// Longest name of a schedule, characters.
-const MAX_NAME_CHARS: u32 = 80;
 
 impl SchedulePanel {
     /// Shows the schedule that is open.

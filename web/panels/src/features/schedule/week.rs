@@ -109,6 +109,8 @@ impl SchedulePanel {
         let response = response.on_hover_text(&name);
         if response.clicked() && !self.drag.is_some_and(|drag| drag.by_keys) {
             drag::select(cx, schedule.id, Some(occurrence.slot));
+            // Where its form is in a drawer, that opens.
+            cx.frame.drawer_open = true;
             response.request_focus();
         }
         if !is_past {

@@ -6,6 +6,7 @@ mod texts;
 
 use crate::button::{Button, Kind};
 use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
+use crate::name_field::MAX_NAME_CHARS;
 use crate::widgets::{self, fact};
 use crate::{TextInput, TextInputKind, format, icon, screens};
 use client_model::{ClientCommand, SiteEdit};
@@ -15,8 +16,6 @@ use site_model::{Object, Site, SiteSettings};
 
 /// The tab of settings.
 const SETTINGS: Tab = Tab { screen: screens::SETTINGS, name: texts::TAB, scrolls: true, row_spacing: 8.0 };
-/// Longest name of a site, characters.
-const MAX_NAME_CHARS: u32 = 80;
 /// Time zones that are listed at once.
 const MAX_ZONES: usize = 12;
 /// Time zone of a site that nobody has told one.
