@@ -156,8 +156,11 @@ const HOMES: &[(&str, &[&str])] = &[
     ("egui", &["app", "panels"]),
     ("gltf", &["site_files"]),
     ("mcap", &["recorder"]),
+    ("rcgen", &["gateway"]),
+    ("ring", &["gateway"]),
     ("rusqlite", &["formats", "store"]),
     ("tokio", &["autoinspect", "gateway"]),
+    ("tokio-rustls", &["gateway"]),
     ("wasm-bindgen", &["app"]),
     ("wgpu", &["app", "scene"]),
 ];

@@ -30,8 +30,17 @@ impl Server {
 
     /// As [`Self::start`], with further arguments.
     pub fn start_with(site: &str, data: &Path, more: &[&str]) -> Self {
+        Self::launch(site, data, &[&["--demo"], more].concat())
+    }
+
+    /// As [`Self::start`], for people who sign in.
+    pub fn start_with_accounts(site: &str, data: &Path) -> Self {
+        Self::launch(site, data, &[])
+    }
+
+    fn launch(site: &str, data: &Path, more: &[&str]) -> Self {
         let mut process = Command::new(autoinspect())
-            .args(["up", "--demo", "--allow-host", LAN_HOST, "--robot", &format!("sim:{site}")])
+            .args(["up", "--allow-host", LAN_HOST, "--robot", &format!("sim:{site}")])
             .args(["--listen", "127.0.0.1:0", "--data"])
             .arg(data)
             .arg("--static")

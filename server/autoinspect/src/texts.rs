@@ -329,8 +329,8 @@ pub fn contradicts_more(after: f64, before: f64) -> String {
 // The platform.
 
 /// It runs and can be opened at this address.
-pub fn platform_running(address: &dyn Display) -> String {
-    format!("AutoInspect is running: http://{address}")
+pub fn platform_running(address: &str) -> String {
+    format!("AutoInspect is running: {address}")
 }
 
 /// How it is stopped.
@@ -465,6 +465,16 @@ pub const NO_FIRST_ADMIN_LINK: &str = "there is no link for a first admin: there
 pub fn make_first_admin(link: &str) -> String {
     format!("nobody can sign in yet. This address makes the first admin, once: {link}")
 }
+
+/// How people make their browsers trust the robot's own certificate authority.
+pub fn trust_authority(address: &str, fingerprint: &str) -> String {
+    format!(
+        "browsers warn until they trust the robot's own certificate authority. {address}/trust.html explains how; its SHA-256 fingerprint is {fingerprint}"
+    )
+}
+
+/// There is no certificate authority of the robot's own.
+pub const NO_AUTHORITY: &str = "the robot has no certificate authority of its own yet. \"autoinspect up --tls auto\" makes it at its first start";
 
 /// There is an account of this name.
 pub fn account_exists(account: &str) -> String {

@@ -54,8 +54,9 @@ async fn converse(
         Ok(lease) => identity.at_socket(lease),
         Err(closing) => return closing,
     };
-    let Some(seat) = ControlSeat::claim(&app.hub, caller) else {
-        return Closing::Refused(texts::too_many_clients(app.limits.clients));
+    let seat = match ControlSeat::claim(&app.hub, caller, identity.account.as_deref()) {
+        Ok(seat) => seat,
+        Err(reason) => return Closing::Refused(reason),
     };
     let you = you(&seat, identity, app);
     tokio::select! {

@@ -3,8 +3,10 @@
 //! One lock protects the state; it is never held across an await. Nobody waits for a client: the link to the core writes into the [`Snapshot`],
 //! and every client reads from it at its own pace.
 
+mod core_queue;
 mod seats;
 
+pub(crate) use core_queue::CoreMessages;
 pub(crate) use seats::{ControlSeat, StreamSeat};
 
 use crate::access::AccessGate;
@@ -21,11 +23,12 @@ use api::{
     Caller, Command, CommandOutcome, CoreMessage, EditDone, EditOutcome, EditRefusal, Event, GatewayMessage,
     Notice, Platform, ProcessRestart, Query, QueryReply, ScanFrame, Severity, SiteState,
 };
+use core_queue::CoreQueue;
 use site_model::{Edit, EditId};
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
-use tokio::sync::{mpsc, oneshot, watch};
+use tokio::sync::{oneshot, watch};
 use uuid::Uuid;
 use vocab::{ClientId, CommandId, Stamp};
 
@@ -59,12 +62,16 @@ pub(crate) struct Hub {
     pub(crate) access: AccessGate,
     state: Mutex<State>,
     clients_max: usize,
+    /// Control sockets of one account.
+    clients_of_account_max: usize,
     /// When this process started, nanoseconds since 1970: part of the ids of its own commands.
     started_ns: u64,
     /// Changes whenever there may be something to send to a client.
     changed: watch::Sender<()>,
     scan: watch::Sender<Option<Arc<LiveScan>>>,
     listeners: watch::Sender<Listeners>,
+    /// Clients with a control socket.
+    present: watch::Sender<Vec<ClientId>>,
 }
 
 struct State {
@@ -73,7 +80,7 @@ struct State {
     restart_notice: Option<String>,
     clock: RobotClock,
     /// Queue to the core; `None` while it is not connected.
-    core: Option<mpsc::Sender<GatewayMessage>>,
+    core: Option<CoreQueue>,
     /// Why the core is not connected, one sentence.
     core_fault: String,
     /// Whether the core was asked for the whole graph and has not answered.
@@ -99,6 +106,8 @@ struct State {
 /// One control socket.
 struct Member {
     client: ClientId,
+    /// Who has signed in; none: nobody needs to.
+    account: Option<String>,
     outbox: Arc<Outbox>,
     /// Forwarded commands that the core has not answered.
     pending: VecDeque<CommandId>,
@@ -112,10 +121,10 @@ impl State {
         let is_stale = self.snapshot.is_graph_stale();
         if is_stale
             && !self.is_graph_requested
-            && let Some(core) = self.core.as_ref().filter(|core| core.capacity() > FIXED.places_for_stops)
+            && let Some(core) = self.core.as_ref().filter(|core| core.has_room())
         {
             tracing::warn!("changes of the pose graph do not apply; the whole graph is asked for");
-            self.is_graph_requested = core.try_send(GatewayMessage::RequestGraph).is_ok();
+            self.is_graph_requested = core.send(GatewayMessage::RequestGraph).is_ok();
         }
         self.is_graph_requested &= is_stale;
     }
@@ -125,10 +134,10 @@ impl State {
         let is_stale = self.snapshot.is_site_stale();
         if is_stale
             && !self.is_site_requested
-            && let Some(core) = self.core.as_ref().filter(|core| core.capacity() > FIXED.places_for_stops)
+            && let Some(core) = self.core.as_ref().filter(|core| core.has_room())
         {
             tracing::warn!("a change of the site does not apply; the whole site is asked for");
-            self.is_site_requested = core.try_send(GatewayMessage::RequestSite).is_ok();
+            self.is_site_requested = core.send(GatewayMessage::RequestSite).is_ok();
         }
         self.is_site_requested &= is_stale;
     }
@@ -143,13 +152,13 @@ impl State {
         wait: impl FnOnce(&mut SiteRequests, EditId) -> Result<T, &'static str>,
     ) -> Result<T, &'static str> {
         let core = self.core.as_ref().ok_or(texts::CORE_LOST)?;
-        if core.capacity() <= FIXED.places_for_stops {
+        if !core.has_room() {
             return Err(texts::CORE_BUSY);
         }
         let id = edit.id;
         self.site_requests.admit(&edit)?;
         let waiting = wait(&mut self.site_requests, id)?;
-        core.try_send(GatewayMessage::Edit { by, edit }).map_err(|_| texts::CORE_BUSY)?;
+        core.send(GatewayMessage::Edit { by, edit })?;
         Ok(waiting)
     }
 }
@@ -179,9 +188,11 @@ impl Hub {
             }),
             started_ns: started_ns(),
             clients_max: limits.clients,
+            clients_of_account_max: limits.clients_of_account,
             changed: watch::Sender::new(()),
             scan: watch::Sender::new(None),
             listeners: watch::Sender::new(Listeners::default()),
+            present: watch::Sender::default(),
         }
     }
 
@@ -191,11 +202,11 @@ impl Hub {
     }
 
     /// A core has sent its hello; its snapshot follows. Returns the queue of messages for it.
-    pub(crate) fn core_connected(&self) -> mpsc::Receiver<GatewayMessage> {
-        let (sender, receiver) = mpsc::channel(FIXED.max_queued_commands);
+    pub(crate) fn core_connected(&self) -> CoreMessages {
+        let (queue, messages) = CoreQueue::new();
         {
             let mut state = self.lock();
-            state.core = Some(sender);
+            state.core = Some(queue);
             state.is_graph_requested = false;
             state.is_site_requested = false;
             state.clock = RobotClock::new();
@@ -203,7 +214,7 @@ impl Hub {
             state.snapshot.change_platform(|platform| platform.core_connected = true);
         }
         self.changed.send_replace(());
-        receiver
+        messages
     }
 
     /// The connection to the core has ended, for this reason. Commands that the core has not answered are refused.
@@ -327,12 +338,13 @@ impl Hub {
         let by = current_caller()?;
         state.requests.retain(|_, (_, request)| !request.is_closed());
         let core = state.core.as_ref().ok_or(texts::CORE_LOST)?;
-        if state.requests.len() >= FIXED.max_http_commands || core.capacity() <= FIXED.places_for_stops {
+        let is_stop = command == Command::StopMotion;
+        if !is_stop && (state.requests.len() >= FIXED.max_http_commands || !core.has_room()) {
             return Err(texts::CORE_BUSY);
         }
         let id = CommandId(Uuid::from_u64_pair(self.started_ns, state.requests_made));
         let command = GatewayMessage::Command { id, by, command };
-        core.try_send(command).map_err(|_| texts::CORE_BUSY)?;
+        core.send(command)?;
         state.requests_made += 1;
         let (sender, receiver) = oneshot::channel();
         state.requests.insert(id, (by.client, sender));
@@ -360,11 +372,11 @@ impl Hub {
         let mut state = self.lock();
         let State { core, site_requests, .. } = &mut *state;
         let core = core.as_ref().ok_or(texts::CORE_LOST)?;
-        if core.capacity() <= FIXED.places_for_stops {
+        if !core.has_room() {
             return Err(texts::CORE_BUSY);
         }
         let (number, receiver) = site_requests.wait_for_reply()?;
-        core.try_send(GatewayMessage::Query { number, by, query }).map_err(|_| texts::CORE_BUSY)?;
+        core.send(GatewayMessage::Query { number, by, query })?;
         Ok(receiver)
     }
 
@@ -381,12 +393,12 @@ impl Hub {
         let State { core, account_requests, account_requests_made, .. } = &mut *state;
         let core = core.as_ref().ok_or(texts::CORE_LOST)?;
         account_requests.retain(|_, waiting| !waiting.is_closed());
-        if account_requests.len() >= FIXED.max_account_requests || core.capacity() <= FIXED.places_for_stops {
+        if account_requests.len() >= FIXED.max_account_requests || !core.has_room() {
             return Err(texts::CORE_BUSY);
         }
         *account_requests_made += 1;
         let number = *account_requests_made;
-        core.try_send(GatewayMessage::Account { number, by, request }).map_err(|_| texts::CORE_BUSY)?;
+        core.send(GatewayMessage::Account { number, by, request })?;
         let (sender, receiver) = oneshot::channel();
         account_requests.insert(number, sender);
         Ok(receiver)
@@ -399,11 +411,11 @@ impl Hub {
             interval.tick().await;
             let used = self.access.take_used();
             let state = self.lock();
-            if let Some(core) = state.core.as_ref().filter(|core| core.capacity() > FIXED.places_for_stops)
+            if let Some(core) = state.core.as_ref().filter(|core| core.has_room())
                 && !used.is_empty()
             {
                 // If the queue is full after all, the next use is told.
-                core.try_send(GatewayMessage::CredentialsUsed(used)).ok();
+                core.send(GatewayMessage::CredentialsUsed(used)).ok();
             }
         }
     }
@@ -429,6 +441,11 @@ impl Hub {
         self.lock().clock.now(Instant::now())
     }
 
+    /// Clients with a control socket now.
+    pub(crate) fn present(&self) -> watch::Receiver<Vec<ClientId>> {
+        self.present.subscribe()
+    }
+
     /// Clients connected now.
     pub(crate) fn listeners(&self) -> watch::Receiver<Listeners> {
         self.listeners.subscribe()
@@ -443,6 +460,8 @@ impl Hub {
         let clients = state.members.len() as u32;
         state.snapshot.change_platform(|platform| platform.clients = clients);
         self.listeners.send_modify(|listeners| listeners.clients = clients);
+        let present: BTreeSet<_> = state.members.values().map(|member| member.client).collect();
+        self.present.send_replace(present.into_iter().collect());
     }
 }
 

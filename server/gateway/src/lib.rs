@@ -10,6 +10,7 @@
 //! - Every refusal is a sentence that says what to do.
 
 mod access;
+mod address_places;
 mod app;
 mod blobs;
 mod byte_range;
@@ -40,10 +41,12 @@ mod snapshot;
 mod snapshot_site;
 mod socket;
 mod static_files;
+mod stop;
 mod stored_data;
 mod stream;
 mod texts;
 mod tile_pages;
+mod tls;
 mod uploads;
 mod wire;
 
@@ -51,6 +54,7 @@ pub use access::{AccessConfig, socket_client};
 pub use limits::Limits;
 pub use openapi::description;
 pub use server::serve_with;
+pub use tls::{TlsConfig, TlsError, authority_fingerprint};
 
 use api::ProcessRestart;
 use std::future::Future;
@@ -72,6 +76,8 @@ pub struct GatewayConfig {
     pub static_dir: PathBuf,
     /// Who may use it, and under which names.
     pub access: AccessConfig,
+    /// How connections are encrypted.
+    pub tls: TlsConfig,
     /// Gets the address once clients can connect.
     pub on_ready: Option<oneshot::Sender<SocketAddr>>,
     /// Gets heartbeats while the gateway works.
@@ -91,6 +97,9 @@ pub enum GatewayError {
         /// The address.
         address: SocketAddr,
     },
+    /// Connections cannot be encrypted.
+    #[error(transparent)]
+    Tls(TlsError),
     /// The address cannot be listened on.
     #[error(
         "cannot listen on {address}: {source}. Choose another address, or stop the program that uses this one"

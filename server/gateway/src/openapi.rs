@@ -3,7 +3,8 @@
 use crate::access::{audit, handlers as access};
 use crate::runs::handlers as runs;
 use crate::site::handlers as site;
-use crate::{blobs, documents, example, maps, uploads};
+use crate::tls::trust;
+use crate::{blobs, documents, example, maps, stop, uploads};
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
 use utoipa::OpenApi;
@@ -16,6 +17,9 @@ use utoipa::OpenApi;
                        /api/v1/stream, in the messages of crate `api`.",
     ),
     paths(
+        trust::about,
+        trust::certificate,
+        trust::code,
         access::session,
         access::sign_in,
         access::sign_out,
@@ -29,6 +33,7 @@ use utoipa::OpenApi;
         access::add_token,
         access::revoke_token,
         audit::list,
+        stop::stop,
         maps::list,
         maps::damaged,
         maps::get,

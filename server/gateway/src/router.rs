@@ -8,7 +8,10 @@ use crate::problem::ProblemResponse;
 use crate::runs::handlers as runs;
 use crate::site::handlers as site;
 use crate::texts;
-use crate::{blobs, control, documents, example, maps, openapi, security, static_files, stream, uploads};
+use crate::tls::trust;
+use crate::{
+    blobs, control, documents, example, maps, openapi, security, static_files, stop, stream, uploads,
+};
 use api::access::Endpoint;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::ws::{WebSocket, WebSocketUpgrade};
@@ -44,6 +47,9 @@ fn handler(endpoint: Endpoint) -> MethodRouter<Arc<App>> {
         Endpoint::Stream => get(stream_socket),
         Endpoint::Health => get(documents::health),
         Endpoint::Description => get(openapi::serve),
+        Endpoint::Authority => get(trust::about),
+        Endpoint::AuthorityCertificate => get(trust::certificate),
+        Endpoint::TrustCode => get(trust::code),
         Endpoint::Session => get(access::session),
         Endpoint::SignIn => post(access::sign_in).layer(small()),
         Endpoint::SignOut => delete(access::sign_out),
@@ -57,6 +63,7 @@ fn handler(endpoint: Endpoint) -> MethodRouter<Arc<App>> {
         Endpoint::AddToken => post(access::add_token).layer(small()),
         Endpoint::RevokeToken => delete(access::revoke_token),
         Endpoint::ListAudit => get(audit::list),
+        Endpoint::StopMotion => post(stop::stop),
         Endpoint::ListMaps => get(maps::list),
         Endpoint::GetMap => get(maps::get),
         Endpoint::RenameMap => patch(maps::rename).layer(small()),

@@ -1,11 +1,13 @@
 //! Accepts connections, limits their number, and ends them when the gateway stops.
 
 use crate::access::{AccessGate, Connection, is_loopback};
+use crate::address_places::AddressPlaces;
 use crate::app::App;
 use crate::client_io::ClientIo;
 use crate::core_link;
 use crate::hub::Hub;
 use crate::limits::{FIXED, Limits};
+use crate::tls::Encryption;
 use crate::{GatewayConfig, GatewayError, router, uploads};
 use axum::Router;
 use hyper::Request;
@@ -16,6 +18,7 @@ use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use std::future::Future;
 use std::sync::Arc;
+use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{Semaphore, mpsc, watch};
 use watchdog::Heartbeat;
@@ -43,10 +46,11 @@ pub async fn serve_with(
     let bound = listener.local_addr().map_err(listen_error)?;
 
     uploads::remove_partial(&config.data_dir).await;
+    let encryption = Encryption::new(&config.tls).map_err(GatewayError::Tls)?;
     let hub = Arc::new(Hub::new(&limits, config.restart.clone(), AccessGate::new(&config.access)));
     let (stop, stopping) = watch::channel(false);
     let (alive, mut all_ended) = mpsc::channel(1);
-    let app = Arc::new(App::new(&config, limits, hub.clone(), stopping, alive));
+    let app = Arc::new(App::new(&config, limits, hub.clone(), encryption, stopping, alive));
 
     tracing::info!(address = %bound, "listening");
     if let Some(on_ready) = config.on_ready {
@@ -80,21 +84,27 @@ async fn beat(heartbeat: Option<Heartbeat>) {
 
 async fn accept(listener: TcpListener, app: Arc<App>) {
     let places = Arc::new(Semaphore::new(app.limits.connections));
+    let places_of_addresses = AddressPlaces::new(app.limits.connections_of_address);
     let router = router::router(app.clone());
     loop {
         match listener.accept().await {
-            Ok((stream, peer)) => match places.clone().try_acquire_owned() {
-                Ok(place) => {
-                    // Without it the connection has ended already.
-                    let Ok(local) = stream.local_addr() else { continue };
-                    let about = Connection { peer: peer.ip(), local: local.ip(), is_tls: false };
-                    let io = ClientIo::new(stream, app.limits.write_stall, place);
-                    let service =
-                        ConnectionService { router: TowerToHyperService::new(router.clone()), about };
-                    tokio::spawn(serve_connection(io, service, app.clone()));
+            Ok((stream, peer)) => {
+                match (places_of_addresses.claim(peer.ip()), places.clone().try_acquire_owned()) {
+                    (Some(place_of_address), Ok(place)) => {
+                        // Without it the connection has ended already.
+                        let Ok(local) = stream.local_addr() else { continue };
+                        let about = Connection {
+                            peer: peer.ip(),
+                            local: local.ip(),
+                            is_tls: false,
+                            lacks_tls: false,
+                        };
+                        let io = ClientIo::new(stream, app.limits.write_stall, place, place_of_address);
+                        tokio::spawn(begin_connection(io, router.clone(), about, app.clone()));
+                    }
+                    _ => turn_away(&stream),
                 }
-                Err(_) => turn_away(&stream),
-            },
+            }
             Err(error) => {
                 tracing::warn!(%error, "could not accept a connection");
                 tokio::time::sleep(FIXED.accept_pause).await;
@@ -125,7 +135,39 @@ impl Service<Request<Incoming>> for ConnectionService {
     }
 }
 
-async fn serve_connection(io: ClientIo, service: ConnectionService, app: Arc<App>) {
+/// Encrypts a connection, if this server does, and serves it.
+async fn begin_connection(io: ClientIo, router: Router, about: Connection, app: Arc<App>) {
+    let service = |about| ConnectionService { router: TowerToHyperService::new(router), about };
+    let Some(encryption) = &app.encryption else {
+        return serve_connection(io, service(about), &app).await;
+    };
+    let handshake = async {
+        if !io.begins_with_tls().await? {
+            return Ok(Err(io));
+        }
+        encryption.accept(io, &about, &app.hub.access.hosts).await.map(Ok)
+    };
+    let begun = tokio::select! {
+        begun = tokio::time::timeout(app.limits.header_timeout, handshake) => begun,
+        () = app.shutdown() => return,
+    };
+    match begun {
+        Ok(Ok(Ok(encrypted))) => {
+            serve_connection(encrypted, service(Connection { is_tls: true, ..about }), &app).await;
+        }
+        Ok(Ok(Err(plain))) => {
+            serve_connection(plain, service(Connection { lacks_tls: true, ..about }), &app).await;
+        }
+        Ok(Err(error)) => tracing::debug!(%error, "a connection could not be encrypted"),
+        // It is silent.
+        Err(_) => {}
+    }
+}
+
+async fn serve_connection<Io>(io: Io, service: ConnectionService, app: &App)
+where
+    Io: AsyncRead + AsyncWrite + Unpin + Send + 'static,
+{
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
         .header_read_timeout(app.limits.header_timeout)

@@ -165,6 +165,11 @@ impl DataDir {
         self.root.join("ledger.db")
     }
 
+    /// Certificate authority of the robot's own and its key.
+    pub fn tls(&self) -> PathBuf {
+        self.root.join("tls")
+    }
+
     /// Secret of the link that makes the first admin. It is there while there is no admin.
     pub fn first_admin_link(&self) -> PathBuf {
         self.root.join("run").join("first-admin")

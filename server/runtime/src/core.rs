@@ -8,6 +8,7 @@ use crate::gateway_link::{GatewayLink, GatewayLinkConfig};
 use crate::imports::{ImportWorker, Imports};
 use crate::interrupted_sessions::InterruptedSessionWorker;
 use crate::jobs::{ComputeWorker, DiskWorker, Jobs, finished_queue};
+use crate::lease_arbiter::{LeaseArbiter, LeaseConfig};
 use crate::ledger::{LedgerConfig, LedgerQueue, LedgerWork, LedgerWorker, SiteKeeper};
 use crate::live_map::{LiveMap, LiveMapConfig};
 use crate::mailbox::Mailbox;
@@ -43,13 +44,15 @@ use watchdog::Watchdog;
 /// Limits of the core's queues.
 #[derive(Clone, Copy, Debug)]
 struct QueueLimits {
-    /// Commands that may wait for the control loop. While the queue is full, the thread that reads from the gateway waits.
+    /// Stops of motion, and permissions to move, that may wait for the control loop. While the queue is full, the thread that reads from the gateway waits.
+    max_stops: usize,
+    /// Other commands that may wait for the control loop. While the queue is full, further ones are refused, so that a stop behind them does not wait.
     max_commands: usize,
     /// Inputs of the ledger that may wait for the control loop. While the queue is full, the ledger waits.
     max_ledger_inputs: usize,
 }
 
-const QUEUE_LIMITS: QueueLimits = QueueLimits { max_commands: 64, max_ledger_inputs: 64 };
+const QUEUE_LIMITS: QueueLimits = QueueLimits { max_stops: 16, max_commands: 256, max_ledger_inputs: 64 };
 
 /// Parts of a core that its caller provides.
 pub struct CoreConfig {
@@ -154,6 +157,7 @@ impl Core {
         state_publisher.publish(api::Event::InterruptedSessions(interrupted.clone()));
         let interrupted_ids = interrupted.iter().map(|session| session.session).collect();
 
+        let (stop_sender, stops) = crossbeam_channel::bounded(QUEUE_LIMITS.max_stops);
         let (command_sender, commands) = crossbeam_channel::bounded(QUEUE_LIMITS.max_commands);
         let (finished_sender, finished) = finished_queue();
         let (stop, stopped) = crossbeam_channel::bounded(0);
@@ -255,7 +259,9 @@ impl Core {
             mailbox: Arc::clone(&mailbox),
             clock: Arc::clone(&clock),
         };
+        let lease = Arc::new(LeaseArbiter::new(LeaseConfig::default(), Arc::clone(&state_publisher)));
         let publisher = PublisherWorker {
+            lease: Arc::clone(&lease),
             config: PublisherConfig::default(),
             mailbox: Arc::clone(&mailbox),
             state_publisher: Arc::clone(&state_publisher),
@@ -316,6 +322,7 @@ impl Core {
         };
         let sources = Sources {
             arrivals: link.arrivals(),
+            stops,
             commands,
             finished,
             ledger: ledger_inputs,
@@ -344,6 +351,7 @@ impl Core {
             GatewayLinkConfig::default(),
             &socket,
             Arc::clone(&state_publisher),
+            stop_sender,
             command_sender,
             imports,
             jobs.clone(),
@@ -351,10 +359,13 @@ impl Core {
             inbox,
             access,
             accounts,
+            Arc::clone(&lease),
+            Arc::clone(&clock),
             &watchdog,
         )
         .map_err(|source| StartError::Socket { path: socket, source })?;
         let control = ControlLoop {
+            lease,
             link,
             recorder: queue,
             jobs,

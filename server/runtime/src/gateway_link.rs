@@ -5,12 +5,13 @@
 //! [`GatewayLinkConfig::write_timeout`].
 
 use crate::access::{AccessDirectory, AccountInbox};
-use crate::clock::CalendarTime;
+use crate::clock::{CalendarTime, RobotClock};
 use crate::control_loop::LoopRequest;
 use crate::convert::{self, RoutedCommand};
 use crate::imports::{ImportRequest, Imports};
 use crate::interrupted_sessions::SessionRequest;
 use crate::jobs::{DiskJob, Jobs};
+use crate::lease_arbiter::{LeaseArbiter, TakeDecision};
 use crate::ledger::{EditRequest, LedgerInbox};
 use crate::state_publisher::StatePublisher;
 use crate::stored_data::StoredDataRequest;
@@ -18,8 +19,8 @@ use crate::texts;
 use crate::topomap_generation::{TopomapGenerator, TopomapRequest};
 use api::access::{command_privilege, edit_privilege, query_privilege};
 use api::{CoreMessage, EditDone, EditOutcome, EditRefusal, Event, GatewayMessage, MAX_MESSAGE_BYTES};
-use crossbeam_channel::Sender;
-use messages::{Command, Principal};
+use crossbeam_channel::{Sender, TrySendError};
+use messages::{Command, CommandKind, Principal};
 use std::fs;
 use std::io::{self, BufReader, Write};
 use std::net::Shutdown;
@@ -28,7 +29,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use watchdog::{Heartbeat, Watchdog};
 
 /// Parameters of the [`GatewayLink`].
@@ -58,6 +59,7 @@ pub struct GatewayLink {
 struct Shared {
     config: GatewayLinkConfig,
     state_publisher: Arc<StatePublisher>,
+    stops: Sender<Command>,
     commands: Sender<LoopRequest>,
     imports: Imports,
     jobs: Jobs,
@@ -65,6 +67,8 @@ struct Shared {
     ledger: Arc<LedgerInbox>,
     access: Arc<AccessDirectory>,
     accounts: Arc<AccountInbox>,
+    lease: Arc<LeaseArbiter>,
+    clock: Arc<RobotClock>,
     is_ending: Arc<AtomicBool>,
     watchdog: Watchdog,
 }
@@ -75,6 +79,7 @@ impl GatewayLink {
         config: GatewayLinkConfig,
         path: &Path,
         state_publisher: Arc<StatePublisher>,
+        stops: Sender<Command>,
         commands: Sender<LoopRequest>,
         imports: Imports,
         jobs: Jobs,
@@ -82,6 +87,8 @@ impl GatewayLink {
         ledger: Arc<LedgerInbox>,
         access: Arc<AccessDirectory>,
         accounts: Arc<AccountInbox>,
+        lease: Arc<LeaseArbiter>,
+        clock: Arc<RobotClock>,
         watchdog: &Watchdog,
     ) -> io::Result<Self> {
         if let Some(directory) = path.parent() {
@@ -96,6 +103,7 @@ impl GatewayLink {
         let shared = Shared {
             config,
             state_publisher,
+            stops,
             commands,
             imports,
             jobs,
@@ -103,6 +111,8 @@ impl GatewayLink {
             ledger,
             access,
             accounts,
+            lease,
+            clock,
             is_ending: Arc::clone(&is_ending),
             watchdog: watchdog.clone(),
         };
@@ -238,6 +248,34 @@ fn read_all(stream: &UnixStream, shared: &Shared, heartbeat: &Heartbeat) -> io::
                     audit.begin(id, &principal, &caller, &command);
                 }
                 let request = match convert::route(in_the_name_of(&principal, command)) {
+                    // A stop waits behind no other command, and does not overtake a permission that was given before it.
+                    RoutedCommand::Stack(kind @ (CommandKind::StopMotion | CommandKind::AllowMotion)) => {
+                        if shared.stops.send(Command { id, by: principal, kind }).is_err() {
+                            return Ok(());
+                        }
+                        continue;
+                    }
+                    RoutedCommand::RefuseTakeOver => {
+                        let now = shared.clock.now();
+                        let refused = shared.lease.refuse(&principal, now, Instant::now()).err();
+                        shared.state_publisher.answer(id, by, refused);
+                        continue;
+                    }
+                    RoutedCommand::Stack(CommandKind::TakeControl { name }) => {
+                        let kind = CommandKind::TakeControl { name: name.clone() };
+                        let command = Command { id, by: principal, kind };
+                        match shared.lease.take(command, name, caller, Instant::now()) {
+                            TakeDecision::Grant(command) => LoopRequest::Command(command),
+                            TakeDecision::Asked => {
+                                shared.state_publisher.answer(id, by, None);
+                                continue;
+                            }
+                            TakeDecision::Refused(reason) => {
+                                shared.state_publisher.answer(id, by, Some(reason));
+                                continue;
+                            }
+                        }
+                    }
                     RoutedCommand::Stack(kind) => LoopRequest::Command(Command { id, by: principal, kind }),
                     RoutedCommand::SimulatedFault(fault) => LoopRequest::InjectFault { id, by, fault },
                     RoutedCommand::Import(import) => {
@@ -277,8 +315,12 @@ fn read_all(stream: &UnixStream, shared: &Shared, heartbeat: &Heartbeat) -> io::
                         continue;
                     }
                 };
-                if shared.commands.send(request).is_err() {
-                    return Ok(());
+                match shared.commands.try_send(request) {
+                    Ok(()) => {}
+                    Err(TrySendError::Full(_)) => {
+                        shared.state_publisher.answer(id, by, Some(texts::CONTROL_LOOP_BUSY.to_owned()));
+                    }
+                    Err(TrySendError::Disconnected(_)) => return Ok(()),
                 }
             }
             GatewayMessage::Listeners { clients: _, streams } => shared.state_publisher.set_streams(streams),
@@ -309,6 +351,7 @@ fn read_all(stream: &UnixStream, shared: &Shared, heartbeat: &Heartbeat) -> io::
                     shared.state_publisher.push(CoreMessage::AccountReply { number, result });
                 }
             }
+            GatewayMessage::Clients(clients) => shared.lease.set_clients(clients, Instant::now()),
             GatewayMessage::CredentialsUsed(credentials) => {
                 shared.access.note_used(&credentials, CalendarTime::read().utc);
             }

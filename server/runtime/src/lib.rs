@@ -32,6 +32,7 @@ mod imports;
 mod incidents;
 mod interrupted_sessions;
 mod jobs;
+mod lease_arbiter;
 mod ledger;
 mod live_map;
 mod mailbox;

@@ -101,6 +101,8 @@ pub enum GatewayMessage {
         /// What is asked.
         request: AccountRequest,
     },
+    /// The clients that are connected. Replaces those before.
+    Clients(Vec<ClientId>),
     /// Sessions and tokens that were used since the last such message.
     CredentialsUsed(Vec<CredentialId>),
 }

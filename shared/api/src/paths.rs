@@ -83,3 +83,11 @@ pub const AUDIT_PATH: &str = "/api/v1/audit";
 pub const TOKENS_PATH: &str = "/api/v1/tokens";
 /// DELETE, with a token's id in place of `{id}`: ends it.
 pub const TOKEN_PATH: &str = "/api/v1/tokens/{id}";
+/// The certificate authority of the robot's own.
+pub const AUTHORITY_PATH: &str = "/api/v1/authority";
+/// Its certificate.
+pub const AUTHORITY_CERTIFICATE_PATH: &str = "/api/v1/authority/certificate";
+/// A QR code of the address of the page that explains how to trust it.
+pub const TRUST_CODE_PATH: &str = "/api/v1/authority/qr";
+/// Stop motion.
+pub const STOP_PATH: &str = "/api/v1/stop";

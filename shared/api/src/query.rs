@@ -10,7 +10,7 @@ pub const MAX_PAGE: u32 = 100;
 pub const MAX_PAGE_BYTES: usize = 1 << 20;
 
 /// A question. `limit` is the number of entries wanted, [`MAX_PAGE`] at most.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Query {
     /// The earlier and present revisions of an object, the newest first.
     Revisions {
@@ -70,6 +70,8 @@ pub enum Query {
     Audit {
         /// Only those before this number.
         before: Option<u64>,
+        /// Only those with this text in the account, the address, the command or the outcome, in any case; empty: all.
+        containing: String,
         /// How many.
         limit: u32,
     },

@@ -25,6 +25,8 @@ pub enum ClientCommand {
     TakeControl,
     /// Give the control lease back.
     ReleaseControl,
+    /// Keep the control lease, although somebody asks for it.
+    RefuseTakeOver,
     /// Start a mapping session.
     StartMapping,
     /// Start a mapping session that extends a saved map.

@@ -191,6 +191,19 @@ impl Model {
         self.shared.client().is_some_and(|client| self.shared.control.owner() == Some(client))
     }
 
+    /// Somebody who asks this client for the control lease: the name, and the time in which this client can refuse, s.
+    pub fn asked_for_control(&self) -> Option<(&str, f64)> {
+        let control = &self.shared.control;
+        let request = control.request().filter(|_| self.has_control())?;
+        Some((&request.name, control.refusal_left_s(self.shared.now)))
+    }
+
+    /// Whether this client asks another one for the control lease.
+    pub fn asks_for_control(&self) -> bool {
+        let by = self.shared.control.request().map(|request| request.by);
+        by.is_some() && by == self.shared.client()
+    }
+
     /// Whether another client holds the control lease.
     pub fn is_controlled_by_other(&self) -> bool {
         self.shared.is_controlled_by_other()

@@ -39,6 +39,8 @@ const EXAMPLE_RESET: &str = "EXAMPLE:\n  autoinspect account reset ada";
 const EXAMPLE_REMOVE: &str = "EXAMPLE:\n  autoinspect account remove ada";
 const EXAMPLE_LINK: &str = "EXAMPLE:\n  autoinspect account link --address http://robot7.plant.example:8080";
 
+const EXAMPLE_FINGERPRINT: &str = "EXAMPLE:\n  autoinspect account fingerprint";
+
 #[derive(Subcommand, Debug)]
 enum AccountCommand {
     /// Make an account. Its password is asked for, or read from standard input.
@@ -72,6 +74,9 @@ enum AccountCommand {
         #[arg(long, default_value = "http://127.0.0.1:8080")]
         address: String,
     },
+    /// Print the SHA-256 fingerprint of the robot's own certificate authority.
+    #[command(after_help = EXAMPLE_FINGERPRINT)]
+    Fingerprint,
     /// Tokens of programs.
     #[command(subcommand)]
     Token(TokenCommand),
@@ -107,9 +112,14 @@ pub fn run(args: &AccountArgs) -> Result<(), Failure> {
         print_line(&link.ok_or_else(|| Failure::failed(texts::NO_FIRST_ADMIN_LINK))?);
         return Ok(());
     }
+    if let AccountCommand::Fingerprint = args.command {
+        let fingerprint = gateway::authority_fingerprint(&DataDir::new(&data).tls());
+        print_line(&fingerprint.ok_or_else(|| Failure::failed(texts::NO_AUTHORITY))?);
+        return Ok(());
+    }
     let mut ledger = Ledger::open_beside_core(&DataDir::new(&data).ledger()).map_err(Failure::usage)?;
     match &args.command {
-        AccountCommand::Link { .. } => Ok(()),
+        AccountCommand::Link { .. } | AccountCommand::Fingerprint => Ok(()),
         AccountCommand::List => list(&mut ledger, args.json),
         AccountCommand::Add { account, role } => {
             let password = hashed_password(account)?;

@@ -1,11 +1,12 @@
-//! Who may use the platform: arguments, and the link that makes the first admin.
+//! Who may use the platform and how connections are encrypted: arguments, and the link that makes the first admin.
 
 use crate::failure::Failure;
 use crate::texts;
-use clap::Args;
+use clap::{Args, ValueEnum};
+use gateway::TlsConfig;
 use ports::DataDir;
 use std::net::SocketAddr;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Who may use the platform.
 #[derive(Args, Clone, Debug)]
@@ -16,6 +17,25 @@ pub struct AccessArgs {
     /// Further name or address under which the server may be reached. Those of this computer need not be given.
     #[arg(long = "allow-host", value_name = "NAME")]
     allowed_hosts: Vec<String>,
+    /// Encrypt connections: `auto` with certificates of an authority of the robot's own, `none` not at all.
+    #[arg(long, value_enum, value_name = "HOW", conflicts_with_all = ["tls_certificate", "tls_key"])]
+    tls: Option<TlsChoice>,
+    /// Encrypt connections with this certificate, a PEM file that ends with those of its authorities. It is read again when it changes.
+    #[arg(long, value_name = "FILE", requires = "tls_key")]
+    tls_certificate: Option<PathBuf>,
+    /// Key of that certificate, a PEM file.
+    #[arg(long, value_name = "FILE", requires = "tls_certificate")]
+    tls_key: Option<PathBuf>,
+}
+
+/// Values of `--tls`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum TlsChoice {
+    /// Plain http.
+    #[default]
+    None,
+    /// A certificate authority of the robot's own, made on the first start.
+    Auto,
 }
 
 impl AccessArgs {
@@ -31,7 +51,28 @@ impl AccessArgs {
     pub fn to_arguments(&self) -> Vec<String> {
         let demo = self.demo.then(|| "--demo".to_owned());
         let hosts = self.allowed_hosts.iter().map(|name| format!("--allow-host={name}"));
-        demo.into_iter().chain(hosts).collect()
+        let own = (self.tls == Some(TlsChoice::Auto)).then(|| "--tls=auto".to_owned());
+        let file = |option: &str, path: &Option<PathBuf>| {
+            path.as_ref().map(|path| format!("--{option}={}", path.display()))
+        };
+        let files = [file("tls-certificate", &self.tls_certificate), file("tls-key", &self.tls_key)];
+        demo.into_iter().chain(hosts).chain(own).chain(files.into_iter().flatten()).collect()
+    }
+
+    /// Whether connections are encrypted.
+    pub fn is_encrypted(&self) -> bool {
+        self.tls == Some(TlsChoice::Auto) || self.tls_certificate.is_some()
+    }
+
+    /// How the gateway encrypts connections.
+    pub fn tls(&self, data: &Path) -> TlsConfig {
+        match (&self.tls_certificate, &self.tls_key) {
+            (Some(certificates), Some(key)) => {
+                TlsConfig::Files { certificates: certificates.clone(), key: key.clone() }
+            }
+            _ if self.tls == Some(TlsChoice::Auto) => TlsConfig::Own(DataDir::new(data).tls()),
+            _ => TlsConfig::None,
+        }
     }
 
     /// For the gateway.

@@ -57,6 +57,7 @@ pub fn run_gateway(args: &GatewayArgs) -> Result<(), Failure> {
         data_dir: args.data.clone(),
         static_dir: args.static_dir.clone(),
         access: args.access.of_gateway(),
+        tls: args.access.tls(&args.data),
         on_ready: Some(on_ready),
         heartbeat: Some(watchdog.watch(GATEWAY_THREAD, runtime::THREAD_LIMITS.control)),
         restart: args.supervision.restart(ProcessRole::Gateway),
@@ -86,7 +87,9 @@ pub fn run_gateway(args: &GatewayArgs) -> Result<(), Failure> {
         thread_failed(Some(failure))
     })?;
     served.map_err(|error| match error {
-        GatewayError::Listen { .. } | GatewayError::DemoOnNetwork { .. } => Failure::usage(error),
+        GatewayError::Listen { .. } | GatewayError::DemoOnNetwork { .. } | GatewayError::Tls(_) => {
+            Failure::usage(error)
+        }
     })?;
     outcome.blocking_recv().unwrap_or(Ok(()))
 }

@@ -32,6 +32,7 @@ use crate::failure::Failure;
 use crate::robot::{RobotArgs, RobotName};
 use crate::{output, texts};
 use clap::Args;
+use gateway::TlsConfig;
 use health::reachable;
 use ports::DataDir;
 use std::net::SocketAddr;
@@ -44,7 +45,7 @@ use supervisor::{Supervisor, SupervisorArguments};
   autoinspect up --demo                            a simulated robot in the test hall; nobody has to sign in
   autoinspect up --robot sim:plant --people 10
   autoinspect up --robot replay:recording.mcap --speed 2
-  autoinspect up --listen 0.0.0.0:8080 --data /var/lib/autoinspect")]
+  autoinspect up --listen 0.0.0.0:8080 --tls auto --data /var/lib/autoinspect")]
 pub struct UpArgs {
     /// Folder of maps and recordings [default: the user's data directory].
     #[arg(long)]
@@ -74,7 +75,7 @@ pub struct UpArgs {
 /// Runs `autoinspect up` until a signal stops it.
 pub fn run(args: &UpArgs) -> Result<(), Failure> {
     args.access.check(args.listen)?;
-    let data = args.data.clone().unwrap_or_else(paths::default_data_dir);
+    let data = args.data.clone().unwrap_or_else(default_data_dir);
     std::fs::create_dir_all(&data).map_err(|error| Failure::failed(texts::cannot_create(&data, &error)))?;
     let data = data.canonicalize().map_err(|error| Failure::unreadable(&data, error))?;
     let static_dir = paths::static_dir(args.static_dir.as_deref())?;
@@ -109,9 +110,15 @@ pub fn run(args: &UpArgs) -> Result<(), Failure> {
     let mut supervisor = Supervisor::new(arguments, args.listen, socket);
     supervisor.run(&stop, |address| {
         let address = reachable(address);
-        output::print_line(&texts::platform_running(&address));
+        let base = format!("{}://{address}", if args.access.is_encrypted() { "https" } else { "http" });
+        output::print_line(&texts::platform_running(&base));
         output::print_note(&texts::platform_data(&data));
-        if let Some(link) = first_admin_link(&data, &format!("http://{address}")) {
+        if let TlsConfig::Own(folder) = args.access.tls(&data)
+            && let Some(fingerprint) = gateway::authority_fingerprint(&folder)
+        {
+            output::print_note(&texts::trust_authority(&format!("http://{address}"), &fingerprint));
+        }
+        if let Some(link) = first_admin_link(&data, &base) {
             output::print_note(&texts::make_first_admin(&link));
         }
     })

@@ -25,6 +25,7 @@ const MAX_CSV_ENTRIES: u32 = 10_000;
 pub(crate) struct AuditQuery {
     limit: Option<u32>,
     before: Option<u64>,
+    containing: Option<String>,
     format: Option<String>,
 }
 
@@ -61,6 +62,7 @@ pub(crate) struct AuditPageDocument {
     params(
         ("limit" = Option<u32>, Query, description = "Entries wanted; 100 at most, and if left out. As CSV 10,000 at most, and if left out"),
         ("before" = Option<u64>, Query, description = "Only entries before this number: `next` of the page before"),
+        ("containing" = Option<String>, Query, description = "Only entries with this text in the account, the address, the command or the outcome, in any case"),
         ("format" = Option<String>, Query, description = "`csv`: a table instead of JSON"),
     ),
     responses((status = 200, body = AuditPageDocument, description = "A page of the log"), QueryProblems))]
@@ -71,7 +73,7 @@ pub(crate) async fn list(
     let malformed = |rejection: QueryRejection| {
         ProblemResponse::malformed(crate::texts::query_malformed(&rejection.body_text()))
     };
-    let UrlQuery(AuditQuery { limit, mut before, format }) = query.map_err(malformed)?;
+    let UrlQuery(AuditQuery { limit, mut before, containing, format }) = query.map_err(malformed)?;
     let is_csv = match format.as_deref() {
         None | Some("json") => false,
         Some("csv") => true,
@@ -80,18 +82,17 @@ pub(crate) async fn list(
     let most = if is_csv { MAX_CSV_ENTRIES } else { MAX_PAGE };
     let wanted = limit.unwrap_or(most).clamp(1, most) as usize;
     let mut items = Vec::new();
-    while items.len() < wanted {
+    let containing = containing.unwrap_or_default();
+    let mut is_end = false;
+    while items.len() < wanted && !is_end {
         let limit = MAX_PAGE.min((wanted - items.len()) as u32);
-        let QueryReply::Audit(entries) = ask(&app, Query::Audit { before, limit }).await? else {
+        let query = Query::Audit { before, containing: containing.clone(), limit };
+        let QueryReply::Audit(entries) = ask(&app, query).await? else {
             return Err(ProblemResponse::unavailable(crate::texts::CORE_LOST_BEFORE_ANSWER));
         };
-        let Some(last) = entries.last() else { break };
-        before = Some(last.number);
-        let is_end = last.number <= 1;
+        is_end = entries.len() < limit as usize || entries.last().is_none_or(|last| last.number <= 1);
+        before = entries.last().map(|last| last.number);
         items.extend(entries.into_iter().map(document));
-        if is_end {
-            break;
-        }
     }
     if is_csv {
         let head = [
@@ -101,7 +102,7 @@ pub(crate) async fn list(
         ];
         return Ok((head, csv(&items)).into_response());
     }
-    let next = items.last().map(|last| last.number).filter(|last| *last > 1);
+    let next = items.last().map(|last| last.number).filter(|_| !is_end);
     Ok(json(AuditPageDocument { items, next }))
 }
 

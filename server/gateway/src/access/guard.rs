@@ -5,6 +5,7 @@ use super::texts;
 use crate::app::App;
 use crate::problem::ProblemResponse;
 use crate::security;
+use crate::tls::trust;
 use api::access::{Endpoint, Method};
 use axum::Extension;
 use axum::extract::{Request, State};
@@ -20,12 +21,25 @@ pub(crate) async fn known_host(
     request: Request,
     next: Next,
 ) -> Response {
-    let is_allowed = single(request.headers(), header::HOST)
-        .is_some_and(|host| app.hub.access.hosts.allows(host, connection.local));
-    if is_allowed {
-        next.run(request).await
-    } else {
-        ProblemResponse::new(StatusCode::MISDIRECTED_REQUEST, texts::UNKNOWN_HOST).into_response()
+    let host = single(request.headers(), header::HOST);
+    let Some(host) = host.filter(|host| app.hub.access.hosts.allows(host, connection.local)) else {
+        return ProblemResponse::new(StatusCode::MISDIRECTED_REQUEST, texts::UNKNOWN_HOST).into_response();
+    };
+    if connection.lacks_tls && !trust::is_shown_without_tls(request.uri().path()) {
+        return encrypted_address(host, &request);
+    }
+    next.run(request).await
+}
+
+/// Sends a browser to the same address over TLS. Programs are told, because most would not send their secret again, and should not have sent it.
+fn encrypted_address(host: &str, request: &Request) -> Response {
+    let path = request.uri().path_and_query().map_or("/", |path| path.as_str());
+    let is_page = request.method() == axum::http::Method::GET && !path.starts_with("/api/");
+    match HeaderValue::try_from(format!("https://{host}{path}")) {
+        Ok(address) if is_page => {
+            (StatusCode::PERMANENT_REDIRECT, [(header::LOCATION, address)]).into_response()
+        }
+        _ => ProblemResponse::new(StatusCode::FORBIDDEN, texts::NEEDS_TLS).into_response(),
     }
 }
 

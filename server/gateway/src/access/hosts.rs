@@ -37,6 +37,12 @@ impl HostList {
         self.names_contain(name)
     }
 
+    /// The addresses by which a client may know this computer that has reached `local`.
+    pub(crate) fn addresses(&self, local: IpAddr) -> Vec<String> {
+        let further = self.names.iter().filter(|name| name.parse::<IpAddr>().is_ok());
+        std::iter::once(&local.to_canonical().to_string()).chain(further).cloned().collect()
+    }
+
     fn names_contain(&self, name: &str) -> bool {
         self.names.iter().any(|allowed| allowed.eq_ignore_ascii_case(name))
     }

@@ -14,6 +14,8 @@ pub(crate) struct Connection {
     pub(crate) local: IpAddr,
     /// Whether it is encrypted.
     pub(crate) is_tls: bool,
+    /// Whether it is not encrypted although it could be: only the pages that explain how to trust the server are shown.
+    pub(crate) lacks_tls: bool,
 }
 
 /// Whose commands those are that came over HTTP without a sign-in.

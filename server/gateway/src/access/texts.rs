@@ -4,6 +4,10 @@ use api::{Privilege, Role};
 
 /// The host of a request is no name of this server.
 pub(crate) const UNKNOWN_HOST: &str = "This server is not known under the name in this address. Use its address, or start it with --allow-host NAME.";
+/// A request came over plain http to a server that speaks TLS.
+pub(crate) const NEEDS_TLS: &str = "This server is reached over https only. Ask for the same address with https://; what was sent just now could be read on the way.";
+/// This server has no certificate authority of its own.
+pub(crate) const NO_AUTHORITY: &str = "This server has no certificate authority of its own, so there is none to trust. Start it with --tls auto for one.";
 /// Something needs an account.
 pub(crate) const SIGN_IN_FIRST: &str =
     "Nobody has signed in, or the session has ended. Sign in, or send a token in the Authorization header.";

@@ -21,18 +21,27 @@ pub(crate) struct ControlSeat {
 }
 
 impl ControlSeat {
-    /// Claims a place, if one is free. A client may have several: after a network change its old socket lingers.
-    pub(crate) fn claim(hub: &Arc<Hub>, caller: Caller) -> Option<Self> {
+    /// Claims a place for somebody who has signed in with this account. A client may have several: after a network change its old socket lingers.
+    ///
+    /// # Errors
+    /// When none is free, one sentence.
+    pub(crate) fn claim(hub: &Arc<Hub>, caller: Caller, account: Option<&str>) -> Result<Self, String> {
         let outbox = Arc::new(Outbox::default());
         let key = {
             let mut state = hub.lock();
             if state.members.len() >= hub.clients_max {
-                return None;
+                return Err(texts::too_many_clients(hub.clients_max));
+            }
+            let is_of_account = |member: &&Member| member.account.as_deref() == account;
+            let most = hub.clients_of_account_max;
+            if account.is_some() && state.members.values().filter(is_of_account).count() >= most {
+                return Err(texts::too_many_clients_of_account(most));
             }
             let key = state.next_member;
             state.next_member += 1;
             let member = Member {
                 client: caller.client,
+                account: account.map(str::to_owned),
                 outbox: outbox.clone(),
                 pending: VecDeque::new(),
                 pending_edits: VecDeque::new(),
@@ -42,7 +51,7 @@ impl ControlSeat {
             key
         };
         hub.changed.send_replace(());
-        Some(Self { hub: hub.clone(), key, caller, outbox })
+        Ok(Self { hub: hub.clone(), key, caller, outbox })
     }
 
     /// The client's id.
@@ -70,15 +79,11 @@ impl ControlSeat {
         let State { core, members, .. } = &mut *state;
         let core = core.as_ref().ok_or(texts::CORE_LOST)?;
         let Some(member) = members.get_mut(&self.key) else { return Err(texts::CONNECTION_CLOSING) };
-        // Some places of the queue are kept for Stop motion.
-        if !is_stop
-            && (member.pending.len() >= FIXED.max_pending_commands
-                || core.capacity() <= FIXED.places_for_stops)
-        {
+        if !is_stop && member.pending.len() >= FIXED.max_pending_commands {
             return Err(texts::CORE_BUSY);
         }
         let command = GatewayMessage::Command { id, by: self.caller, command };
-        core.try_send(command).map_err(|_| texts::CORE_BUSY)?;
+        core.send(command)?;
         if member.pending.len() < FIXED.max_pending_commands && !member.pending.contains(&id) {
             member.pending.push_back(id);
         }

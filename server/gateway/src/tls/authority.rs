@@ -2,9 +2,10 @@
 //! by which a client asks for it.
 
 use super::TlsError;
+use jiff::{Timestamp, tz::Offset};
 use rcgen::{
     BasicConstraints, CertificateParams, DistinguishedName, DnType, ExtendedKeyUsagePurpose, IsCa, Issuer,
-    KeyPair, KeyUsagePurpose,
+    KeyPair, KeyUsagePurpose, date_time_ymd,
 };
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,16 +13,16 @@ use std::io::Write;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use tokio_rustls::rustls::crypto::ring::sign::any_supported_type;
 use tokio_rustls::rustls::pki_types::pem::PemObject;
 use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer, PrivatePkcs8KeyDer};
 use tokio_rustls::rustls::sign::CertifiedKey;
 
 /// For how long the authority is valid, days: as long as the robot serves, since replacing it means telling all browsers again.
-const AUTHORITY_DAYS: u64 = 3_650;
+const AUTHORITY_DAYS: i64 = 3_650;
 /// For how long a certificate is valid, days. Browsers accept 398 at most.
-const CERTIFICATE_DAYS: u64 = 90;
+const CERTIFICATE_DAYS: i64 = 90;
 /// Time after which a certificate is made anew, while the program runs.
 const RENEWAL_PERIOD: Duration = Duration::from_secs(30 * 24 * 3_600);
 /// Names that are kept. Only names of this server are certified, so they are few.
@@ -55,9 +56,13 @@ impl Authority {
         let key_pair = KeyPair::from_pem(&read(&key)?).map_err(|error| failed(&key, error.to_string()))?;
         let der = CertificateDer::from_pem_slice(pem.as_bytes())
             .map_err(|error| failed(&certificate, error.to_string()))?;
-        let issuer = Issuer::from_ca_cert_der(&der, key_pair)
-            .map_err(|error| failed(&certificate, error.to_string()))?;
-        Ok(Self { issuer, certificate: der, pem, certified: Mutex::default() })
+        // Name and key are all that a certificate says of its authority.
+        Ok(Self {
+            issuer: Issuer::new(authority_params(), key_pair),
+            certificate: der,
+            pem,
+            certified: Mutex::default(),
+        })
     }
 
     /// Its certificate in PEM format, which people tell their browsers to trust.
@@ -65,34 +70,44 @@ impl Authority {
         &self.pem
     }
 
-    /// A certificate of this computer under a name or an address.
+    /// Its certificate as bytes.
+    pub(crate) fn certificate_der(&self) -> &[u8] {
+        &self.certificate
+    }
+
+    /// A certificate of this computer under these names and addresses.
     ///
     /// # Errors
     /// When it cannot be made.
-    pub(crate) fn certified(&self, name: &str) -> Result<Arc<CertifiedKey>, TlsError> {
-        let name = name.to_ascii_lowercase();
+    pub(crate) fn certified(&self, names: &[String]) -> Result<Arc<CertifiedKey>, TlsError> {
+        let names: Vec<_> = names.iter().map(|name| name.to_ascii_lowercase()).collect();
+        let known_as = names.join(" ");
         let mut certified = self.certified.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((made, key)) = certified.get(&name)
+        if let Some((made, key)) = certified.get(&known_as)
             && made.elapsed() < RENEWAL_PERIOD
         {
             return Ok(Arc::clone(key));
         }
-        let made = self.certify(&name).map_err(|error| TlsError::Make(error.to_string()))?;
+        let made = self.certify(names).map_err(|error| TlsError::Make(error.to_string()))?;
         let key = any_supported_type(&made.1).map_err(|error| TlsError::Make(error.to_string()))?;
         let key = Arc::new(CertifiedKey::new(vec![made.0, self.certificate.clone()], key));
         if certified.len() >= MAX_NAMES {
             certified.clear();
         }
-        certified.insert(name, (Instant::now(), Arc::clone(&key)));
+        certified.insert(known_as, (Instant::now(), Arc::clone(&key)));
         Ok(key)
     }
 
-    fn certify(&self, name: &str) -> Result<(CertificateDer<'static>, PrivateKeyDer<'static>), rcgen::Error> {
-        let mut params = CertificateParams::new(vec![name.to_owned()])?;
+    fn certify(
+        &self,
+        names: Vec<String>,
+    ) -> Result<(CertificateDer<'static>, PrivateKeyDer<'static>), rcgen::Error> {
+        let mut params = CertificateParams::new(names)?;
         params.distinguished_name = named("AutoInspect robot");
         params.key_usages = vec![KeyUsagePurpose::DigitalSignature];
         params.extended_key_usages = vec![ExtendedKeyUsagePurpose::ServerAuth];
-        (params.not_before, params.not_after) = validity(CERTIFICATE_DAYS);
+        params.use_authority_key_identifier_extension = true;
+        set_validity(&mut params, CERTIFICATE_DAYS);
         let key = KeyPair::generate()?;
         let certificate = params.signed_by(&key, &self.issuer)?;
         let key = PrivateKeyDer::Pkcs8(PrivatePkcs8KeyDer::from(key.serialize_der()));
@@ -100,13 +115,18 @@ impl Authority {
     }
 }
 
-/// A new authority and its key, in PEM format.
-fn make() -> Result<(String, String), rcgen::Error> {
+fn authority_params() -> CertificateParams {
     let mut params = CertificateParams::default();
     params.distinguished_name = named("AutoInspect authority of this robot");
     params.is_ca = IsCa::Ca(BasicConstraints::Constrained(0));
     params.key_usages = vec![KeyUsagePurpose::KeyCertSign, KeyUsagePurpose::CrlSign];
-    (params.not_before, params.not_after) = validity(AUTHORITY_DAYS);
+    params
+}
+
+/// A new authority and its key, in PEM format.
+fn make() -> Result<(String, String), rcgen::Error> {
+    let mut params = authority_params();
+    set_validity(&mut params, AUTHORITY_DAYS);
     let key = KeyPair::generate()?;
     Ok((params.self_signed(&key)?.pem(), key.serialize_pem()))
 }
@@ -118,14 +138,48 @@ fn named(name: &str) -> DistinguishedName {
 }
 
 /// From yesterday, because the clocks of clients differ, for this number of days.
-fn validity(days: u64) -> (time::OffsetDateTime, time::OffsetDateTime) {
-    let day = Duration::from_secs(24 * 3_600);
-    let now = SystemTime::now();
-    ((now - day).into(), (now + day * days as u32).into())
+fn set_validity(params: &mut CertificateParams, days: i64) {
+    let midnight = |days_from_now: i64| {
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs();
+        let now =
+            i64::try_from(now).ok().and_then(|now| Timestamp::from_second(now).ok()).unwrap_or_default();
+        let today = Offset::UTC.to_datetime(now).date();
+        let date = today.saturating_add(jiff::Span::new().days(days_from_now));
+        // Month and day are always positive.
+        date_time_ymd(i32::from(date.year()), date.month().unsigned_abs(), date.day().unsigned_abs())
+    };
+    (params.not_before, params.not_after) = (midnight(-1), midnight(days));
 }
 
 fn write(path: &Path, content: &str, mode: u32) -> std::io::Result<()> {
     let mut file = fs::OpenOptions::new().write(true).create(true).truncate(true).mode(mode).open(path)?;
     file.write_all(content.as_bytes())?;
     file.sync_all()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::os::unix::fs::PermissionsExt;
+
+    #[test]
+    fn an_authority_is_made_once_and_only_its_user_reads_the_key() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let first = Authority::open(folder.path()).expect("made").certificate_pem().to_owned();
+        let again = Authority::open(folder.path()).expect("read");
+        assert_eq!(again.certificate_pem(), first);
+        let key = fs::metadata(folder.path().join("authority-key.pem")).expect("a key");
+        assert_eq!(key.permissions().mode() & 0o777, 0o600);
+        let names = ["robot7".to_owned(), "192.0.2.7".to_owned()];
+        let made = again.certified(&names).expect("a certificate");
+        assert!(Arc::ptr_eq(&made, &again.certified(&names).expect("the same")));
+    }
+
+    #[test]
+    fn an_authority_whose_key_is_damaged_is_not_replaced_silently() {
+        let folder = tempfile::tempdir().expect("a folder");
+        Authority::open(folder.path()).expect("made");
+        fs::write(folder.path().join("authority-key.pem"), "damaged").expect("written");
+        assert!(matches!(Authority::open(folder.path()), Err(TlsError::File { .. })));
+    }
 }

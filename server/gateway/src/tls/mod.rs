@@ -2,20 +2,29 @@
 
 mod authority;
 mod files;
+pub(crate) mod trust;
 
 pub(crate) use authority::Authority;
 
 use crate::access::{Connection, HostList};
 use files::CertificateFiles;
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio_rustls::LazyConfigAcceptor;
+use tokio_rustls::rustls::pki_types::CertificateDer;
+use tokio_rustls::rustls::pki_types::pem::PemObject;
 use tokio_rustls::rustls::server::Acceptor;
 use tokio_rustls::rustls::sign::CertifiedKey;
 use tokio_rustls::rustls::{self, ServerConfig};
 use tokio_rustls::server::TlsStream;
+
+/// SHA-256 of the certificate of the authority in this folder, as browsers show it; `None` while there is none.
+pub fn authority_fingerprint(folder: &Path) -> Option<String> {
+    let certificate = CertificateDer::from_pem_file(folder.join("authority.pem")).ok()?;
+    Some(trust::fingerprint(&certificate))
+}
 
 /// How connections are encrypted.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -38,7 +47,7 @@ pub enum TlsConfig {
 #[derive(Debug, thiserror::Error)]
 pub enum TlsError {
     /// A file cannot be read or written.
-    #[error("{path} cannot be used for TLS: {reason}")]
+    #[error("{} cannot be used for TLS: {reason}. Give other files, or none", path.display())]
     File {
         /// Which.
         path: PathBuf,
@@ -73,10 +82,10 @@ impl Encryption {
         })
     }
 
-    /// The certificate of the authority that people have to trust, in PEM format, if it is one of our own.
-    pub(crate) fn authority(&self) -> Option<&str> {
+    /// The authority that people have to trust, if it is one of our own.
+    pub(crate) fn authority(&self) -> Option<&Authority> {
         match self {
-            Self::Own(authority) => Some(authority.certificate_pem()),
+            Self::Own(authority) => Some(authority),
             Self::Files(_) => None,
         }
     }
@@ -96,13 +105,16 @@ impl Encryption {
         let certified = match self {
             Self::Files(files) => files.current(),
             Self::Own(authority) => {
-                // A client that knows only the address of this computer names none.
-                let name = hello.server_name().map(str::to_owned);
-                let name = name.unwrap_or_else(|| connection.local.to_canonical().to_string());
-                if !hosts.allows(&name, connection.local) {
-                    return Err(io::Error::new(io::ErrorKind::InvalidData, "the client asks for another server"));
-                }
-                authority.certified(&name).map_err(io::Error::other)?
+                let names = match hello.server_name() {
+                    Some(name) if hosts.allows(name, connection.local) => vec![name.to_owned()],
+                    Some(_) => {
+                        let reason = "the client asks for another server";
+                        return Err(io::Error::new(io::ErrorKind::InvalidData, reason));
+                    }
+                    // A client that knows this computer by an address names none.
+                    None => hosts.addresses(connection.local),
+                };
+                authority.certified(&names).map_err(io::Error::other)?
             }
         };
         start.into_stream(server_config(certified)?).await

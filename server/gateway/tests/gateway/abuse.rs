@@ -16,7 +16,7 @@ fn graph(nodes: usize) -> Event {
 }
 
 /// Resident memory of this process, bytes. The gateway under test runs in it.
-fn resident_bytes() -> u64 {
+pub fn resident_bytes() -> u64 {
     let statm = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
     let pages: u64 = statm.split(' ').nth(1).and_then(|pages| pages.parse().ok()).unwrap_or_default();
     pages * 4096

@@ -8,6 +8,7 @@ use api::{
     ClientMessage, CommandOutcome, CoreMessage, CredentialId, EditOutcome, EditRefusal, Event,
     GatewayMessage, LeaseToken, Role, ServerMessage,
 };
+use site_model::{Asset, AssetId, Change, Edit, EditId, Object};
 use vocab::{CommandId, Stamp};
 
 const SECRETS: [(&str, Option<Role>); 7] = [
@@ -37,7 +38,12 @@ fn state(with_revoked: bool) -> AccessState {
 
 /// A gateway with sign-ins, and a core that has said who may come in. What it says first has one admin more than what it says last.
 pub async fn with_access() -> (Gateway, Core) {
-    let gateway = Gateway::start_with_sign_in().await;
+    with_limited_access(gateway::Limits::default()).await
+}
+
+/// The same with other limits.
+pub async fn with_limited_access(limits: gateway::Limits) -> (Gateway, Core) {
+    let gateway = Gateway::start_limited_with_sign_in(limits).await;
     let mut core = gateway.core().await;
     core.send(&CoreMessage::Access(state(true))).await;
     core.send(&CoreMessage::Access(state(false))).await;
@@ -107,6 +113,12 @@ pub async fn welcomed_with(gateway: &Gateway, secret: &str, lease: LeaseToken) -
     socket
 }
 
+fn put_asset() -> Change {
+    let asset =
+        Asset { id: AssetId(uuid::Uuid::from_u128(5)), name: "Pump".into(), tags: Default::default() };
+    Change::Put { base: None, object: Object::Asset(asset) }
+}
+
 #[tokio::test]
 async fn every_command_and_edit_on_the_socket_is_answered_as_the_privilege_table_says() {
     let (gateway, mut core) = with_access().await;
@@ -134,11 +146,7 @@ async fn every_command_and_edit_on_the_socket_is_answered_as_the_privilege_table
                 .await;
             assert_eq!(outcome == CommandOutcome::Accepted, is_admitted, "{role}: {outcome:?}");
         }
-        let edit = samples::client_messages().into_iter().find_map(|message| match message {
-            ClientMessage::Edit(edit) => Some(edit),
-            _ => None,
-        });
-        let edit = edit.expect("a sample");
+        let edit = Edit { id: EditId(uuid::Uuid::from_u128(9)), changes: vec![put_asset()] };
         socket.send(&ClientMessage::Edit(edit.clone())).await;
         if role == Role::Viewer {
             let refused = |event: &Event| match event {
@@ -147,9 +155,11 @@ async fn every_command_and_edit_on_the_socket_is_answered_as_the_privilege_table
             };
             let outcome = socket.find(refused).await;
             assert!(matches!(outcome, EditOutcome::Refused(EditRefusal::Rejected(_))), "{outcome:?}");
-        }
-        if role == Role::Operator {
-            assert!(matches!(core.command().await, GatewayMessage::Edit { .. }));
+        } else {
+            let GatewayMessage::Edit { edit: forwarded, .. } = core.command().await else {
+                panic!("{role}: the edit was not forwarded")
+            };
+            assert_eq!(forwarded, edit);
         }
     }
     gateway.stop().await;
@@ -257,6 +267,7 @@ async fn a_demonstration_does_not_listen_on_a_network() {
         data_dir: folder.path().join("data"),
         static_dir: folder.path().join("static"),
         access: gateway::AccessConfig { is_demo: true, ..gateway::AccessConfig::default() },
+        tls: gateway::TlsConfig::None,
         on_ready: Some(on_ready),
         heartbeat: None,
         restart: None,

@@ -5,6 +5,7 @@ use api::{
     Battery, ClientMessage, Command, CommandOutcome, CoreMessage, Event, GatewayMessage, ServerMessage,
 };
 use gateway::Limits;
+use site_model::{Edit, EditId};
 use std::time::Duration;
 use tokio_tungstenite::tungstenite::Message;
 use vocab::{CommandId, Stamp};
@@ -210,13 +211,18 @@ async fn floods_of_commands_are_refused_but_orders_to_stop_pass() {
         socket.send(&command(number, Command::ReleaseControl)).await;
     }
     socket.send(&command(99, Command::StopMotion)).await;
-    let mut forwarded = 0;
+    // It comes after the commands, and the stop anywhere: it has a lane of its own.
+    let edit = Edit { id: EditId(uuid::Uuid::from_u128(1)), changes: Vec::new() };
+    socket.send(&ClientMessage::Edit(edit)).await;
+    let (mut forwarded, mut stops) = (0, 0);
     while let GatewayMessage::Command { command, .. } = core.command().await {
         if command == Command::StopMotion {
-            break;
+            stops += 1;
+        } else {
+            forwarded += 1;
         }
-        forwarded += 1;
     }
+    assert_eq!(stops, 1);
     assert!((10..20).contains(&forwarded), "{forwarded} of 50: a burst of 10, then 5 a second");
     let (_, outcome) = answer(&mut socket).await;
     assert!(matches!(outcome, CommandOutcome::Refused(reason) if reason.contains("too fast")));
@@ -259,4 +265,24 @@ async fn stopping_closes_the_sockets() {
         stream.ended().await;
     };
     tokio::join!(gateway.stop(), stopped);
+}
+
+#[tokio::test]
+async fn the_core_is_told_which_clients_are_connected() {
+    let gateway = Gateway::start().await;
+    let mut core = gateway.core().await;
+    let one = gateway.client(1).await;
+    core.clients(&[client_id(1)]).await;
+    // After a change of its network a client has two sockets for a while.
+    let again = gateway.client(1).await;
+    let mut both = [client_id(1), client_id(2)];
+    both.sort();
+    let two = gateway.client(2).await;
+    core.clients(&both).await;
+    drop(one);
+    drop(two);
+    core.clients(&[client_id(1)]).await;
+    drop(again);
+    core.clients(&[]).await;
+    gateway.stop().await;
 }

@@ -16,4 +16,5 @@ mod site;
 mod static_files;
 mod stream;
 mod support;
+mod tls;
 mod uploads;

@@ -51,16 +51,23 @@ impl Gateway {
     /// Starts a gateway that is told why it was started again.
     pub async fn start_again(limits: Limits, restart: Option<api::ProcessRestart>) -> Self {
         let demo = gateway::AccessConfig { is_demo: true, ..gateway::AccessConfig::default() };
-        Self::start_for(demo, limits, restart).await
+        Self::start_for(demo, gateway::TlsConfig::None, limits, restart).await
     }
 
     /// Starts a gateway with sign-ins.
-    pub async fn start_with_sign_in() -> Self {
-        Self::start_for(gateway::AccessConfig::default(), Limits::default(), None).await
+    pub async fn start_limited_with_sign_in(limits: Limits) -> Self {
+        Self::start_for(gateway::AccessConfig::default(), gateway::TlsConfig::None, limits, None).await
+    }
+
+    /// Starts a demonstration with encrypted connections.
+    pub async fn start_with_tls(tls: gateway::TlsConfig, limits: Limits) -> Self {
+        let demo = gateway::AccessConfig { is_demo: true, ..gateway::AccessConfig::default() };
+        Self::start_for(demo, tls, limits, None).await
     }
 
     async fn start_for(
         access: gateway::AccessConfig,
+        tls: gateway::TlsConfig,
         limits: Limits,
         restart: Option<api::ProcessRestart>,
     ) -> Self {
@@ -73,6 +80,7 @@ impl Gateway {
             data_dir: folder.path().join("data"),
             static_dir: folder.path().join("static"),
             access,
+            tls,
             on_ready: Some(on_ready),
             heartbeat: None,
             restart,
@@ -253,8 +261,22 @@ impl Core {
         self.send(&CoreMessage::Event { to: None, event }).await;
     }
 
-    /// The gateway's next message.
+    /// The gateway's next message, but for lists of the clients.
     pub async fn receive(&mut self) -> GatewayMessage {
+        loop {
+            match self.receive_any().await {
+                GatewayMessage::Clients(_) => {}
+                message => return message,
+            }
+        }
+    }
+
+    /// Waits until the gateway says that these clients are connected.
+    pub async fn clients(&mut self, expected: &[ClientId]) {
+        while self.receive_any().await != GatewayMessage::Clients(expected.to_vec()) {}
+    }
+
+    async fn receive_any(&mut self) -> GatewayMessage {
         let mut length = [0; 4];
         soon("a message to the core", self.stream.read_exact(&mut length)).await.expect("a length");
         let mut body = vec![0; u32::from_le_bytes(length) as usize];

@@ -277,7 +277,9 @@ fn reply(ledger: &Ledger, query: Query) -> Result<QueryReply, StoreError> {
             ledger.point_results(point, before, limit).map(QueryReply::Results)
         }
         Query::Slots { before, limit } => ledger.slots(before, limit).map(QueryReply::Slots),
-        Query::Audit { before, limit } => ledger.audit(before, limit).map(QueryReply::Audit),
+        Query::Audit { before, containing, limit } => {
+            ledger.audit(before, &containing, limit).map(QueryReply::Audit)
+        }
     }
 }
 

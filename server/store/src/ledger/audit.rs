@@ -76,11 +76,16 @@ impl LedgerWriter<'_> {
 }
 
 impl Ledger {
-    /// Entries of the audit log before `before`, the newest first.
+    /// Entries of the audit log before `before` that contain this text, the newest first. An empty text is in all.
     ///
     /// # Errors
     /// When the database cannot be read.
-    pub fn audit(&self, before: Option<u64>, limit: u32) -> Result<Vec<StoredAudit>, StoreError> {
+    pub fn audit(
+        &self,
+        before: Option<u64>,
+        containing: &str,
+        limit: u32,
+    ) -> Result<Vec<StoredAudit>, StoreError> {
         let before = before.map_or(i64::MAX, |before| i64::try_from(before).unwrap_or(i64::MAX));
         let take = |row: &[Value]| {
             Some(StoredAudit {
@@ -91,8 +96,12 @@ impl Ledger {
                 outcome: text(&row[4])?.to_owned(),
             })
         };
-        let rest = "WHERE seq < ? ORDER BY seq DESC LIMIT ?";
-        let parameters = params![before, limit.clamp(1, MAX_PAGE)];
+        // The client's id, which is hexadecimal, is not searched: words would be found in it by chance.
+        let rest = "WHERE seq < ?1 AND (?2 = '' OR instr(lower(
+                        coalesce(json_extract(principal, '$.account'), '') || ' ' ||
+                        coalesce(json_extract(principal, '$.address'), '') || ' ' || command || ' ' || outcome), lower(?2)) > 0)
+                    ORDER BY seq DESC LIMIT ?3";
+        let parameters = params![before, containing, limit.clamp(1, MAX_PAGE)];
         AUDIT.read(&self.connection, rest, parameters, take).map_err(|fault| self.error(fault))
     }
 }

@@ -130,6 +130,38 @@ fn an_entry_of_the_audit_log_that_was_changed_is_found() {
     assert!(verify_ledger(&path).is_err());
 }
 
+#[test]
+fn the_audit_log_is_searched_in_all_that_people_see_of_it() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let store = Store::open(dir.path()).expect("opens");
+    let (mut ledger, _) = store.open_ledger().expect("opens");
+    // The id of the client has the letters of the account in it.
+    let client = ClientId(Uuid::from_u128(0xada));
+    let by =
+        |account: &str| Some(Principal { client, account: Some(account.to_owned()), role: Role::Operator });
+    let entries = [
+        (by("ada"), "StopMotion", "accepted"),
+        (by("bob"), "Localise", "refused: another holds control"),
+        (None, "sign in as ada", "refused"),
+        (by("bob"), "LeaveMap", "accepted"),
+    ];
+    for (by, command, outcome) in entries {
+        let address = Some([192, 0, 2, if command == "LeaveMap" { 8 } else { 7 }].into());
+        let entry = AuditEntry { by, address, command: command.to_owned(), outcome: outcome.to_owned() };
+        ledger.write(|writer| writer.put_audit_entry(&entry, AT)).expect("written");
+    }
+    let found = |before, containing: &str, limit| -> Vec<String> {
+        let entries = ledger.audit(before, containing, limit).expect("readable");
+        entries.into_iter().map(|entry| entry.command).collect()
+    };
+    assert_eq!(found(None, "", 100), ["LeaveMap", "sign in as ada", "Localise", "StopMotion"]);
+    assert_eq!(found(None, "ADA", 100), ["sign in as ada", "StopMotion"]);
+    assert_eq!(found(None, "192.0.2.8", 100), ["LeaveMap"]);
+    assert_eq!(found(None, "another holds", 100), ["Localise"]);
+    assert_eq!(found(None, "%", 100), [""; 0], "no pattern, but text");
+    assert_eq!(found(Some(3), "", 1), ["Localise"]);
+}
+
 struct Found(Vec<String>);
 
 impl StoredDataReport for Found {

@@ -76,6 +76,10 @@ endpoints! {
     // Says nothing about the robot; monitoring needs it.
     Health: Get paths::HEALTH_PATH, ANYONE;
     Description: Get paths::DESCRIPTION_PATH, ANYONE;
+    // For browsers that do not trust the robot yet. A certificate is public.
+    Authority: Get paths::AUTHORITY_PATH, ANYONE;
+    AuthorityCertificate: Get paths::AUTHORITY_CERTIFICATE_PATH, ANYONE;
+    TrustCode: Get paths::TRUST_CODE_PATH, ANYONE;
     // Who asks, for the page that asks people to sign in.
     Session: Get paths::SESSION_PATH, ANYONE;
     SignIn: Post paths::SESSION_PATH, ANYONE;
@@ -90,6 +94,8 @@ endpoints! {
     AddToken: Post paths::TOKENS_PATH, ADMIN;
     RevokeToken: Delete paths::TOKEN_PATH, ADMIN;
     ListAudit: Get paths::AUDIT_PATH, ADMIN;
+    // Whoever sees danger stops the robot.
+    StopMotion: Post paths::STOP_PATH, VIEWER;
     ListMaps: Get paths::MAPS_PATH, VIEWER;
     GetMap: Get paths::MAP_PATH, VIEWER;
     RenameMap: Patch paths::MAP_PATH, OPERATOR;

@@ -44,6 +44,7 @@ pub fn command_privilege(command: &Command) -> Privilege {
         Command::StopMotion => VIEWER,
         Command::TakeControl { .. }
         | Command::ReleaseControl
+        | Command::RefuseTakeOver
         | Command::StartMapping(_)
         | Command::ExtendMap { .. }
         | Command::FinishMapping { .. }

@@ -40,6 +40,7 @@ pub fn commands() -> Vec<Command> {
     vec![
         Command::TakeControl { name: name() },
         Command::ReleaseControl,
+        Command::RefuseTakeOver,
         Command::StartMapping(SESSION),
         Command::ExtendMap { session: SESSION, map: MAP },
         Command::FinishMapping { map: MAP, name: name() },
@@ -285,7 +286,11 @@ pub fn events() -> Vec<Event> {
             ],
         }),
         Event::Goals(goals()),
-        Event::Control(Control { owner: Some(CLIENT), name: name() }),
+        Event::Control(Control {
+            owner: Some(CLIENT),
+            name: name(),
+            request: Some(ControlRequest { by: CLIENT, name: name(), seconds_left: 5.0 }),
+        }),
         Event::Battery(Battery { stamp: NOW, charge: 0.75, left: Some(SECOND), charging: true }),
         Event::Maps(vec![MapSummary {
             id: MAP,
@@ -448,6 +453,7 @@ pub fn gateway_messages() -> Vec<GatewayMessage> {
     let mut messages = vec![
         GatewayMessage::Hello { version: VERSION },
         GatewayMessage::Command { id: COMMAND, by: access::caller(), command: Command::StopMotion },
+        GatewayMessage::Clients(vec![CLIENT]),
         GatewayMessage::CredentialsUsed(vec![access::CREDENTIAL]),
         GatewayMessage::Listeners { clients: 2, streams: 1 },
         GatewayMessage::RequestGraph,

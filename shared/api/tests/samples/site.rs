@@ -366,7 +366,7 @@ pub fn queries() -> impl Iterator<Item = Query> {
         Query::Results { run: RUN, after: Some(7), limit: 100 },
         Query::PointResults { point: InspectionPointId(ID), before: Some(7), limit: 1 },
         Query::Slots { before: Some((NOW, ScheduleId(ID))), limit: 100 },
-        Query::Audit { before: Some(7), limit: 100 },
+        Query::Audit { before: Some(7), containing: "ada".into(), limit: 100 },
     ]
     .into_iter()
 }

@@ -100,6 +100,8 @@ panels_of! {
     simulated_faults: simulated_faults::SimulatedFaultsPanel,
     /// The robot's computer.
     platform: platform::PlatformPanel,
+    /// Somebody who asks for control.
+    control: control::ControlPanel,
     /// The account that has signed in.
     account: account::AccountPanel,
     /// Loops of the map under construction.

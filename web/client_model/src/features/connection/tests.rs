@@ -106,7 +106,7 @@ fn a_reconnection_replaces_the_state_by_the_snapshot() {
         reset: true,
         added: vec![tile(1, 0, 0.0, 10), tile(2, 0, 4.0, 20)],
     }));
-    client.event(api::Event::Control(Control { owner: Some(ME), name: "me".into() }));
+    client.event(api::Event::Control(Control { owner: Some(ME), name: "me".into(), request: None }));
     client.lose_connection();
     assert!(client.model.has_control(), "what was known stays until something newer comes");
     client.wait(1.0);

@@ -5,13 +5,37 @@ mod tests;
 mod texts;
 
 use crate::button::{Button, Kind};
-use crate::feature_panel::PanelContext;
+use crate::feature_panel::{FeaturePanel, PanelContext};
+use crate::message::show_message;
 use crate::status_line::{StatusDetail, StatusLine};
 use crate::theme::{self, Weight};
 use crate::{Width, icon, widgets};
 use api::Role;
 use client_model::ClientCommand;
 use egui::Ui;
+
+/// What is said at the top of the scene while somebody asks for control. It keeps nothing between frames.
+#[derive(Debug, Default)]
+pub(crate) struct ControlPanel;
+
+impl FeaturePanel for ControlPanel {
+    fn show_messages(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>) {
+        let (model, tokens) = (cx.model, cx.tokens);
+        if let Some((name, left_s)) = model.asked_for_control() {
+            let sentence = texts::asked_for_control(name, left_s);
+            show_message(ui, tokens, tokens.warn, icon::USER, &sentence, |ui| {
+                if Button::new(texts::KEEP).kind(Kind::Primary).show(ui, tokens).clicked() {
+                    cx.commands.push(ClientCommand::RefuseTakeOver);
+                }
+            });
+            // The seconds count down.
+            ui.ctx().request_repaint_after_secs(0.25);
+        } else if model.asks_for_control() {
+            let sentence = texts::asks_for_control(model.control().holder_name());
+            show_message(ui, tokens, tokens.accent, icon::USER, &sentence, |_| {});
+        }
+    }
+}
 
 /// Shows the button of the top bar that takes or releases control.
 pub(crate) fn show_button(ui: &mut Ui, cx: &mut PanelContext<'_>) {
