@@ -26,11 +26,11 @@ pub struct TopomapConfig {
     /// What was seen for less than this time does not block a walked way, seconds. People stand for some seconds. What stays is seen for at least the time in which
     /// the robot walks [`Self::range_max_m`] towards it: 13 s at 0.9 m/s.
     pub lasting_s: f64,
-    /// Half the width of the body, metres: 0.5 m for robots of the size of Spot and ANYmal. Where the robot has walked, this much room is
-    /// enough, because it has passed there; elsewhere there has to be the radius of its turning circle.
-    pub half_width_m: f64,
-    /// Half the width that the feet need, metres: the ground is checked this far to both sides.
-    pub half_stance_m: f64,
+    /// Half the width of the body as a share of the radius of the robot's turning circle. Default: 0.25 m of 0.38 m, robots of the proportions of Spot and
+    /// ANYmal. Where the robot has walked, this much room is enough, because it has passed there; elsewhere there has to be the radius.
+    pub half_width_share: f64,
+    /// Half the width that the feet need as a share of the same radius: the ground is checked this far to both sides. Default: 0.18 m of 0.38 m.
+    pub half_stance_share: f64,
     /// Longest distance without known ground along an edge, metres: a hole in the data, shorter than any opening that a robot falls into.
     pub ground_gap_max_m: f64,
     /// Distance between the places of a line at which the ground is looked up, metres: half a column.
@@ -145,8 +145,8 @@ impl Default for TopomapConfig {
             obstacle_points_min: 3,
             blocking_points_min: 12,
             lasting_s: 10.0,
-            half_width_m: 0.25,
-            half_stance_m: 0.18,
+            half_width_share: 0.25 / 0.38,
+            half_stance_share: 0.18 / 0.38,
             ground_gap_max_m: 0.3,
             line_step_m: 0.1,
             tread_m: 0.3,

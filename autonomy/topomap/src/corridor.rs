@@ -55,7 +55,7 @@ impl Floor {
     fn profile(&self, line: &Line) -> Option<Profile> {
         let step_m = self.config.line_step_m;
         let steps = line.steps(step_m);
-        let side = line.left() * self.config.half_stance_m;
+        let side = line.left() * self.half_stance_m();
         let mut height = line.from.z;
         let mut profile = Profile { heights: Vec::with_capacity(steps + 1), gap_m: 0.0 };
         let mut gap_m = 0.0;
@@ -147,7 +147,7 @@ impl Floor {
         site_model::Corridor { left_m: width(1.0, room.left_m), right_m: width(-1.0, room.right_m) }
     }
 
-    /// How far there is ground on one side of a line, metres, up to `max_m`. The feet need [`crate::TopomapConfig::half_stance_m`] of it.
+    /// How far there is ground on one side of a line, metres, up to `max_m`. The feet need [`Floor::half_stance_m`] of it.
     fn ground_beside(&self, line: &Line, heights: &[f64], side: f64, max_m: f64) -> f64 {
         let last = heights.len() - 1;
         let step_m = self.config.line_step_m;
@@ -156,7 +156,7 @@ impl Floor {
             let middle = line.at(line.length_m * place as f64 / last.max(1) as f64);
             let (mut out_m, mut level) = (0.0, *height);
             while out_m < reached_m {
-                let at = middle + line.left() * (side * (out_m + step_m + self.config.half_stance_m));
+                let at = middle + line.left() * (side * (out_m + step_m + self.half_stance_m()));
                 let Some(ground) = self.ground(at.x, at.y, level) else { break };
                 level = ground;
                 out_m += step_m;
@@ -182,7 +182,8 @@ impl Passage<'_> {
         let turning_m = robot.radius + config.voxel_m / 2.0;
         let is_passable = |clearance_m, points_min| self.floor.is_passable(from, to, clearance_m, points_min);
         is_passable(turning_m, config.obstacle_points_min)
-            || (self.is_walked(from, to) && is_passable(config.half_width_m, config.blocking_points_min))
+            || (self.is_walked(from, to)
+                && is_passable(self.floor.half_width_m(), config.blocking_points_min))
     }
 
     /// Whether the robot has walked along a line.

@@ -216,13 +216,12 @@ impl Floor {
 
     /// Adds the ground on which the robot has stood, where no ground was seen at that height.
     fn add_walked(&mut self, walked: &[Standpoint]) {
-        let reach = (self.config.half_width_m / f64::from(self.grid.column_m)).ceil() as i32;
+        let reach = (self.half_width_m() / f64::from(self.grid.column_m)).ceil() as i32;
         for Standpoint { feet, .. } in walked {
             let ((x, y), layer) = self.locate(feet.x, feet.y, feet.z);
             for (dx, dy) in square(reach) {
                 let centre = self.centre((x + dx, y + dy, layer));
-                if (centre - feet).xy().norm()
-                    <= self.config.half_width_m + f64::from(self.grid.column_m) / 2.0
+                if (centre - feet).xy().norm() <= self.half_width_m() + f64::from(self.grid.column_m) / 2.0
                     && self.near(x + dx, y + dy, layer).is_none()
                 {
                     self.add(x + dx, y + dy, layer);
@@ -328,9 +327,19 @@ impl Floor {
         passes
     }
 
+    /// Half the width of the robot's body, metres.
+    pub(crate) fn half_width_m(&self) -> f64 {
+        self.config.half_width_share * self.robot.radius
+    }
+
+    /// Half the width that the robot's feet need, metres.
+    pub(crate) fn half_stance_m(&self) -> f64 {
+        self.config.half_stance_share * self.robot.radius
+    }
+
     /// Radius around a standpoint in which the body was: standpoints are [`TopomapConfig::sample_m`] apart.
     fn swept_m(&self) -> f64 {
-        self.config.half_width_m.hypot(self.config.sample_m / 2.0)
+        self.half_width_m().hypot(self.config.sample_m / 2.0)
     }
 
     /// Whether the body of the robot was at a point after it was seen, or at any time if it was seen for a short time only (docs/maths/topomap.md, equation 1).

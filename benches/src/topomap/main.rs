@@ -230,8 +230,8 @@ fn config(values: &[String]) -> Result<TopomapConfig> {
         let value: f64 = value.parse()?;
         let field = match name {
             "lasting_s" => &mut config.lasting_s,
-            "half_width_m" => &mut config.half_width_m,
-            "half_stance_m" => &mut config.half_stance_m,
+            "half_width_share" => &mut config.half_width_share,
+            "half_stance_share" => &mut config.half_stance_share,
             "ground_gap_max_m" => &mut config.ground_gap_max_m,
             "line_end_height_max_m" => &mut config.line_end_height_max_m,
             "tread_m" => &mut config.tread_m,

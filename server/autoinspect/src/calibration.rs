@@ -1,8 +1,9 @@
-//! Calibration files: mounting of the sensors, for recordings without it.
+//! Calibration files: mounting of the sensors and the robot itself, for recordings without them.
 
 use crate::failure::Failure;
+use crate::robot_file::RobotFile;
 use geometry::Isometry;
-use messages::Mounting;
+use messages::BootRecord;
 use serde::Deserialize;
 use std::path::Path;
 use vocab::{Pose, Quat, Vec3};
@@ -27,14 +28,16 @@ pub fn isometry(position: [f64; 3], [x, y, z, w]: [f64; 4]) -> Result<Isometry, 
     geometry::isometry_from_pose(&pose).ok_or_else(|| Failure::usage(crate::texts::INVALID_QUATERNION))
 }
 
-/// Mounting of the sensors on the base. Missing entries stay as in the recording.
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
+/// Mounting of the sensors on the base, and the robot. Missing entries stay as in the recording.
+#[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Calibration {
     base_from_lidar: Option<Transform>,
     base_from_imu: Option<Transform>,
     base_from_external: Option<Transform>,
     standing_height_m: Option<f64>,
+    #[serde(default)]
+    robot: RobotFile,
 }
 
 impl Calibration {
@@ -44,8 +47,10 @@ impl Calibration {
         serde_json::from_slice(&bytes).map_err(|error| Failure::unreadable(path, error))
     }
 
-    /// Replaces the given entries of the recording's mounting.
-    pub fn apply(&self, mounting: &mut Mounting) -> Result<(), Failure> {
+    /// Replaces the given entries of the recording's mounting and robot.
+    pub fn apply(&self, boot: &mut BootRecord) -> Result<(), Failure> {
+        self.robot.apply(&mut boot.profile)?;
+        let mounting = &mut boot.mounting;
         for (given, known) in [
             (self.base_from_lidar, &mut mounting.base_from_lidar),
             (self.base_from_imu, &mut mounting.base_from_imu),
@@ -68,16 +73,17 @@ mod tests {
     fn given_entries_replace_the_recordings_and_the_others_stay() {
         let text = r#"{"base_from_imu": {"translation_m": [1, 2, 3], "quaternion_xyzw": [0, 0, 2, 0]}}"#;
         let calibration: Calibration = serde_json::from_str(text).expect("JSON");
-        let mut mounting = Mounting { base_from_lidar: Some(Pose::IDENTITY), ..Mounting::default() };
-        calibration.apply(&mut mounting).expect("a rotation");
-        assert_eq!(mounting.base_from_lidar, Some(Pose::IDENTITY));
-        let imu = mounting.base_from_imu.expect("given");
+        let mut boot = BootRecord::default();
+        boot.mounting.base_from_lidar = Some(Pose::IDENTITY);
+        calibration.apply(&mut boot).expect("a rotation");
+        assert_eq!(boot.mounting.base_from_lidar, Some(Pose::IDENTITY));
+        let imu = boot.mounting.base_from_imu.expect("given");
         assert_eq!(imu.position, Vec3::new(1.0, 2.0, 3.0));
         assert!((imu.orientation.z.abs() - 1.0).abs() < 1e-12, "normalised");
 
         let no_rotation = text.replace("[0, 0, 2, 0]", "[0, 0, 0, 0]");
         let calibration: Calibration = serde_json::from_str(&no_rotation).expect("JSON");
-        assert!(calibration.apply(&mut mounting).is_err());
+        assert!(calibration.apply(&mut boot).is_err());
         assert!(
             serde_json::from_str::<Calibration>(r#"{"base_from_lidr": null}"#).is_err(),
             "a misspelt name is an error"

@@ -28,6 +28,7 @@ mod process_limits;
 mod progress;
 mod replay;
 mod robot;
+mod robot_file;
 mod sim_record;
 mod site;
 #[cfg(test)]

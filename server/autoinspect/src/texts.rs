@@ -196,6 +196,15 @@ pub fn invalid_frame(text: &str) -> String {
     format!("'{text}' is not a frame; write X,Y,Z,QX,QY,QZ,QW (metres, quaternion)")
 }
 
+/// A self filter whose corners are not in order.
+pub const SELF_FILTER_IS_NO_BOX: &str =
+    "self_filter is no box; give min_m and max_m with three numbers each, the first smaller than the second";
+
+/// An entry of a robot's profile that has to be positive.
+pub fn robot_entry_not_positive(entry: &str, value: f64) -> String {
+    format!("{entry} of the robot is {value}; give a number greater than 0")
+}
+
 /// A quaternion that is not a rotation.
 pub const INVALID_QUATERNION: &str = "a frame's quaternion is zero or not finite";
 

@@ -28,8 +28,8 @@ pub struct InputArgs {
     /// Topic of a role, as PURPOSE=TOPIC with lidar, imu, legs, external or battery.
     #[arg(long)]
     topic: Vec<String>,
-    /// Mounting of the sensors, if the recording does not have it: JSON with base_from_lidar, base_from_imu or base_from_external,
-    /// each with translation_m and quaternion_xyzw, and standing_height_m.
+    /// Mounting of the sensors and the robot, if the recording does not have them: JSON with base_from_lidar, base_from_imu or
+    /// base_from_external, each with translation_m and quaternion_xyzw, standing_height_m, and the robot's profile under robot (guide: robot-profile.md).
     #[arg(long)]
     calibration: Option<PathBuf>,
 }
@@ -55,7 +55,7 @@ impl InputArgs {
         let mut boot =
             recordings.first().map_or_else(BootRecord::default, |first| boot_record(first, sources));
         if let Some(path) = &self.calibration {
-            Calibration::read(path)?.apply(&mut boot.mounting)?;
+            Calibration::read(path)?.apply(&mut boot)?;
         }
         Ok(boot)
     }

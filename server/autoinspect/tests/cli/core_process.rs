@@ -1,6 +1,6 @@
 //! Tests of the core's process with a fake gateway.
 
-use crate::fake_gateway::{FakeGateway, until};
+use crate::fake_gateway::{CommandSender, FakeGateway, until};
 use crate::program::{json, program, text};
 use api::{Command, CommandOutcome, CoreMessage, Event, GatewayMessage, Mapping, Motion};
 use std::fs;
@@ -139,7 +139,7 @@ impl Drop for CoreProcess {
 }
 
 /// Maps during a slow walk until there are some keyframes.
-pub fn map_a_little(gateway: &mut FakeGateway, session: u128) {
+pub fn map_a_little(gateway: &mut impl CommandSender, session: u128) {
     gateway.command(Command::TakeControl { name: "Test".to_owned() });
     gateway.command(Command::StartMapping(SessionId(Uuid::from_u128(session))));
     let velocity = Twist { linear: Vec3::new(0.6, 0.0, 0.0), angular: Vec3::new(0.0, 0.0, 0.3) };

@@ -1,6 +1,7 @@
 //! A fake gateway.
 
 use api::{Command, CoreMessage, Event, GatewayMessage};
+use site_model::Edit;
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
 use std::path::Path;
@@ -14,6 +15,30 @@ pub const PATIENCE: Duration = Duration::from_secs(120);
 
 /// The client in whose name commands are sent.
 pub const CLIENT: ClientId = ClientId(Uuid::from_u128(1));
+
+/// Whoever commands the robot: a gateway at the core, or a client of the platform.
+pub trait CommandSender {
+    /// Sends a command and waits until it is accepted.
+    fn command(&mut self, command: Command);
+    /// Reads events until `wanted` accepts one.
+    fn event<T>(&mut self, wanted: impl FnMut(&Event) -> Option<T>) -> T;
+    /// Sends an edit of the site.
+    fn edit(&mut self, edit: Edit);
+}
+
+impl CommandSender for FakeGateway {
+    fn command(&mut self, command: Command) {
+        Self::command(self, command);
+    }
+
+    fn event<T>(&mut self, wanted: impl FnMut(&Event) -> Option<T>) -> T {
+        Self::event(self, wanted)
+    }
+
+    fn edit(&mut self, edit: Edit) {
+        self.send(&GatewayMessage::Edit { by: CLIENT.into(), edit });
+    }
+}
 
 /// A connection to a core.
 pub struct FakeGateway {

@@ -13,6 +13,7 @@ mod managed_maps;
 mod merge;
 mod missions;
 mod offline;
+mod operator;
 mod optimise;
 mod patch;
 mod platform;

@@ -1,8 +1,8 @@
 //! Missions through the core's process: they go on when it is killed, and each task has one result of record.
 
 use crate::core_process::{CoreProcess, RobotProcess, finish, map_a_little};
-use crate::fake_gateway::{CLIENT, FakeGateway};
-use api::{Command, EditOutcome, Event, GatewayMessage, Localisation, Mapping};
+use crate::fake_gateway::{CommandSender, FakeGateway};
+use api::{Command, EditOutcome, Event, Localisation, Mapping};
 use site_model::{
     ActionRequest, Change, Edge, EdgeId, Edit, EditId, FailurePolicy, Mission, MissionCommandKind,
     MissionEnd, MissionId, MissionStatus, Node, NodeId, NodeKind, Object, Parameter, PoseTolerance, RunId,
@@ -14,7 +14,7 @@ use vocab::{MapId, Pose};
 
 const MAP: u128 = 7;
 pub const MISSION: MissionId = MissionId(Uuid::from_u128(20));
-const RUN: RunId = RunId(Uuid::from_u128(21));
+pub const RUN: RunId = RunId(Uuid::from_u128(21));
 
 fn node_id(number: u128) -> NodeId {
     NodeId(Uuid::from_u128(100 + number))
@@ -70,7 +70,7 @@ pub fn site(ends: [Pose; 2], requests: Vec<ActionRequest>) -> Vec<Object> {
 }
 
 /// Maps a little, and localises in that map. Returns the poses at both ends of the walk.
-pub fn localised(gateway: &mut FakeGateway) -> [Pose; 2] {
+pub fn localised(gateway: &mut impl CommandSender) -> [Pose; 2] {
     map_a_little(gateway, 1);
     gateway.command(finish(MAP));
     gateway.event(|event| matches!(event, Event::Mapping(Mapping::Idle)).then_some(()));
@@ -94,18 +94,19 @@ pub fn localised(gateway: &mut FakeGateway) -> [Pose; 2] {
 }
 
 /// Puts objects into the site.
-pub fn put(gateway: &mut FakeGateway, objects: Vec<Object>) {
+pub fn put(gateway: &mut impl CommandSender, objects: Vec<Object>) {
     let changes = objects.into_iter().map(|object| Change::Put { base: None, object }).collect();
     let edit = Edit { id: EditId(Uuid::from_u128(30)), changes };
-    gateway.send(&GatewayMessage::Edit { by: CLIENT.into(), edit });
+    let id = edit.id;
+    gateway.edit(edit);
     let done = gateway.event(|event| match event {
-        Event::EditDone(done) => Some(done.outcome.clone()),
+        Event::EditDone(done) if done.id == id => Some(done.outcome.clone()),
         _ => None,
     });
     assert!(matches!(done, EditOutcome::Applied { .. }), "{done:?}");
 }
 
-fn missions(event: &Event) -> Option<MissionStatus> {
+pub fn missions(event: &Event) -> Option<MissionStatus> {
     match event {
         Event::Missions(status) => Some(status.clone()),
         _ => None,

@@ -1,7 +1,9 @@
 //! Edits of the site through the whole program: nothing acknowledged is lost, many clients agree, the documented requests work.
 
 use crate::core_process::{CoreProcess, RobotProcess};
-use crate::fake_gateway::{CLIENT, FakeGateway, PATIENCE, until};
+use crate::fake_gateway::{CLIENT, CommandSender, FakeGateway, PATIENCE, until};
+use crate::missions::{MISSION, RUN, localised, missions, put, request, site as mission_site};
+use crate::operator::Operator;
 use crate::platform::Platform;
 use api::{
     ClientMessage, CoreMessage, EditDone, EditOutcome, Event, GatewayMessage, SiteAssembly, SiteState,
@@ -10,7 +12,10 @@ use client_model::{
     ClientCommand, ClientEffect, ClientEvent, ClientTime, Ids, Model, SiteEdit, Socket, ViewSettings,
 };
 use geometry::{Rng, RngTree};
-use site_model::{Asset, AssetId, Change, Edit, EditId, Object, ObjectId, Site};
+use site_model::{
+    Asset, AssetId, Change, Edit, EditId, MissionCommandKind, Object, ObjectId, Parameter, RunState, Site,
+    StartMode, TaskStatus,
+};
 use std::collections::BTreeSet;
 use std::io;
 use std::net::{SocketAddr, TcpStream};
@@ -192,14 +197,46 @@ fn edit_seconds() -> u32 {
     std::env::var("AUTOINSPECT_EDIT_SECONDS").ok().and_then(|text| text.parse().ok()).unwrap_or(3)
 }
 
+/// Starts a mission of waits at the two ends of a short walk, long enough for all edits. Returns the number of its tasks.
+fn start_mission(operator: &mut Operator) -> usize {
+    let ends = localised(operator);
+    let wait = || request("wait", "duration_s", Parameter::Number(1.0));
+    // A task takes 2 s at least: the robot lives twice as fast as the clock.
+    let tasks = 3 + edit_seconds() as usize / 2;
+    put(operator, mission_site(ends, (0..tasks).map(|_| wait()).collect()));
+    let start = MissionCommandKind::Start { run: RUN, mission: MISSION, mode: StartMode::Now };
+    operator.command(api::Command::Mission(start));
+    tasks
+}
+
+/// Follows the mission to its end. Returns its tasks when it was last shown, and its outcome.
+fn follow_mission(operator: &mut Operator) -> (Vec<TaskStatus>, RunState) {
+    let mut tasks = Vec::new();
+    let started = Instant::now();
+    loop {
+        assert!(started.elapsed() < 3 * PATIENCE, "the mission did not end: {tasks:#?}");
+        let status = operator.event(missions);
+        if let Some(ended) = status.ended.iter().find(|ended| ended.run == RUN) {
+            return (tasks, ended.outcome);
+        }
+        if let Some(run) = status.runs.into_iter().find(|run| run.run == RUN) {
+            assert!(run.question.is_none(), "{run:?}");
+            tasks = run.tasks;
+        }
+    }
+}
+
 #[test]
-fn ten_clients_that_edit_at_once_end_with_the_same_site_and_undo_their_own_last_edit() {
+fn ten_clients_that_edit_at_once_disturb_no_mission_end_with_the_same_site_and_undo_their_own_last_edit() {
     let dir = tempfile::tempdir().expect("temporary directory");
-    let platform = Platform::start_with_robot(dir.path(), &["--lidar-columns", "50"]);
+    let platform = Platform::start_with_robot(dir.path(), &["--lidar-columns", "400", "--speed", "2"]);
     let address = platform.address();
+    let mut operator = Operator::connect(address);
+    let tasks = start_mission(&mut operator);
+    let mission = thread::spawn(move || follow_mission(&mut operator));
     let edits = edit_seconds() * EDITS_PER_S;
     let barrier = Barrier::new(CLIENTS as usize);
-    let (states, sent): (Vec<SiteState>, Vec<u64>) = thread::scope(|scope| {
+    let (states, sent, still_runs) = thread::scope(|scope| {
         let threads: Vec<_> = (1..=CLIENTS)
             .map(|number| {
                 let barrier = &barrier;
@@ -231,13 +268,15 @@ fn ten_clients_that_edit_at_once_end_with_the_same_site_and_undo_their_own_last_
             })
             .collect();
         let clients: Vec<_> = threads.into_iter().map(|thread| thread.join().expect("no panic")).collect();
+        let still_runs = !mission.is_finished();
         let newest = clients.iter().map(|client| client.confirmed().revision).max().expect("clients");
         let finish = |mut client: Client| {
             client.work_until("the last change", |client| client.confirmed().revision == newest);
             assert_eq!(client.model.site.site(), Some(&client.confirmed().site), "it shows what is");
             (client.confirmed().clone(), client.edits_sent)
         };
-        clients.into_iter().map(finish).unzip()
+        let (states, sent): (Vec<SiteState>, Vec<u64>) = clients.into_iter().map(finish).unzip();
+        (states, sent, still_runs)
     });
     let sent: u64 = sent.into_iter().sum();
     assert!(states.iter().all(|state| *state == states[0]), "the sites differ");
@@ -252,6 +291,11 @@ fn ten_clients_that_edit_at_once_end_with_the_same_site_and_undo_their_own_last_
     );
     // Few are refused, because few objects are shared.
     assert!(states[0].revision * 10 > sent * 7, "{} of {sent}", states[0].revision);
+    let (shown, outcome) = mission.join().expect("no panic");
+    let repeated = shown.iter().filter(|task| task.attempt > 1 || task.failure.is_some()).count();
+    println!("the mission of {tasks} tasks ended as {outcome:?}; {repeated} tasks needed a second attempt");
+    assert!(still_runs, "the mission ended before the edits");
+    assert_eq!((outcome, repeated, shown.len()), (RunState::Succeeded, 0, tasks), "{shown:#?}");
     drop(platform);
     // Equal on the disk, too.
     let store = store::Store::open(dir.path().join("data")).expect("opens");
@@ -259,10 +303,12 @@ fn ten_clients_that_edit_at_once_end_with_the_same_site_and_undo_their_own_last_
     assert_eq!(stored, states[0]);
 }
 
-/// The page of the interface, and the commands in it.
 /// The pages of the interface. Their examples follow each other, each page on a robot of its own whose site is empty.
 const PAGES: [&str; 2] =
     [include_str!("../../../../docs/api/site.md"), include_str!("../../../../docs/api/missions.md")];
+
+/// A page whose robot is localised in a map of its own.
+const SESSION: &str = include_str!("../../../../docs/api/mission-session.md");
 
 #[test]
 fn the_examples_of_the_pages_of_the_interface_work() {
@@ -270,12 +316,21 @@ fn the_examples_of_the_pages_of_the_interface_work() {
         eprintln!("skipped: there is no curl");
         return;
     }
-    PAGES.iter().for_each(|page| check_examples(page));
+    for page in PAGES {
+        let dir = tempfile::tempdir().expect("temporary directory");
+        let platform = Platform::start_with_robot(dir.path(), &["--lidar-columns", "50"]);
+        check_examples(page, &platform);
+    }
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let platform = Platform::start_with_robot(dir.path(), &["--lidar-columns", "400", "--speed", "2"]);
+    let mut operator = Operator::connect(platform.address());
+    localised(&mut operator);
+    // Whoever runs the examples takes control.
+    operator.command(api::Command::ReleaseControl);
+    check_examples(SESSION, &platform);
 }
 
-fn check_examples(page: &str) {
-    let dir = tempfile::tempdir().expect("temporary directory");
-    let platform = Platform::start_with_robot(dir.path(), &["--lidar-columns", "50"]);
+fn check_examples(page: &str, platform: &Platform) {
     let examples = page.split("```sh\n").skip(1).map(|rest| rest.split("```").next().unwrap_or_default());
     let answers = page.split("```json\n").skip(1).map(|rest| rest.split("```").next().unwrap_or_default());
     let mut ran = 0;
@@ -292,6 +347,9 @@ fn check_examples(page: &str) {
         let said = String::from_utf8_lossy(&output.stdout);
         let complaint = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success(), "{example}\n{said}\n{complaint}");
+        if std::env::var_os("AUTOINSPECT_PRINT_EXAMPLES").is_some() {
+            eprintln!("$ {example}{said}\n");
+        }
         // Some requests have no answer but that they are done.
         let said = if said.is_empty() { "null".into() } else { said };
         let said: serde_json::Value =

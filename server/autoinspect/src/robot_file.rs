@@ -1,0 +1,131 @@
+//! The part of a calibration file that describes the robot: body, limits and keyframe policy, for robots that are known from a recording only.
+//!
+//! Missing entries keep the values of the default profile. The guide page on the robot profile documents every entry.
+
+use crate::failure::Failure;
+use crate::texts;
+use messages::{RobotProfile, SpeedLimits};
+use serde::Deserialize;
+use vocab::{Aabb, Span};
+
+/// Entries of `robot` in a calibration file. Lengths are metres, times seconds, angles degrees.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RobotFile {
+    name: Option<String>,
+    footprint_radius_m: Option<f64>,
+    clearance_height_m: Option<f64>,
+    step_height_m: Option<f64>,
+    autonomous_limits: Option<Limits>,
+    manual_limits: Option<Limits>,
+    manual_watchdog_s: Option<f64>,
+    self_filter: Option<SelfFilter>,
+    keyframe_distance_m: Option<f64>,
+    keyframe_rotation_deg: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Limits {
+    forward_mps: f64,
+    sideways_mps: f64,
+    turn_degps: f64,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SelfFilter {
+    min_m: [f32; 3],
+    max_m: [f32; 3],
+}
+
+impl RobotFile {
+    /// Replaces the given entries of a profile. An error names the entry that is no positive number.
+    pub fn apply(&self, profile: &mut RobotProfile) -> Result<(), Failure> {
+        if let Some(name) = &self.name {
+            name.clone_into(&mut profile.name);
+        }
+        for (entry, given, known) in [
+            ("footprint_radius_m", self.footprint_radius_m, &mut profile.footprint_radius_m),
+            ("clearance_height_m", self.clearance_height_m, &mut profile.clearance_height_m),
+            ("step_height_m", self.step_height_m, &mut profile.step_height_m),
+            ("keyframe_distance_m", self.keyframe_distance_m, &mut profile.keyframe_distance_m),
+        ] {
+            if let Some(given) = given {
+                *known = positive(entry, given)?;
+            }
+        }
+        if let Some(degrees) = self.keyframe_rotation_deg {
+            profile.keyframe_rotation_rad = positive("keyframe_rotation_deg", degrees)?.to_radians();
+        }
+        if let Some(seconds) = self.manual_watchdog_s {
+            profile.manual_watchdog = Span::from_secs_f64(positive("manual_watchdog_s", seconds)?);
+        }
+        for (entry, given, known) in [
+            ("autonomous_limits", self.autonomous_limits, &mut profile.autonomous_limits),
+            ("manual_limits", self.manual_limits, &mut profile.manual_limits),
+        ] {
+            if let Some(given) = given {
+                *known = SpeedLimits {
+                    forward_mps: positive(entry, given.forward_mps)?,
+                    sideways_mps: positive(entry, given.sideways_mps)?,
+                    turn_radps: positive(entry, given.turn_degps)?.to_radians(),
+                };
+            }
+        }
+        if let Some(SelfFilter { min_m: min, max_m: max }) = self.self_filter {
+            let is_box =
+                min.iter().zip(&max).all(|(min, max)| min.is_finite() && max.is_finite() && min < max);
+            if !is_box {
+                return Err(Failure::usage(texts::SELF_FILTER_IS_NO_BOX));
+            }
+            profile.self_filter = Some(Aabb { min, max });
+        }
+        Ok(())
+    }
+}
+
+fn positive(entry: &str, value: f64) -> Result<f64, Failure> {
+    if value.is_finite() && value > 0.0 {
+        Ok(value)
+    } else {
+        Err(Failure::usage(texts::robot_entry_not_positive(entry, value)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn applied(text: &str) -> Result<RobotProfile, Failure> {
+        let file: RobotFile = serde_json::from_str(text).expect("JSON");
+        let mut profile = RobotProfile::default();
+        file.apply(&mut profile).map(|()| profile)
+    }
+
+    #[test]
+    fn given_entries_replace_those_of_the_default_profile_and_the_others_stay() {
+        let profile = applied(
+            r#"{"footprint_radius_m": 0.5, "keyframe_rotation_deg": 30, "manual_watchdog_s": 0.3,
+                "manual_limits": {"forward_mps": 0.6, "sideways_mps": 0.2, "turn_degps": 45},
+                "self_filter": {"min_m": [-0.5, -0.3, -0.4], "max_m": [0.5, 0.3, 0.2]}}"#,
+        )
+        .expect("right");
+        let usual = RobotProfile::default();
+        assert_eq!(profile.footprint_radius_m, 0.5);
+        assert_eq!(profile.step_height_m, usual.step_height_m);
+        assert!((profile.keyframe_rotation_rad - 30_f64.to_radians()).abs() < 1e-12);
+        assert_eq!(profile.manual_watchdog, Span::from_millis(300));
+        assert_eq!(profile.autonomous_limits, usual.autonomous_limits);
+        assert!((profile.manual_limits.turn_radps - 45_f64.to_radians()).abs() < 1e-12);
+        assert_eq!(profile.self_filter.map(|body| body.max), Some([0.5, 0.3, 0.2]));
+    }
+
+    #[test]
+    fn a_wrong_entry_is_named() {
+        let Err(failure) = applied(r#"{"step_height_m": -0.2}"#) else { panic!("no step") };
+        assert!(failure.to_string().contains("step_height_m"), "{failure}");
+        assert!(applied(r#"{"self_filter": {"min_m": [0, 0, 0], "max_m": [0, 1, 1]}}"#).is_err());
+        assert!(serde_json::from_str::<RobotFile>(r#"{"step_hight_m": 0.2}"#).is_err());
+    }
+}
