@@ -44,7 +44,10 @@ function when(nanoseconds) {
 }
 
 function cell(row, content) {
-  row.insertCell().append(content);
+  const element = row.insertCell();
+  element.append(content);
+  // On a phone each row is a card, and names its own columns.
+  element.dataset.label = row.closest("table").tHead.rows[0].cells[element.cellIndex].textContent;
 }
 
 function button(text, label, action) {
@@ -59,57 +62,7 @@ function button(text, label, action) {
 async function change(sentence, ...request) {
   if (await ask(...request)) {
     tell(done, sentence);
-    await /** What the audit log shows: entries with `containing`, and from where the next page begins. */
-const audit = { containing: "", next: null };
-
-function auditRow(row, entry) {
-  cell(row, when(entry.at));
-  cell(row, entry.account ?? "—");
-  cell(row, entry.address ?? "this robot");
-  cell(row, entry.command);
-  cell(row, entry.outcome);
-  row.cells[3].className = row.cells[4].className = "wraps";
-}
-
-function auditPath(more) {
-  return `audit?${new URLSearchParams({ containing: audit.containing, ...more })}`;
-}
-
-/** Shows the newest entries, or the page after those that are shown. */
-async function showAudit(isNextPage) {
-  const page = await ask("GET", auditPath(isNextPage ? { before: audit.next } : {}));
-  if (!page) {
-    return;
-  }
-  const body = document.getElementById("audit");
-  if (!isNextPage) {
-    body.replaceChildren();
-  }
-  for (const entry of page.items) {
-    auditRow(body.insertRow(), entry);
-  }
-  audit.next = page.next;
-  document.getElementById("audit-more").hidden = page.next === null;
-  document.getElementById("audit-empty").hidden = body.rows.length > 0;
-  document.getElementById("audit-csv").href = `api/v1/${auditPath({ format: "csv" })}`;
-}
-
-document.getElementById("search-audit").addEventListener("submit", async (event) => {
-  event.preventDefault();
-  audit.containing = document.getElementById("containing").value.trim();
-  await showAudit(false);
-});
-document.getElementById("audit-more").addEventListener("click", () => showAudit(true));
-
-document.getElementById("copy-secret").addEventListener("click", async () => {
-  const secret = document.getElementById("secret");
-  secret.select();
-  // Browsers offer the clipboard to encrypted pages only. Elsewhere the secret is selected, for Ctrl-C.
-  await navigator.clipboard?.writeText(secret.value).then(() => tell(done, "The secret is copied."), () => {});
-});
-
-show();
-showAudit(false);
+    await show();
   }
 }
 
@@ -164,57 +117,7 @@ document.getElementById("add-person").addEventListener("submit", async (event) =
   if (await ask("POST", "accounts", entered)) {
     event.target.reset();
     tell(done, `${entered.account} can sign in now.`);
-    await /** What the audit log shows: entries with `containing`, and from where the next page begins. */
-const audit = { containing: "", next: null };
-
-function auditRow(row, entry) {
-  cell(row, when(entry.at));
-  cell(row, entry.account ?? "—");
-  cell(row, entry.address ?? "this robot");
-  cell(row, entry.command);
-  cell(row, entry.outcome);
-  row.cells[3].className = row.cells[4].className = "wraps";
-}
-
-function auditPath(more) {
-  return `audit?${new URLSearchParams({ containing: audit.containing, ...more })}`;
-}
-
-/** Shows the newest entries, or the page after those that are shown. */
-async function showAudit(isNextPage) {
-  const page = await ask("GET", auditPath(isNextPage ? { before: audit.next } : {}));
-  if (!page) {
-    return;
-  }
-  const body = document.getElementById("audit");
-  if (!isNextPage) {
-    body.replaceChildren();
-  }
-  for (const entry of page.items) {
-    auditRow(body.insertRow(), entry);
-  }
-  audit.next = page.next;
-  document.getElementById("audit-more").hidden = page.next === null;
-  document.getElementById("audit-empty").hidden = body.rows.length > 0;
-  document.getElementById("audit-csv").href = `api/v1/${auditPath({ format: "csv" })}`;
-}
-
-document.getElementById("search-audit").addEventListener("submit", async (event) => {
-  event.preventDefault();
-  audit.containing = document.getElementById("containing").value.trim();
-  await showAudit(false);
-});
-document.getElementById("audit-more").addEventListener("click", () => showAudit(true));
-
-document.getElementById("copy-secret").addEventListener("click", async () => {
-  const secret = document.getElementById("secret");
-  secret.select();
-  // Browsers offer the clipboard to encrypted pages only. Elsewhere the secret is selected, for Ctrl-C.
-  await navigator.clipboard?.writeText(secret.value).then(() => tell(done, "The secret is copied."), () => {});
-});
-
-show();
-showAudit(false);
+    await show();
   }
 });
 
@@ -227,57 +130,7 @@ document.getElementById("add-token").addEventListener("submit", async (event) =>
     document.getElementById("secret").value = issued.secret;
     document.getElementById("secret-row").hidden = false;
     tell(done, "The token is made. Copy its secret now: it is never shown again.");
-    await /** What the audit log shows: entries with `containing`, and from where the next page begins. */
-const audit = { containing: "", next: null };
-
-function auditRow(row, entry) {
-  cell(row, when(entry.at));
-  cell(row, entry.account ?? "—");
-  cell(row, entry.address ?? "this robot");
-  cell(row, entry.command);
-  cell(row, entry.outcome);
-  row.cells[3].className = row.cells[4].className = "wraps";
-}
-
-function auditPath(more) {
-  return `audit?${new URLSearchParams({ containing: audit.containing, ...more })}`;
-}
-
-/** Shows the newest entries, or the page after those that are shown. */
-async function showAudit(isNextPage) {
-  const page = await ask("GET", auditPath(isNextPage ? { before: audit.next } : {}));
-  if (!page) {
-    return;
-  }
-  const body = document.getElementById("audit");
-  if (!isNextPage) {
-    body.replaceChildren();
-  }
-  for (const entry of page.items) {
-    auditRow(body.insertRow(), entry);
-  }
-  audit.next = page.next;
-  document.getElementById("audit-more").hidden = page.next === null;
-  document.getElementById("audit-empty").hidden = body.rows.length > 0;
-  document.getElementById("audit-csv").href = `api/v1/${auditPath({ format: "csv" })}`;
-}
-
-document.getElementById("search-audit").addEventListener("submit", async (event) => {
-  event.preventDefault();
-  audit.containing = document.getElementById("containing").value.trim();
-  await showAudit(false);
-});
-document.getElementById("audit-more").addEventListener("click", () => showAudit(true));
-
-document.getElementById("copy-secret").addEventListener("click", async () => {
-  const secret = document.getElementById("secret");
-  secret.select();
-  // Browsers offer the clipboard to encrypted pages only. Elsewhere the secret is selected, for Ctrl-C.
-  await navigator.clipboard?.writeText(secret.value).then(() => tell(done, "The secret is copied."), () => {});
-});
-
-show();
-showAudit(false);
+    await show();
   }
 });
 
