@@ -6,6 +6,7 @@
 mod content_hash;
 mod ids;
 mod pose;
+mod role;
 mod text;
 mod time;
 
@@ -15,5 +16,6 @@ pub use ids::{
     UploadId,
 };
 pub use pose::{Aabb, Covariance6, Pose, Quat, Twist, Vec3};
+pub use role::{Role, RoleError};
 pub use text::legible;
 pub use time::{Span, Stamp};

@@ -44,7 +44,8 @@ fn boxes_that_were_put_into_recorded_walks_are_found_and_nothing_else_is() {
         }
     }
     for expected in truth["moved"].as_array().expect("a list") {
-        let is_same = |object: &&Value| is_at(object, &expected["to"]) && is_at(&object["from"], &expected["from"]);
+        let is_same =
+            |object: &&Value| is_at(object, &expected["to"]) && is_at(&object["from"], &expected["from"]);
         assert!(of_kind(&printed, "moved").iter().any(is_same), "{expected}\n{printed:#}");
         matched += 1;
     }
