@@ -38,7 +38,7 @@ pub struct ChangesConfig {
     pub size_min_m: f64,
     /// Share of rays that end in a place where nothing is, or go through what is solid: noise, and edges of the box.
     pub stray_share: f64,
-    /// Logarithm of how much likelier it must be that an object was not there than that it was. Chosen: 1000 times.
+    /// Logarithm of how much likelier it must be that an object was not there than that it was. Chosen: 10,000 times, because a visit has thousands of places.
     pub evidence_min: f64,
     /// Points of unknown places within this distance of an object belong to it, metres: parts of it that the other visit saw beside its neighbours only.
     pub grow_m: f64,
@@ -80,7 +80,7 @@ impl Default for ChangesConfig {
             points_min: 30,
             size_min_m: 0.1,
             stray_share: 0.05,
-            evidence_min: 6.9,
+            evidence_min: 9.2,
             grow_m: 0.2,
             stands_within_m: 0.4,
             ground_reach_m: 1.0,
