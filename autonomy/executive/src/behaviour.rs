@@ -43,7 +43,7 @@ pub struct BehaviourContext<'a> {
     /// Poses of the robot.
     pub frames: Frames,
     /// Heights of ground and obstacles, in the odometry frame.
-    pub terrain: &'a ElevationMap,
+    pub elevation_map: &'a ElevationMap,
     /// The obstacles around the robot, and the velocities that they allow. The executive applies it to whatever a behaviour that walks by itself commands.
     pub guard: &'a MotionGuard,
     /// Whether the ground was seen lately. A behaviour that walks by itself stands still while it was not.

@@ -69,14 +69,14 @@ impl Rig {
     }
 
     fn run(&mut self) -> Outcome {
-        let terrain = ElevationMap::new(
+        let elevation_map = ElevationMap::new(
             0.1,
             RobotShape { radius: 0.38, standing_height: HEIGHT_M, clearance: 0.9, step: 0.2 },
         );
         let hint = ExplorationHint::default();
         let guard = MotionGuard::new(
             MotionGuardConfig::default(),
-            &terrain,
+            &elevation_map,
             &self.odom_from_base.translation.vector,
             0.9,
         );
@@ -89,7 +89,7 @@ impl Rig {
             let mut context = BehaviourContext {
                 at: self.now,
                 frames: Frames { map_from_odom: Isometry::identity(), odom_from_base: self.odom_from_base },
-                terrain: &terrain,
+                elevation_map: &elevation_map,
                 guard: &guard,
                 sees_ground: true,
                 is_localised: true,

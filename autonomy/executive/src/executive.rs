@@ -32,7 +32,7 @@ pub struct ExecutiveConfig {
     pub docking: DockingConfig,
     /// Parameters of the search for the pose.
     pub relocalisation: RelocalisationConfig,
-    /// Parameters of the terrain around the robot.
+    /// Parameters of the elevation map around the robot.
     pub surroundings: SurroundingsConfig,
     /// Parameters of the check that the robot can stop in time.
     pub guard: MotionGuardConfig,
@@ -85,6 +85,8 @@ pub struct Executive {
     /// What has become of goals and legs, until it is taken.
     pub(crate) events: Vec<GoalEvent>,
     stopped_by: Option<ClientId>,
+    /// Whether motion was stopped before the program started, while [`ExecutiveEvent::Started`] is handled.
+    is_stop_kept: bool,
     /// A walk that failed. It is kept until the next event.
     blocked: Option<(Vector3, GoalFailure)>,
     published: Option<ExecutiveStatus>,
@@ -118,6 +120,7 @@ impl Executive {
             recent_goals: VecDeque::new(),
             events: Vec::new(),
             stopped_by: None,
+            is_stop_kept: false,
             blocked: None,
             published: None,
             published_motion: None,
@@ -126,7 +129,7 @@ impl Executive {
         }
     }
 
-    /// The terrain around the robot, for inserting scans.
+    /// The elevation map around the robot, for inserting scans.
     pub fn surroundings(&mut self) -> &mut Surroundings {
         &mut self.surroundings
     }
@@ -260,9 +263,18 @@ impl Executive {
 
     /// Motion was stopped by this client before the program started, and still is. To be called before the first update.
     pub fn restore_stop(&mut self, by: Option<ClientId>) {
-        self.state = ExecutiveState::Stopped;
         self.stopped_by = by;
-        self.behaviour = Some(Box::new(StandStill));
+        self.is_stop_kept = true;
+        // The robot has neither moved nor a map yet, and the row has no effects.
+        let situation = Situation {
+            frames: Frames { map_from_odom: Isometry::identity(), odom_from_base: Isometry::identity() },
+            is_in_saved_map: false,
+            is_localised: false,
+            is_pose_unconfirmed: false,
+            exploration_hint: ExplorationHint::default(),
+        };
+        self.fire(Stamp::EPOCH, ExecutiveEvent::Started, None, &situation, &mut Vec::new());
+        self.is_stop_kept = false;
     }
 
     /// Handles an event without data.
@@ -291,7 +303,7 @@ impl Executive {
         let mut context = BehaviourContext {
             at,
             frames: situation.frames,
-            terrain: self.surroundings.terrain(),
+            elevation_map: self.surroundings.elevation_map(),
             guard: &guard,
             sees_ground: self.surroundings.sees_ground(at),
             is_localised: situation.is_localised,
@@ -303,7 +315,7 @@ impl Executive {
                 let mut velocity = context.velocity;
                 if self.state != ExecutiveState::ManualDriving {
                     velocity = guarded(velocity, &guard, odom_from_base);
-                    let ground = self.surroundings.terrain().zones();
+                    let ground = self.surroundings.elevation_map().zones();
                     velocity = self.zones.limited(velocity, ground, &situation.frames);
                 }
                 effects.push(StackEffect::Drive(Drive { velocity }));
@@ -417,8 +429,9 @@ impl Executive {
             }
             GoalKind::WalkTo(point) if !point.is_finite() => Err(texts::POINT_NOT_FINITE.to_owned()),
             GoalKind::WalkTo(point) => {
-                let (terrain, frames) = (self.surroundings.terrain(), &situation.frames);
-                let walk = WalkBehaviour::begin(self.config.walk, at, terrain, frames, vec_from_plain(point));
+                let (elevation_map, frames) = (self.surroundings.elevation_map(), &situation.frames);
+                let walk =
+                    WalkBehaviour::begin(self.config.walk, at, elevation_map, frames, vec_from_plain(point));
                 walk.map(|walk| Box::new(walk) as Box<dyn Behaviour>).map_err(|error| error.to_string())
             }
             GoalKind::WalkToPose(pose) => {
@@ -438,7 +451,7 @@ impl Executive {
             GoalKind::WalkTo(point) => Box::new(WalkBehaviour::resume(
                 self.config.walk,
                 at,
-                self.surroundings.terrain(),
+                self.surroundings.elevation_map(),
                 &situation.frames,
                 vec_from_plain(point),
             )),
@@ -477,6 +490,7 @@ impl Executive {
                 && row.event == event
                 && match row.guard {
                     Guard::Always => true,
+                    Guard::StopIsKept => self.is_stop_kept,
                     Guard::GoalNeedsPose => in_map && goal.is_some_and(RunningGoal::needs_pose),
                     Guard::GoalFindsPose => {
                         in_map && goal.is_some_and(|goal| goal.kind == GoalKind::Relocalise)
@@ -551,7 +565,8 @@ impl Executive {
                 let new = trigger.goal.as_ref().map(|(goal, _)| goal);
                 let cause: CancelCause = reason.cause(new.map(|goal| goal.id));
                 let by = trigger.by.clone().or_else(|| new.map(|goal| goal.by.clone()));
-                if let (Some(goal), Some(by)) = (self.goal.take(), by) {
+                if let Some(goal) = self.goal.take() {
+                    let by = by.unwrap_or_else(|| goal.by.clone());
                     self.end(goal, GoalStatus::Cancelled { by, cause }, effects);
                 }
             }

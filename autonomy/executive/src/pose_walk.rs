@@ -81,7 +81,7 @@ impl PoseWalkBehaviour {
         mut walk_config: WalkConfig,
         limits: &SpeedLimits,
         at: Stamp,
-        terrain: &ElevationMap,
+        elevation_map: &ElevationMap,
         frames: &Frames,
         goal: &PoseGoal,
     ) -> Option<Self> {
@@ -104,15 +104,15 @@ impl PoseWalkBehaviour {
             attempts: Vec::new(),
         };
         match goal.approach {
-            Approach::Path => behaviour.walk(at, terrain, frames),
+            Approach::Path => behaviour.walk(at, elevation_map, frames),
             Approach::Straight => behaviour.step(at, frames),
         }
         Some(behaviour)
     }
 
-    fn walk(&mut self, at: Stamp, terrain: &ElevationMap, frames: &Frames) {
+    fn walk(&mut self, at: Stamp, elevation_map: &ElevationMap, frames: &Frames) {
         let goal = self.map_from_goal.translation.vector;
-        let walk = WalkBehaviour::resume(self.walk_config, at, terrain, frames, goal);
+        let walk = WalkBehaviour::resume(self.walk_config, at, elevation_map, frames, goal);
         self.phase = Phase::Walking(Box::new(walk));
     }
 
@@ -167,7 +167,7 @@ impl PoseWalkBehaviour {
         *in_pose_since = None;
         let is_far = offset.forward_m.hypot(offset.left_m) > self.config.walk_again_m;
         if is_far && self.approach == Approach::Path {
-            self.walk(at, context.terrain, &context.frames);
+            self.walk(at, context.elevation_map, &context.frames);
             return Poll::Pending;
         }
         context.velocity = self.step_velocity(&offset);

@@ -25,7 +25,7 @@ pub struct RelocalisationConfig {
     pub stand: Span,
     /// If there is no path, the robot searches for one again after this time.
     pub retry_period: Span,
-    /// A path is planned again after this time, because the terrain has been seen better.
+    /// A path is planned again after this time, because the elevation map has been seen better.
     pub replan_period: Span,
     /// Look-ahead distance along the hint's path, metres.
     pub hint_ahead_m: f64,
@@ -146,7 +146,7 @@ impl RelocalisationBehaviour {
     }
 
     fn update_walk(&mut self, context: &BehaviourContext<'_>) {
-        let (at, terrain, hint_now) = (context.at, context.terrain, context.exploration_hint);
+        let (at, elevation_map, hint_now) = (context.at, context.elevation_map, context.exploration_hint);
         let odom_from_base = &context.frames.odom_from_base;
         let here = odom_from_base.translation.vector;
         let Phase::Walking { hint, follower, planned_at, moved } = &mut self.phase else { return };
@@ -166,9 +166,9 @@ impl RelocalisationBehaviour {
         let is_ending =
             hint_now.hypotheses > 1 && follower.remaining(odom_from_base) < self.config.continue_before_end_m;
         let path = self
-            .follow_hint(terrain, &here, hint_now)
-            .or_else(|| if is_ending { self.explore(terrain, &here) } else { None })
-            .or_else(|| self.replan(terrain, &here, &old).map(|path| (hint, path)));
+            .follow_hint(elevation_map, &here, hint_now)
+            .or_else(|| if is_ending { self.explore(elevation_map, &here) } else { None })
+            .or_else(|| self.replan(elevation_map, &here, &old).map(|path| (hint, path)));
         match path {
             Some((hint, path)) => {
                 let follower = PathFollower::new(self.config.follower, path);
@@ -183,7 +183,7 @@ impl RelocalisationBehaviour {
     fn next_walk(
         &self,
         stood: Span,
-        terrain: &ElevationMap,
+        elevation_map: &ElevationMap,
         here: &Vector3,
         hint: &ExplorationHint,
     ) -> Option<Piece> {
@@ -193,18 +193,23 @@ impl RelocalisationBehaviour {
             _ if self.walks > 0 => self.config.stand,
             _ => self.config.first_stand,
         };
-        let explore = || if stood >= stands { self.explore(terrain, here) } else { None };
-        self.follow_hint(terrain, here, hint).or_else(explore)
+        let explore = || if stood >= stands { self.explore(elevation_map, here) } else { None };
+        self.follow_hint(elevation_map, here, hint).or_else(explore)
     }
 
     /// A path to an unvisited point.
-    fn explore(&self, terrain: &ElevationMap, here: &Vector3) -> Option<Piece> {
+    fn explore(&self, elevation_map: &ElevationMap, here: &Vector3) -> Option<Piece> {
         let RelocalisationConfig { exploration, planner, .. } = &self.config;
-        explore(exploration, planner, terrain, here, &self.visited).map(|path| (None, path))
+        explore(exploration, planner, elevation_map, here, &self.visited).map(|path| (None, path))
     }
 
     /// A path to the farthest point of the hint's path, within the look-ahead distance, that a short path over seen ground reaches.
-    fn follow_hint(&self, terrain: &ElevationMap, here: &Vector3, hint: &ExplorationHint) -> Option<Piece> {
+    fn follow_hint(
+        &self,
+        elevation_map: &ElevationMap,
+        here: &Vector3,
+        hint: &ExplorationHint,
+    ) -> Option<Piece> {
         let hint_path = hint.path.as_ref().filter(|path| {
             hint.hypotheses > 1
                 && !self.blocked_hint.as_ref().is_some_and(|(blocked, _)| Arc::ptr_eq(blocked, path))
@@ -225,9 +230,10 @@ impl RelocalisationBehaviour {
                 ahead.push((along_m, end));
             }
         }
-        let is_seen = |end: &Vector3| terrain.cell(terrain.index(end.x, end.y)).ground().is_some();
+        let is_seen =
+            |end: &Vector3| elevation_map.cell(elevation_map.index(end.x, end.y)).ground().is_some();
         let path = ahead.into_iter().rev().filter(|(_, end)| is_seen(end)).find_map(|(along_m, end)| {
-            let path = plan(&self.config.planner, terrain, here, end).ok()?;
+            let path = plan(&self.config.planner, elevation_map, here, end).ok()?;
             // The path to a blocked point ends at the nearest free cell. If the robot stands there already, following it would move the robot
             // nowhere, and would keep it from exploring.
             let leads_on = distance(path.last()?) >= self.config.hint_piece_min_m;
@@ -236,12 +242,12 @@ impl RelocalisationBehaviour {
         Some((Some(Arc::clone(hint_path)), path))
     }
 
-    /// A new path to the end of another one, on the terrain as it is known now. `None` if it is longer than the other path and much longer than
+    /// A new path to the end of another one, on the elevation map as it is known now. `None` if it is longer than the other path and much longer than
     /// the straight line.
-    fn replan(&self, terrain: &ElevationMap, here: &Vector3, path: &[Vector3]) -> Option<Vec<Vector3>> {
+    fn replan(&self, elevation_map: &ElevationMap, here: &Vector3, path: &[Vector3]) -> Option<Vec<Vector3>> {
         let end = path.last()?;
         let straight_m = (end - here).norm() + self.config.replan_detour_max_m;
-        let planned = plan(&self.config.planner, terrain, here, end).ok()?;
+        let planned = plan(&self.config.planner, elevation_map, here, end).ok()?;
         (length(&planned) <= length(path).max(straight_m)).then_some(planned)
     }
 }
@@ -271,7 +277,7 @@ impl Behaviour for RelocalisationBehaviour {
             }
             *tried = Some(at);
             if let Some((hint, path)) =
-                self.next_walk(stood, context.terrain, &here, context.exploration_hint)
+                self.next_walk(stood, context.elevation_map, &here, context.exploration_hint)
             {
                 self.walks += 1;
                 let follower = PathFollower::new(self.config.follower, path);

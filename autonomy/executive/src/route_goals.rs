@@ -106,8 +106,8 @@ impl Executive {
         situation: &Situation,
     ) -> Option<Box<dyn Behaviour>> {
         let (config, limits) = (self.config.pose_walk, &self.profile.autonomous_limits);
-        let (terrain, frames) = (self.surroundings.terrain(), &situation.frames);
-        let walk = PoseWalkBehaviour::new(config, self.config.walk, limits, at, terrain, frames, goal)?;
+        let (elevation_map, frames) = (self.surroundings.elevation_map(), &situation.frames);
+        let walk = PoseWalkBehaviour::new(config, self.config.walk, limits, at, elevation_map, frames, goal)?;
         Some(Box::new(walk))
     }
 

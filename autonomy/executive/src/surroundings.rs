@@ -1,4 +1,4 @@
-//! The terrain around the robot, which autonomous walking needs.
+//! The elevation map around the robot, which autonomous walking needs.
 
 use geometry::Isometry;
 use messages::{RobotProfile, SpeedLimits};
@@ -8,9 +8,9 @@ use vocab::{Span, Stamp};
 /// Parameters of [`Surroundings`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurroundingsConfig {
-    /// Side of a terrain cell, metres.
+    /// Side of a elevation map cell, metres.
     pub cell_size_m: f64,
-    /// Points farther than this are not inserted into the terrain, metres.
+    /// Points farther than this are not inserted into the elevation map, metres.
     pub range_max_m: f64,
     /// The ground counts as seen for this time after a scan. The slowest LiDARs scan twice a second.
     pub sight_timeout: Span,
@@ -26,7 +26,7 @@ impl Default for SurroundingsConfig {
 #[derive(Debug)]
 pub struct Surroundings {
     config: SurroundingsConfig,
-    terrain: ElevationMap,
+    elevation_map: ElevationMap,
     /// Time at which the ground was last seen.
     seen: Option<Stamp>,
 }
@@ -40,7 +40,7 @@ impl Surroundings {
             clearance: profile.clearance_height_m,
             step: profile.step_height_m,
         };
-        Self { config, terrain: ElevationMap::new(config.cell_size_m, shape), seen: None }
+        Self { config, elevation_map: ElevationMap::new(config.cell_size_m, shape), seen: None }
     }
 
     /// Inserts a scan. `points`, and the `sensor` position from which they were seen, are in the base frame, metres.
@@ -52,23 +52,23 @@ impl Surroundings {
         points: &[[f32; 3]],
     ) {
         self.seen = Some(at);
-        self.terrain.insert_scan(odom_from_base, sensor, points, self.config.range_max_m);
+        self.elevation_map.insert_scan(odom_from_base, sensor, points, self.config.range_max_m);
     }
 
     /// Replaces the areas with rules.
     pub fn set_zones(&mut self, zones: GroundZones) {
-        self.terrain.set_zones(zones);
+        self.elevation_map.set_zones(zones);
     }
 
     /// Removes everything, because the odometry frame has changed.
     pub fn clear(&mut self) {
-        self.terrain = ElevationMap::new(self.terrain.cell_size(), *self.terrain.shape());
+        self.elevation_map = ElevationMap::new(self.elevation_map.cell_size(), *self.elevation_map.shape());
         self.seen = None;
     }
 
-    /// The terrain, odometry frame.
-    pub fn terrain(&self) -> &ElevationMap {
-        &self.terrain
+    /// The elevation map, odometry frame.
+    pub fn elevation_map(&self) -> &ElevationMap {
+        &self.elevation_map
     }
 
     /// What the obstacles around the robot allow.
@@ -79,7 +79,12 @@ impl Surroundings {
         limits: &SpeedLimits,
     ) -> MotionGuard {
         let position = odom_from_base.translation.vector;
-        MotionGuard::new(config, &self.terrain, &position, limits.forward_mps.hypot(limits.sideways_mps))
+        MotionGuard::new(
+            config,
+            &self.elevation_map,
+            &position,
+            limits.forward_mps.hypot(limits.sideways_mps),
+        )
     }
 
     /// Whether the ground was seen lately.

@@ -23,6 +23,8 @@ pub struct Transition {
 pub enum Guard {
     /// No condition.
     Always,
+    /// Motion was stopped before the program started, and nobody has allowed it since.
+    StopIsKept,
     /// A saved map is in use, and the running goal needs the pose in it.
     GoalNeedsPose,
     /// A saved map is in use, and the running goal is to find the pose in it.
@@ -95,10 +97,11 @@ use CancelReason::{DrivenByHand, MotionStopped, Replaced, Requested};
 use ExecutiveEvent as On;
 use ExecutiveState::{Executing, Idle, ManualDriving, Recovering, Stopped};
 use GoalFailure::MapReplaced;
-use Guard::{Always, GoalFindsPose, GoalNeedsPose, InSavedMap, NotInSavedMap};
+use Guard::{Always, GoalFindsPose, GoalNeedsPose, InSavedMap, NotInSavedMap, StopIsKept};
 
 /// Every transition. The first row that fits is taken. An event without a row changes nothing.
 pub const TABLE: &[Transition] = &[
+    row(Idle, On::Started, StopIsKept, Stopped, &[StandStill]),
     row(Stopped, On::StopRequested, Always, Stopped, &[StandStill, StopRobot]),
     row(ManualDriving, On::StopRequested, Always, Stopped, &[StandStill, StopRobot]),
     row(Recovering, On::StopRequested, Always, Stopped, &[CancelGoal(MotionStopped), StandStill, StopRobot]),
@@ -163,7 +166,8 @@ const STATES: [(ExecutiveState, &str); 5] = [
 ];
 
 /// Events with descriptions.
-const EVENTS: [(ExecutiveEvent, &str); 13] = [
+const EVENTS: [(ExecutiveEvent, &str); 14] = [
+    (On::Started, "The program has started. The robot stands and is in the state Idle until then."),
     (On::StopRequested, "A person stops motion. This needs no lease."),
     (On::MotionAllowed, "A person allows motion again."),
     (On::VelocityCommanded, "A velocity has arrived from the person who drives by hand."),
@@ -171,9 +175,9 @@ const EVENTS: [(ExecutiveEvent, &str); 13] = [
     (On::LeaseLost, "The control lease has passed to another person, or was returned. Goals continue."),
     (
         On::GoalRequested,
-        "A person requests a goal, and its behaviour can begin. A goal that cannot begin is refused.",
+        "A person or a mission requests a goal, and its behaviour can begin. A goal that cannot begin is refused.",
     ),
-    (On::CancelRequested, "A person cancels the running goal."),
+    (On::CancelRequested, "A person or a mission cancels the running goal."),
     (
         On::BehaviourSucceeded,
         "The goal is reached: its behaviour says so, or whoever decides the legs of a goal on the topological map.",
@@ -219,6 +223,7 @@ impl Guard {
     fn text(self) -> &'static str {
         match self {
             Always => "",
+            StopIsKept => "motion was stopped before and not allowed since",
             GoalNeedsPose => "in a saved map, goal needs the pose",
             GoalFindsPose => "in a saved map, goal is to find the pose",
             InSavedMap => "in a saved map",

@@ -28,6 +28,7 @@ fn scenarios() -> Vec<(&'static str, ExpectFile)> {
         "walk_and_arrive",
         "walk_replaced_and_cancelled",
         "stop_and_allow",
+        "stop_kept_over_a_restart",
         "drive_by_hand",
         "lease",
         "pose_lost_and_found",
@@ -168,6 +169,10 @@ impl Player {
             }
             "cancel" => {
                 executive.cancel_goal(*now, GoalId(id(1)), operator(1), situation, effects);
+                None
+            }
+            "started-stopped" => {
+                executive.restore_stop(Some(operator(2).client));
                 None
             }
             "stop" => {

@@ -13,7 +13,7 @@ use vocab::{Span, Stamp, Twist, Vec3};
 /// Parameters of [`WalkBehaviour`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WalkConfig {
-    /// The path is planned again after this time, because the terrain has been seen better.
+    /// The path is planned again after this time, because the elevation map has been seen better.
     pub replan_period: Span,
     /// The path is planned again when a loop closure has moved its goal by this in the odometry frame, metres.
     pub replan_goal_shift_m: f64,
@@ -76,12 +76,13 @@ impl WalkBehaviour {
     pub fn begin(
         config: WalkConfig,
         at: Stamp,
-        terrain: &ElevationMap,
+        elevation_map: &ElevationMap,
         frames: &Frames,
         goal: Vector3,
     ) -> Result<Self, PlanError> {
         let planned_to = frames.to_odom(&goal);
-        let path = plan(&config.planner, terrain, &frames.odom_from_base.translation.vector, &planned_to)?;
+        let path =
+            plan(&config.planner, elevation_map, &frames.odom_from_base.translation.vector, &planned_to)?;
         Ok(Self::on(config, at, goal, planned_to, path, None))
     }
 
@@ -89,11 +90,11 @@ impl WalkBehaviour {
     pub fn resume(
         config: WalkConfig,
         at: Stamp,
-        terrain: &ElevationMap,
+        elevation_map: &ElevationMap,
         frames: &Frames,
         goal: Vector3,
     ) -> Self {
-        Self::begin(config, at, terrain, frames, goal).unwrap_or_else(|_| {
+        Self::begin(config, at, elevation_map, frames, goal).unwrap_or_else(|_| {
             let here = vec![frames.odom_from_base.translation.vector];
             Self::on(config, at, goal, frames.to_odom(&goal), here, Some(at))
         })
@@ -123,10 +124,10 @@ impl WalkBehaviour {
     }
 
     /// Plans to the goal's present position in the odometry frame.
-    fn replan(&mut self, at: Stamp, terrain: &ElevationMap, odom_from_base: &Isometry, goal: Vector3) {
+    fn replan(&mut self, at: Stamp, elevation_map: &ElevationMap, odom_from_base: &Isometry, goal: Vector3) {
         (self.planned_at, self.planned_to) = (at, goal);
         self.plans += 1;
-        match plan(&self.config.planner, terrain, &odom_from_base.translation.vector, &goal) {
+        match plan(&self.config.planner, elevation_map, &odom_from_base.translation.vector, &goal) {
             Ok(path) => {
                 self.follower = PathFollower::new(self.config.follower, path);
                 if let Some(since) = self.blocked_since.take() {
@@ -151,7 +152,7 @@ impl Behaviour for WalkBehaviour {
         let goal = context.frames.to_odom(&self.goal);
         let is_moved = (goal - self.planned_to).norm() > self.config.replan_goal_shift_m;
         if at - self.planned_at > self.config.replan_period || is_moved {
-            self.replan(at, context.terrain, &context.frames.odom_from_base, goal);
+            self.replan(at, context.elevation_map, &context.frames.odom_from_base, goal);
         }
         if let Some(since) = self.blocked_since {
             // The wait gives people time to leave the path.

@@ -51,22 +51,22 @@ fn scan(columns: usize, objects: &[Cylinder]) -> Vec<[f32; 3]> {
     points
 }
 
-fn insert_scans(terrain: &mut ElevationMap, scan: &[[f32; 3]], times: usize) {
+fn insert_scans(elevation_map: &mut ElevationMap, scan: &[[f32; 3]], times: usize) {
     for _ in 0..times {
-        terrain.insert_scan(&Isometry::identity(), SENSOR, scan, 12.0);
+        elevation_map.insert_scan(&Isometry::identity(), SENSOR, scan, 12.0);
     }
 }
 
 #[test]
 fn people_who_leave_are_cleared_even_without_sight_of_the_ground() {
-    let mut terrain = ElevationMap::new(0.1, RobotShape::default());
-    insert_scans(&mut terrain, &scan(500, &[PERSON]), 20);
-    let edge = terrain.index(1.8, 0.3);
-    assert!(!terrain.is_free(edge));
+    let mut elevation_map = ElevationMap::new(0.1, RobotShape::default());
+    insert_scans(&mut elevation_map, &scan(500, &[PERSON]), 20);
+    let edge = elevation_map.index(1.8, 0.3);
+    assert!(!elevation_map.is_free(edge));
     // The lowest beam hits the floor at a distance of 2.6 m.
-    insert_scans(&mut terrain, &scan(500, &[]), 15);
-    assert!(terrain.is_free(edge));
-    assert!(!terrain.is_free(terrain.index(5.9, 0.0)), "the wall must stay");
+    insert_scans(&mut elevation_map, &scan(500, &[]), 15);
+    assert!(elevation_map.is_free(edge));
+    assert!(!elevation_map.is_free(elevation_map.index(5.9, 0.0)), "the wall must stay");
 }
 
 /// Points of a completely visible object, and of the floor at its foot.
@@ -91,14 +91,14 @@ fn objects_that_rays_miss_stay() {
     // A rope between two beams of the LiDAR.
     let rope = Cylinder { centre: [1.55, 0.05], radius: 0.1, heights: (0.758, 0.768) };
     for objects in [&[low][..], &[table], &bars, &[rope]] {
-        let mut terrain = ElevationMap::new(0.1, RobotShape::default());
-        let cell = terrain.index(objects[0].centre[0], objects[0].centre[1]);
+        let mut elevation_map = ElevationMap::new(0.1, RobotShape::default());
+        let cell = elevation_map.index(objects[0].centre[0], objects[0].centre[1]);
         let seen: Vec<[f32; 3]> = objects.iter().flat_map(points_of).collect();
         for _ in 0..4 {
-            terrain.insert_scan(&Isometry::identity(), [0.0, 0.0, 50.0], &seen, 12.0);
+            elevation_map.insert_scan(&Isometry::identity(), [0.0, 0.0, 50.0], &seen, 12.0);
         }
-        insert_scans(&mut terrain, &scan(500, objects), 40);
-        assert!(terrain.is_obstacle(cell), "{:?}", objects[0].centre);
+        insert_scans(&mut elevation_map, &scan(500, objects), 40);
+        assert!(elevation_map.is_obstacle(cell), "{:?}", objects[0].centre);
     }
 }
 
@@ -106,34 +106,34 @@ fn objects_that_rays_miss_stay() {
 fn thin_traces_far_away_are_forgotten_within_seconds_and_a_rope_nearby_is_not() {
     let hip = Cylinder { centre: [4.05, 0.05], radius: 0.15, heights: (0.5, 0.62) };
     let rope = Cylinder { centre: [1.55, 0.05], radius: 0.1, heights: (0.758, 0.768) };
-    let mut terrain = ElevationMap::new(0.1, RobotShape::default());
-    let [far, near] = [hip, rope].map(|thing| terrain.index(thing.centre[0], thing.centre[1]));
+    let mut elevation_map = ElevationMap::new(0.1, RobotShape::default());
+    let [far, near] = [hip, rope].map(|thing| elevation_map.index(thing.centre[0], thing.centre[1]));
     let seen: Vec<[f32; 3]> = [hip, rope].iter().flat_map(points_of).collect();
     for _ in 0..4 {
-        terrain.insert_scan(&Isometry::identity(), [0.0, 0.0, 50.0], &seen, 12.0);
+        elevation_map.insert_scan(&Isometry::identity(), [0.0, 0.0, 50.0], &seen, 12.0);
     }
-    insert_scans(&mut terrain, &scan(500, &[rope]), 30);
-    assert!(terrain.is_obstacle(far), "a few scans prove little about thin things");
-    insert_scans(&mut terrain, &scan(500, &[rope]), 40);
-    assert!(!terrain.is_obstacle(far), "nobody is there any more");
-    insert_scans(&mut terrain, &scan(500, &[rope]), 100);
-    assert!(terrain.is_obstacle(near), "the rope is between two beams");
+    insert_scans(&mut elevation_map, &scan(500, &[rope]), 30);
+    assert!(elevation_map.is_obstacle(far), "a few scans prove little about thin things");
+    insert_scans(&mut elevation_map, &scan(500, &[rope]), 40);
+    assert!(!elevation_map.is_obstacle(far), "nobody is there any more");
+    insert_scans(&mut elevation_map, &scan(500, &[rope]), 100);
+    assert!(elevation_map.is_obstacle(near), "the rope is between two beams");
 }
 
 #[test]
 fn a_pole_that_every_third_scan_hits_stays() {
     let pole = Cylinder { centre: [3.05, 0.05], radius: 0.04, heights: (0.0, 3.0) };
-    let mut terrain = ElevationMap::new(0.1, RobotShape::default());
-    let cell = terrain.index(pole.centre[0], pole.centre[1]);
+    let mut elevation_map = ElevationMap::new(0.1, RobotShape::default());
+    let cell = elevation_map.index(pole.centre[0], pole.centre[1]);
     let (met, missed) = (scan(720, &[pole]), scan(720, &[]));
-    insert_scans(&mut terrain, &met, 4);
+    insert_scans(&mut elevation_map, &met, 4);
     for _ in 0..20 {
-        insert_scans(&mut terrain, &met, 1);
-        insert_scans(&mut terrain, &missed, 2);
-        assert!(terrain.is_obstacle(cell));
+        insert_scans(&mut elevation_map, &met, 1);
+        insert_scans(&mut elevation_map, &missed, 2);
+        assert!(elevation_map.is_obstacle(cell));
     }
-    insert_scans(&mut terrain, &missed, 12);
-    assert!(!terrain.is_obstacle(cell), "a removed pole must be cleared");
+    insert_scans(&mut elevation_map, &missed, 12);
+    assert!(!elevation_map.is_obstacle(cell), "a removed pole must be cleared");
 }
 
 #[test]
@@ -141,26 +141,26 @@ fn a_box_stays_an_obstacle_when_the_sign_above_it_is_removed() {
     // A sign above a box. Nearby, no ray hits the sign.
     let [carton, sign] =
         [(0.0, 0.45), (0.9, 1.2)].map(|heights| Cylinder { centre: [0.95, 0.05], radius: 0.1, heights });
-    let mut terrain = ElevationMap::new(0.1, RobotShape::default());
-    let cell = terrain.index(carton.centre[0], carton.centre[1]);
+    let mut elevation_map = ElevationMap::new(0.1, RobotShape::default());
+    let cell = elevation_map.index(carton.centre[0], carton.centre[1]);
     let seen: Vec<[f32; 3]> = [carton, sign].iter().flat_map(points_of).collect();
     for _ in 0..4 {
-        terrain.insert_scan(&Isometry::identity(), [0.0, 0.0, 50.0], &seen, 12.0);
+        elevation_map.insert_scan(&Isometry::identity(), [0.0, 0.0, 50.0], &seen, 12.0);
     }
-    insert_scans(&mut terrain, &scan(500, &[carton]), 40);
-    assert!(terrain.is_obstacle(cell));
+    insert_scans(&mut elevation_map, &scan(500, &[carton]), 40);
+    assert!(elevation_map.is_obstacle(cell));
 }
 
 #[test]
 fn an_object_with_a_hidden_foot_is_not_ground() {
-    let mut terrain = ElevationMap::new(0.1, RobotShape::default());
+    let mut elevation_map = ElevationMap::new(0.1, RobotShape::default());
     let near = Cylinder { centre: [1.3, 0.3], ..PERSON };
-    insert_scans(&mut terrain, &scan(500, &[near]), 20);
-    let edge = terrain.index(1.06, 0.3);
-    assert!(terrain.is_obstacle(edge));
-    assert_eq!(terrain.cell(edge).ground(), None);
-    insert_scans(&mut terrain, &scan(500, &[]), 15);
-    assert!(terrain.is_free(edge));
+    insert_scans(&mut elevation_map, &scan(500, &[near]), 20);
+    let edge = elevation_map.index(1.06, 0.3);
+    assert!(elevation_map.is_obstacle(edge));
+    assert_eq!(elevation_map.cell(edge).ground(), None);
+    insert_scans(&mut elevation_map, &scan(500, &[]), 15);
+    assert!(elevation_map.is_free(edge));
 }
 
 #[test]
@@ -176,44 +176,46 @@ fn stairs_are_ground_and_an_arm_is_not() {
             );
         }
     }
-    let mut terrain = ElevationMap::new(0.1, RobotShape::default());
-    insert_scans(&mut terrain, &points, 30);
-    let top = terrain.cell(terrain.index(4.85, 0.0)).ground();
+    let mut elevation_map = ElevationMap::new(0.1, RobotShape::default());
+    insert_scans(&mut elevation_map, &points, 30);
+    let top = elevation_map.cell(elevation_map.index(4.85, 0.0)).ground();
     assert!(top.is_some_and(|top| (top - FLOOR - 7.0 * 0.17).abs() < 0.02), "{top:?}");
-    assert!((0..20_u8).all(|tenth| terrain.is_free(terrain.index(3.0 + 0.1 * f64::from(tenth), 0.0))));
+    assert!(
+        (0..20_u8).all(|tenth| elevation_map.is_free(elevation_map.index(3.0 + 0.1 * f64::from(tenth), 0.0)))
+    );
     // An arm beside the robot, above the lowest beam.
     let arm = Cylinder { centre: [1.2, 0.3], radius: 0.05, heights: (0.85, 1.4) };
-    let mut terrain = ElevationMap::new(0.1, RobotShape::default());
+    let mut elevation_map = ElevationMap::new(0.1, RobotShape::default());
     let mut with_arm = scan(500, &[]);
     with_arm.extend(points_of(&arm).into_iter().filter(|point| point[2] > FLOOR as f32 + 0.1));
-    insert_scans(&mut terrain, &with_arm, 20);
-    let place = terrain.index(1.2, 0.3);
-    assert_eq!(terrain.cell(place).ground(), None);
-    assert!(!terrain.is_free(place));
-    insert_scans(&mut terrain, &scan(500, &[]), 20);
-    assert!(terrain.is_free(place));
+    insert_scans(&mut elevation_map, &with_arm, 20);
+    let place = elevation_map.index(1.2, 0.3);
+    assert_eq!(elevation_map.cell(place).ground(), None);
+    assert!(!elevation_map.is_free(place));
+    insert_scans(&mut elevation_map, &scan(500, &[]), 20);
+    assert!(elevation_map.is_free(place));
 }
 
 #[test]
 fn an_object_above_the_robot_is_no_obstacle() {
     for (heights, is_free) in [((1.2, 1.4), true), ((0.7, 1.4), false), ((0.25, 0.3), false)] {
-        let mut terrain = ElevationMap::new(0.1, RobotShape::default());
+        let mut elevation_map = ElevationMap::new(0.1, RobotShape::default());
         let mut points = scan(500, &[]);
         points.extend(points_of(&Cylinder { centre: [3.0, 0.3], radius: 0.1, heights }));
-        insert_scans(&mut terrain, &points, 5);
-        assert_eq!(terrain.is_free(terrain.index(3.0, 0.3)), is_free, "{heights:?}");
+        insert_scans(&mut elevation_map, &points, 5);
+        assert_eq!(elevation_map.is_free(elevation_map.index(3.0, 0.3)), is_free, "{heights:?}");
     }
 }
 
 #[test]
 fn an_object_on_the_floor_below_a_hanging_one_is_an_obstacle() {
-    let mut terrain = ElevationMap::new(0.1, RobotShape::default());
+    let mut elevation_map = ElevationMap::new(0.1, RobotShape::default());
     let mut points = scan(500, &[]);
     for heights in [(0.0, 0.3), (1.4, 1.6)] {
         points.extend(points_of(&Cylinder { centre: [3.0, 0.3], radius: 0.1, heights }));
     }
-    insert_scans(&mut terrain, &points, 20);
-    assert!(!terrain.is_free(terrain.index(3.0, 0.3)));
+    insert_scans(&mut elevation_map, &points, 20);
+    assert!(!elevation_map.is_free(elevation_map.index(3.0, 0.3)));
 }
 
 #[test]

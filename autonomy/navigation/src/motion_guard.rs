@@ -52,7 +52,7 @@ pub struct MotionGuard {
     radius_m: f64,
     /// Obstacles farther away than this are not known here, metres.
     reach_m: f64,
-    /// Their positions, in the frame of the terrain, metres.
+    /// Their positions, in the frame of the elevation map, metres.
     obstacles: Vec<[f64; 2]>,
 }
 
@@ -60,16 +60,16 @@ impl MotionGuard {
     /// With the obstacles around a robot that walks at `speed_max_m_s` at most.
     pub fn new(
         config: MotionGuardConfig,
-        terrain: &ElevationMap,
+        elevation_map: &ElevationMap,
         position: &Vector3,
         speed_max_m_s: f64,
     ) -> Self {
-        let radius_m = terrain.shape().radius;
+        let radius_m = elevation_map.shape().radius;
         let room_m = config.room_time_s * speed_max_m_s;
         let reach_m = radius_m + config.stopping_distance_m(speed_max_m_s) + room_m;
         let [low, high] =
-            [-reach_m, reach_m].map(|reach| terrain.index(position.x + reach, position.y + reach));
-        let obstacles = terrain.obstacles_between(low, high);
+            [-reach_m, reach_m].map(|reach| elevation_map.index(position.x + reach, position.y + reach));
+        let obstacles = elevation_map.obstacles_between(low, high);
         Self { config, radius_m, reach_m, obstacles }
     }
 

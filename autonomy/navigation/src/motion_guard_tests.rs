@@ -1,15 +1,15 @@
 //! A robot of 0.2 m radius among obstacles that are drawn as for the planner.
 
 use super::*;
-use crate::planner::tests::terrain;
+use crate::planner::tests::elevation_map;
 use geometry::so3;
 
 /// Shares allowed at 0.9 m/s towards a wall, from this distance between wall and footprint, metres.
 fn towards_wall(distance_m: f64) -> f64 {
     // The face of the wall is at x = 5.125.
-    let (terrain, ..) = terrain(&"....................#\n".repeat(13));
+    let (elevation_map, ..) = elevation_map(&"....................#\n".repeat(13));
     let position = Vector3::new(5.125 - 0.2 - distance_m, -1.6, 0.0);
-    let guard = MotionGuard::new(MotionGuardConfig::default(), &terrain, &position, 0.9);
+    let guard = MotionGuard::new(MotionGuardConfig::default(), &elevation_map, &position, 0.9);
     guard.allowed_share(&Isometry::translation(position.x, position.y, 0.0), [0.9, 0.0], 0.0)
 }
 
@@ -30,10 +30,11 @@ fn the_robot_slows_down_so_that_it_can_stop_in_front_of_a_wall() {
 
 #[test]
 fn a_robot_that_walks_away_turns_or_passes_with_room_is_not_slowed_down() {
-    let (terrain, ..) = terrain("....................\n.........#..........\n....................");
+    let (elevation_map, ..) =
+        elevation_map("....................\n.........#..........\n....................");
     let share = |x: f64, y: f64, yaw: f64, linear: [f64; 2], turn: f64| {
         let position = Vector3::new(x, y, 0.0);
-        let guard = MotionGuard::new(MotionGuardConfig::default(), &terrain, &position, 0.9);
+        let guard = MotionGuard::new(MotionGuardConfig::default(), &elevation_map, &position, 0.9);
         let pose = Isometry::from_parts(position.into(), so3::exp(&(Vector3::z() * yaw)));
         guard.allowed_share(&pose, linear, turn)
     };
@@ -56,8 +57,10 @@ fn a_robot_that_walks_away_turns_or_passes_with_room_is_not_slowed_down() {
 
 #[test]
 fn a_line_is_free_if_the_robot_touches_nothing_on_it() {
-    let (terrain, ..) = terrain("....................\n.........#..........\n....................");
-    let guard = MotionGuard::new(MotionGuardConfig::default(), &terrain, &Vector3::new(2.375, 0.0, 0.0), 0.9);
+    let (elevation_map, ..) =
+        elevation_map("....................\n.........#..........\n....................");
+    let guard =
+        MotionGuard::new(MotionGuardConfig::default(), &elevation_map, &Vector3::new(2.375, 0.0, 0.0), 0.9);
     assert!(guard.is_line_free([1.9, -0.15], [2.8, -0.15]));
     assert!(!guard.is_line_free([1.9, -0.2], [2.8, -0.2]));
     assert!(guard.is_line_free([2.375, -0.2], [2.375, 0.1]), "away from it");

@@ -1,14 +1,14 @@
 //! Follows paths with an ideal body.
 
 use super::*;
-use crate::planner::tests::terrain;
+use crate::planner::tests::elevation_map;
 use crate::{MotionGuard, MotionGuardConfig, PlannerConfig, plan};
 use geometry::so3;
 
 /// Without obstacles.
 fn open_ground() -> MotionGuard {
-    let (terrain, ..) = terrain("...");
-    MotionGuard::new(MotionGuardConfig::default(), &terrain, &Vector3::zeros(), 0.9)
+    let (elevation_map, ..) = elevation_map("...");
+    MotionGuard::new(MotionGuardConfig::default(), &elevation_map, &Vector3::zeros(), 0.9)
 }
 
 fn walk(path: &[[f64; 2]], start_yaw: f64) -> (Isometry, f64, usize) {
@@ -67,12 +67,12 @@ fn a_corner_is_walked_round_with_room_beside_the_robot() {
 ######............
 ......G...........
 ..................";
-    let (terrain, from, to) = terrain(picture.trim_matches('\n'));
-    let path = plan(&PlannerConfig::default(), &terrain, &from, &to).expect("a way round the machine");
+    let (elevation_map, from, to) = elevation_map(picture.trim_matches('\n'));
+    let path = plan(&PlannerConfig::default(), &elevation_map, &from, &to).expect("a way round the machine");
     let follower = PathFollower::new(PathFollowerConfig::new(0.9, 0.9), path);
     let mut pose = Isometry::translation(from.x, from.y, from.z);
     let guard = |pose: &Isometry| {
-        MotionGuard::new(MotionGuardConfig::default(), &terrain, &pose.translation.vector, 0.9)
+        MotionGuard::new(MotionGuardConfig::default(), &elevation_map, &pose.translation.vector, 0.9)
     };
     let mut steps = 0;
     while let Some(velocity) = follower.velocity(&pose, &guard(&pose)) {

@@ -81,19 +81,19 @@ impl std::error::Error for PlanError {}
 /// When the start or the goal is blocked, or no path was found.
 pub fn plan(
     config: &PlannerConfig,
-    terrain: &ElevationMap,
+    elevation_map: &ElevationMap,
     from: &Vector3,
     to: &Vector3,
 ) -> Result<Vec<Vector3>, PlanError> {
-    if terrain.zones().is_kept_out([to.x, to.y]) {
+    if elevation_map.zones().is_kept_out([to.x, to.y]) {
         return Err(PlanError::GoalKeptOut);
     }
-    let mut search = GridSearch::new(*config, terrain);
-    let start = search.nearest_free(terrain.index(from.x, from.y)).ok_or(PlanError::StartBlocked)?;
-    let goal = search.nearest_free(terrain.index(to.x, to.y)).ok_or(PlanError::GoalBlocked)?;
+    let mut search = GridSearch::new(*config, elevation_map);
+    let start = search.nearest_free(elevation_map.index(from.x, from.y)).ok_or(PlanError::StartBlocked)?;
+    let goal = search.nearest_free(elevation_map.index(to.x, to.y)).ok_or(PlanError::GoalBlocked)?;
     let cells = search.shortest_path(start, goal)?;
     let mut path = search.path(from, &cells);
-    if let Some(last) = path.last_mut().filter(|_| goal == terrain.index(to.x, to.y)) {
+    if let Some(last) = path.last_mut().filter(|_| goal == elevation_map.index(to.x, to.y)) {
         *last = Vector3::new(to.x, to.y, last.z);
     }
     Ok(path)
@@ -110,28 +110,29 @@ pub(crate) type Parents = BTreeMap<CellIndex, CellIndex>;
 
 pub(crate) struct GridSearch<'a> {
     config: PlannerConfig,
-    terrain: &'a ElevationMap,
+    elevation_map: &'a ElevationMap,
     clearances: ClearanceField<'a>,
     /// Cost factors computed so far; `None` where the robot cannot stand.
     factors: BTreeMap<CellIndex, Option<f64>>,
 }
 
 impl<'a> GridSearch<'a> {
-    pub(crate) fn new(config: PlannerConfig, terrain: &'a ElevationMap) -> Self {
-        let clearances = ClearanceField::new(terrain, terrain.shape().radius + config.inflation_m);
-        Self { config, terrain, clearances, factors: BTreeMap::new() }
+    pub(crate) fn new(config: PlannerConfig, elevation_map: &'a ElevationMap) -> Self {
+        let clearances =
+            ClearanceField::new(elevation_map, elevation_map.shape().radius + config.inflation_m);
+        Self { config, elevation_map, clearances, factors: BTreeMap::new() }
     }
 
     /// Corners of a path over `cells`, the first at `from`.
     pub(crate) fn path(&mut self, from: &Vector3, cells: &[CellIndex]) -> Vec<Vector3> {
-        let terrain = self.terrain;
+        let elevation_map = self.elevation_map;
         let corner = |cell: CellIndex| {
-            let (x, y) = terrain.centre(cell);
-            Vector3::new(x, y, terrain.cell(cell).ground().unwrap_or(from.z))
+            let (x, y) = elevation_map.centre(cell);
+            Vector3::new(x, y, elevation_map.cell(cell).ground().unwrap_or(from.z))
         };
         let mut path: Vec<Vector3> = self.straighten(cells).into_iter().map(corner).collect();
         let start = Vector3::new(from.x, from.y, path.first().map_or(from.z, |first| first.z));
-        match path.first_mut().filter(|_| cells.first() == Some(&terrain.index(from.x, from.y))) {
+        match path.first_mut().filter(|_| cells.first() == Some(&elevation_map.index(from.x, from.y))) {
             Some(first) => *first = start,
             // The robot is too near to something. It goes to the free cell next to it first.
             None => path.insert(0, start),
@@ -144,9 +145,9 @@ impl<'a> GridSearch<'a> {
         if let Some(&known) = self.factors.get(&cell) {
             return known;
         }
-        let of_zones = self.terrain.zones().cost_factor(self.terrain.centre(cell).into());
+        let of_zones = self.elevation_map.zones().cost_factor(self.elevation_map.centre(cell).into());
         let factor = of_zones.and_then(|of_zones| {
-            let is_unknown = self.terrain.cell(cell).ground().is_none();
+            let is_unknown = self.elevation_map.cell(cell).ground().is_none();
             let unknown = if is_unknown { self.config.unknown_cost_factor } else { 1.0 };
             Some(of_zones * unknown * self.inflation(cell)?)
         });
@@ -162,10 +163,10 @@ impl<'a> GridSearch<'a> {
 
     /// Factor by which a cell near obstacles costs more; none where the robot would touch one.
     fn inflation(&mut self, cell: CellIndex) -> Option<f64> {
-        if !self.terrain.is_free(cell) {
+        if !self.elevation_map.is_free(cell) {
             return None;
         }
-        let room_m = self.clearances.distance_m(cell) - self.terrain.shape().radius;
+        let room_m = self.clearances.distance_m(cell) - self.elevation_map.shape().radius;
         let PlannerConfig { inflation_m, inflation_cost_factor, .. } = self.config;
         let nearness = ((inflation_m - room_m) / inflation_m).max(0.0);
         (room_m >= 0.0).then(|| 1.0 + (inflation_cost_factor - 1.0) * nearness.powi(2))
@@ -173,7 +174,7 @@ impl<'a> GridSearch<'a> {
 
     /// The free cell nearest to a cell, within [`PlannerConfig::free_cell_search_m`].
     pub(crate) fn nearest_free(&mut self, cell: CellIndex) -> Option<CellIndex> {
-        let reach = (self.config.free_cell_search_m / self.terrain.cell_size()).ceil() as i32;
+        let reach = (self.config.free_cell_search_m / self.elevation_map.cell_size()).ceil() as i32;
         let mut candidates: Vec<(i32, CellIndex)> = (-reach..=reach)
             .flat_map(|dx| (-reach..=reach).map(move |dy| (dx, dy)))
             .map(|(dx, dy)| (dx * dx + dy * dy, CellIndex { x: cell.x + dx, y: cell.y + dy }))
@@ -186,10 +187,12 @@ impl<'a> GridSearch<'a> {
     /// Cost factor of a step between neighbouring cells; none where the robot cannot take it.
     fn step_factor(&mut self, from: CellIndex, to: CellIndex) -> Option<f64> {
         let factor = self.cost_factor(to)?;
-        let (Some(a), Some(b)) = (self.terrain.cell(from).ground(), self.terrain.cell(to).ground()) else {
+        let (Some(a), Some(b)) =
+            (self.elevation_map.cell(from).ground(), self.elevation_map.cell(to).ground())
+        else {
             return Some(factor);
         };
-        ((a - b).abs() <= self.terrain.shape().step).then_some(factor)
+        ((a - b).abs() <= self.elevation_map.shape().step).then_some(factor)
     }
 
     /// The neighbours that can be reached from a cell, each with the cost of the step.

@@ -10,9 +10,9 @@ const SIZE: f64 = 0.25;
 const FROM_ABOVE: [f32; 3] = [0.0, 0.0, 500.0];
 
 /// Inserts the points that a LiDAR would see in the drawing.
-pub(crate) fn terrain(picture: &str) -> (ElevationMap, Vector3, Vector3) {
+pub(crate) fn elevation_map(picture: &str) -> (ElevationMap, Vector3, Vector3) {
     let shape = RobotShape { radius: 0.2, standing_height: 0.5, clearance: 0.9, step: 0.22 };
-    let mut terrain = ElevationMap::new(SIZE, shape);
+    let mut elevation_map = ElevationMap::new(SIZE, shape);
     let (mut points, mut from, mut to) = (Vec::new(), Vector3::zeros(), Vector3::zeros());
     for (row, line) in picture.lines().enumerate() {
         for (column, letter) in line.chars().enumerate() {
@@ -32,15 +32,15 @@ pub(crate) fn terrain(picture: &str) -> (ElevationMap, Vector3, Vector3) {
         }
     }
     for _ in 0..2 {
-        terrain.insert_scan(&Isometry::identity(), FROM_ABOVE, &points, 100.0);
+        elevation_map.insert_scan(&Isometry::identity(), FROM_ABOVE, &points, 100.0);
     }
-    (terrain, from, to)
+    (elevation_map, from, to)
 }
 
 fn check(picture: &str, expected: Expect) {
     let picture = picture.trim_matches('\n');
-    let (terrain, from, to) = terrain(picture);
-    let drawn = match plan(&PlannerConfig::default(), &terrain, &from, &to) {
+    let (elevation_map, from, to) = elevation_map(picture);
+    let drawn = match plan(&PlannerConfig::default(), &elevation_map, &from, &to) {
         Err(error) => format!("{error:?}"),
         Ok(path) => {
             let mut rows: Vec<Vec<char>> = picture.lines().map(|line| line.chars().collect()).collect();
@@ -137,16 +137,16 @@ fn the_path_avoids_a_step_that_is_too_high() {
 
 #[test]
 fn a_person_who_leaves_is_cleared() {
-    let mut terrain = ElevationMap::new(SIZE, RobotShape::default());
+    let mut elevation_map = ElevationMap::new(SIZE, RobotShape::default());
     let person = [[2.0, 0.0, -0.4], [2.0, 0.0, 0.6]];
     let floor = [[2.0, 0.0, -0.55]];
-    let cell = terrain.index(2.0, 0.0);
-    terrain.insert_scan(&Isometry::identity(), FROM_ABOVE, &person, 10.0);
-    assert!(!terrain.is_free(cell));
+    let cell = elevation_map.index(2.0, 0.0);
+    elevation_map.insert_scan(&Isometry::identity(), FROM_ABOVE, &person, 10.0);
+    assert!(!elevation_map.is_free(cell));
     for _ in 0..20 {
-        terrain.insert_scan(&Isometry::identity(), FROM_ABOVE, &floor, 10.0);
+        elevation_map.insert_scan(&Isometry::identity(), FROM_ABOVE, &floor, 10.0);
     }
-    assert!(terrain.is_free(cell));
+    assert!(elevation_map.is_free(cell));
 }
 
 /// A hall with two ways from the left to the right.
@@ -161,9 +161,9 @@ S..................G
 ....................";
 
 fn with_zone(rule: ZoneRule, corners_m: [[f64; 2]; 4]) -> Result<Vec<Vector3>, PlanError> {
-    let (mut terrain, from, to) = terrain(HALL.trim_matches('\n'));
-    terrain.set_zones(GroundZones::new(vec![ZoneArea { corners_m: corners_m.to_vec(), rule }]));
-    plan(&PlannerConfig::default(), &terrain, &from, &to)
+    let (mut elevation_map, from, to) = elevation_map(HALL.trim_matches('\n'));
+    elevation_map.set_zones(GroundZones::new(vec![ZoneArea { corners_m: corners_m.to_vec(), rule }]));
+    plan(&PlannerConfig::default(), &elevation_map, &from, &to)
 }
 
 /// Lowest y of a path; the start and the goal are at -0.625 m.

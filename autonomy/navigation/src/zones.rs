@@ -11,7 +11,7 @@ pub enum ZoneRule {
     Penalty(f64),
 }
 
-/// An area, in the frame of the terrain.
+/// An area, in the frame of the elevation map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ZoneArea {
     /// Corners, metres, in either sense of rotation.
