@@ -1,6 +1,8 @@
 // Loads the client: finds the current build, shows the progress of its download, starts it, and shows the reason if it cannot start.
 // Uses only what a page at a plain http:// address may use.
 
+import { signedIn } from "./access.js";
+
 const loading = document.getElementById("loading");
 const progress = document.getElementById("loading-progress");
 const text = document.getElementById("loading-text");
@@ -98,7 +100,8 @@ async function compile() {
 }
 
 async function load() {
-  const client = await compile();
+  // The client is downloaded while somebody signs in.
+  const [client] = await Promise.all([compile(), signedIn()]);
   try {
     await client.start("scene");
   } catch (error) {

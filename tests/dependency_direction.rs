@@ -31,6 +31,7 @@ const OURS: &[(&str, &[&str])] = &[
     ("localisation", &["geometry", "mapping", "points", "registration", "vocab"]),
     ("navigation", &["geometry", "points", "registration"]),
     ("topomap", &["geometry", "mapping", "navigation", "site_model", "vocab"]),
+    ("changes", &["geometry", "points"]),
     ("executive", &["geometry", "localisation", "messages", "navigation", "site_model", "vocab"]),
     ("missions", &["site_model", "vocab"]),
     (
@@ -52,6 +53,7 @@ const OURS: &[(&str, &[&str])] = &[
     ("sim", &["geometry", "messages", "vocab"]),
     ("lockstep", &["messages", "scan_codec", "sim", "site_model", "stack", "vocab"]),
     //
+    ("accounts", &["api"]),
     ("ports", &["api", "messages", "site_model", "vocab"]),
     ("watchdog", &[]),
     ("formats", &["messages", "vocab"]),
@@ -77,6 +79,7 @@ const OURS: &[(&str, &[&str])] = &[
     (
         "runtime",
         &[
+            "accounts",
             "api",
             "geometry",
             "map_codec",
@@ -90,11 +93,13 @@ const OURS: &[(&str, &[&str])] = &[
             "watchdog",
         ],
     ),
-    ("gateway", &["api", "site_model", "vocab", "watchdog"]),
+    ("gateway", &["accounts", "api", "site_model", "vocab", "watchdog"]),
     (
         "autoinspect",
         &[
+            "accounts",
             "api",
+            "changes",
             "factors",
             "formats",
             "gateway",
@@ -147,13 +152,17 @@ const SEES_EVERYTHING: &[&str] = &["benches", "fuzzing", "tests"];
 
 /// External crates with restricted use, and the only crates of ours that may use them outside tests.
 const HOMES: &[(&str, &[&str])] = &[
+    ("argon2", &["accounts"]),
     ("axum", &["gateway"]),
     ("eframe", &["app"]),
     ("egui", &["app", "panels"]),
     ("gltf", &["site_files"]),
     ("mcap", &["recorder"]),
+    ("rcgen", &["gateway"]),
+    ("ring", &["gateway"]),
     ("rusqlite", &["formats", "store"]),
     ("tokio", &["autoinspect", "gateway"]),
+    ("tokio-rustls", &["gateway"]),
     ("wasm-bindgen", &["app"]),
     ("wgpu", &["app", "scene"]),
 ];

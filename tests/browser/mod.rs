@@ -9,4 +9,5 @@ mod mapping;
 mod missions;
 mod operating;
 mod own_building;
+mod sign_in;
 mod site_editor;

@@ -6,6 +6,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc;
 use std::time::Duration;
 
+use super::chromium::LAN_HOST;
 use super::program::autoinspect;
 use super::{wait_for, workspace_root};
 
@@ -29,8 +30,18 @@ impl Server {
 
     /// As [`Self::start`], with further arguments.
     pub fn start_with(site: &str, data: &Path, more: &[&str]) -> Self {
+        Self::launch(site, data, &[&["--demo"], more].concat())
+    }
+
+    /// As [`Self::start`], for people who sign in.
+    pub fn start_with_accounts(site: &str, data: &Path) -> Self {
+        Self::launch(site, data, &[])
+    }
+
+    fn launch(site: &str, data: &Path, more: &[&str]) -> Self {
         let mut process = Command::new(autoinspect())
-            .args(["up", "--robot", &format!("sim:{site}"), "--listen", "127.0.0.1:0", "--data"])
+            .args(["up", "--allow-host", LAN_HOST, "--robot", &format!("sim:{site}")])
+            .args(["--listen", "127.0.0.1:0", "--data"])
             .arg(data)
             .arg("--static")
             .arg(workspace_root().join("static"))

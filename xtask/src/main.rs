@@ -15,6 +15,7 @@ mod debian;
 mod fingerprint;
 mod fuzz;
 mod run;
+mod security;
 mod setup;
 mod shell;
 mod stages;
@@ -40,6 +41,7 @@ cargo xtask COMMAND
                              Kill the program N times (default: 300) at random moments while it maps, saves, localises, imports
                              and idles, and damage every file of a data directory in turn (situation `damage`). Prints a table;
                              fails if anything was lost.
+  test security              Try the attacks on the platform that stand as tests. Prints a table; fails if one succeeds.
   bench NAME [ARGUMENT...]   Run a benchmark; without a name, list them.
   fuzz [--minutes N] [--slot S] [--together K] [--folder DIR] [--no-build] [TARGET...]
                              Fuzz each parser, or those named, until it has had N minutes of processor time (default: 30), in

@@ -24,7 +24,15 @@ pub(crate) fn command(arguments: Vec<OsString>) -> Result<()> {
     let address = format!("127.0.0.1:{}", options.port);
     eprintln!("AutoInspect with a simulated robot at {}: http://{address}", options.site);
     let mut server = shell::program(shell::target().join("release/autoinspect"));
-    server.args(["up", "--robot", &format!("sim:{}", options.site), "--listen", &address, "--data"]);
+    server.args([
+        "up",
+        "--demo",
+        "--robot",
+        &format!("sim:{}", options.site),
+        "--listen",
+        &address,
+        "--data",
+    ]);
     server.arg(&options.data);
     if let Some(speed) = &options.speed {
         server.args(["--speed", speed]);

@@ -7,6 +7,7 @@
 //! - `--nightly`: also the tests in modules named `nightly`. These are long scenarios of which a shorter test runs on every change;
 //! - `--release-gate`: the browser tests run on the optimised server and bundle of a release, and the benchmarks with limits must meet them.
 //!
+//! `cargo xtask test security` tries the attacks on the platform and prints what came of each; see `security.rs`.
 //! `cargo xtask test crash` is the crash test alone, with many kills; see `crash.rs`.
 
 use std::collections::BTreeMap;
@@ -20,7 +21,7 @@ use anyhow::{Context, Result, bail};
 use crate::stages::{Report, Stages, Tests};
 use crate::toolchain::{TARGET, Toolchain};
 use crate::web::{self, Flavour};
-use crate::{bench, crash, setup, shell};
+use crate::{bench, crash, security, setup, shell};
 
 /// The module of the integration tests that need a browser, a release server and a bundle.
 const BROWSER_TESTS: &str = "browser::";
@@ -45,6 +46,9 @@ pub(crate) fn command(arguments: Vec<OsString>) -> Result<ExitCode> {
         && first == "crash"
     {
         return crash::command(rest);
+    }
+    if arguments == ["security"] {
+        return security::command();
     }
     let Options { tier, quick, filters } = Options::parse(&arguments)?;
     let mut stages = Stages::new();

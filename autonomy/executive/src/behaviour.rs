@@ -3,7 +3,7 @@
 use geometry::{Isometry, Vector3};
 use localisation::ExplorationHint;
 use messages::{GoalAttempt, GoalFailure, GoalProgress};
-use navigation::ElevationMap;
+use navigation::{ElevationMap, MotionGuard};
 use std::fmt::Debug;
 use std::task::Poll;
 use vocab::{Stamp, Twist};
@@ -44,6 +44,8 @@ pub struct BehaviourContext<'a> {
     pub frames: Frames,
     /// Heights of ground and obstacles, in the odometry frame.
     pub terrain: &'a ElevationMap,
+    /// The obstacles around the robot, and the velocities that they allow. The executive applies it to whatever a behaviour that walks by itself commands.
+    pub guard: &'a MotionGuard,
     /// Whether the ground was seen lately. A behaviour that walks by itself stands still while it was not.
     pub sees_ground: bool,
     /// Whether the robot's pose in the saved map is known and not in doubt.

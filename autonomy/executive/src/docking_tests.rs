@@ -6,7 +6,7 @@ use crate::{Behaviour, BehaviourContext, Frames, Outcome};
 use geometry::{Isometry, RngTree, Rotation, Vector3, pose_from_isometry};
 use localisation::ExplorationHint;
 use messages::{GoalFailure, SpeedLimits};
-use navigation::{DockMarker, ElevationMap, RobotShape};
+use navigation::{DockMarker, ElevationMap, MotionGuard, MotionGuardConfig, RobotShape};
 use std::f64::consts::PI;
 use std::task::Poll;
 use vocab::{Span, Stamp, Twist};
@@ -74,6 +74,12 @@ impl Rig {
             RobotShape { radius: 0.38, standing_height: HEIGHT_M, clearance: 0.9, step: 0.2 },
         );
         let hint = ExplorationHint::default();
+        let guard = MotionGuard::new(
+            MotionGuardConfig::default(),
+            &terrain,
+            &self.odom_from_base.translation.vector,
+            0.9,
+        );
         for tick in 0..2_000_u64 {
             self.now += Span::from_millis(50);
             if tick % 2 == 0 {
@@ -84,6 +90,7 @@ impl Rig {
                 at: self.now,
                 frames: Frames { map_from_odom: Isometry::identity(), odom_from_base: self.odom_from_base },
                 terrain: &terrain,
+                guard: &guard,
                 sees_ground: true,
                 is_localised: true,
                 exploration_hint: &hint,

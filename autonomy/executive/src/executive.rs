@@ -14,6 +14,7 @@ use messages::{
     CancelCause, Drive, ExecutiveEvent, ExecutiveState, ExecutiveStatus, GoalFailure, GoalKind, GoalResult,
     GoalStatus, MotionState, Principal, Publication, RobotProfile, StackEffect, WaitReason,
 };
+use navigation::{MotionGuard, MotionGuardConfig};
 use std::collections::VecDeque;
 use std::task::Poll;
 use vocab::{ClientId, GoalId, Stamp, Twist};
@@ -33,6 +34,8 @@ pub struct ExecutiveConfig {
     pub relocalisation: RelocalisationConfig,
     /// Parameters of the terrain around the robot.
     pub surroundings: SurroundingsConfig,
+    /// Parameters of the check that the robot can stop in time.
+    pub guard: MotionGuardConfig,
 }
 
 impl ExecutiveConfig {
@@ -46,6 +49,7 @@ impl ExecutiveConfig {
             docking: DockingConfig::default(),
             relocalisation: RelocalisationConfig::new(&walk),
             surroundings: SurroundingsConfig::default(),
+            guard: MotionGuardConfig::default(),
         }
     }
 }
@@ -281,10 +285,14 @@ impl Executive {
         }
         let Some(behaviour) = &mut self.behaviour else { return };
         self.surroundings.set_zones(self.zones.in_odom(&situation.frames));
+        let odom_from_base = &situation.frames.odom_from_base;
+        let guard =
+            self.surroundings.guard(self.config.guard, odom_from_base, &self.profile.autonomous_limits);
         let mut context = BehaviourContext {
             at,
             frames: situation.frames,
             terrain: self.surroundings.terrain(),
+            guard: &guard,
             sees_ground: self.surroundings.sees_ground(at),
             is_localised: situation.is_localised,
             exploration_hint: &situation.exploration_hint,
@@ -294,6 +302,7 @@ impl Executive {
             Poll::Pending => {
                 let mut velocity = context.velocity;
                 if self.state != ExecutiveState::ManualDriving {
+                    velocity = guarded(velocity, &guard, odom_from_base);
                     let ground = self.surroundings.terrain().zones();
                     velocity = self.zones.limited(velocity, ground, &situation.frames);
                 }
@@ -623,4 +632,14 @@ impl Executive {
             goal.publish(effects);
         }
     }
+}
+
+/// The velocity with which the robot can stop before it touches anything.
+fn guarded(velocity: Twist, guard: &MotionGuard, odom_from_base: &Isometry) -> Twist {
+    let share =
+        guard.allowed_share(odom_from_base, [velocity.linear.x, velocity.linear.y], velocity.angular.z);
+    let mut guarded = velocity;
+    guarded.linear.x *= share;
+    guarded.linear.y *= share;
+    guarded
 }

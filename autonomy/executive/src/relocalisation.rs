@@ -281,7 +281,7 @@ impl Behaviour for RelocalisationBehaviour {
         }
         self.update_walk(context);
         if let Phase::Walking { follower, .. } = &self.phase {
-            match follower.velocity(&context.frames.odom_from_base) {
+            match follower.velocity(&context.frames.odom_from_base, context.guard) {
                 Some(velocity) => context.velocity = twist(velocity),
                 None => self.stand(at),
             }

@@ -1,8 +1,8 @@
 //! The terrain around the robot, which autonomous walking needs.
 
 use geometry::Isometry;
-use messages::RobotProfile;
-use navigation::{ElevationMap, GroundZones, RobotShape};
+use messages::{RobotProfile, SpeedLimits};
+use navigation::{ElevationMap, GroundZones, MotionGuard, MotionGuardConfig, RobotShape};
 use vocab::{Span, Stamp};
 
 /// Parameters of [`Surroundings`].
@@ -69,6 +69,17 @@ impl Surroundings {
     /// The terrain, odometry frame.
     pub fn terrain(&self) -> &ElevationMap {
         &self.terrain
+    }
+
+    /// What the obstacles around the robot allow.
+    pub(crate) fn guard(
+        &self,
+        config: MotionGuardConfig,
+        odom_from_base: &Isometry,
+        limits: &SpeedLimits,
+    ) -> MotionGuard {
+        let position = odom_from_base.translation.vector;
+        MotionGuard::new(config, &self.terrain, &position, limits.forward_mps.hypot(limits.sideways_mps))
     }
 
     /// Whether the ground was seen lately.

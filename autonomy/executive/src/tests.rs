@@ -332,8 +332,9 @@ fn two_hypotheses() -> ExplorationHint {
 #[test]
 fn a_search_with_two_hypotheses_walks_the_distinguishing_path_without_standing() {
     let track = searching_by(two_hypotheses()).run(12.0, &|_| true);
+    // First it turns on the spot, by 135 degrees.
     assert!(
-        track[20..].windows(10).take(100).all(|part| part[0] != part[9]),
+        track[40..].windows(10).take(80).all(|part| part[0] != part[9]),
         "the robot must not stand on its path"
     );
     let near =
@@ -359,7 +360,8 @@ fn a_search_stands_until_the_distinguishing_path_is_computed() {
 fn a_search_leaves_a_path_that_an_unseen_obstacle_blocks() {
     let mut rig = searching_by(two_hypotheses());
     rig.run(1.0, &|_| true);
-    let track = rig.run(25.0, &|at: &Vector3| at.y < 1.0);
+    // It may choose points behind the obstacle a few times, and gives each of them up after 6 s.
+    let track = rig.run(45.0, &|at: &Vector3| at.y < 1.0);
     assert!(track.iter().any(|at| at.xy().norm() > 2.0), "the robot must leave the blocked path");
 }
 

@@ -19,6 +19,10 @@ pub struct WalkConfig {
     pub replan_goal_shift_m: f64,
     /// The walk fails when its path stays blocked for this time.
     pub blocked_timeout: Span,
+    /// A robot that has moved less than this within `blocked_timeout` is held by what stands beside its path, metres: the walk fails. Below the slowest walk.
+    pub held_distance_m: f64,
+    /// A robot that has moved less than this distance for this time waits for a free path, as people are told. Half a turn on the spot takes 3.5 s.
+    pub held_report_time: Span,
     /// Parameters of path planning.
     pub planner: PlannerConfig,
     /// Parameters of path following.
@@ -32,6 +36,8 @@ impl WalkConfig {
             replan_period: Span::from_millis(1_000),
             replan_goal_shift_m: 0.05,
             blocked_timeout: Span::from_millis(8_000),
+            held_distance_m: 0.1,
+            held_report_time: Span::from_millis(4_000),
             planner: PlannerConfig::default(),
             follower: PathFollowerConfig::new(limits.forward_mps, limits.turn_radps),
         }
@@ -54,6 +60,10 @@ pub struct WalkBehaviour {
     blocked_since: Option<Stamp>,
     /// Time that the robot waited in front of blocked paths that became free again.
     waited: Span,
+    /// When and where the robot last moved, odometry frame.
+    moved: (Stamp, Vector3),
+    /// Whether it has not moved for a while although there is a path.
+    is_held: bool,
     /// Whether the robot stands because it does not see the ground.
     is_blind: bool,
 }
@@ -106,6 +116,8 @@ impl WalkBehaviour {
             plans: 1,
             blocked_since,
             waited: Span::ZERO,
+            moved: (at, Vector3::repeat(f64::INFINITY)),
+            is_held: false,
             is_blind: false,
         }
     }
@@ -133,6 +145,7 @@ impl Behaviour for WalkBehaviour {
         if self.is_blind {
             // Time without sight does not count as time in front of a blocked path.
             self.blocked_since = self.blocked_since.map(|_| at);
+            self.moved.0 = at;
             return Poll::Pending;
         }
         let goal = context.frames.to_odom(&self.goal);
@@ -146,9 +159,20 @@ impl Behaviour for WalkBehaviour {
                 self.waited = self.waited + (at - since);
                 return Poll::Ready(Err(GoalFailure::PathBlocked));
             }
+            self.moved.0 = at;
             return Poll::Pending;
         }
-        match self.follower.velocity(&context.frames.odom_from_base) {
+        let here = context.frames.odom_from_base.translation.vector;
+        if (here - self.moved.1).xy().norm() > self.config.held_distance_m {
+            self.moved = (at, here);
+        }
+        let stood = at - self.moved.0;
+        self.is_held = stood > self.config.held_report_time;
+        if stood > self.config.blocked_timeout {
+            self.waited = self.waited + stood;
+            return Poll::Ready(Err(GoalFailure::PathBlocked));
+        }
+        match self.follower.velocity(&context.frames.odom_from_base, context.guard) {
             Some(velocity) => {
                 context.velocity = twist(velocity);
                 Poll::Pending
@@ -158,10 +182,10 @@ impl Behaviour for WalkBehaviour {
     }
 
     fn progress(&self, odom_from_base: &Isometry) -> GoalProgress {
-        let waits_for = match (self.is_blind, self.blocked_since) {
-            (true, _) => Some(WaitReason::Sight),
-            (false, Some(_)) => Some(WaitReason::FreePath),
-            (false, None) => None,
+        let waits_for = match self.is_blind {
+            true => Some(WaitReason::Sight),
+            false if self.is_held || self.blocked_since.is_some() => Some(WaitReason::FreePath),
+            false => None,
         };
         // Rounded to 0.1 m, so that progress is not published 20 times a second.
         let remaining_m = (self.follower.remaining(odom_from_base) * 10.0).round() / 10.0;

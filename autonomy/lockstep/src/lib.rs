@@ -7,6 +7,8 @@ pub use digest::{Digest, Stepper, replay};
 pub use walk::{CalledAction, JobPace, Lockstep};
 
 #[cfg(test)]
+mod contact_tests;
+#[cfg(test)]
 mod day;
 #[cfg(test)]
 mod dock_tests;

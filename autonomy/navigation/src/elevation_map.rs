@@ -33,9 +33,17 @@ pub struct ElevationMapConfig {
     pub slice_height_m: f64,
     /// Obstacles that appear thinner than this from the robot are not cleared by rays, radians: the beams of a LiDAR are up to 2 degrees apart.
     pub clearable_angle_min_rad: f64,
+    /// Except that every so many scans they are, if they are at least `thin_cleared_from_m` away. People who walk past at 4 m leave traces of one or two slices, with the
+    /// highest confidence. Here a trace goes after 5.5 s, sooner than a walk gives up before a blocked path, and a thing that one scan in 15 hits stays. Sensitivity: with 8,
+    /// traces outlast that wait.
+    pub thin_cleared_scans: u32,
+    /// Distance from which thin obstacles are cleared so, metres: the robot needs 1 m to stop. A rope that is forgotten from there is seen again on the way to it, unless it
+    /// stays between two beams. Sensitivity: with 0, a robot that stands in front of a rope forgets it; with 4, corridors stay blocked by traces.
+    pub thin_cleared_from_m: f64,
     /// Height that is assumed for an obstacle which was seen in one slice only, metres.
     pub single_slice_height_m: f64,
-    /// Height that is assumed instead while the confidence is below `trace_confidence`, metres: people who walk past leave such traces.
+    /// Height that is assumed instead while the confidence is below `trace_confidence`, metres: people who walk past leave such traces. It decides from how far they are
+    /// cleared, here 6 m, as far as a route is planned at once. Sensitivity: with 0.12 m, 3 m, traces across a corridor kept robots from going on until somebody helped them.
     pub trace_height_m: f64,
     /// Obstacle confidence below which an obstacle may be the trace of a person who walked past.
     pub trace_confidence: i8,
@@ -67,8 +75,10 @@ impl Default for ElevationMapConfig {
             obstacle_increment: 3,
             slice_height_m: 0.125,
             clearable_angle_min_rad: 0.04,
+            thin_cleared_scans: 5,
+            thin_cleared_from_m: 2.0,
             single_slice_height_m: 0.03,
-            trace_height_m: 0.12,
+            trace_height_m: 0.25,
             trace_confidence: 7,
             footless_margin_m: 0.12,
             footless_margin_slope: 0.04,
@@ -130,11 +140,16 @@ pub struct Cell {
     obstacle: i8,
     /// Slices above the ground in which the obstacle was seen, the lowest slice in the lowest bit.
     slices: u16,
+    /// Where in the cell the obstacle was seen, from the corner with the lowest coordinates, in units of 1/256 of the side.
+    obstacle_at: [u8; 2],
     /// Number of obstacle cells within the robot's radius. It is kept up to date so that planning reads one cell only.
     obstacles_near: u16,
 }
 
-const UNKNOWN: Cell = Cell { ground: f32::NAN, obstacle: 0, slices: 0, obstacles_near: 0 };
+/// The middle of a cell.
+const MIDDLE: [u8; 2] = [128; 2];
+const UNKNOWN: Cell =
+    Cell { ground: f32::NAN, obstacle: 0, slices: 0, obstacle_at: MIDDLE, obstacles_near: 0 };
 
 impl Cell {
     /// Height of the ground, metres, if it was ever seen.
@@ -142,7 +157,7 @@ impl Cell {
         self.ground.is_finite().then(|| f64::from(self.ground))
     }
 
-    /// The slices that rays of a scan passed through. The cell's centre is `distance` metres from the robot.
+    /// The slices that rays of a scan passed through. The cell's centre is `distance` metres from the robot. `clears_thin`: also those that appear too thin.
     ///
     /// Neighbouring slices belong to one object. The object is removed as a whole if a ray passed through it and no ray met it, since its
     /// foot may be out of sight.
@@ -152,6 +167,7 @@ impl Cell {
         seen: &SeenScan,
         centre: [f64; 2],
         distance: f64,
+        clears_thin: bool,
     ) -> u16 {
         let lowest = config.slice(if self.ground.is_finite() { self.ground } else { seen.foot });
         let occupancy_at_edge = |edge: u32| {
@@ -167,7 +183,7 @@ impl Cell {
         let mut removed = 0;
         for (first, count) in runs(self.slices) {
             let height = f64::from(count - 1) * config.slice_height_m + single_slice_height;
-            if config.clearable_angle_min_rad * distance > height {
+            if config.clearable_angle_min_rad * distance > height && !clears_thin {
                 continue;
             }
             // Rays are tested at the edges between the object's slices: its outer edges may lie beside the object.
@@ -273,6 +289,8 @@ pub struct ElevationMap {
     blocks: BTreeMap<(i32, i32), Vec<Cell>>,
     /// What the newest scan saw. It is kept to reuse its memory.
     scan_cells: ScanCells,
+    /// Number of scans so far.
+    scans: u32,
     zones: GroundZones,
 }
 
@@ -292,7 +310,7 @@ impl ElevationMap {
     /// As [`Self::new`], with other parameters.
     pub fn with_config(config: ElevationMapConfig, cell_size: f64, shape: RobotShape) -> Self {
         let (blocks, scan_cells, zones) = (BTreeMap::new(), ScanCells::default(), GroundZones::default());
-        Self { config, cell_size, shape, blocks, scan_cells, zones }
+        Self { config, cell_size, shape, blocks, scan_cells, scans: 0, zones }
     }
 
     /// The areas with rules, in the frame of this map.
@@ -340,6 +358,33 @@ impl ElevationMap {
         cell.obstacle >= self.config.obstacle_min
     }
 
+    /// Positions of the obstacles in the cells from `low` to `high`, both included, metres, in a fixed order. In each cell it is the middle of what scans saw there, so
+    /// that the face of a wall is known to a centimetre or two although a cell is larger.
+    pub fn obstacles_between(&self, low: CellIndex, high: CellIndex) -> Vec<[f64; 2]> {
+        let ((first, _), (last, _)) = (locate(low), locate(high));
+        let blocks = self.blocks.range((first.0, i32::MIN)..=(last.0, i32::MAX));
+        let mut found = Vec::new();
+        for (block, cells) in blocks.filter(|((_, y), _)| (first.1..=last.1).contains(y)) {
+            let corner = CellIndex { x: block.0 * BLOCK_CELLS, y: block.1 * BLOCK_CELLS };
+            // The part of the block that is asked for.
+            let columns = (low.x - corner.x).max(0)..(high.x - corner.x + 1).min(BLOCK_CELLS);
+            for row in (low.y - corner.y).max(0)..(high.y - corner.y + 1).min(BLOCK_CELLS) {
+                for column in columns.clone() {
+                    let cell = &cells[(row * BLOCK_CELLS + column) as usize];
+                    if self.holds_obstacle(cell) {
+                        found.push(self.obstacle_position(corner.x + column, corner.y + row, cell));
+                    }
+                }
+            }
+        }
+        found
+    }
+
+    fn obstacle_position(&self, x: i32, y: i32, cell: &Cell) -> [f64; 2] {
+        let along = |index: i32, at: u8| (f64::from(index) + (f64::from(at) + 0.5) / 256.0) * self.cell_size;
+        [along(x, cell.obstacle_at[0]), along(y, cell.obstacle_at[1])]
+    }
+
     /// Inserts a motion-corrected scan: `points` in the base frame, metres, at `map_from_base`, seen from `sensor` (base frame, metres). Points
     /// farther than `range` metres are ignored. Cost: linear in the points, n log n in the cells seen, linear in the ground within range.
     pub fn insert_scan(
@@ -373,6 +418,7 @@ impl ElevationMap {
         let stride = points.len().div_ceil(self.config.rays_max) | 1;
         let view = RangeImage::new(points.iter().step_by(stride), sensor);
         let seen = SeenScan { view, base_from_map: map_from_base.inverse(), foot };
+        self.scans = self.scans.wrapping_add(1);
         self.clear_seen_through(&seen, [origin.x, origin.y], range);
         self.mark_ground_under_robot(map_from_base, foot);
     }
@@ -389,6 +435,8 @@ impl ElevationMap {
         let origin = map_from_base.translation.vector;
         let foot = (origin.z - self.shape.standing_height) as f32;
         let ceiling = foot + self.shape.clearance as f32 + self.config.floor_separation_m;
+        // Of the robot on the ground where it is now. Treads and obstacles of stairs are beside it by some centimetres at most.
+        let body_heights = foot + self.shape.step as f32..foot + self.shape.clearance as f32;
         let lowest_slice = self.config.slice(foot) - self.config.slices_below_feet;
         let sensor_in_map = map_from_base * Point3::from(sensor.map(f64::from));
         let mut beams =
@@ -406,9 +454,15 @@ impl ElevationMap {
             if z > ceiling || z < foot - self.config.depth_max_m {
                 continue;
             }
-            let index = self.index(f64::from(turned[0]) + origin.x, f64::from(turned[1]) + origin.y);
+            let (x, y) = (f64::from(turned[0]) + origin.x, f64::from(turned[1]) + origin.y);
+            let index = self.index(x, y);
             let bit = u32::try_from(self.config.slice(z) - lowest_slice).ok();
-            scan_cells.insert(index, z, bit.and_then(|bit| 1_u64.checked_shl(bit)).unwrap_or(0));
+            let slices = bit.and_then(|bit| 1_u64.checked_shl(bit)).unwrap_or(0);
+            let body = body_heights.contains(&z).then(|| {
+                let within = |at: f64, index: i32| (at / self.cell_size - f64::from(index)) as f32;
+                [within(x, index.x), within(y, index.y)]
+            });
+            scan_cells.insert(index, z, slices, body);
         }
         scan_cells.sort();
         self.scan_cells = scan_cells;
@@ -433,6 +487,7 @@ impl ElevationMap {
         let is_near =
             |block: (i32, i32)| (low.0..=high.0).contains(&block.0) && (low.1..=high.1).contains(&block.1);
         let overhead = f64::from(seen.foot) + self.shape.clearance;
+        let is_turn_of_thin = self.scans.is_multiple_of(self.config.thin_cleared_scans.max(1));
         let mut cleared: Vec<(CellIndex, u16)> = Vec::new();
         for (block, cells) in self.blocks.iter().filter(|(block, _)| is_near(**block)) {
             for (offset, cell) in cells.iter().enumerate().filter(|(_, cell)| self.holds_obstacle(cell)) {
@@ -445,7 +500,8 @@ impl ElevationMap {
                 if distance > range || is_seen {
                     continue;
                 }
-                let slices = cell.slices_seen_through(&self.config, seen, [x, y], distance);
+                let clears_thin = is_turn_of_thin && distance >= self.config.thin_cleared_from_m;
+                let slices = cell.slices_seen_through(&self.config, seen, [x, y], distance, clears_thin);
                 if slices != 0 {
                     cleared.push((index, slices));
                 }
@@ -519,6 +575,11 @@ impl ElevationMap {
         let body = slices_in_the_way(&config, hits, ground, foot, step, clearance);
         if hits.highest > ground + step && body != 0 {
             cell.slices |= body;
+            let seen_at = hits.body_at().unwrap_or(MIDDLE);
+            cell.obstacle_at = match cell.obstacle >= config.obstacle_min {
+                true => blend(cell.obstacle_at, seen_at),
+                false => seen_at,
+            };
             obstacle = (obstacle + config.obstacle_increment).min(config.obstacle_max);
         } else if hits.lowest < ground + step {
             obstacle = (obstacle - 1).max(0);
@@ -579,6 +640,11 @@ fn slices_in_the_way(
     // that is lower than a step by less than a slice.
     let grazing = low & (1 << (step_slices - 1).clamp(0, SLICES_MAX - 1));
     if body == 0 && step_slices > 1 { grazing } else { body }
+}
+
+/// A position that follows what is seen, without most of its noise.
+fn blend(known: [u8; 2], seen: [u8; 2]) -> [u8; 2] {
+    [0, 1].map(|axis| ((3 * u16::from(known[axis]) + u16::from(seen[axis]) + 2) / 4) as u8)
 }
 
 /// Offsets of all cells within `reach` cells of a cell, in a fixed order.

@@ -103,6 +103,24 @@ fn objects_that_rays_miss_stay() {
 }
 
 #[test]
+fn thin_traces_far_away_are_forgotten_within_seconds_and_a_rope_nearby_is_not() {
+    let hip = Cylinder { centre: [4.05, 0.05], radius: 0.15, heights: (0.5, 0.62) };
+    let rope = Cylinder { centre: [1.55, 0.05], radius: 0.1, heights: (0.758, 0.768) };
+    let mut terrain = ElevationMap::new(0.1, RobotShape::default());
+    let [far, near] = [hip, rope].map(|thing| terrain.index(thing.centre[0], thing.centre[1]));
+    let seen: Vec<[f32; 3]> = [hip, rope].iter().flat_map(points_of).collect();
+    for _ in 0..4 {
+        terrain.insert_scan(&Isometry::identity(), [0.0, 0.0, 50.0], &seen, 12.0);
+    }
+    insert_scans(&mut terrain, &scan(500, &[rope]), 30);
+    assert!(terrain.is_obstacle(far), "a few scans prove little about thin things");
+    insert_scans(&mut terrain, &scan(500, &[rope]), 40);
+    assert!(!terrain.is_obstacle(far), "nobody is there any more");
+    insert_scans(&mut terrain, &scan(500, &[rope]), 100);
+    assert!(terrain.is_obstacle(near), "the rope is between two beams");
+}
+
+#[test]
 fn a_pole_that_every_third_scan_hits_stays() {
     let pole = Cylinder { centre: [3.05, 0.05], radius: 0.04, heights: (0.0, 3.0) };
     let mut terrain = ElevationMap::new(0.1, RobotShape::default());

@@ -2,9 +2,10 @@
 //!
 //! The parts can be used alone: an elevation map ([`ElevationMap`]) that learns ground and obstacles from motion-corrected scans, a path planner over
 //! it ([`plan`]), a choice of the next path for a robot whose pose is unknown ([`explore`]), a [`PathFollower`] that computes velocities along a
-//! path, and a [`DockDetector`] that finds charging docks in scans.
+//! path, a [`MotionGuard`] that lets no velocity pass with which the robot could not stop in time, and a [`DockDetector`] that finds charging docks in scans.
 
 mod cell_index;
+mod clearance_field;
 mod dock_config;
 mod dock_detector;
 #[cfg(test)]
@@ -12,6 +13,7 @@ mod dock_detector_tests;
 mod dock_outline;
 mod elevation_map;
 mod exploration;
+mod motion_guard;
 mod path_follower;
 mod planner;
 mod scan_cells;
@@ -23,6 +25,7 @@ pub use dock_config::{DockDetectorConfig, DockMarker};
 pub use dock_detector::{DockDetection, DockDetector, DockNotFound, DockScans};
 pub use elevation_map::{Cell, ElevationMap, ElevationMapConfig, RobotShape};
 pub use exploration::{ExplorationConfig, explore};
+pub use motion_guard::{MotionGuard, MotionGuardConfig};
 pub use path_follower::{PathFollower, PathFollowerConfig, Velocity};
 pub use planner::{PlanError, PlannerConfig, plan};
 pub use zones::{GroundZones, ZoneArea, ZoneRule};

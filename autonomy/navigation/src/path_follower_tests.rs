@@ -1,14 +1,23 @@
 //! Follows paths with an ideal body.
 
 use super::*;
+use crate::planner::tests::terrain;
+use crate::{MotionGuard, MotionGuardConfig, PlannerConfig, plan};
 use geometry::so3;
+
+/// Without obstacles.
+fn open_ground() -> MotionGuard {
+    let (terrain, ..) = terrain("...");
+    MotionGuard::new(MotionGuardConfig::default(), &terrain, &Vector3::zeros(), 0.9)
+}
 
 fn walk(path: &[[f64; 2]], start_yaw: f64) -> (Isometry, f64, usize) {
     let path: Vec<Vector3> = path.iter().map(|p| Vector3::new(p[0], p[1], 0.0)).collect();
     let mut pose = Isometry::from_parts(path[0].into(), so3::exp(&(Vector3::z() * start_yaw)));
     let follower = PathFollower::new(PathFollowerConfig::new(0.9, 0.9), path.clone());
     let (mut worst, mut steps) = (0.0_f64, 0);
-    while let Some(velocity) = follower.velocity(&pose) {
+    let guard = open_ground();
+    while let Some(velocity) = follower.velocity(&pose, &guard) {
         pose.translation.vector += pose.rotation * Vector3::x() * velocity.forward * 0.05;
         pose.rotation *= so3::exp(&(Vector3::z() * velocity.turn * 0.05));
         let off = path
@@ -43,4 +52,35 @@ fn the_remaining_distance_is_measured_along_the_path() {
     let at = |x: f64, y: f64| follower.remaining(&Isometry::translation(x, y, 0.0));
     assert!((at(0.0, 0.0) - 7.0).abs() < 1e-9);
     assert!((at(3.0, 2.5) - 1.5).abs() < 1e-9);
+}
+
+#[test]
+fn a_corner_is_walked_round_with_room_beside_the_robot() {
+    // Cells of 0.25 m. Looking 0.7 m ahead cuts the corner of the machine.
+    let picture = "
+..................
+..................
+..S...............
+..................
+######............
+######............
+######............
+......G...........
+..................";
+    let (terrain, from, to) = terrain(picture.trim_matches('\n'));
+    let path = plan(&PlannerConfig::default(), &terrain, &from, &to).expect("a way round the machine");
+    let follower = PathFollower::new(PathFollowerConfig::new(0.9, 0.9), path);
+    let mut pose = Isometry::translation(from.x, from.y, from.z);
+    let guard = |pose: &Isometry| {
+        MotionGuard::new(MotionGuardConfig::default(), &terrain, &pose.translation.vector, 0.9)
+    };
+    let mut steps = 0;
+    while let Some(velocity) = follower.velocity(&pose, &guard(&pose)) {
+        pose.translation.vector += pose.rotation * Vector3::x() * velocity.forward * 0.05;
+        pose.rotation *= so3::exp(&(Vector3::z() * velocity.turn * 0.05));
+        let room_m = guard(&pose).room_m([pose.translation.x, pose.translation.y]);
+        assert!(room_m > 0.0, "{room_m} m at {}", pose.translation);
+        steps += 1;
+        assert!(steps < 600, "the robot does not arrive");
+    }
 }

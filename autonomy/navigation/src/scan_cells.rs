@@ -11,10 +11,26 @@ pub(crate) struct CellHits {
     pub highest: f32,
     /// Slices with points, one bit each.
     pub slices: u64,
+    /// Sum of the positions of the points at the height of the robot's body, within the cell, in units of its side.
+    body_sum: [f32; 2],
+    /// Number of those points.
+    body_points: u32,
 }
 
 impl CellHits {
-    const NONE: Self = Self { lowest: f32::INFINITY, highest: f32::NEG_INFINITY, slices: 0 };
+    const NONE: Self = Self {
+        lowest: f32::INFINITY,
+        highest: f32::NEG_INFINITY,
+        slices: 0,
+        body_sum: [0.0; 2],
+        body_points: 0,
+    };
+
+    /// The mean of the points at the height of the robot's body, within the cell, in units of 1/256 of its side; none without such points.
+    pub fn body_at(&self) -> Option<[u8; 2]> {
+        let count = (self.body_points > 0).then_some(self.body_points as f32)?;
+        Some(self.body_sum.map(|sum| (256.0 * sum / count) as u8))
+    }
 
     fn is_none(&self) -> bool {
         self.lowest > self.highest
@@ -51,8 +67,9 @@ impl ScanCells {
         }
     }
 
-    /// Inserts a point of the height `z`, metres, in the slices `slices`. A point outside the window is ignored.
-    pub fn insert(&mut self, index: CellIndex, z: f32, slices: u64) {
+    /// Inserts a point of the height `z`, metres, in the slices `slices`; `body`: where it is within the cell, in units of its side, if it is at the height of the
+    /// robot's body. A point outside the window is ignored.
+    pub fn insert(&mut self, index: CellIndex, z: f32, slices: u64, body: Option<[f32; 2]>) {
         let Some(offset) = self.offset(index) else { return };
         let hits = &mut self.hits[offset];
         if hits.is_none() {
@@ -61,6 +78,11 @@ impl ScanCells {
         hits.lowest = hits.lowest.min(z);
         hits.highest = hits.highest.max(z);
         hits.slices |= slices;
+        if let Some([x, y]) = body {
+            hits.body_sum[0] += x;
+            hits.body_sum[1] += y;
+            hits.body_points += 1;
+        }
     }
 
     /// What the scan saw in a cell, if it saw anything.
@@ -100,14 +122,19 @@ mod tests {
         let at = |x, y| CellIndex { x, y };
         cells.restart(at(-5, 7), 3);
         for (index, z) in [(at(-4, 10), 0.5), (at(-8, 4), 0.1), (at(-4, 9), 0.2), (at(-4, 10), 0.3)] {
-            cells.insert(index, z, 1);
+            cells.insert(index, z, 1, Some([0.25, z]));
         }
-        cells.insert(at(-9, 7), 0.0, 1);
-        cells.insert(at(i32::MAX, i32::MIN), 0.0, 1);
+        cells.insert(at(-9, 7), 0.0, 1, None);
+        cells.insert(at(i32::MAX, i32::MIN), 0.0, 1, None);
         cells.sort();
         let seen: Vec<_> = cells.seen().map(|(index, hits)| (index, hits.lowest, hits.highest)).collect();
         assert_eq!(seen, [(at(-8, 4), 0.1, 0.1), (at(-4, 9), 0.2, 0.2), (at(-4, 10), 0.3, 0.5)]);
         assert!(cells.get(at(-4, 10)).is_some() && cells.get(at(-5, 7)).is_none());
+        assert_eq!(
+            cells.get(at(-4, 10)).and_then(CellHits::body_at),
+            Some([64, 102]),
+            "the mean of 0.5 and 0.3"
+        );
         cells.restart(at(0, 0), 3);
         assert!(cells.seen().next().is_none() && cells.get(at(-1, 3)).is_none(), "of the last scan");
     }

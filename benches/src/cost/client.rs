@@ -9,7 +9,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use tungstenite::{Message, WebSocket};
 use uuid::Uuid;
-use vocab::{ClientId, Stamp};
+use vocab::Stamp;
 
 /// Scans per second that the page asks for.
 const SCAN_HZ: f32 = 10.0;
@@ -43,7 +43,8 @@ impl PageClient {
     pub fn connect(address: SocketAddr) -> Result<Self> {
         let client = Self { received: Arc::default(), is_ending: Arc::default(), threads: Vec::new() };
         let mut control = open(address, api::CONTROL_PATH)?;
-        let hello = ClientMessage::Hello { version: api::VERSION, client: ClientId(Uuid::from_u128(1)) };
+        let hello =
+            ClientMessage::Hello { version: api::VERSION, lease: api::LeaseToken(Uuid::from_u128(1)) };
         control.send(Message::Binary(api::encode(&hello).into()))?;
         let mut stream = open(address, api::STREAM_PATH)?;
         let open = StreamRequest::Open { version: api::VERSION, max_hz: SCAN_HZ };

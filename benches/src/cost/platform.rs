@@ -28,7 +28,16 @@ impl Platform {
     pub fn start(site: &str, data: &Path, listen: &str, columns: &str) -> Result<Self> {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
         let mut process = Command::new(root.join("target/release/autoinspect"))
-            .args(["up", "--robot", &format!("sim:{site}"), "--listen", listen, "--lidar-columns", columns])
+            .args([
+                "up",
+                "--demo",
+                "--robot",
+                &format!("sim:{site}"),
+                "--listen",
+                listen,
+                "--lidar-columns",
+                columns,
+            ])
             .arg("--static")
             .arg(root.join("static"))
             .arg("--data")

@@ -2,20 +2,52 @@
 
 use super::site::MissionSite;
 use anyhow::{Result, ensure};
+use geometry::{Vector3, isometry_from_pose};
 use lockstep::Lockstep;
 use messages::{
-    Command, CommandKind, GoalKind, GoalStatus, Input, LedgerEvent, LocalisationState, Principal,
+    Command, CommandKind, Drive, GoalKind, GoalStatus, Input, LedgerEvent, LocalisationState, Principal,
     Publication, StackEffect,
 };
 use sim::{Contact, SimConfig};
 use site_model::{MissionEventKind, MissionStatus, RunId, RunState, Site, TaskId, TaskStep};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use uuid::Uuid;
-use vocab::{ClientId, CommandId, GoalId, Pose, Span};
+use vocab::{ClientId, CommandId, GoalId, Pose, Span, Stamp, Vec3};
 
 /// Time within which a robot on its dock must be localised.
 const LOCALISED_WITHIN_S: f64 = 120.0;
+
+/// Time between two moments.
+const MOMENT: Span = Span::from_millis(200);
+/// Moments before a contact that are kept: three seconds.
+const MOMENTS_KEPT: usize = 15;
+
+/// The robot at an instant, by the truth, for whoever looks for the cause of a contact.
+#[derive(Clone, Debug)]
+pub struct Moment {
+    /// The instant.
+    pub at: Stamp,
+    /// The base, site frame: x, y (metres) and heading (radians).
+    pub place: [f64; 3],
+    /// The last drive command: forward, left (m/s), turn (rad/s).
+    pub drive: [f64; 3],
+    /// The nearest person, if one is within 3 m, metres.
+    pub person: Option<[f64; 2]>,
+}
+
+impl Moment {
+    /// A line of text; times count from the contact.
+    pub fn describe(&self, contact: Stamp) -> String {
+        let [x, y, heading] = self.place;
+        let [forward, left, turn] = self.drive;
+        let person = self.person.map_or(String::new(), |[x, y]| format!(", person at {x:.2}, {y:.2}"));
+        let time_s = (self.at - contact).secs_f64();
+        format!(
+            "  {time_s:+.1} s at {x:.2}, {y:.2}, {heading:.2} rad, driven {forward:.2}, {left:.2} m/s, {turn:.2} rad/s{person}"
+        )
+    }
+}
 
 /// A robot that is localised in its map.
 pub struct MissionDay {
@@ -29,11 +61,13 @@ pub struct MissionDay {
     pub steps: BTreeMap<TaskId, TaskStep>,
     /// By its own estimate, where the robot was at each call of an action.
     pub places_of_calls: Vec<Option<Pose>>,
-    /// Contacts of the robot's body so far.
-    pub contacts: Vec<Contact>,
+    /// Contacts of the robot's body so far, each with what led to it.
+    pub contacts: Vec<(Contact, Vec<Moment>)>,
+    recent: VecDeque<Moment>,
     /// Notices for people, warnings and errors among them.
     pub notices: Vec<String>,
     estimate: Option<Pose>,
+    drive: Drive,
     is_localised: bool,
     goals: BTreeMap<GoalId, GoalStatus>,
     commands: u128,
@@ -55,6 +89,8 @@ impl MissionDay {
             steps: BTreeMap::new(),
             places_of_calls: Vec::new(),
             contacts: Vec::new(),
+            recent: VecDeque::new(),
+            drive: Drive::default(),
             notices: Vec::new(),
             estimate: None,
             is_localised: false,
@@ -88,14 +124,14 @@ impl MissionDay {
     pub fn advance_until(&mut self, seconds_max: f64, is_done: impl Fn(&Self) -> bool) {
         let end = self.lockstep.now() + Span::from_secs_f64(seconds_max);
         while self.lockstep.now() < end && !is_done(self) {
-            self.advance(Span::from_millis(200).min(end - self.lockstep.now()));
+            self.advance(MOMENT.min(end - self.lockstep.now()));
         }
     }
 
     fn advance(&mut self, time: Span) {
         let until = self.lockstep.now() + time;
         let Self { lockstep, missions, is_charging, steps, places_of_calls, .. } = self;
-        let Self { notices, estimate, is_localised, goals, .. } = self;
+        let Self { notices, estimate, drive, is_localised, goals, .. } = self;
         lockstep.advance(until, &mut |_, effect| match effect {
             StackEffect::Publish(Publication::Estimate(now)) => *estimate = Some(now.map_from_base),
             StackEffect::Publish(Publication::Localisation(state)) => {
@@ -107,6 +143,7 @@ impl MissionDay {
                 goals.insert(update.id, update.status.clone());
             }
             StackEffect::Publish(Publication::Notice(notice)) => notices.push(notice.text.clone()),
+            StackEffect::Drive(now) => *drive = *now,
             StackEffect::CallAction { .. } => places_of_calls.push(*estimate),
             StackEffect::Commit { events, .. } => {
                 for event in events {
@@ -118,7 +155,30 @@ impl MissionDay {
             }
             _ => {}
         });
-        self.contacts.extend(self.lockstep.simulator().take_contacts());
+        self.remember_moment();
+        let contacts = self.lockstep.simulator().take_contacts();
+        let recent: Vec<Moment> = self.recent.iter().cloned().collect();
+        self.contacts.extend(contacts.into_iter().map(|contact| (contact, recent.clone())));
+    }
+
+    fn remember_moment(&mut self) {
+        let simulator = self.lockstep.simulator();
+        let Some(base) = isometry_from_pose(&simulator.truth().site_from_base) else { return };
+        let (position, ahead) = (base.translation.vector, base.rotation * Vector3::x());
+        let away = |at: &Vec3| (at.x - position.x).hypot(at.y - position.y);
+        let people = simulator.people();
+        let nearest = people.iter().filter(|at| (at.z - position.z).abs() < 1.5 && away(at) < 3.0);
+        let nearest = nearest.min_by(|a, b| away(a).total_cmp(&away(b)));
+        let velocity = self.drive.velocity;
+        if self.recent.len() == MOMENTS_KEPT {
+            self.recent.pop_front();
+        }
+        self.recent.push_back(Moment {
+            at: self.lockstep.now(),
+            place: [position.x, position.y, ahead.y.atan2(ahead.x)],
+            drive: [velocity.linear.x, velocity.linear.y, velocity.angular.z],
+            person: nearest.map(|at| [at.x, at.y]),
+        });
     }
 
     /// How a run has ended, if it has.

@@ -140,13 +140,14 @@ impl MissionScore {
     }
 
     fn add_contacts(&mut self, day: &MissionDay) {
-        for contact in &day.contacts {
+        for (contact, before) in &day.contacts {
             match contact.with {
                 ContactWith::Solid => self.solids_touched += 1,
                 ContactWith::Person(_) if contact.is_by_robot => self.people_touched += 1,
                 ContactWith::Person(_) => self.people_walked_into_it += 1,
             }
             self.details.push(format!("{contact:?}"));
+            self.details.extend(before.iter().map(|moment| moment.describe(contact.at)));
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use crate::failure::Failure;
 use crate::{
-    align, convert, example, export, import, info, localise, map, merge, optimise, patch, replay, sim_record,
-    site, topomap, trajectory, up,
+    account, align, changes, convert, example, export, import, info, localise, map, merge, optimise, patch,
+    replay, sim_record, site, topomap, trajectory, up, verify,
 };
 use clap::{Parser, Subcommand};
 
@@ -14,7 +14,7 @@ use clap::{Parser, Subcommand};
     about,
     max_term_width = 110,
     after_help = "EXAMPLES:
-  autoinspect up --robot sim:b1              simulate a robot in a test hall and open http://127.0.0.1:8080
+  autoinspect up --demo --robot sim:b1       simulate a robot in a test hall and open http://127.0.0.1:8080
   autoinspect map recording.mcap --out m     make a map from a recording
   autoinspect info recording.mcap            say what a recording holds and lacks
 
@@ -30,6 +30,10 @@ pub struct Cli {
 enum Command {
     /// Run the platform: a robot's core and the server for browsers.
     Up(up::UpArgs),
+    /// Accounts of people and tokens of programs, on the robot's own console.
+    Account(account::AccountArgs),
+    /// Check that the ledger is whole and its audit log unchanged.
+    Verify(verify::VerifyArgs),
     /// Make a map from recordings or folders of scans.
     Map(map::MapArgs),
     /// Localise a recorded robot in a known map.
@@ -44,6 +48,8 @@ enum Command {
     Import(import::ImportArgs),
     /// Give a saved map the frame of another one of the same site.
     Align(align::AlignArgs),
+    /// Find the objects that appeared, were removed or moved between two visits.
+    Changes(changes::ChangesArgs),
     /// Make a topological map, nodes and edges, from a saved map.
     Topomap(topomap::TopomapArgs),
     /// Make a site to try: map, topological map, inspection points, a mission and a schedule.
@@ -99,6 +105,8 @@ impl Cli {
     pub fn run(self) -> Result<(), Failure> {
         match self.command {
             Command::Up(args) => up::run(&args),
+            Command::Account(args) => account::run(&args),
+            Command::Verify(args) => verify::run(&args),
             Command::Map(args) => map::run(&args),
             Command::Localise(args) => localise::run(&args),
             Command::Merge(args) => merge::run(&args),
@@ -106,6 +114,7 @@ impl Cli {
             Command::Export(args) => export::run(&args),
             Command::Import(args) => import::run(&args),
             Command::Align(args) => align::run(&args),
+            Command::Changes(args) => changes::run(&args),
             Command::Topomap(args) => topomap::run(&args),
             Command::Example(args) => example::run(&args),
             Command::Optimise(args) => optimise::run(&args),

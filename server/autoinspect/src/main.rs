@@ -3,8 +3,10 @@
 //! Standard output has results only; with `--json` its last line is one JSON object. Progress and errors go to
 //! standard error. Exit codes: 0 done, 1 failed, 2 bad usage or unreadable input.
 
+mod account;
 mod align;
 mod calibration;
+mod changes;
 mod cli;
 mod convert;
 mod example;
@@ -36,6 +38,7 @@ mod texts;
 mod topomap;
 mod trajectory;
 mod up;
+mod verify;
 
 use clap::Parser;
 use std::process::ExitCode;

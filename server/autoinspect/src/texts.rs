@@ -196,6 +196,25 @@ pub fn invalid_frame(text: &str) -> String {
     format!("'{text}' is not a frame; write X,Y,Z,QX,QY,QZ,QW (metres, quaternion)")
 }
 
+/// A recording whose scans have no poses.
+pub fn no_poses_in(path: &Path) -> String {
+    format!(
+        "{} holds no poses (nav_msgs/Odometry) at the times of its scans; make a map of it with `autoinspect map` and give the map's folder",
+        path.display()
+    )
+}
+
+/// Two visits without a difference.
+pub const NOTHING_CHANGED: &str = "nothing has changed where both visits have looked";
+
+/// An object that changed. Lengths in metres.
+pub fn changed_object(kind: &str, centre_m: [f64; 3], size_m: [f64; 3], from_m: Option<[f64; 3]>) -> String {
+    let place = |[x, y, z]: [f64; 3]| format!("{x:.2}, {y:.2}, {z:.2} m");
+    let [length, width, height] = size_m;
+    let from = from_m.map(|from| format!(", from {}", place(from))).unwrap_or_default();
+    format!("{kind} at {}, {length:.2} x {width:.2} x {height:.2} m{from}", place(centre_m))
+}
+
 /// A self filter whose corners are not in order.
 pub const SELF_FILTER_IS_NO_BOX: &str =
     "self_filter is no box; give min_m and max_m with three numbers each, the first smaller than the second";
@@ -338,8 +357,8 @@ pub fn contradicts_more(after: f64, before: f64) -> String {
 // The platform.
 
 /// It runs and can be opened at this address.
-pub fn platform_running(address: &dyn Display) -> String {
-    format!("AutoInspect is running: http://{address}")
+pub fn platform_running(address: &str) -> String {
+    format!("AutoInspect is running: {address}")
 }
 
 /// How it is stopped.
@@ -459,3 +478,60 @@ pub const EXAMPLE_HAS_NO_NODES: &str = "the walk of the example made no nodes; g
 /// No plate is seen from a node of the example.
 pub const EXAMPLE_SEES_NOTHING: &str =
     "nothing to inspect is seen from the nodes of the example; give its walk more minutes";
+
+/// A demonstration needs no sign-in, so it is not for a network.
+pub fn demo_on_network(listen: &dyn Display) -> String {
+    format!(
+        "with --demo nobody signs in, so the server cannot listen on {listen}, which others can reach. Leave --demo out, or use --listen 127.0.0.1:8080"
+    )
+}
+
+/// There is an admin, or the core has not run yet.
+pub const NO_FIRST_ADMIN_LINK: &str = "there is no link for a first admin: there is an admin already, or the platform has not run yet. \"autoinspect account list\" shows the accounts";
+
+/// While there is no admin: how to make the first one.
+pub fn make_first_admin(link: &str) -> String {
+    format!("nobody can sign in yet. This address makes the first admin, once: {link}")
+}
+
+/// How people make their browsers trust the robot's own certificate authority.
+pub fn trust_authority(address: &str, fingerprint: &str) -> String {
+    format!(
+        "browsers warn until they trust the robot's own certificate authority. {address}/trust.html explains how; its SHA-256 fingerprint is {fingerprint}"
+    )
+}
+
+/// There is no certificate authority of the robot's own.
+pub const NO_AUTHORITY: &str = "the robot has no certificate authority of its own yet. \"autoinspect up --tls auto\" makes it at its first start";
+
+/// There is an account of this name.
+pub fn account_exists(account: &str) -> String {
+    format!(
+        "there is an account {account} already. \"autoinspect account reset {account}\" sets a new password"
+    )
+}
+
+/// There is no account of this name.
+pub fn no_account(account: &str) -> String {
+    format!("there is no account {account}. \"autoinspect account list\" shows those that there are")
+}
+
+/// There is no valid token of this name.
+pub fn no_token(name: &str) -> String {
+    format!("there is no valid token {name}. \"autoinspect account list\" shows those that there are")
+}
+
+/// Asks for a password at a terminal.
+pub fn password_prompt(account: &str) -> String {
+    format!("New password of {account}: ")
+}
+
+/// A data directory without a ledger.
+pub fn no_ledger(path: &Path) -> String {
+    format!("there is no ledger at {}. Give the data directory of a platform that has run", path.display())
+}
+
+/// Every row of the ledger is whole, and its audit log has this number of entries.
+pub fn ledger_is_whole(entries: u64, last: &str) -> String {
+    format!("the ledger is whole; its audit log has {entries} entries, the last with the checksum {last}")
+}

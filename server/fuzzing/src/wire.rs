@@ -7,7 +7,6 @@ use links::{RobotMessage, RobotRequest};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use uuid::Uuid;
-use vocab::ClientId;
 
 /// Messages on the control socket, of both sides. The first byte chooses the side.
 pub fn client_socket(bytes: &[u8]) {
@@ -70,7 +69,7 @@ const STEP_S: f64 = 0.3;
 pub fn client_model(bytes: &[u8]) {
     let mut effects = Vec::new();
     let mut now = ClientTime(0.0);
-    let mut model = Model::new(ClientId(Uuid::nil()), Ids::new(1), ViewSettings::default(), now);
+    let mut model = Model::new(api::LeaseToken(Uuid::nil()), Ids::new(1), ViewSettings::default(), now);
     model.connect(&mut effects);
     for socket in [Socket::Control, Socket::Stream] {
         model.handle_event(now, ClientEvent::SocketOpened(socket), &mut effects);

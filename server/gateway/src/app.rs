@@ -3,6 +3,7 @@
 use crate::GatewayConfig;
 use crate::hub::Hub;
 use crate::limits::{FIXED, Limits};
+use crate::tls::Encryption;
 use std::path::PathBuf;
 use std::sync::Arc;
 use tokio::sync::{Semaphore, mpsc, watch};
@@ -11,6 +12,8 @@ use tokio::sync::{Semaphore, mpsc, watch};
 pub(crate) struct App {
     pub(crate) hub: Arc<Hub>,
     pub(crate) limits: Limits,
+    /// How connections are encrypted; none: they are not.
+    pub(crate) encryption: Option<Encryption>,
     pub(crate) data_dir: PathBuf,
     pub(crate) static_dir: PathBuf,
     /// One permit for each file that may be on its way.
@@ -31,12 +34,14 @@ impl App {
         config: &GatewayConfig,
         limits: Limits,
         hub: Arc<Hub>,
+        encryption: Option<Encryption>,
         stopping: watch::Receiver<bool>,
         alive: mpsc::Sender<()>,
     ) -> Self {
         Self {
             hub,
             limits,
+            encryption,
             data_dir: config.data_dir.clone(),
             static_dir: config.static_dir.clone(),
             uploading: Semaphore::new(FIXED.max_uploads_at_a_time),

@@ -1,5 +1,6 @@
 //! A client's TCP connection: options that keep it fresh, and an end to it when the client stops reading.
 
+use crate::address_places::AddressPlace;
 use crate::limits::FIXED;
 use socket2::{SockRef, TcpKeepalive};
 use std::future::Future;
@@ -19,15 +20,31 @@ pub(crate) struct ClientIo {
     /// Runs while a write waits.
     stall: Option<Pin<Box<Sleep>>>,
     _place: OwnedSemaphorePermit,
+    _place_of_address: AddressPlace,
 }
 
 impl ClientIo {
     /// Wraps an accepted connection.
-    pub(crate) fn new(stream: TcpStream, stall_limit: Duration, place: OwnedSemaphorePermit) -> Self {
+    pub(crate) fn new(
+        stream: TcpStream,
+        stall_limit: Duration,
+        place: OwnedSemaphorePermit,
+        place_of_address: AddressPlace,
+    ) -> Self {
         if let Err(error) = keep_fresh(&stream) {
             tracing::debug!(%error, "a socket refused an option");
         }
-        Self { stream, stall_limit, stall: None, _place: place }
+        Self { stream, stall_limit, stall: None, _place: place, _place_of_address: place_of_address }
+    }
+
+    /// Whether the client speaks TLS: its first byte is that of a handshake (RFC 8446, 5.1). Waits for the byte and leaves it there.
+    ///
+    /// # Errors
+    /// When the connection fails.
+    pub(crate) async fn begins_with_tls(&self) -> io::Result<bool> {
+        const HANDSHAKE: u8 = 22;
+        let mut first = [0];
+        Ok(self.stream.peek(&mut first).await? == 1 && first == [HANDSHAKE])
     }
 
     fn guard<T>(&mut self, context: &mut Context<'_>, polled: Poll<io::Result<T>>) -> Poll<io::Result<T>> {
@@ -100,6 +117,7 @@ impl AsyncWrite for ClientIo {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::address_places::AddressPlaces;
     use std::sync::Arc;
     use tokio::io::AsyncWriteExt;
     use tokio::net::TcpListener;
@@ -112,7 +130,8 @@ mod tests {
             TcpStream::connect(listener.local_addr().expect("an address")).await.expect("a connection");
         let (ours, _) = listener.accept().await.expect("accepted");
         let place = places.clone().try_acquire_owned().expect("a place");
-        (ClientIo::new(ours, stall_limit, place), theirs)
+        let of_address = AddressPlaces::new(1).claim([127, 0, 0, 1].into()).expect("a place");
+        (ClientIo::new(ours, stall_limit, place, of_address), theirs)
     }
 
     #[tokio::test]

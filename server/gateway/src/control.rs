@@ -1,5 +1,7 @@
 //! The control socket: sends state to a client and receives its commands.
 
+use crate::access::Identity;
+use crate::access::texts::{SIGN_IN_FIRST, role_refused};
 use crate::app::App;
 use crate::hub::ControlSeat;
 use crate::limits::RateLimit;
@@ -8,23 +10,27 @@ use crate::snapshot::Cursor;
 use crate::socket::{Closing, Incoming, Outgoing, close};
 use crate::texts;
 use crate::wire::ServerMessageRef;
-use api::{ClientMessage, Command, CommandOutcome, EditDone, EditOutcome, EditRefusal, Event};
+use api::access::message_privilege;
+use api::{
+    ClientMessage, Command, CommandOutcome, EditDone, EditOutcome, EditRefusal, Event, LeaseToken, Role, You,
+};
 use axum::extract::ws::WebSocket;
 use futures_util::StreamExt;
 use site_model::Edit;
 use std::sync::Arc;
 use std::time::Instant;
-use vocab::{ClientId, CommandId};
+use vocab::CommandId;
 
 /// Shown to clients in the welcome.
 const PROGRAM: &str = concat!("autoinspect ", env!("CARGO_PKG_VERSION"));
 
 /// Serves one control socket to its end.
-pub(crate) async fn serve(socket: WebSocket, app: Arc<App>) {
+pub(crate) async fn serve(socket: WebSocket, app: Arc<App>, identity: Identity) {
     let (mut sink, stream) = socket.split();
     let mut incoming = Incoming::new(stream, app.limits.silence);
     let closing = tokio::select! {
-        closing = converse(&mut sink, &mut incoming, &app) => closing,
+        closing = converse(&mut sink, &mut incoming, &app, &identity) => closing,
+        () = app.hub.access.revoked(&identity) => Closing::SignedOut,
         () = app.shutdown() => Closing::Shutdown,
     };
     let last_message = match &closing {
@@ -34,42 +40,60 @@ pub(crate) async fn serve(socket: WebSocket, app: Arc<App>) {
     close(sink, incoming, closing, last_message).await;
 }
 
-async fn converse(sink: &mut Outgoing, incoming: &mut Incoming, app: &Arc<App>) -> Closing {
+async fn converse(
+    sink: &mut Outgoing,
+    incoming: &mut Incoming,
+    app: &Arc<App>,
+    identity: &Identity,
+) -> Closing {
     let greeted = match tokio::time::timeout(app.limits.silence, app.greeting.acquire()).await {
         Ok(_turn) => greeting(incoming).await,
         Err(_) => Err(Closing::Silent),
     };
-    let client = match greeted {
-        Ok(client) => client,
+    let caller = match greeted {
+        Ok(lease) => identity.at_socket(lease),
         Err(closing) => return closing,
     };
-    let Some(seat) = ControlSeat::claim(&app.hub, client) else {
-        return Closing::Refused(texts::too_many_clients(app.limits.clients));
+    let seat = match ControlSeat::claim(&app.hub, caller, identity.account.as_deref()) {
+        Ok(seat) => seat,
+        Err(reason) => return Closing::Refused(reason),
     };
+    let you = you(&seat, identity, app);
     tokio::select! {
-        closing = write_events(sink, &seat, app) => closing,
-        closing = listen(incoming, &seat, app) => closing,
+        closing = write_events(sink, &seat, app, &you) => closing,
+        closing = listen(incoming, &seat, app, identity) => closing,
         () = seat.outbox.overflowed() => {
             Closing::Refused(texts::ANSWERS_NOT_READ.to_owned())
         }
     }
 }
 
-/// The client's id, from its hello.
-async fn greeting(incoming: &mut Incoming) -> Result<ClientId, Closing> {
+/// Who a client is, for itself.
+fn you(seat: &ControlSeat, identity: &Identity, app: &App) -> You {
+    You {
+        client: seat.client(),
+        account: identity.account.clone(),
+        // Nobody else is let in.
+        role: identity.role.unwrap_or(Role::Viewer),
+        is_demo: app.hub.access.is_demo,
+    }
+}
+
+/// The client's secret, from its hello.
+async fn greeting(incoming: &mut Incoming) -> Result<LeaseToken, Closing> {
     match incoming.message().await? {
-        ClientMessage::Hello { version: api::VERSION, client } => Ok(client),
+        ClientMessage::Hello { version: api::VERSION, lease } => Ok(lease),
         ClientMessage::Hello { version, .. } => Err(Closing::wrong_version(version)),
         _ => Err(Closing::Refused(texts::NO_HELLO.to_owned())),
     }
 }
 
 /// Writes the welcome, the snapshot and every change, newest values only, until the connection fails.
-async fn write_events(sink: &mut Outgoing, seat: &ControlSeat, app: &App) -> Closing {
+async fn write_events(sink: &mut Outgoing, seat: &ControlSeat, app: &App, you: &You) -> Closing {
     let mut changes = seat.changes();
     let mut cursor = Cursor::default();
     let mut sequence = 0;
-    let welcome = ServerMessageRef::Welcome { version: api::VERSION, program: PROGRAM };
+    let welcome = ServerMessageRef::Welcome { version: api::VERSION, program: PROGRAM, you };
     if let Err(closing) = sink_message(sink, &welcome).await {
         return closing;
     }
@@ -122,10 +146,18 @@ async fn sink_message(sink: &mut Outgoing, message: &ServerMessageRef<'_>) -> Re
 }
 
 /// Reads commands and pings until the client leaves or falls silent.
-async fn listen(incoming: &mut Incoming, seat: &ControlSeat, app: &App) -> Closing {
+async fn listen(incoming: &mut Incoming, seat: &ControlSeat, app: &App, identity: &Identity) -> Closing {
     let mut rates = CommandRates::new(app.limits.commands_per_second);
     loop {
-        match incoming.message().await {
+        let message = incoming.message().await;
+        app.hub.access.note_used(identity);
+        if let Ok(message) = &message
+            && let Err(reason) = check(message, identity)
+        {
+            refuse(seat, message, reason);
+            continue;
+        }
+        match message {
             Ok(ClientMessage::Ping { token }) => seat.outbox.pong(token),
             Ok(ClientMessage::RequestGraph) => seat.outbox.request_graph(),
             Ok(ClientMessage::RequestSite) => seat.outbox.request_site(),
@@ -137,6 +169,37 @@ async fn listen(incoming: &mut Incoming, seat: &ControlSeat, app: &App) -> Closi
             Err(closing) => return closing,
         }
     }
+}
+
+/// Asks the privilege table. The core asks it again.
+///
+/// # Errors
+/// Why the message is refused, one sentence.
+fn check(message: &ClientMessage, identity: &Identity) -> Result<(), String> {
+    let privilege = message_privilege(message);
+    match identity.role {
+        role if privilege.admits(role) => Ok(()),
+        Some(role) => Err(role_refused(role, privilege)),
+        None => Err(SIGN_IN_FIRST.to_owned()),
+    }
+}
+
+/// Answers a message that was refused, if it is of a kind that is answered.
+fn refuse(seat: &ControlSeat, message: &ClientMessage, reason: String) {
+    let event = match message {
+        ClientMessage::Command { id, .. } => {
+            Event::CommandDone { id: *id, outcome: CommandOutcome::Refused(reason) }
+        }
+        ClientMessage::Edit(edit) => {
+            let outcome = EditOutcome::Refused(EditRefusal::Rejected(reason));
+            Event::EditDone(EditDone { id: edit.id, outcome })
+        }
+        ClientMessage::Hello { .. }
+        | ClientMessage::Ping { .. }
+        | ClientMessage::RequestGraph
+        | ClientMessage::RequestSite => return,
+    };
+    seat.outbox.answer(Arc::new(event));
 }
 
 fn handle_command(seat: &ControlSeat, rates: &mut CommandRates, id: CommandId, command: Command) {

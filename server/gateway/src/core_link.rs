@@ -1,6 +1,6 @@
 //! The gateway's side of the Unix socket to the core: connects, reconnects, and passes messages both ways.
 
-use crate::hub::Hub;
+use crate::hub::{CoreMessages, Hub};
 use crate::texts;
 use api::{CoreMessage, DecodeError, GatewayMessage, MAX_MESSAGE_BYTES};
 use axum::body::Bytes;
@@ -12,7 +12,6 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::net::UnixStream;
 use tokio::net::unix::{OwnedReadHalf, OwnedWriteHalf};
-use tokio::sync::mpsc;
 use tokio_util::codec::{FramedRead, FramedWrite, LengthDelimitedCodec};
 
 /// Parameters of the link to the core.
@@ -100,17 +99,16 @@ async fn exchange(mut reader: Reader, mut writer: Writer, hub: &Arc<Hub>) -> Cor
     }
 }
 
-/// Writes commands in their order, and the number of listeners whenever it changes.
-async fn write_all(
-    writer: &mut Writer,
-    outgoing: &mut mpsc::Receiver<GatewayMessage>,
-    hub: &Hub,
-) -> CoreLinkError {
+/// Writes what waits, Stop motion first, and the clients and listeners whenever they change.
+async fn write_all(writer: &mut Writer, outgoing: &mut CoreMessages, hub: &Hub) -> CoreLinkError {
     let mut listeners = hub.listeners();
     listeners.mark_changed();
+    let mut present = hub.present();
+    present.mark_changed();
     loop {
         let message = tokio::select! {
-            Some(command) = outgoing.recv() => command,
+            Some(message) = outgoing.next() => message,
+            Ok(()) = present.changed() => GatewayMessage::Clients(present.borrow_and_update().clone()),
             Ok(()) = listeners.changed() => {
                 let now = *listeners.borrow_and_update();
                 GatewayMessage::Listeners { clients: now.clients, streams: now.streams }

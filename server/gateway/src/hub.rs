@@ -3,10 +3,14 @@
 //! One lock protects the state; it is never held across an await. Nobody waits for a client: the link to the core writes into the [`Snapshot`],
 //! and every client reads from it at its own pace.
 
+mod core_queue;
 mod seats;
 
+pub(crate) use core_queue::CoreMessages;
 pub(crate) use seats::{ControlSeat, StreamSeat};
 
+use crate::access::AccessGate;
+use crate::access::current_caller;
 use crate::limits::{FIXED, Limits};
 use crate::outbox::Outbox;
 use crate::robot_clock::RobotClock;
@@ -14,20 +18,21 @@ use crate::site::{ActionSchemas, SiteRequests};
 use crate::snapshot::Snapshot;
 use crate::stored_data::StoredData;
 use crate::texts;
+use api::access::{AccountRefusal, AccountReply, AccountRequest};
 use api::{
-    Command, CommandOutcome, CoreMessage, EditDone, EditOutcome, EditRefusal, Event, GatewayMessage, Notice,
-    Platform, ProcessRestart, Query, QueryReply, ScanFrame, Severity, SiteState,
+    Caller, Command, CommandOutcome, CoreMessage, EditDone, EditOutcome, EditRefusal, Event, GatewayMessage,
+    Notice, Platform, ProcessRestart, Query, QueryReply, ScanFrame, Severity, SiteState,
 };
+use core_queue::CoreQueue;
 use site_model::{Edit, EditId};
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
-use tokio::sync::{mpsc, oneshot, watch};
+use tokio::sync::{oneshot, watch};
 use uuid::Uuid;
 use vocab::{ClientId, CommandId, Stamp};
 
-/// Whose commands those are that came over HTTP.
-const HTTP_CLIENT: ClientId = ClientId(Uuid::from_u128(u128::from_be_bytes(*b"AutoInspect HTTP")));
+type AccountResult = Result<AccountReply, AccountRefusal>;
 
 /// Clients that listen, as [`GatewayMessage::Listeners`] tells the core.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -53,14 +58,20 @@ impl LiveScan {
 
 /// State shared by all connections.
 pub(crate) struct Hub {
+    /// Who may use the gateway.
+    pub(crate) access: AccessGate,
     state: Mutex<State>,
     clients_max: usize,
+    /// Control sockets of one account.
+    clients_of_account_max: usize,
     /// When this process started, nanoseconds since 1970: part of the ids of its own commands.
     started_ns: u64,
     /// Changes whenever there may be something to send to a client.
     changed: watch::Sender<()>,
     scan: watch::Sender<Option<Arc<LiveScan>>>,
     listeners: watch::Sender<Listeners>,
+    /// Clients with a control socket.
+    present: watch::Sender<Vec<ClientId>>,
 }
 
 struct State {
@@ -69,7 +80,7 @@ struct State {
     restart_notice: Option<String>,
     clock: RobotClock,
     /// Queue to the core; `None` while it is not connected.
-    core: Option<mpsc::Sender<GatewayMessage>>,
+    core: Option<CoreQueue>,
     /// Why the core is not connected, one sentence.
     core_fault: String,
     /// Whether the core was asked for the whole graph and has not answered.
@@ -78,13 +89,16 @@ struct State {
     next_member: u64,
     stream_sockets: usize,
     /// Commands that came over HTTP and are not answered.
-    requests: BTreeMap<CommandId, oneshot::Sender<CommandOutcome>>,
+    requests: BTreeMap<CommandId, (ClientId, oneshot::Sender<CommandOutcome>)>,
     /// Number of commands that came over HTTP.
     requests_made: u64,
     /// Whether the core was asked for the whole site and has not answered.
     is_site_requested: bool,
     /// Edits and questions that the core has not answered.
     site_requests: SiteRequests,
+    /// Requests about accounts that the core has not answered, by their number.
+    account_requests: BTreeMap<u64, oneshot::Sender<AccountResult>>,
+    account_requests_made: u64,
     /// Schemas of the actions that can be called.
     schemas: Arc<ActionSchemas>,
 }
@@ -92,6 +106,8 @@ struct State {
 /// One control socket.
 struct Member {
     client: ClientId,
+    /// Who has signed in; none: nobody needs to.
+    account: Option<String>,
     outbox: Arc<Outbox>,
     /// Forwarded commands that the core has not answered.
     pending: VecDeque<CommandId>,
@@ -105,10 +121,10 @@ impl State {
         let is_stale = self.snapshot.is_graph_stale();
         if is_stale
             && !self.is_graph_requested
-            && let Some(core) = self.core.as_ref().filter(|core| core.capacity() > FIXED.places_for_stops)
+            && let Some(core) = self.core.as_ref().filter(|core| core.has_room())
         {
             tracing::warn!("changes of the pose graph do not apply; the whole graph is asked for");
-            self.is_graph_requested = core.try_send(GatewayMessage::RequestGraph).is_ok();
+            self.is_graph_requested = core.send(GatewayMessage::RequestGraph).is_ok();
         }
         self.is_graph_requested &= is_stale;
     }
@@ -118,10 +134,10 @@ impl State {
         let is_stale = self.snapshot.is_site_stale();
         if is_stale
             && !self.is_site_requested
-            && let Some(core) = self.core.as_ref().filter(|core| core.capacity() > FIXED.places_for_stops)
+            && let Some(core) = self.core.as_ref().filter(|core| core.has_room())
         {
             tracing::warn!("a change of the site does not apply; the whole site is asked for");
-            self.is_site_requested = core.try_send(GatewayMessage::RequestSite).is_ok();
+            self.is_site_requested = core.send(GatewayMessage::RequestSite).is_ok();
         }
         self.is_site_requested &= is_stale;
     }
@@ -131,26 +147,27 @@ impl State {
     /// Puts an edit into the queue to the core, and lets `wait` note who waits for its answer.
     fn forward_edit<T>(
         &mut self,
-        by: ClientId,
+        by: Caller,
         edit: Edit,
         wait: impl FnOnce(&mut SiteRequests, EditId) -> Result<T, &'static str>,
     ) -> Result<T, &'static str> {
         let core = self.core.as_ref().ok_or(texts::CORE_LOST)?;
-        if core.capacity() <= FIXED.places_for_stops {
+        if !core.has_room() {
             return Err(texts::CORE_BUSY);
         }
         let id = edit.id;
         self.site_requests.admit(&edit)?;
         let waiting = wait(&mut self.site_requests, id)?;
-        core.try_send(GatewayMessage::Edit { by, edit }).map_err(|_| texts::CORE_BUSY)?;
+        core.send(GatewayMessage::Edit { by, edit })?;
         Ok(waiting)
     }
 }
 
 impl Hub {
     /// Without core and clients.
-    pub(crate) fn new(limits: &Limits, restart: Option<ProcessRestart>) -> Self {
+    pub(crate) fn new(limits: &Limits, restart: Option<ProcessRestart>, access: AccessGate) -> Self {
         Self {
+            access,
             state: Mutex::new(State {
                 restart_notice: restart.as_ref().map(|restart| texts::server_restarted(&restart.cause)),
                 snapshot: Snapshot::new(restart),
@@ -165,13 +182,17 @@ impl Hub {
                 requests_made: 0,
                 is_site_requested: false,
                 site_requests: SiteRequests::default(),
+                account_requests: BTreeMap::new(),
+                account_requests_made: 0,
                 schemas: Arc::new(ActionSchemas::new(&[])),
             }),
             started_ns: started_ns(),
             clients_max: limits.clients,
+            clients_of_account_max: limits.clients_of_account,
             changed: watch::Sender::new(()),
             scan: watch::Sender::new(None),
             listeners: watch::Sender::new(Listeners::default()),
+            present: watch::Sender::default(),
         }
     }
 
@@ -181,11 +202,11 @@ impl Hub {
     }
 
     /// A core has sent its hello; its snapshot follows. Returns the queue of messages for it.
-    pub(crate) fn core_connected(&self) -> mpsc::Receiver<GatewayMessage> {
-        let (sender, receiver) = mpsc::channel(FIXED.max_queued_commands);
+    pub(crate) fn core_connected(&self) -> CoreMessages {
+        let (queue, messages) = CoreQueue::new();
         {
             let mut state = self.lock();
-            state.core = Some(sender);
+            state.core = Some(queue);
             state.is_graph_requested = false;
             state.is_site_requested = false;
             state.clock = RobotClock::new();
@@ -193,7 +214,7 @@ impl Hub {
             state.snapshot.change_platform(|platform| platform.core_connected = true);
         }
         self.changed.send_replace(());
-        receiver
+        messages
     }
 
     /// The connection to the core has ended, for this reason. Commands that the core has not answered are refused.
@@ -208,6 +229,7 @@ impl Hub {
             // Those who wait learn it from their end of the channel.
             state.requests.clear();
             state.site_requests.clear();
+            state.account_requests.clear();
             for member in state.members.values_mut() {
                 for id in member.pending.drain(..) {
                     let outcome = CommandOutcome::Refused(texts::CORE_LOST_BEFORE_ANSWER.to_owned());
@@ -248,6 +270,13 @@ impl Hub {
                 }
                 self.changed.send_replace(());
             }
+            CoreMessage::Access(access) => self.access.set(access),
+            CoreMessage::AccountReply { number, result } => {
+                if let Some(waiting) = self.lock().account_requests.remove(&number) {
+                    // Whoever waited may have gone.
+                    waiting.send(result).ok();
+                }
+            }
             CoreMessage::Reply { number, result } => self.lock().site_requests.reply(number, result),
             CoreMessage::Scan { stamp, map_from_base, points } => {
                 let frame = ScanFrame { sequence: 0, stamp, map_from_base, points };
@@ -258,9 +287,9 @@ impl Hub {
 
     fn answer(&self, client: ClientId, event: Event) {
         let mut state = self.lock();
-        if client == HTTP_CLIENT
-            && let Event::CommandDone { id, outcome } = &event
-            && let Some(request) = state.requests.remove(id)
+        if let Event::CommandDone { id, outcome } = &event
+            && state.requests.get(id).is_some_and(|(by, _)| *by == client)
+            && let Some((_, request)) = state.requests.remove(id)
         {
             // Whoever waited may have gone.
             request.send(outcome.clone()).ok();
@@ -306,17 +335,19 @@ impl Hub {
         command: Command,
     ) -> Result<oneshot::Receiver<CommandOutcome>, &'static str> {
         let mut state = self.lock();
-        state.requests.retain(|_, request| !request.is_closed());
+        let by = current_caller()?;
+        state.requests.retain(|_, (_, request)| !request.is_closed());
         let core = state.core.as_ref().ok_or(texts::CORE_LOST)?;
-        if state.requests.len() >= FIXED.max_http_commands || core.capacity() <= FIXED.places_for_stops {
+        let is_stop = command == Command::StopMotion;
+        if !is_stop && (state.requests.len() >= FIXED.max_http_commands || !core.has_room()) {
             return Err(texts::CORE_BUSY);
         }
         let id = CommandId(Uuid::from_u64_pair(self.started_ns, state.requests_made));
-        let command = GatewayMessage::Command { id, by: HTTP_CLIENT, command };
-        core.try_send(command).map_err(|_| texts::CORE_BUSY)?;
+        let command = GatewayMessage::Command { id, by, command };
+        core.send(command)?;
         state.requests_made += 1;
         let (sender, receiver) = oneshot::channel();
-        state.requests.insert(id, sender);
+        state.requests.insert(id, (by.client, sender));
         Ok(receiver)
     }
 
@@ -325,7 +356,8 @@ impl Hub {
     /// # Errors
     /// Why it was not forwarded, one sentence.
     pub(crate) fn edit(&self, edit: Edit) -> Result<oneshot::Receiver<EditOutcome>, &'static str> {
-        self.lock().forward_edit(HTTP_CLIENT, edit, |requests, id| requests.wait_for_edit(id))
+        let by = current_caller()?;
+        self.lock().forward_edit(by, edit, |requests, id| requests.wait_for_edit(id))
     }
 
     /// Asks the core about what is stored. The answer comes as for [`Self::edit`].
@@ -336,15 +368,56 @@ impl Hub {
         &self,
         query: Query,
     ) -> Result<oneshot::Receiver<Result<QueryReply, String>>, &'static str> {
+        let by = current_caller()?;
         let mut state = self.lock();
         let State { core, site_requests, .. } = &mut *state;
         let core = core.as_ref().ok_or(texts::CORE_LOST)?;
-        if core.capacity() <= FIXED.places_for_stops {
+        if !core.has_room() {
             return Err(texts::CORE_BUSY);
         }
         let (number, receiver) = site_requests.wait_for_reply()?;
-        core.try_send(GatewayMessage::Query { number, query }).map_err(|_| texts::CORE_BUSY)?;
+        core.send(GatewayMessage::Query { number, by, query })?;
         Ok(receiver)
+    }
+
+    /// Asks the core something about accounts. The answer comes as for [`Self::edit`].
+    ///
+    /// # Errors
+    /// Why it was not asked, one sentence.
+    pub(crate) fn account(
+        &self,
+        by: Caller,
+        request: AccountRequest,
+    ) -> Result<oneshot::Receiver<AccountResult>, &'static str> {
+        let mut state = self.lock();
+        let State { core, account_requests, account_requests_made, .. } = &mut *state;
+        let core = core.as_ref().ok_or(texts::CORE_LOST)?;
+        account_requests.retain(|_, waiting| !waiting.is_closed());
+        if account_requests.len() >= FIXED.max_account_requests || !core.has_room() {
+            return Err(texts::CORE_BUSY);
+        }
+        *account_requests_made += 1;
+        let number = *account_requests_made;
+        core.send(GatewayMessage::Account { number, by, request })?;
+        let (sender, receiver) = oneshot::channel();
+        account_requests.insert(number, sender);
+        Ok(receiver)
+    }
+
+    /// Tells the core from time to time which sessions and tokens were used; never returns.
+    pub(crate) async fn report_uses(&self) {
+        let mut interval = tokio::time::interval(FIXED.use_report_period);
+        loop {
+            interval.tick().await;
+            let used = self.access.take_used();
+            let state = self.lock();
+            if let Some(core) = state.core.as_ref().filter(|core| core.has_room())
+                && !used.is_empty()
+            {
+                // If the queue is full after all, the next use is told.
+                core.send(GatewayMessage::CredentialsUsed(used)).ok();
+            }
+        }
     }
 
     /// The site, if the core has sent it.
@@ -368,6 +441,11 @@ impl Hub {
         self.lock().clock.now(Instant::now())
     }
 
+    /// Clients with a control socket now.
+    pub(crate) fn present(&self) -> watch::Receiver<Vec<ClientId>> {
+        self.present.subscribe()
+    }
+
     /// Clients connected now.
     pub(crate) fn listeners(&self) -> watch::Receiver<Listeners> {
         self.listeners.subscribe()
@@ -382,6 +460,8 @@ impl Hub {
         let clients = state.members.len() as u32;
         state.snapshot.change_platform(|platform| platform.clients = clients);
         self.listeners.send_modify(|listeners| listeners.clients = clients);
+        let present: BTreeSet<_> = state.members.values().map(|member| member.client).collect();
+        self.present.send_replace(present.into_iter().collect());
     }
 }
 

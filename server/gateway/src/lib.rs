@@ -9,6 +9,8 @@
 //! - Every queue has a limit. State that replaces earlier state is kept once, answers are counted, and a connection that stalls is closed.
 //! - Every refusal is a sentence that says what to do.
 
+mod access;
+mod address_places;
 mod app;
 mod blobs;
 mod byte_range;
@@ -39,16 +41,20 @@ mod snapshot;
 mod snapshot_site;
 mod socket;
 mod static_files;
+mod stop;
 mod stored_data;
 mod stream;
 mod texts;
 mod tile_pages;
+mod tls;
 mod uploads;
 mod wire;
 
+pub use access::{AccessConfig, socket_client};
 pub use limits::Limits;
 pub use openapi::description;
 pub use server::serve_with;
+pub use tls::{TlsConfig, TlsError, authority_fingerprint};
 
 use api::ProcessRestart;
 use std::future::Future;
@@ -68,6 +74,10 @@ pub struct GatewayConfig {
     pub data_dir: PathBuf,
     /// Folder of the client's page, with the bundle in `pkg`.
     pub static_dir: PathBuf,
+    /// Who may use it, and under which names.
+    pub access: AccessConfig,
+    /// How connections are encrypted.
+    pub tls: TlsConfig,
     /// Gets the address once clients can connect.
     pub on_ready: Option<oneshot::Sender<SocketAddr>>,
     /// Gets heartbeats while the gateway works.
@@ -79,6 +89,17 @@ pub struct GatewayConfig {
 /// Why the gateway could not start.
 #[derive(Debug, thiserror::Error)]
 pub enum GatewayError {
+    /// A demonstration, in which nobody signs in, is not for a network.
+    #[error(
+        "a demonstration needs no sign-in, so it cannot listen on {address}, which others can reach. Leave --demo out, or listen on 127.0.0.1"
+    )]
+    DemoOnNetwork {
+        /// The address.
+        address: SocketAddr,
+    },
+    /// Connections cannot be encrypted.
+    #[error(transparent)]
+    Tls(TlsError),
     /// The address cannot be listened on.
     #[error(
         "cannot listen on {address}: {source}. Choose another address, or stop the program that uses this one"

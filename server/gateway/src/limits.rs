@@ -9,6 +9,10 @@ pub struct Limits {
     pub connections: usize,
     /// Control sockets at a time; the same number applies to stream sockets. Further ones are refused with a sentence.
     pub clients: usize,
+    /// TCP connections at a time from one address, so that one computer does not take all.
+    pub connections_of_address: usize,
+    /// Control sockets at a time of one account, so that one account does not take all.
+    pub clients_of_account: usize,
     /// Time limit for the head of a request, and for an idle connection.
     pub header_timeout: Duration,
     /// Time without a message after which a WebSocket is closed.
@@ -26,6 +30,8 @@ impl Default for Limits {
         Self {
             connections: 512,
             clients: 64,
+            connections_of_address: 256,
+            clients_of_account: 24,
             header_timeout: Duration::from_secs(10),
             silence: Duration::from_secs(10),
             write_stall: Duration::from_secs(10),
@@ -58,8 +64,8 @@ pub(crate) struct FixedLimits {
     pub(crate) max_pending_commands: usize,
     /// Commands of all clients in the queue to the core.
     pub(crate) max_queued_commands: usize,
-    /// Places in that queue that are kept for Stop motion.
-    pub(crate) places_for_stops: usize,
+    /// Stops of motion of all clients in their own queue to the core. One that waits has the effect of all.
+    pub(crate) max_queued_stops: usize,
     /// Changes of the graph kept for clients that read slowly. A client further behind gets the whole graph.
     pub(crate) max_graph_changes: usize,
     /// Changes of the site kept for clients that read slowly. A client further behind gets the whole site.
@@ -96,6 +102,10 @@ pub(crate) struct FixedLimits {
     pub(crate) max_http_commands: usize,
     /// Longest wait for the core's answer to a command over HTTP. The disk lane may be saving a large map.
     pub(crate) max_answer_wait: Duration,
+    /// Requests about accounts that wait for the core's answer. Those that hash passwords wait for each other there.
+    pub(crate) max_account_requests: usize,
+    /// Time between two reports of used sessions to the core.
+    pub(crate) use_report_period: Duration,
     /// Uploads at a time.
     pub(crate) max_uploads_at_a_time: usize,
     /// Runs that are downloaded at a time.
@@ -133,7 +143,7 @@ pub(crate) const FIXED: FixedLimits = FixedLimits {
     max_answers: 256,
     max_pending_commands: 256,
     max_queued_commands: 256,
-    places_for_stops: 64,
+    max_queued_stops: 64,
     max_graph_changes: 256,
     max_site_changes: 1_024,
     max_site_change_bytes: 8 << 20,
@@ -152,6 +162,8 @@ pub(crate) const FIXED: FixedLimits = FixedLimits {
     max_page_entries: 1_000,
     max_http_commands: 32,
     max_answer_wait: Duration::from_secs(120),
+    max_account_requests: 64,
+    use_report_period: Duration::from_secs(20),
     max_uploads_at_a_time: 1,
     max_downloads_at_a_time: 4,
     max_download_chunks: 4,

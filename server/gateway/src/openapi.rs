@@ -1,14 +1,13 @@
 //! The description of the HTTP interface (OpenAPI 3.1), made from the handlers' own attributes.
 
+use crate::access::{audit, handlers as access};
 use crate::runs::handlers as runs;
 use crate::site::handlers as site;
-use crate::{blobs, documents, example, maps, uploads};
+use crate::tls::trust;
+use crate::{blobs, documents, example, maps, stop, uploads};
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
 use utoipa::OpenApi;
-
-/// Where the description is served.
-pub(crate) const PATH: &str = "/api/v1/openapi.json";
 
 #[derive(OpenApi)]
 #[openapi(
@@ -18,6 +17,23 @@ pub(crate) const PATH: &str = "/api/v1/openapi.json";
                        /api/v1/stream, in the messages of crate `api`.",
     ),
     paths(
+        trust::about,
+        trust::certificate,
+        trust::code,
+        access::session,
+        access::sign_in,
+        access::sign_out,
+        access::make_first_admin,
+        access::change_own_password,
+        access::list_accounts,
+        access::add_account,
+        access::change_account,
+        access::remove_account,
+        access::list_tokens,
+        access::add_token,
+        access::revoke_token,
+        audit::list,
+        stop::stop,
         maps::list,
         maps::damaged,
         maps::get,

@@ -65,3 +65,38 @@ pub(crate) enum SiteChangeProblems {
     #[response(status = 504, content_type = "application/problem+json")]
     NotAnswered(ProblemDocument),
 }
+
+/// Of a request about accounts.
+#[derive(IntoResponses)]
+pub(crate) enum AccountProblems {
+    /// The name or the document is malformed
+    #[response(status = 400, content_type = "application/problem+json")]
+    Malformed(ProblemDocument),
+    /// Name or password is wrong, or nobody has signed in
+    #[response(status = 401, content_type = "application/problem+json")]
+    NotSignedIn(ProblemDocument),
+    /// This needs a greater role, or the link is an old one
+    #[response(status = 403, content_type = "application/problem+json")]
+    Forbidden(ProblemDocument),
+    /// There is no such account or token
+    #[response(status = 404, content_type = "application/problem+json")]
+    NotFound(ProblemDocument),
+    /// It contradicts what there is; the detail says why and what to do
+    #[response(status = 409, content_type = "application/problem+json")]
+    Conflict(ProblemDocument),
+    /// The document is too long
+    #[response(status = 413, content_type = "application/problem+json")]
+    TooLong(ProblemDocument),
+    /// A name or password is not acceptable; the detail says why
+    #[response(status = 422, content_type = "application/problem+json")]
+    Invalid(ProblemDocument),
+    /// Too many wrong passwords, or too many sign in at the moment
+    #[response(status = 429, content_type = "application/problem+json")]
+    Busy(ProblemDocument),
+    /// The core is not connected, or cannot write
+    #[response(status = 503, content_type = "application/problem+json")]
+    Unavailable(ProblemDocument),
+    /// The core has not answered yet
+    #[response(status = 504, content_type = "application/problem+json")]
+    NotAnswered(ProblemDocument),
+}

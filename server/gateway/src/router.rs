@@ -1,85 +1,110 @@
-//! Which path leads where.
+//! Which path leads where. The paths are those of the privilege table, `api::access::Endpoint`.
 
+use crate::access::guard::{guard, known_host};
+use crate::access::{Identity, audit, handlers as access};
 use crate::app::App;
 use crate::limits::FIXED;
 use crate::problem::ProblemResponse;
 use crate::runs::handlers as runs;
 use crate::site::handlers as site;
 use crate::texts;
-use crate::{blobs, control, documents, example, maps, openapi, security, static_files, stream, uploads};
+use crate::tls::trust;
+use crate::{
+    blobs, control, documents, example, maps, openapi, security, static_files, stop, stream, uploads,
+};
+use api::access::Endpoint;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::ws::{WebSocket, WebSocketUpgrade};
 use axum::extract::{DefaultBodyLimit, State};
 use axum::http::{Method, StatusCode, Uri};
 use axum::response::{IntoResponse, Response};
-use axum::routing::{delete, get, patch, post, put};
-use axum::{Router, middleware};
+use axum::routing::{MethodRouter, delete, get, patch, post, put};
+use axum::{Extension, Router, middleware};
 use std::future::Future;
 use std::sync::Arc;
 
-/// All routes.
+/// All routes: those of the privilege table, and the client's own files for all other paths.
 pub(crate) fn router(app: Arc<App>) -> Router {
-    // What changes anything is for pages of this server only.
-    let guarded = Router::new()
-        .route(api::paths::UPLOAD_PATH, put(uploads::put).delete(uploads::delete))
-        .route(api::paths::MAP_PATH, patch(maps::rename).delete(maps::delete))
-        .route(api::paths::RESTORE_MAP_PATH, post(maps::restore))
-        .route(api::paths::BINNED_MAP_PATH, delete(maps::delete_permanently))
-        .route(api::paths::EXAMPLE_PATH, post(example::make).delete(example::cancel))
-        .route(api::paths::RUNS_PATH, post(runs::start))
-        .route(api::paths::RUN_COMMANDS_PATH, post(runs::command))
-        .layer(DefaultBodyLimit::max(FIXED.max_json_bytes))
-        .merge(site_changes())
-        .route(api::CONTROL_PATH, get(control_socket))
-        .route(api::STREAM_PATH, get(stream_socket))
-        .route_layer(middleware::from_fn(security::same_origin));
-    Router::new()
-        .merge(guarded)
-        .route(api::paths::MAPS_PATH, get(maps::list))
-        .route(api::paths::MAP_PATH, get(maps::get))
-        .route(api::paths::BIN_PATH, get(maps::bin))
-        .route(api::paths::DAMAGED_MAPS_PATH, get(maps::damaged))
-        .route(api::paths::UPLOADS_PATH, get(uploads::list))
-        .route(api::paths::MAP_TILES_PATH, get(documents::map_tiles))
-        .route(api::paths::MAP_GRAPH_PATH, get(documents::map_graph))
-        .route(api::paths::TILE_PATH, get(documents::tile))
-        .route(api::paths::BLOB_PATH, get(blobs::blob))
-        .route(api::paths::CLOUD_PATH, get(documents::cloud))
-        .route(api::paths::HEALTH_PATH, get(documents::health))
-        .route(api::paths::SITE_PATH, get(site::get_site))
-        .route(api::paths::SITE_KIND_PATH, get(site::list_objects))
-        .route(api::paths::SITE_OBJECT_PATH, get(site::get_object))
-        .route(api::paths::SITE_REVISIONS_PATH, get(site::list_revisions))
-        .route(api::paths::EXAMPLE_PATH, get(example::progress))
-        .route(api::paths::RUNS_PATH, get(runs::list))
-        .route(api::paths::CURRENT_RUNS_PATH, get(runs::current))
-        .route(api::paths::RUN_STEPS_PATH, get(runs::steps))
-        .route(api::paths::RUN_RESULTS_PATH, get(runs::results))
-        .route(api::paths::RUN_CLOUDS_PATH, get(runs::clouds))
-        .route(api::paths::RUN_CLOUD_PATH, get(runs::cloud))
-        .route(api::paths::RUN_DOWNLOAD_PATH, get(runs::download))
-        .route(api::paths::POINT_RESULTS_PATH, get(runs::point_results))
-        .route(api::paths::SLOTS_PATH, get(runs::slots))
-        .route(openapi::PATH, get(openapi::serve))
+    let routes = Endpoint::ALL.iter().fold(Router::new(), |router, &endpoint| {
+        let guarded =
+            handler(endpoint).route_layer(middleware::from_fn_with_state((app.clone(), endpoint), guard));
+        router.route(endpoint.path(), guarded)
+    });
+    routes
         .fallback(static_files::serve)
         .method_not_allowed_fallback(wrong_method)
+        .layer(middleware::from_fn_with_state(app.clone(), known_host))
         .layer(middleware::map_response(security::add_headers))
         .with_state(app)
 }
 
-/// What changes the site. The limit of a document's length depends on what it is.
-fn site_changes() -> Router<Arc<App>> {
-    let objects = Router::new()
-        .route(api::paths::SITE_KIND_PATH, post(site::create_object))
-        .route(
-            api::paths::SITE_OBJECT_PATH,
-            put(site::put_object).patch(site::patch_object).delete(site::delete_object),
-        )
-        .layer(DefaultBodyLimit::max(FIXED.max_object_json_bytes));
-    let edits = Router::new()
-        .route(api::paths::SITE_EDITS_PATH, post(site::post_edit))
-        .layer(DefaultBodyLimit::max(FIXED.max_edit_json_bytes));
-    objects.merge(edits)
+/// What answers a method of a path. The limit of a document's length depends on what it is.
+fn handler(endpoint: Endpoint) -> MethodRouter<Arc<App>> {
+    let small = || DefaultBodyLimit::max(FIXED.max_json_bytes);
+    let object = || DefaultBodyLimit::max(FIXED.max_object_json_bytes);
+    match endpoint {
+        Endpoint::Control => get(control_socket),
+        Endpoint::Stream => get(stream_socket),
+        Endpoint::Health => get(documents::health),
+        Endpoint::Description => get(openapi::serve),
+        Endpoint::Authority => get(trust::about),
+        Endpoint::AuthorityCertificate => get(trust::certificate),
+        Endpoint::TrustCode => get(trust::code),
+        Endpoint::Session => get(access::session),
+        Endpoint::SignIn => post(access::sign_in).layer(small()),
+        Endpoint::SignOut => delete(access::sign_out),
+        Endpoint::MakeFirstAdmin => post(access::make_first_admin).layer(small()),
+        Endpoint::ChangeOwnPassword => put(access::change_own_password).layer(small()),
+        Endpoint::ListAccounts => get(access::list_accounts),
+        Endpoint::AddAccount => post(access::add_account).layer(small()),
+        Endpoint::ChangeAccount => patch(access::change_account).layer(small()),
+        Endpoint::RemoveAccount => delete(access::remove_account),
+        Endpoint::ListTokens => get(access::list_tokens),
+        Endpoint::AddToken => post(access::add_token).layer(small()),
+        Endpoint::RevokeToken => delete(access::revoke_token),
+        Endpoint::ListAudit => get(audit::list),
+        Endpoint::StopMotion => post(stop::stop),
+        Endpoint::ListMaps => get(maps::list),
+        Endpoint::GetMap => get(maps::get),
+        Endpoint::RenameMap => patch(maps::rename).layer(small()),
+        Endpoint::DeleteMap => delete(maps::delete),
+        Endpoint::ListBin => get(maps::bin),
+        Endpoint::DeleteMapPermanently => delete(maps::delete_permanently),
+        Endpoint::RestoreMap => post(maps::restore).layer(small()),
+        Endpoint::ListDamagedMaps => get(maps::damaged),
+        Endpoint::GetMapTiles => get(documents::map_tiles),
+        Endpoint::GetMapGraph => get(documents::map_graph),
+        Endpoint::GetTile => get(documents::tile),
+        Endpoint::GetBlob => get(blobs::blob),
+        Endpoint::GetCloud => get(documents::cloud),
+        Endpoint::ListUploads => get(uploads::list),
+        // It has limits of its own.
+        Endpoint::Upload => put(uploads::put),
+        Endpoint::DeleteUpload => delete(uploads::delete),
+        Endpoint::GetSite => get(site::get_site),
+        Endpoint::ListObjects => get(site::list_objects),
+        Endpoint::CreateObject => post(site::create_object).layer(object()),
+        Endpoint::GetObject => get(site::get_object),
+        Endpoint::PutObject => put(site::put_object).layer(object()),
+        Endpoint::PatchObject => patch(site::patch_object).layer(object()),
+        Endpoint::DeleteObject => delete(site::delete_object),
+        Endpoint::ListRevisions => get(site::list_revisions),
+        Endpoint::PostEdit => post(site::post_edit).layer(DefaultBodyLimit::max(FIXED.max_edit_json_bytes)),
+        Endpoint::GetExample => get(example::progress),
+        Endpoint::MakeExample => post(example::make).layer(small()),
+        Endpoint::CancelExample => delete(example::cancel),
+        Endpoint::ListRuns => get(runs::list),
+        Endpoint::StartRun => post(runs::start).layer(small()),
+        Endpoint::GetCurrentRuns => get(runs::current),
+        Endpoint::CommandRun => post(runs::command).layer(small()),
+        Endpoint::ListSteps => get(runs::steps),
+        Endpoint::ListResults => get(runs::results),
+        Endpoint::ListRunClouds => get(runs::clouds),
+        Endpoint::GetRunCloud => get(runs::cloud),
+        Endpoint::DownloadRun => get(runs::download),
+        Endpoint::ListPointResults => get(runs::point_results),
+        Endpoint::ListSlots => get(runs::slots),
+    }
 }
 
 async fn wrong_method(method: Method, uri: Uri) -> ProblemResponse {
@@ -89,19 +114,28 @@ async fn wrong_method(method: Method, uri: Uri) -> ProblemResponse {
 
 type Upgrade = Result<WebSocketUpgrade, WebSocketUpgradeRejection>;
 
-async fn control_socket(State(app): State<Arc<App>>, upgrade: Upgrade) -> Result<Response, ProblemResponse> {
-    open(upgrade, app, FIXED.max_client_message_bytes, control::serve)
+async fn control_socket(
+    State(app): State<Arc<App>>,
+    Extension(identity): Extension<Identity>,
+    upgrade: Upgrade,
+) -> Result<Response, ProblemResponse> {
+    open(upgrade, app, identity, FIXED.max_client_message_bytes, control::serve)
 }
 
-async fn stream_socket(State(app): State<Arc<App>>, upgrade: Upgrade) -> Result<Response, ProblemResponse> {
-    open(upgrade, app, FIXED.max_stream_request_bytes, stream::serve)
+async fn stream_socket(
+    State(app): State<Arc<App>>,
+    Extension(identity): Extension<Identity>,
+    upgrade: Upgrade,
+) -> Result<Response, ProblemResponse> {
+    open(upgrade, app, identity, FIXED.max_stream_request_bytes, stream::serve)
 }
 
 fn open<F>(
     upgrade: Upgrade,
     app: Arc<App>,
+    identity: Identity,
     max_message_bytes: usize,
-    serve: impl FnOnce(WebSocket, Arc<App>) -> F + Send + 'static,
+    serve: impl FnOnce(WebSocket, Arc<App>, Identity) -> F + Send + 'static,
 ) -> Result<Response, ProblemResponse>
 where
     F: Future<Output = ()> + Send + 'static,
@@ -111,5 +145,5 @@ where
         ProblemResponse::new(status, texts::PATH_IS_WEBSOCKET)
     })?;
     let bounded = upgrade.max_message_size(max_message_bytes).max_frame_size(max_message_bytes);
-    Ok(bounded.on_upgrade(move |socket| serve(socket, app)).into_response())
+    Ok(bounded.on_upgrade(move |socket| serve(socket, app, identity)).into_response())
 }

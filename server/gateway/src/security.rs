@@ -1,11 +1,7 @@
 //! Which pages may open a socket, and what a page of this server may do.
 
-use crate::problem::ProblemResponse;
-use crate::texts;
-use axum::extract::Request;
-use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
-use axum::middleware::Next;
-use axum::response::{IntoResponse, Response};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, header};
+use axum::response::Response;
 
 /// The page loads scripts, workers and data from this server only. WASM needs `wasm-unsafe-eval`; workers may start from
 /// blobs; the canvas library sets styles on elements; no page may frame this one to lure clicks onto the robot's controls.
@@ -31,26 +27,24 @@ pub(crate) async fn add_headers(mut response: Response) -> Response {
     response
 }
 
-/// Lets only pages of this server open sockets. Browsers send `Origin` with every WebSocket, whatever page opens it, and enforce nothing
-/// themselves. Programs send no `Origin` and pass.
-pub(crate) async fn same_origin(request: Request, next: Next) -> Response {
-    if is_same_origin(request.headers()) {
-        next.run(request).await
-    } else {
-        ProblemResponse::new(StatusCode::FORBIDDEN, texts::FOREIGN_ORIGIN).into_response()
-    }
-}
-
-fn is_same_origin(headers: &HeaderMap) -> bool {
+/// Whether a request comes from a page of this server, or from a program, which sends no `Origin`. The host was checked before.
+pub(crate) fn is_same_origin(headers: &HeaderMap, is_tls: bool) -> bool {
     let mut origins = headers.get_all(header::ORIGIN).iter();
     let (origin, more) = (origins.next(), origins.next());
     let Some(origin) = origin else { return true };
     let host = headers.get(header::HOST).and_then(|host| host.to_str().ok());
-    let authority = origin.to_str().ok().and_then(|origin| Some(origin.split_once("://")?.1));
+    let scheme = if is_tls { "https://" } else { "http://" };
+    let authority = origin.to_str().ok().and_then(|origin| origin.strip_prefix(scheme));
     match (authority, host, more) {
         (Some(authority), Some(host), None) => !host.is_empty() && authority.eq_ignore_ascii_case(host),
         _ => false,
     }
+}
+
+/// Whether a browser says that a page of another site makes this request.
+pub(crate) fn is_cross_site(headers: &HeaderMap) -> bool {
+    let site = HeaderName::from_static("sec-fetch-site");
+    headers.get_all(site).iter().any(|site| !matches!(site.as_bytes(), b"same-origin" | b"none"))
 }
 
 #[cfg(test)]
@@ -62,7 +56,8 @@ mod tests {
         let cases = [
             (vec![], Some("robot:8080"), true),
             (vec!["http://robot:8080"], Some("robot:8080"), true),
-            (vec!["https://ROBOT"], Some("robot"), true),
+            (vec!["http://ROBOT"], Some("robot"), true),
+            (vec!["https://robot"], Some("robot"), false),
             (vec!["http://[::1]:8080"], Some("[::1]:8080"), true),
             (vec!["http://robot"], Some("robot:8080"), false),
             (vec!["http://evil.example"], Some("robot:8080"), false),
@@ -80,7 +75,7 @@ mod tests {
             if let Some(host) = host {
                 headers.insert(header::HOST, HeaderValue::from_static(host));
             }
-            assert_eq!(is_same_origin(&headers), same, "{origins:?} {host:?}");
+            assert_eq!(is_same_origin(&headers, false), same, "{origins:?} {host:?}");
         }
     }
 }

@@ -1,17 +1,24 @@
 //! Accepts connections, limits their number, and ends them when the gateway stops.
 
+use crate::access::{AccessGate, Connection, is_loopback};
+use crate::address_places::AddressPlaces;
 use crate::app::App;
 use crate::client_io::ClientIo;
 use crate::core_link;
 use crate::hub::Hub;
 use crate::limits::{FIXED, Limits};
+use crate::tls::Encryption;
 use crate::{GatewayConfig, GatewayError, router, uploads};
 use axum::Router;
+use hyper::Request;
+use hyper::body::Incoming;
 use hyper::server::conn::http1;
+use hyper::service::Service;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use std::future::Future;
 use std::sync::Arc;
+use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{Semaphore, mpsc, watch};
 use watchdog::Heartbeat;
@@ -32,14 +39,18 @@ pub async fn serve_with(
 ) -> Result<(), GatewayError> {
     let address = config.listen;
     let listen_error = |source| GatewayError::Listen { address, source };
+    if config.access.is_demo && !is_loopback(address.ip()) {
+        return Err(GatewayError::DemoOnNetwork { address });
+    }
     let listener = TcpListener::bind(address).await.map_err(listen_error)?;
     let bound = listener.local_addr().map_err(listen_error)?;
 
     uploads::remove_partial(&config.data_dir).await;
-    let hub = Arc::new(Hub::new(&limits, config.restart.clone()));
+    let encryption = Encryption::new(&config.tls).map_err(GatewayError::Tls)?;
+    let hub = Arc::new(Hub::new(&limits, config.restart.clone(), AccessGate::new(&config.access)));
     let (stop, stopping) = watch::channel(false);
     let (alive, mut all_ended) = mpsc::channel(1);
-    let app = Arc::new(App::new(&config, limits, hub.clone(), stopping, alive));
+    let app = Arc::new(App::new(&config, limits, hub.clone(), encryption, stopping, alive));
 
     tracing::info!(address = %bound, "listening");
     if let Some(on_ready) = config.on_ready {
@@ -50,6 +61,7 @@ pub async fn serve_with(
         () = accept(listener, app) => {}
         () = core_link::run(&config.core_socket, &hub) => {}
         () = beat(config.heartbeat) => {}
+        () = hub.report_uses() => {}
         () = shutdown => {}
     }
     stop.send_replace(true);
@@ -72,16 +84,27 @@ async fn beat(heartbeat: Option<Heartbeat>) {
 
 async fn accept(listener: TcpListener, app: Arc<App>) {
     let places = Arc::new(Semaphore::new(app.limits.connections));
+    let places_of_addresses = AddressPlaces::new(app.limits.connections_of_address);
     let router = router::router(app.clone());
     loop {
         match listener.accept().await {
-            Ok((stream, _)) => match places.clone().try_acquire_owned() {
-                Ok(place) => {
-                    let io = ClientIo::new(stream, app.limits.write_stall, place);
-                    tokio::spawn(serve_connection(io, router.clone(), app.clone()));
+            Ok((stream, peer)) => {
+                match (places_of_addresses.claim(peer.ip()), places.clone().try_acquire_owned()) {
+                    (Some(place_of_address), Ok(place)) => {
+                        // Without it the connection has ended already.
+                        let Ok(local) = stream.local_addr() else { continue };
+                        let about = Connection {
+                            peer: peer.ip(),
+                            local: local.ip(),
+                            is_tls: false,
+                            lacks_tls: false,
+                        };
+                        let io = ClientIo::new(stream, app.limits.write_stall, place, place_of_address);
+                        tokio::spawn(begin_connection(io, router.clone(), about, app.clone()));
+                    }
+                    _ => turn_away(&stream),
                 }
-                Err(_) => turn_away(&stream),
-            },
+            }
             Err(error) => {
                 tracing::warn!(%error, "could not accept a connection");
                 tokio::time::sleep(FIXED.accept_pause).await;
@@ -95,13 +118,62 @@ fn turn_away(stream: &TcpStream) {
     stream.try_write(TOO_MANY).ok();
 }
 
-async fn serve_connection(io: ClientIo, router: Router, app: Arc<App>) {
+/// Tells handlers which connection a request came over.
+struct ConnectionService {
+    router: TowerToHyperService<Router>,
+    about: Connection,
+}
+
+impl Service<Request<Incoming>> for ConnectionService {
+    type Response = <TowerToHyperService<Router> as Service<Request<Incoming>>>::Response;
+    type Error = <TowerToHyperService<Router> as Service<Request<Incoming>>>::Error;
+    type Future = <TowerToHyperService<Router> as Service<Request<Incoming>>>::Future;
+
+    fn call(&self, mut request: Request<Incoming>) -> Self::Future {
+        request.extensions_mut().insert(self.about);
+        self.router.call(request)
+    }
+}
+
+/// Encrypts a connection, if this server does, and serves it.
+async fn begin_connection(io: ClientIo, router: Router, about: Connection, app: Arc<App>) {
+    let service = |about| ConnectionService { router: TowerToHyperService::new(router), about };
+    let Some(encryption) = &app.encryption else {
+        return serve_connection(io, service(about), &app).await;
+    };
+    let handshake = async {
+        if !io.begins_with_tls().await? {
+            return Ok(Err(io));
+        }
+        encryption.accept(io, &about, &app.hub.access.hosts).await.map(Ok)
+    };
+    let begun = tokio::select! {
+        begun = tokio::time::timeout(app.limits.header_timeout, handshake) => begun,
+        () = app.shutdown() => return,
+    };
+    match begun {
+        Ok(Ok(Ok(encrypted))) => {
+            serve_connection(encrypted, service(Connection { is_tls: true, ..about }), &app).await;
+        }
+        Ok(Ok(Err(plain))) => {
+            serve_connection(plain, service(Connection { lacks_tls: true, ..about }), &app).await;
+        }
+        Ok(Err(error)) => tracing::debug!(%error, "a connection could not be encrypted"),
+        // It is silent.
+        Err(_) => {}
+    }
+}
+
+async fn serve_connection<Io>(io: Io, service: ConnectionService, app: &App)
+where
+    Io: AsyncRead + AsyncWrite + Unpin + Send + 'static,
+{
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
         .header_read_timeout(app.limits.header_timeout)
         .max_headers(FIXED.max_request_headers)
         .max_buf_size(FIXED.max_request_head_bytes)
-        .serve_connection(TokioIo::new(io), TowerToHyperService::new(router))
+        .serve_connection(TokioIo::new(io), service)
         .with_upgrades();
     let mut connection = std::pin::pin!(connection);
     let ended = tokio::select! {

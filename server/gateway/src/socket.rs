@@ -1,5 +1,6 @@
 //! Functions of both WebSockets: reading with a limit on silence, writing, and closing with a reason.
 
+use crate::access::texts::SESSION_ENDED;
 use crate::limits::FIXED;
 use crate::texts;
 use api::decode;
@@ -25,9 +26,14 @@ pub(crate) enum Closing {
     Silent,
     /// The server ends the connection, for the reason in this sentence.
     Refused(String),
+    /// The session has ended, or its role has changed.
+    SignedOut,
     /// The server stops.
     Shutdown,
 }
+
+/// Code of a close frame with which a client is told to sign in again: of those for applications (RFC 6455, 7.4.2), after the status of HTTP.
+const CLOSE_CODE_SIGNED_OUT: u16 = 4401;
 
 impl Closing {
     /// The client speaks another version of the contract.
@@ -40,6 +46,7 @@ impl Closing {
             Self::Gone => (close_code::NORMAL, ""),
             Self::Silent => (close_code::POLICY, texts::CLOSED_FOR_SILENCE),
             Self::Refused(reason) => (close_code::POLICY, start_of(reason)),
+            Self::SignedOut => (CLOSE_CODE_SIGNED_OUT, SESSION_ENDED),
             Self::Shutdown => (close_code::AWAY, texts::CLOSED_BY_SHUTDOWN),
         };
         CloseFrame { code, reason: reason.into() }

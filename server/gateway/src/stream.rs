@@ -1,5 +1,6 @@
 //! The stream socket: sends the latest scan whenever the client can take one.
 
+use crate::access::Identity;
 use crate::app::App;
 use crate::hub::{LiveScan, StreamSeat};
 use crate::pacer::{Pacer, PacerConfig, Permission};
@@ -14,11 +15,12 @@ use std::time::{Duration, Instant};
 use tokio::sync::{Notify, watch};
 
 /// Serves one stream socket to its end.
-pub(crate) async fn serve(socket: WebSocket, app: Arc<App>) {
+pub(crate) async fn serve(socket: WebSocket, app: Arc<App>, identity: Identity) {
     let (mut sink, stream) = socket.split();
     let mut incoming = Incoming::new(stream, app.limits.silence);
     let closing = tokio::select! {
         closing = converse(&mut sink, &mut incoming, &app) => closing,
+        () = app.hub.access.revoked(&identity) => Closing::SignedOut,
         () = app.shutdown() => Closing::Shutdown,
     };
     close(sink, incoming, closing, None).await;

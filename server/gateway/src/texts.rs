@@ -64,6 +64,10 @@ pub(crate) const CLOSED_BY_SHUTDOWN: &str = "the server stops";
 pub(crate) fn too_many_clients(max_clients: usize) -> String {
     format!("The server already has {max_clients} clients. Close one, then reload.")
 }
+/// An account has taken its share of the clients.
+pub(crate) fn too_many_clients_of_account(most: usize) -> String {
+    format!("Your account already has {most} clients. Close one, then reload.")
+}
 pub(crate) fn wrong_version(client: u16, server: u16) -> String {
     format!(
         "This client speaks version {client} of the contract and the server version {server}. Reload the page to get the client that fits."

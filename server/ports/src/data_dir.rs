@@ -20,6 +20,7 @@
 //! recordings/<time>/       inputs of the stack in one run, in segments; see the store. Names sort by time
 //! run/lock                 held by the process that owns the directory
 //! run/core.sock            the core's Unix socket for the gateway
+//! run/first-admin          secret of the link that makes the first admin, while there is none
 //! ```
 
 use api::TileHash;
@@ -162,6 +163,16 @@ impl DataDir {
     /// The ledger, an SQLite database. SQLite keeps `ledger.db-wal` and `ledger.db-shm` beside it.
     pub fn ledger(&self) -> PathBuf {
         self.root.join("ledger.db")
+    }
+
+    /// Certificate authority of the robot's own and its key.
+    pub fn tls(&self) -> PathBuf {
+        self.root.join("tls")
+    }
+
+    /// Secret of the link that makes the first admin. It is there while there is no admin.
+    pub fn first_admin_link(&self) -> PathBuf {
+        self.root.join("run").join("first-admin")
     }
 
     /// Directory of all recordings.

@@ -8,6 +8,7 @@ use crate::actions::ActionQueue;
 use crate::clock::{CalendarTime, RobotClock};
 use crate::incidents::Incident;
 use crate::jobs::{FinishedJob, Jobs};
+use crate::lease_arbiter::{DueCommand, LeaseArbiter};
 use crate::ledger::LedgerQueue;
 use crate::mailbox::Mailbox;
 use crate::map_usage::MapUsage;
@@ -19,8 +20,8 @@ use crate::state_publisher::StatePublisher;
 use crate::texts;
 use crossbeam_channel::{Receiver, select};
 use messages::{
-    BootRecord, Command, Input, JobDone, MAX_TICK_GAP, PoseInMap, Publication, Severity, StackEffect,
-    TICK_PERIOD,
+    BootRecord, Command, CommandKind, Input, JobDone, MAX_TICK_GAP, PoseInMap, Publication, Severity,
+    StackEffect, TICK_PERIOD,
 };
 use ports::{Arrival, RobotEvent, RobotLink, SimulatedFault};
 use stack::Stack;
@@ -73,7 +74,9 @@ pub enum LoopRequest {
 pub struct Sources {
     /// From the robot.
     pub arrivals: Receiver<Arrival>,
-    /// From clients and the publisher. Bounded; whoever sends waits, which slows down the flooding gateway and nobody else.
+    /// Stop motion and Allow motion, from clients, in their order. They go before everything else of theirs.
+    pub stops: Receiver<Command>,
+    /// From clients and the publisher. Bounded.
     pub commands: Receiver<LoopRequest>,
     /// From the threads of both job lanes.
     pub finished: Receiver<FinishedJob>,
@@ -92,6 +95,7 @@ pub struct ControlLoop {
     pub jobs: Jobs,
     pub mailbox: Arc<Mailbox>,
     pub state_publisher: Arc<StatePublisher>,
+    pub lease: Arc<LeaseArbiter>,
     pub clock: Arc<RobotClock>,
     pub stack: Stack,
     /// Where the robot was before it was switched off, if it was localised then.
@@ -178,8 +182,16 @@ impl Running {
             for done in std::mem::take(&mut self.parts.refused_jobs) {
                 self.feed(Input::JobDone(done));
             }
+            let now = self.parts.clock.now();
+            if let Some(due) = self.parts.lease.due(now, Instant::now()) {
+                self.feed_due(due);
+            }
+            sources.stops.try_iter().for_each(|stop| self.feed(Input::Command(stop)));
             let heard = Instant::now();
             select! {
+                recv(sources.stops) -> stop => if let Ok(stop) = stop {
+                    self.feed(Input::Command(stop));
+                },
                 recv(arrivals) -> arrival => match arrival {
                     Ok(arrival) => self.arrival(arrival),
                     // Commands and jobs go on, and so does time.
@@ -216,6 +228,18 @@ impl Running {
                 default(CONFIG.silence_timeout) => self.tick_until(self.now + span(heard.elapsed())),
             }
         }
+    }
+
+    /// Gives the stack a command of the lease's arbiter, with an entry in the audit log if a person asked for it.
+    fn feed_due(&mut self, due: DueCommand) {
+        let DueCommand { command, caller } = due;
+        if let (Some(audit), Some(caller), CommandKind::TakeControl { name }) =
+            (self.parts.state_publisher.audit(), caller, &command.kind)
+        {
+            let take = api::Command::TakeControl { name: name.clone() };
+            audit.begin(command.id, &command.by, &caller, &take);
+        }
+        self.feed(Input::Command(command));
     }
 
     /// Gives the stack the calendar time, if that is due.

@@ -29,6 +29,8 @@ pub enum RoutedCommand {
     CancelImport(UploadId),
     /// The import thread: makes a site to try, in this time zone.
     MakeExample(UploadId, String),
+    /// The arbiter of the lease: its holder keeps it.
+    RefuseTakeOver,
     /// Disk lane, compute lane and ledger: makes a topological map of this map, with an edit of this id.
     GenerateTopomap(MapId, EditId),
 }
@@ -70,6 +72,7 @@ pub fn route(command: Command) -> RoutedCommand {
         Command::CancelImport(upload) => return RoutedCommand::CancelImport(upload),
         Command::GenerateTopomap { map, edit } => return RoutedCommand::GenerateTopomap(map, edit),
         Command::MakeExample { upload, time_zone } => return RoutedCommand::MakeExample(upload, time_zone),
+        Command::RefuseTakeOver => return RoutedCommand::RefuseTakeOver,
         Command::TakeControl { name } => CommandKind::TakeControl { name },
         Command::ReleaseControl => CommandKind::ReleaseControl,
         Command::StartMapping(session) => CommandKind::StartMapping(session),
@@ -239,7 +242,6 @@ pub fn event(publication: Publication) -> Option<Event> {
     Some(match publication {
         Publication::Motion(state) => Event::Motion(motion(state)),
         Publication::Executive(status) => Event::Executive(executive(status)),
-        Publication::Control(state) => Event::Control(api::Control { owner: state.owner, name: state.name }),
         Publication::Health(state) => Event::Health(health(state)),
         Publication::LoopDecided(decision) => {
             Event::Loops(LoopsChanged { reset: false, added: vec![loop_decision(decision)] })
@@ -262,7 +264,8 @@ pub fn event(publication: Publication) -> Option<Event> {
         | Publication::Localisation(_)
         | Publication::Docks(_)
         | Publication::Goal(_)
-        | Publication::Battery(_) => return None,
+        | Publication::Battery(_)
+        | Publication::Control(_) => return None,
     })
 }
 

@@ -1,5 +1,6 @@
 //! Starts the core's threads with the queues between them, and ends them in order.
 
+use crate::access::{AccessConfig, AccessDirectory, AccessMode, AccessWorker, AccountInbox, CommandAudit};
 use crate::actions::{ActionConfig, ActionQueue, ActionWorker, OpenActions, SightChecker};
 use crate::clock::CalendarTime;
 use crate::control_loop::{ControlLoop, LoopRequest, Sources};
@@ -7,7 +8,8 @@ use crate::gateway_link::{GatewayLink, GatewayLinkConfig};
 use crate::imports::{ImportWorker, Imports};
 use crate::interrupted_sessions::InterruptedSessionWorker;
 use crate::jobs::{ComputeWorker, DiskWorker, Jobs, finished_queue};
-use crate::ledger::{LedgerConfig, LedgerQueue, LedgerWorker, SiteKeeper};
+use crate::lease_arbiter::{LeaseArbiter, LeaseConfig};
+use crate::ledger::{LedgerConfig, LedgerQueue, LedgerWork, LedgerWorker, SiteKeeper};
 use crate::live_map::{LiveMap, LiveMapConfig};
 use crate::mailbox::Mailbox;
 use crate::map_list::{publish_map_list, publish_uploads};
@@ -42,13 +44,15 @@ use watchdog::Watchdog;
 /// Limits of the core's queues.
 #[derive(Clone, Copy, Debug)]
 struct QueueLimits {
-    /// Commands that may wait for the control loop. While the queue is full, the thread that reads from the gateway waits.
+    /// Stops of motion, and permissions to move, that may wait for the control loop. While the queue is full, the thread that reads from the gateway waits.
+    max_stops: usize,
+    /// Other commands that may wait for the control loop. While the queue is full, further ones are refused, so that a stop behind them does not wait.
     max_commands: usize,
     /// Inputs of the ledger that may wait for the control loop. While the queue is full, the ledger waits.
     max_ledger_inputs: usize,
 }
 
-const QUEUE_LIMITS: QueueLimits = QueueLimits { max_commands: 64, max_ledger_inputs: 64 };
+const QUEUE_LIMITS: QueueLimits = QueueLimits { max_stops: 16, max_commands: 256, max_ledger_inputs: 64 };
 
 /// Parts of a core that its caller provides.
 pub struct CoreConfig {
@@ -70,6 +74,8 @@ pub struct CoreConfig {
     pub restart: Option<ProcessRestart>,
     /// Why the simulated robot was started again, if it was.
     pub robot_restart: Option<RobotRestart>,
+    /// Whether people have to sign in.
+    pub access: AccessMode,
 }
 
 /// The simulated robot failed and was started again.
@@ -92,6 +98,7 @@ pub struct Core {
     session_journal: Option<JoinHandle<()>>,
     actions: Option<JoinHandle<()>>,
     run_clouds: Option<JoinHandle<()>>,
+    accounts: Option<(Arc<AccountInbox>, JoinHandle<()>)>,
     publisher: Option<JoinHandle<()>>,
     disk: Option<JoinHandle<()>>,
     compute: Option<JoinHandle<()>>,
@@ -117,6 +124,7 @@ impl Core {
             watchdog,
             restart,
             robot_restart,
+            access: access_mode,
         } = config;
         let (mailbox, state_publisher, clock) =
             (Arc::<Mailbox>::default(), Arc::<StatePublisher>::default(), Arc::default());
@@ -149,6 +157,7 @@ impl Core {
         state_publisher.publish(api::Event::InterruptedSessions(interrupted.clone()));
         let interrupted_ids = interrupted.iter().map(|session| session.session).collect();
 
+        let (stop_sender, stops) = crossbeam_channel::bounded(QUEUE_LIMITS.max_stops);
         let (command_sender, commands) = crossbeam_channel::bounded(QUEUE_LIMITS.max_commands);
         let (finished_sender, finished) = finished_queue();
         let (stop, stopped) = crossbeam_channel::bounded(0);
@@ -250,7 +259,9 @@ impl Core {
             mailbox: Arc::clone(&mailbox),
             clock: Arc::clone(&clock),
         };
+        let lease = Arc::new(LeaseArbiter::new(LeaseConfig::default(), Arc::clone(&state_publisher)));
         let publisher = PublisherWorker {
+            lease: Arc::clone(&lease),
             config: PublisherConfig::default(),
             mailbox: Arc::clone(&mailbox),
             state_publisher: Arc::clone(&state_publisher),
@@ -311,25 +322,50 @@ impl Core {
         };
         let sources = Sources {
             arrivals: link.arrivals(),
+            stops,
             commands,
             finished,
             ledger: ledger_inputs,
             actions: action_results,
             stop: stopped,
         };
+        let inbox_of_audit = Arc::clone(&inbox);
+        state_publisher.set_audit(CommandAudit::new(move |write| {
+            // Nobody waits for it.
+            let (done, _) = crossbeam_channel::bounded(1);
+            inbox_of_audit.write(LedgerWork { write, done }).is_ok()
+        }));
+        let access = Arc::new(AccessDirectory::new(access_mode));
+        let access_config = AccessConfig::default();
+        let accounts = Arc::new(AccountInbox::new(access_config, Arc::clone(&access)));
+        let access_worker = AccessWorker::new(
+            access_config,
+            Arc::clone(&access),
+            Arc::clone(&accounts),
+            Arc::clone(&inbox),
+            Arc::clone(&state_publisher),
+            &store,
+        );
+        let accounts_of_thread = Arc::clone(&accounts);
         let gateway = GatewayLink::listen(
             GatewayLinkConfig::default(),
             &socket,
             Arc::clone(&state_publisher),
+            stop_sender,
             command_sender,
             imports,
             jobs.clone(),
             topomap,
             inbox,
+            access,
+            accounts,
+            Arc::clone(&lease),
+            Arc::clone(&clock),
             &watchdog,
         )
         .map_err(|source| StartError::Socket { path: socket, source })?;
         let control = ControlLoop {
+            lease,
             link,
             recorder: queue,
             jobs,
@@ -373,6 +409,10 @@ impl Core {
             run_clouds: Some(spawn(&watchdog, "run-clouds", THREAD_LIMITS.disk, move |beat| {
                 run_cloud_worker.run(beat);
             })?),
+            accounts: Some((
+                accounts_of_thread,
+                spawn(&watchdog, "accounts", THREAD_LIMITS.disk, move |beat| access_worker.run(beat))?,
+            )),
             control: Some(spawn(&watchdog, CONTROL_THREAD, THREAD_LIMITS.control, move |beat| {
                 control.run(&sources, beat);
             })?),
@@ -386,6 +426,11 @@ impl Drop for Core {
     fn drop(&mut self) {
         drop(self.stop.take());
         join(self.control.take());
+        // It may wait for the ledger.
+        if let Some((inbox, thread)) = self.accounts.take() {
+            inbox.close();
+            join(Some(thread));
+        }
         join(self.ledger.take());
         join(self.session_journal.take());
         join(self.actions.take());

@@ -25,7 +25,7 @@ impl ImportWorker {
     pub(crate) fn make_example(
         &self,
         upload: UploadId,
-        by: ClientId,
+        by: &Principal,
         request: ExampleRequest<'_>,
         progress: &mut dyn FnMut(ImportStage, f32) -> ControlFlow<()>,
     ) -> Result<MapSummary, String> {
@@ -51,7 +51,7 @@ impl ImportWorker {
     }
 
     /// Why the example cannot be made now, if so.
-    fn refusal_of_example(&self, by: ClientId, name: &str) -> Result<Option<&'static str>, String> {
+    fn refusal_of_example(&self, by: &Principal, name: &str) -> Result<Option<&'static str>, String> {
         if self.usage.is_mapping() {
             return Ok(Some(texts::EXAMPLE_WHILE_MAPPING));
         }
@@ -70,12 +70,12 @@ impl ImportWorker {
     /// Changes the site by one edit, and waits until it is durable.
     fn change_site(
         &self,
-        by: ClientId,
+        by: &Principal,
         make: impl FnOnce(&Site) -> Edit + Send + 'static,
     ) -> Result<(), String> {
         let (sender, outcome) = crossbeam_channel::bounded(1);
         let work = SiteWork {
-            by: Principal::operator(by),
+            by: by.clone(),
             make: Box::new(make),
             done: Box::new(move |outcome| {
                 let _ = sender.send(outcome);

@@ -4,19 +4,23 @@
 //! So is one that does not read: by [`StatePublisher`] when its queue is full, or when a write takes longer than
 //! [`GatewayLinkConfig::write_timeout`].
 
+use crate::access::{AccessDirectory, AccountInbox};
+use crate::clock::{CalendarTime, RobotClock};
 use crate::control_loop::LoopRequest;
 use crate::convert::{self, RoutedCommand};
 use crate::imports::{ImportRequest, Imports};
 use crate::interrupted_sessions::SessionRequest;
 use crate::jobs::{DiskJob, Jobs};
+use crate::lease_arbiter::{LeaseArbiter, TakeDecision};
 use crate::ledger::{EditRequest, LedgerInbox};
 use crate::state_publisher::StatePublisher;
 use crate::stored_data::StoredDataRequest;
 use crate::texts;
 use crate::topomap_generation::{TopomapGenerator, TopomapRequest};
-use api::{CoreMessage, EditDone, Event, GatewayMessage, MAX_MESSAGE_BYTES};
-use crossbeam_channel::Sender;
-use messages::{Command, Principal};
+use api::access::{command_privilege, edit_privilege, query_privilege};
+use api::{CoreMessage, EditDone, EditOutcome, EditRefusal, Event, GatewayMessage, MAX_MESSAGE_BYTES};
+use crossbeam_channel::{Sender, TrySendError};
+use messages::{Command, CommandKind, Principal};
 use std::fs;
 use std::io::{self, BufReader, Write};
 use std::net::Shutdown;
@@ -25,7 +29,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use watchdog::{Heartbeat, Watchdog};
 
 /// Parameters of the [`GatewayLink`].
@@ -55,11 +59,16 @@ pub struct GatewayLink {
 struct Shared {
     config: GatewayLinkConfig,
     state_publisher: Arc<StatePublisher>,
+    stops: Sender<Command>,
     commands: Sender<LoopRequest>,
     imports: Imports,
     jobs: Jobs,
     topomap: TopomapGenerator,
     ledger: Arc<LedgerInbox>,
+    access: Arc<AccessDirectory>,
+    accounts: Arc<AccountInbox>,
+    lease: Arc<LeaseArbiter>,
+    clock: Arc<RobotClock>,
     is_ending: Arc<AtomicBool>,
     watchdog: Watchdog,
 }
@@ -70,11 +79,16 @@ impl GatewayLink {
         config: GatewayLinkConfig,
         path: &Path,
         state_publisher: Arc<StatePublisher>,
+        stops: Sender<Command>,
         commands: Sender<LoopRequest>,
         imports: Imports,
         jobs: Jobs,
         topomap: TopomapGenerator,
         ledger: Arc<LedgerInbox>,
+        access: Arc<AccessDirectory>,
+        accounts: Arc<AccountInbox>,
+        lease: Arc<LeaseArbiter>,
+        clock: Arc<RobotClock>,
         watchdog: &Watchdog,
     ) -> io::Result<Self> {
         if let Some(directory) = path.parent() {
@@ -89,11 +103,16 @@ impl GatewayLink {
         let shared = Shared {
             config,
             state_publisher,
+            stops,
             commands,
             imports,
             jobs,
             topomap,
             ledger,
+            access,
+            accounts,
+            lease,
+            clock,
             is_ending: Arc::clone(&is_ending),
             watchdog: watchdog.clone(),
         };
@@ -212,18 +231,59 @@ fn read_all(stream: &UnixStream, shared: &Shared, heartbeat: &Heartbeat) -> io::
                 return Err(invalid(texts::other_version(version, api::VERSION)));
             }
             _ if !has_greeted => return Err(invalid(texts::NO_GREETING)),
-            GatewayMessage::Command { id, by, command } => {
-                let request = match convert::route(command) {
-                    RoutedCommand::Stack(kind) => {
-                        LoopRequest::Command(Command { id, by: Principal::operator(by), kind })
+            GatewayMessage::Command { id, by: caller, command } => {
+                let by = caller.client;
+                let principal = match shared.access.admit(&caller, command_privilege(&command)) {
+                    Ok(principal) => principal,
+                    Err(reason) => {
+                        if let Some(audit) = shared.state_publisher.audit() {
+                            let by = shared.access.principal(&caller).ok();
+                            audit.refuse(by, &caller, &format!("{command:?}"), &reason);
+                        }
+                        shared.state_publisher.answer(id, by, Some(reason));
+                        continue;
                     }
+                };
+                if let Some(audit) = shared.state_publisher.audit() {
+                    audit.begin(id, &principal, &caller, &command);
+                }
+                let request = match convert::route(in_the_name_of(&principal, command)) {
+                    // A stop waits behind no other command, and does not overtake a permission that was given before it.
+                    RoutedCommand::Stack(kind @ (CommandKind::StopMotion | CommandKind::AllowMotion)) => {
+                        if shared.stops.send(Command { id, by: principal, kind }).is_err() {
+                            return Ok(());
+                        }
+                        continue;
+                    }
+                    RoutedCommand::RefuseTakeOver => {
+                        let now = shared.clock.now();
+                        let refused = shared.lease.refuse(&principal, now, Instant::now()).err();
+                        shared.state_publisher.answer(id, by, refused);
+                        continue;
+                    }
+                    RoutedCommand::Stack(CommandKind::TakeControl { name }) => {
+                        let kind = CommandKind::TakeControl { name: name.clone() };
+                        let command = Command { id, by: principal, kind };
+                        match shared.lease.take(command, name, caller, Instant::now()) {
+                            TakeDecision::Grant(command) => LoopRequest::Command(command),
+                            TakeDecision::Asked => {
+                                shared.state_publisher.answer(id, by, None);
+                                continue;
+                            }
+                            TakeDecision::Refused(reason) => {
+                                shared.state_publisher.answer(id, by, Some(reason));
+                                continue;
+                            }
+                        }
+                    }
+                    RoutedCommand::Stack(kind) => LoopRequest::Command(Command { id, by: principal, kind }),
                     RoutedCommand::SimulatedFault(fault) => LoopRequest::InjectFault { id, by, fault },
                     RoutedCommand::Import(import) => {
                         shared.state_publisher.answer(id, by, shared.imports.begin(import).err());
                         continue;
                     }
                     RoutedCommand::InterruptedSession(decision) => {
-                        let job = DiskJob::Interrupted(SessionRequest { id, by, decision });
+                        let job = DiskJob::Interrupted(SessionRequest { id, by: principal, decision });
                         if let Err(reason) = shared.jobs.start_for_person(job) {
                             shared.state_publisher.answer(id, by, Some(reason.to_owned()));
                         }
@@ -242,42 +302,72 @@ fn read_all(stream: &UnixStream, shared: &Shared, heartbeat: &Heartbeat) -> io::
                         continue;
                     }
                     RoutedCommand::MakeExample(upload, time_zone) => {
-                        let request = ImportRequest::example(upload, by, time_zone);
+                        let request = ImportRequest::example(upload, principal, time_zone);
                         shared.state_publisher.answer(id, by, shared.imports.begin(request).err());
                         continue;
                     }
                     RoutedCommand::GenerateTopomap(map, edit) => {
-                        let begun = shared.topomap.begin(TopomapRequest { by, map, edit }, |request| {
-                            shared.jobs.start_for_person(DiskJob::ReadTopomapSource(request))
-                        });
+                        let begun =
+                            shared.topomap.begin(TopomapRequest { by: principal, map, edit }, |request| {
+                                shared.jobs.start_for_person(DiskJob::ReadTopomapSource(request))
+                            });
                         shared.state_publisher.answer(id, by, begun.err().map(str::to_owned));
                         continue;
                     }
                 };
-                if shared.commands.send(request).is_err() {
-                    return Ok(());
+                match shared.commands.try_send(request) {
+                    Ok(()) => {}
+                    Err(TrySendError::Full(_)) => {
+                        shared.state_publisher.answer(id, by, Some(texts::CONTROL_LOOP_BUSY.to_owned()));
+                    }
+                    Err(TrySendError::Disconnected(_)) => return Ok(()),
                 }
             }
             GatewayMessage::Listeners { clients: _, streams } => shared.state_publisher.set_streams(streams),
             GatewayMessage::RequestGraph => shared.state_publisher.resend_graph(),
             GatewayMessage::RequestSite => shared.state_publisher.resend_site(),
-            GatewayMessage::Edit { by, edit } => {
+            GatewayMessage::Edit { by: caller, edit } => {
                 let id = edit.id;
-                let request = EditRequest { by: Principal::operator(by), edit };
-                if let Err(outcome) = shared.ledger.edit(request) {
+                let refused = |reason| EditOutcome::Refused(EditRefusal::Rejected(reason));
+                let handed_in = match shared.access.admit(&caller, edit_privilege(&edit)) {
+                    Ok(by) => shared.ledger.edit(EditRequest { by, edit }),
+                    Err(reason) => Err(refused(reason)),
+                };
+                if let Err(outcome) = handed_in {
                     let event = Event::EditDone(EditDone { id, outcome });
-                    shared.state_publisher.push(CoreMessage::Event { to: Some(by), event });
+                    shared.state_publisher.push(CoreMessage::Event { to: Some(caller.client), event });
                 }
             }
-            GatewayMessage::Query { number, query } => {
-                if let Err(reason) = shared.ledger.query(number, query) {
-                    let result = Err(reason.to_owned());
-                    shared.state_publisher.push(CoreMessage::Reply { number, result });
+            GatewayMessage::Query { number, by, query } => {
+                let admitted = shared.access.admit(&by, query_privilege(&query));
+                let asked = admitted.and_then(|_| shared.ledger.query(number, query).map_err(str::to_owned));
+                if let Err(reason) = asked {
+                    shared.state_publisher.push(CoreMessage::Reply { number, result: Err(reason) });
                 }
+            }
+            GatewayMessage::Account { number, by, request } => {
+                if let Err(refusal) = shared.accounts.ask(number, by, request) {
+                    let result = Err(refusal);
+                    shared.state_publisher.push(CoreMessage::AccountReply { number, result });
+                }
+            }
+            GatewayMessage::Clients(clients) => shared.lease.set_clients(clients, Instant::now()),
+            GatewayMessage::CredentialsUsed(credentials) => {
+                shared.access.note_used(&credentials, CalendarTime::read().utc);
             }
         }
     }
     Ok(())
+}
+
+/// Whoever takes control is called by the account, not by a name of one's own choice.
+fn in_the_name_of(principal: &Principal, command: api::Command) -> api::Command {
+    match (command, &principal.account) {
+        (api::Command::TakeControl { .. }, Some(account)) => {
+            api::Command::TakeControl { name: account.clone() }
+        }
+        (command, _) => command,
+    }
 }
 
 fn invalid(error: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> io::Error {

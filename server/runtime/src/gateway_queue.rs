@@ -55,7 +55,9 @@ impl GatewayQueue {
     pub fn new(connection: u64, snapshot: &StateSnapshot) -> Self {
         let hello = CoreMessage::Hello { version: api::VERSION };
         let events = snapshot.events().map(|event| CoreMessage::Event { to: None, event });
-        let waiting: VecDeque<_> = [hello].into_iter().chain(events).collect();
+        // First, so that nobody is refused who may come in.
+        let access = snapshot.access.clone().map(CoreMessage::Access);
+        let waiting: VecDeque<_> = [hello].into_iter().chain(access).chain(events).collect();
         Self {
             connection,
             before_tiles: waiting.len(),
@@ -251,14 +253,19 @@ fn keep_newest_loops(changed: &mut LoopsChanged) {
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Scan,
+    Access,
     Event(Discriminant<Event>),
 }
 
 fn replaced_kind(message: &CoreMessage) -> Option<Kind> {
     match message {
         CoreMessage::Scan { .. } => Some(Kind::Scan),
+        CoreMessage::Access(_) => Some(Kind::Access),
         CoreMessage::Event { to: None, event: Event::Notice(_) | Event::ResultStored(_) } => None,
         CoreMessage::Event { to: None, event } => Some(Kind::Event(discriminant(event))),
-        CoreMessage::Event { .. } | CoreMessage::Hello { .. } | CoreMessage::Reply { .. } => None,
+        CoreMessage::Event { .. }
+        | CoreMessage::Hello { .. }
+        | CoreMessage::Reply { .. }
+        | CoreMessage::AccountReply { .. } => None,
     }
 }

@@ -12,7 +12,7 @@ use crate::state_publisher::StatePublisher;
 use crate::texts::{self, ImportVerb};
 use api::{Event, Import, ImportStage, MapSummary};
 use crossbeam_channel::{Receiver, Sender, TrySendError};
-use messages::{Command, Severity};
+use messages::{Command, Principal, Severity};
 use ports::{ExampleMaker, ExampleRequest, MapImporter, error_with_causes};
 use std::fs;
 use std::ops::ControlFlow;
@@ -20,7 +20,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use store::{Store, StoreError, UploadNote};
-use vocab::{ClientId, MapId, UploadId, Vec3};
+use vocab::{MapId, UploadId, Vec3};
 use watchdog::{BEAT_PERIOD, Heartbeat};
 
 /// Parameters of imports.
@@ -64,7 +64,7 @@ pub enum ImportSource {
     /// The example, which a simulated robot walks.
     Example {
         /// Who asks.
-        by: ClientId,
+        by: Principal,
         /// Time zone of its schedule.
         time_zone: String,
     },
@@ -72,7 +72,7 @@ pub enum ImportSource {
 
 impl ImportRequest {
     /// A request for the example.
-    pub fn example(upload: UploadId, by: ClientId, time_zone: String) -> Self {
+    pub fn example(upload: UploadId, by: Principal, time_zone: String) -> Self {
         let source = ImportSource::Example { by, time_zone };
         Self { upload, name: texts::EXAMPLE_NAME.to_owned(), source }
     }
@@ -199,7 +199,7 @@ impl ImportWorker {
         };
         let adopted = match source {
             ImportSource::Example { by, time_zone } => {
-                self.make_example(upload, *by, ExampleRequest { name, time_zone, out: &out }, &mut progress)
+                self.make_example(upload, by, ExampleRequest { name, time_zone, out: &out }, &mut progress)
             }
             _ if progress(ImportStage::Reading, 0.0).is_break() => Err(texts::IMPORT_CANCELLED.to_owned()),
             _ => self

@@ -10,14 +10,14 @@ use messages::{Command, CommandKind, Principal, Severity};
 use ports::error_with_causes;
 use std::sync::Arc;
 use store::Store;
-use vocab::{ClientId, CommandId, MapId, SessionId};
+use vocab::{CommandId, MapId, SessionId};
 
 /// A decision of a person.
 pub struct SessionRequest {
     /// Made by the client.
     pub id: CommandId,
     /// Who asks.
-    pub by: ClientId,
+    pub by: Principal,
     /// What is to be done.
     pub decision: SessionDecision,
 }
@@ -60,8 +60,8 @@ impl InterruptedSessionWorker {
             SessionDecision::Discard(session) => (self.discard(session), None),
         };
         match (done, next) {
-            (Ok(()), Some(kind)) => (self.command)(Command { id, by: Principal::operator(by), kind }),
-            (done, _) => self.state_publisher.answer(id, by, done.err()),
+            (Ok(()), Some(kind)) => (self.command)(Command { id, by, kind }),
+            (done, _) => self.state_publisher.answer(id, by.client, done.err()),
         }
     }
 

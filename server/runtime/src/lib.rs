@@ -12,12 +12,14 @@
 //! | `actions` | actions that the stack calls: asks the robot for them, and stores what they gather | the loop, the robot |
 //! | `publisher` | tiles, live scans, state for clients | the loop |
 //! | `imports` | maps of uploaded files, made by another process | a client |
+//! | `accounts` | who may use the platform: checks passwords, publishes sessions and tokens that are valid | a client, the ledger |
 //! | `gateway-accept`, `-read`, `-write` | one gateway at a time on a Unix socket | the gateway |
 //!
 //! All of them are watched (crate `watchdog`): when one panics or hangs, the process ends and its supervisor starts it again.
 //!
 //! The control loop never waits for a disk, a client or a network. Each queue documents what may be lost and how that is reported.
 
+mod access;
 mod actions;
 mod clock;
 mod control_loop;
@@ -30,6 +32,7 @@ mod imports;
 mod incidents;
 mod interrupted_sessions;
 mod jobs;
+mod lease_arbiter;
 mod ledger;
 mod live_map;
 mod mailbox;
@@ -54,6 +57,7 @@ mod threads;
 mod tile_recovery;
 mod topomap_generation;
 
+pub use crate::access::AccessMode;
 pub use crate::core::{Core, CoreConfig, RobotRestart};
 pub use clock::set_clock_offset;
 pub use jobs::known_map;

@@ -4,6 +4,7 @@ use crate::clock::RobotClock;
 use crate::control_loop::LoopRequest;
 use crate::convert;
 use crate::jobs::Jobs;
+use crate::lease_arbiter::LeaseArbiter;
 use crate::live_map::LiveMap;
 use crate::mailbox::Mailbox;
 use crate::platform::{BatteryForecast, PlatformProbe};
@@ -46,6 +47,7 @@ pub struct PublisherWorker {
     pub config: PublisherConfig,
     pub mailbox: Arc<Mailbox>,
     pub state_publisher: Arc<StatePublisher>,
+    pub lease: Arc<LeaseArbiter>,
     pub clock: Arc<RobotClock>,
     pub jobs: Jobs,
     pub live_map: LiveMap,
@@ -144,6 +146,7 @@ impl PublisherWorker {
                 self.state_publisher.publish(Event::Docks(convert::docks(&docks)));
                 self.docks = Some(docks);
             }
+            Publication::Control(state) => self.lease.set_lease(state, Instant::now()),
             Publication::Goal(update) => {
                 let goal = convert::goal(update);
                 self.goals.retain(|known| known.id != goal.id);

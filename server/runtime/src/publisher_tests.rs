@@ -1,6 +1,7 @@
 //! Events that clients get for the stack's publications.
 
 use super::*;
+use crate::lease_arbiter::LeaseConfig;
 use crate::live_map::LiveMapConfig;
 use crate::pose_persistence::PosePersistenceConfig;
 use crate::testing::{MAP, SESSION, keyframe};
@@ -30,6 +31,7 @@ fn rig() -> Rig {
         config: PublisherConfig::default(),
         mailbox: Arc::clone(&mailbox),
         state_publisher: Arc::clone(&state_publisher),
+        lease: Arc::new(LeaseArbiter::new(LeaseConfig::default(), Arc::clone(&state_publisher))),
         clock,
         jobs,
         live_map: LiveMap::new(LiveMapConfig::default(), Arc::clone(&store)),

@@ -6,12 +6,14 @@
 //! Changes of the pose graph are published only if they apply to the published graph exactly. So the messages that wait for the gateway lead
 //! from the graph that it has to the published one.
 
+use crate::access::CommandAudit;
 use crate::gateway_queue::GatewayQueue;
 use crate::state_snapshot::StateSnapshot;
+use api::access::AccessState;
 use api::{CommandOutcome, CoreMessage, Event, GraphChanged, SiteChanged, SiteState};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use vocab::{ClientId, CommandId};
 
 /// Parameters of a [`StatePublisher`].
@@ -29,6 +31,8 @@ pub struct StatePublisher {
     state: Mutex<State>,
     changed: Condvar,
     streams: AtomicU32,
+    /// Notes what became of commands, once a core has begun.
+    audit: OnceLock<CommandAudit>,
 }
 
 #[derive(Default)]
@@ -61,6 +65,13 @@ impl StatePublisher {
         true
     }
 
+    /// Tells the gateway who may use the platform. It goes to no client.
+    pub fn publish_access(&self, access: AccessState) {
+        let mut state = self.lock();
+        state.snapshot.access = Some(access.clone());
+        self.enqueue(&mut state, |queue, snapshot| queue.push(CoreMessage::Access(access), snapshot));
+    }
+
     /// Publishes the whole site, unless it is the published one.
     pub fn publish_site(&self, site: &SiteState) {
         let mut state = self.lock();
@@ -85,9 +96,23 @@ impl StatePublisher {
         self.enqueue(&mut self.lock(), GatewayQueue::push_whole_graph);
     }
 
+    /// Lets this note what becomes of commands.
+    pub fn set_audit(&self, audit: CommandAudit) {
+        // There is one core in a process.
+        let _ = self.audit.set(audit);
+    }
+
+    /// What notes commands.
+    pub fn audit(&self) -> Option<&CommandAudit> {
+        self.audit.get()
+    }
+
     /// Answers a command, to its maker only.
     pub fn answer(&self, id: CommandId, to: ClientId, refused: Option<String>) {
         let outcome = refused.map_or(CommandOutcome::Accepted, CommandOutcome::Refused);
+        if let Some(audit) = self.audit.get() {
+            audit.finish(id, &outcome);
+        }
         self.push(CoreMessage::Event { to: Some(to), event: Event::CommandDone { id, outcome } });
     }
 

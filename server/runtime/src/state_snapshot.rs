@@ -1,5 +1,6 @@
 //! The latest state of every kind, for a gateway that connects.
 
+use api::access::AccessState;
 use api::{
     Event, GraphChanged, LoopDecision, LoopsChanged, MAX_LOOP_DECISIONS, SiteState, StoredResult, TileEntry,
 };
@@ -19,6 +20,8 @@ pub struct StateSnapshot {
     loops: VecDeque<LoopDecision>,
     /// The site; none while it could not be read. It is sent in parts, see [`crate::gateway_queue`].
     pub site: Option<Arc<SiteState>>,
+    /// Who may use the platform; none until accounts were read.
+    pub access: Option<AccessState>,
 }
 
 /// The tiles of a map, in the order in which they came.

@@ -3,6 +3,7 @@
 use crate::map_usage::MapUse;
 use ports::SimulatedFault;
 use std::path::Path;
+use std::time::Duration;
 use vocab::{KeyframeId, SHOWN_NAME_CHARS_MAX, Span, Vec3, legible};
 
 /// A map cannot be saved, because too much waits for the disk.
@@ -239,6 +240,8 @@ pub fn edit_not_durable(reason: &str) -> String {
     format!("Nothing was changed: {reason}. It is tried again.")
 }
 
+/// More commands come than the control loop takes.
+pub const CONTROL_LOOP_BUSY: &str = "The robot is busy with other commands. Try again in a moment.";
 /// Too many edits wait.
 pub const LEDGER_BUSY: &str = "The robot's disk is busy with earlier changes. Try again in a moment.";
 /// The core ends.
@@ -434,4 +437,29 @@ pub fn runs_not_restored(reason: &str) -> String {
     format!(
         "Runs of before the restart cannot be taken up: {reason}. They are kept in the ledger. Start their missions again."
     )
+}
+
+/// Only the holder of the control lease keeps it.
+pub const ONLY_THE_HOLDER_REFUSES: &str = "Somebody else has control, so only they can keep it.";
+/// There is nothing to refuse.
+pub const NOBODY_TAKES_OVER: &str = "Nobody asks for control any more.";
+
+/// Somebody else asks for the control lease already.
+pub fn another_takes_over(name: &str) -> String {
+    format!("{name} has asked for control already. Try again in a few seconds.")
+}
+
+/// The holder of the control lease, of this name, keeps it.
+pub fn take_over_refused(name: &str) -> String {
+    format!("{name} keeps control. Ask them, or an admin, who can take it.")
+}
+
+/// The holder has kept the lease a moment ago.
+pub fn take_over_refused_lately(name: &str, wait: Duration) -> String {
+    format!("{name} has just kept control. Ask again in {:.0} s.", wait.as_secs_f32().ceil())
+}
+
+/// The holder of the control lease has had no connection for too long.
+pub fn lease_expired(name: &str) -> String {
+    format!("{name} has no connection any more, so control is free.")
 }

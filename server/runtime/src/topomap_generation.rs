@@ -16,13 +16,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use store::{Store, TopomapSource};
 use topomap::{GeneratedMap, TopomapConfig};
-use vocab::{ClientId, MapId, Vec3};
+use vocab::{MapId, Vec3};
 
 /// What a person asks for.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct TopomapRequest {
     /// Who asks.
-    pub by: ClientId,
+    pub by: Principal,
     /// The saved map.
     pub map: MapId,
     /// Id of the edit.
@@ -73,10 +73,11 @@ impl TopomapGenerator {
         if self.shared.is_running.swap(true, Ordering::AcqRel) {
             return Err(texts::TOPOMAP_IS_MADE);
         }
-        self.publish(TopomapGeneration::Running { map: request.map, stage: TopomapStage::Reading });
+        let map = request.map;
+        self.publish(TopomapGeneration::Running { map, stage: TopomapStage::Reading });
         let started = start(request);
         if let Err(reason) = started {
-            self.fail(request.map, reason.to_owned());
+            self.fail(map, reason.to_owned());
         }
         started
     }
@@ -107,7 +108,7 @@ impl TopomapGenerator {
         let kept_in_site = Arc::clone(&kept_nodes);
         let this = self.clone();
         let handed_in = self.shared.ledger.change_site(SiteWork {
-            by: Principal::operator(by),
+            by,
             make: Box::new(move |site: &Site| -> Edit {
                 let replacement = made.replacement(site, map, id);
                 kept_in_site.store(replacement.kept_nodes, Ordering::Relaxed);

@@ -11,6 +11,7 @@ use crossbeam_channel::Receiver;
 use messages::Input;
 use std::time::Duration;
 use uuid::Uuid;
+use vocab::ClientId;
 use watchdog::Heartbeat;
 
 const MAP: MapId = MapId(Uuid::from_u128(1));
@@ -66,7 +67,11 @@ fn bench() -> Bench {
 }
 
 fn request(map: MapId, edit: u128) -> TopomapRequest {
-    TopomapRequest { by: ClientId(Uuid::from_u128(5)), map, edit: EditId(Uuid::from_u128(edit)) }
+    TopomapRequest {
+        by: Principal::operator(ClientId(Uuid::from_u128(5))),
+        map,
+        edit: EditId(Uuid::from_u128(edit)),
+    }
 }
 
 impl Bench {

@@ -48,7 +48,10 @@ pub use cloud_files::{VirtualKeyframes, copy_viewpoint_files, write_cloud};
 pub use error::StoreError;
 pub use files::write_json;
 pub use keyframe_descriptors::keyframe_descriptors;
-pub use ledger::{EditRecord, Ledger, LedgerWriter, UnfinishedRun};
+pub use ledger::{
+    AccountReader, Accounts, AuditEntry, EditRecord, Ledger, LedgerWriter, StoredAccount, StoredCredential,
+    UnfinishedRun, verify_ledger,
+};
 pub use map_bin::BinnedMap;
 pub use map_cloud::{CloudSelection, MapCloud};
 pub use map_clouds::{MapClouds, copy_clouds, map_clouds, map_clouds_and_sensors};

@@ -8,7 +8,7 @@ use vocab::{GoalId, KeyframeId, MapId, Pose, SessionId, Span, Twist, UploadId, V
 /// A command from a person or program at a client.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Command {
-    /// Take the control lease, from whoever has it.
+    /// Take the control lease. Whoever has it can refuse within 5 s, unless an admin asks.
     TakeControl {
         /// Shown to the others.
         name: String,
@@ -152,6 +152,8 @@ pub enum Command {
         /// Time zone of the schedule, a name of the IANA database.
         time_zone: String,
     },
+    /// Keep the control lease, although somebody asks for it.
+    RefuseTakeOver,
 }
 
 /// Pairs of points of [`Command::AlignMap`] at most.

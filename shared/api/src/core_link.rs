@@ -1,6 +1,7 @@
 //! Messages between core and gateway. The gateway may crash or be flooded; it has no call that stops the core.
 
-use crate::{Command, Event, Query, QueryReply};
+use crate::access::{AccessState, AccountRefusal, AccountReply, AccountRequest};
+use crate::{Caller, Command, CredentialId, Event, Query, QueryReply};
 use serde::{Deserialize, Serialize};
 use site_model::Edit;
 use vocab::{ClientId, CommandId, Pose, Stamp};
@@ -36,6 +37,15 @@ pub enum CoreMessage {
         /// The answer, or a sentence that says why there is none.
         result: Result<QueryReply, String>,
     },
+    /// Who may use the platform. It goes to no client.
+    Access(AccessState),
+    /// Answer to a request about accounts.
+    AccountReply {
+        /// Number of the request.
+        number: u64,
+        /// The answer, or why it was not carried out.
+        result: Result<AccountReply, AccountRefusal>,
+    },
 }
 
 /// Gateway to core.
@@ -51,7 +61,7 @@ pub enum GatewayMessage {
         /// Made by the client.
         id: CommandId,
         /// Who asks.
-        by: ClientId,
+        by: Caller,
         /// What is asked.
         command: Command,
     },
@@ -67,7 +77,7 @@ pub enum GatewayMessage {
     /// A client's edit of the site. Answered by [`Event::EditDone`] to that client, after [`Event::SiteChanged`] to all.
     Edit {
         /// Who edits.
-        by: ClientId,
+        by: Caller,
         /// The edit.
         edit: Edit,
     },
@@ -77,7 +87,22 @@ pub enum GatewayMessage {
     Query {
         /// Number of the question, made by the gateway.
         number: u64,
+        /// Who asks.
+        by: Caller,
         /// The question.
         query: Query,
     },
+    /// A request about accounts, answered by [`CoreMessage::AccountReply`].
+    Account {
+        /// Number of the request, made by the gateway.
+        number: u64,
+        /// Who asks.
+        by: Caller,
+        /// What is asked.
+        request: AccountRequest,
+    },
+    /// The clients that are connected. Replaces those before.
+    Clients(Vec<ClientId>),
+    /// Sessions and tokens that were used since the last such message.
+    CredentialsUsed(Vec<CredentialId>),
 }

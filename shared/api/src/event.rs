@@ -447,6 +447,19 @@ pub struct Control {
     pub owner: Option<ClientId>,
     /// Name of the holder.
     pub name: String,
+    /// Somebody who asks for the lease. The holder can refuse.
+    pub request: Option<ControlRequest>,
+}
+
+/// Somebody asks for the control lease, which another client has.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ControlRequest {
+    /// Who.
+    pub by: ClientId,
+    /// Name, for people.
+    pub name: String,
+    /// Time in which the holder can refuse, when this was published, s.
+    pub seconds_left: f32,
 }
 
 /// Sensors and odometry.

@@ -11,6 +11,7 @@
 //! [`GatewayMessage`] over a Unix socket, each behind a little-endian `u32` length. Documents and tiles go over HTTP as
 //! JSON and bytes; paths are in [`paths`].
 
+pub mod access;
 mod codec;
 mod command;
 mod core_link;
@@ -25,6 +26,7 @@ mod site;
 mod socket;
 mod topomap;
 
+pub use access::{Caller, CredentialId, LeaseToken, Privilege, Role, You};
 pub use codec::{DecodeError, MAX_MESSAGE_BYTES, decode, encode, encode_after};
 pub use command::{Command, CommandOutcome, MAX_PAIR_RMS_M, MAX_PAIRS, SimulatedFault};
 pub use core_link::{CoreMessage, GatewayMessage};
@@ -37,8 +39,8 @@ pub use map::{
 };
 pub use paths::{CONTROL_PATH, STREAM_PATH};
 pub use query::{
-    MAX_PAGE, MAX_PAGE_BYTES, Query, QueryReply, RunFilter, StoredResult, StoredRevision, StoredRun,
-    StoredSlot, StoredStep,
+    MAX_PAGE, MAX_PAGE_BYTES, Query, QueryReply, RunFilter, StoredAudit, StoredResult, StoredRevision,
+    StoredRun, StoredSlot, StoredStep,
 };
 pub use site::{
     EditDone, EditOutcome, EditRefusal, MAX_EDIT_BYTES, MAX_EDIT_CHANGES, MAX_OBJECT_BYTES, MAX_SITE_OBJECTS,
@@ -48,7 +50,7 @@ pub use socket::{ClientMessage, MAX_UNACKNOWLEDGED, ScanFrame, ServerMessage, St
 pub use topomap::{MAX_BLOCKED_WAYS, TopomapGeneration, TopomapStage, TopomapSummary};
 
 /// Version of everything in this crate. Server and client refuse each other when it differs, and say so.
-pub const VERSION: u16 = 21;
+pub const VERSION: u16 = 22;
 
 /// Time for which a deleted map is kept in the bin.
 pub const BIN_RETENTION: vocab::Span = vocab::Span::from_millis(7 * 24 * 3_600_000);

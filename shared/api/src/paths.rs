@@ -65,3 +65,29 @@ pub const POINT_RESULTS_PATH: &str = "/api/v1/inspection-points/{id}/results";
 pub const SLOTS_PATH: &str = "/api/v1/slots";
 /// GET: 200 while core and gateway are connected, 503 otherwise.
 pub const HEALTH_PATH: &str = "/api/v1/health";
+/// GET: the description of this interface, OpenAPI 3.1.
+pub const DESCRIPTION_PATH: &str = "/api/v1/openapi.json";
+/// GET: who asks, and whether people have to sign in. POST: signs in. DELETE: signs out.
+pub const SESSION_PATH: &str = "/api/v1/session";
+/// PUT: changes the password of whoever asks.
+pub const OWN_PASSWORD_PATH: &str = "/api/v1/session/password";
+/// POST: makes the first admin, with the secret of the link that the robot's console shows.
+pub const FIRST_ADMIN_PATH: &str = "/api/v1/first-admin";
+/// GET: all accounts. POST: makes one.
+pub const ACCOUNTS_PATH: &str = "/api/v1/accounts";
+/// With an account's name in place of `{account}`. PATCH: changes it. DELETE: removes it.
+pub const ACCOUNT_PATH: &str = "/api/v1/accounts/{account}";
+/// GET: a page of the audit log, the newest first; as CSV with `format=csv`.
+pub const AUDIT_PATH: &str = "/api/v1/audit";
+/// GET: all tokens of programs. POST: makes one.
+pub const TOKENS_PATH: &str = "/api/v1/tokens";
+/// DELETE, with a token's id in place of `{id}`: ends it.
+pub const TOKEN_PATH: &str = "/api/v1/tokens/{id}";
+/// The certificate authority of the robot's own.
+pub const AUTHORITY_PATH: &str = "/api/v1/authority";
+/// Its certificate.
+pub const AUTHORITY_CERTIFICATE_PATH: &str = "/api/v1/authority/certificate";
+/// A QR code of the address of the page that explains how to trust it.
+pub const TRUST_CODE_PATH: &str = "/api/v1/authority/qr";
+/// Stop motion.
+pub const STOP_PATH: &str = "/api/v1/stop";

@@ -10,7 +10,7 @@ pub const MAX_PAGE: u32 = 100;
 pub const MAX_PAGE_BYTES: usize = 1 << 20;
 
 /// A question. `limit` is the number of entries wanted, [`MAX_PAGE`] at most.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Query {
     /// The earlier and present revisions of an object, the newest first.
     Revisions {
@@ -66,6 +66,15 @@ pub enum Query {
         /// How many.
         limit: u32,
     },
+    /// Entries of the audit log, the newest first.
+    Audit {
+        /// Only those before this number.
+        before: Option<u64>,
+        /// Only those with this text in the account, the address, the command or the outcome, in any case; empty: all.
+        containing: String,
+        /// How many.
+        limit: u32,
+    },
 }
 
 /// Which runs are wanted. Without any of these: all.
@@ -90,6 +99,22 @@ pub enum QueryReply {
     Steps(Vec<StoredStep>),
     Results(Vec<StoredResult>),
     Slots(Vec<StoredSlot>),
+    Audit(Vec<StoredAudit>),
+}
+
+/// An entry of the audit log.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StoredAudit {
+    /// Its number. There are no gaps.
+    pub number: u64,
+    /// When it was written, by calendar time.
+    pub at: Stamp,
+    /// Who and from where: a `messages::Principal` with an address as JSON; none: the platform itself.
+    pub origin: Option<String>,
+    /// What was asked.
+    pub command: String,
+    /// What became of it.
+    pub outcome: String,
 }
 
 /// A state of an object.

@@ -1,9 +1,9 @@
 //! Messages on the two WebSockets.
 
-use crate::{Command, Event};
+use crate::{Command, Event, LeaseToken, You};
 use serde::{Deserialize, Serialize};
 use site_model::Edit;
-use vocab::{ClientId, CommandId, Pose, Stamp};
+use vocab::{CommandId, Pose, Stamp};
 
 /// Scan frames that may be under way to a client without its acknowledgement.
 pub const MAX_UNACKNOWLEDGED: u64 = 4;
@@ -15,8 +15,8 @@ pub enum ClientMessage {
     Hello {
         /// [`crate::VERSION`] of the client.
         version: u16,
-        /// Id that the client keeps over reconnections.
-        client: ClientId,
+        /// The client's secret, which it keeps over reconnections.
+        lease: LeaseToken,
     },
     /// A command. Repeating an id does nothing.
     Command {
@@ -49,6 +49,8 @@ pub enum ServerMessage {
         version: u16,
         /// Version of the program, for people.
         program: String,
+        /// Who the client is.
+        you: You,
     },
     /// The server will not talk to this client; the sentence says why and what to do. Closes after it.
     Refused {

@@ -4,7 +4,9 @@ use crate::{GoalKind, JobDone, RobotProfile, Sensor};
 use serde::{Deserialize, Serialize};
 use site_model::{Edit, MissionCommandKind, MissionEvent, ObjectId, Revision, Versioned};
 use std::sync::Arc;
-use vocab::{ActionCallId, ClientId, CommandId, GoalId, KeyframeId, MapId, Pose, SessionId, Span, Twist};
+use vocab::{
+    ActionCallId, ClientId, CommandId, GoalId, KeyframeId, MapId, Pose, Role, SessionId, Span, Twist,
+};
 
 /// One step's input. A log of these, with their `at`, is all that is needed to repeat a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -117,17 +119,6 @@ impl Principal {
     pub fn operator(client: ClientId) -> Self {
         Self { client, account: None, role: Role::Operator }
     }
-}
-
-/// What somebody may do. A later one may do everything that the earlier ones may.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum Role {
-    /// Watch, and stop motion.
-    Viewer,
-    /// Command the robot.
-    Operator,
-    /// Change the platform.
-    Admin,
 }
 
 /// Everything the stack knows before the first sensor speaks.

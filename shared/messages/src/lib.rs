@@ -27,3 +27,4 @@ pub use prior_map::*;
 pub use profile::*;
 pub use sensors::*;
 pub use timing::*;
+pub use vocab::Role;

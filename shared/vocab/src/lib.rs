@@ -7,6 +7,7 @@ mod camera_head;
 mod content_hash;
 mod ids;
 mod pose;
+mod role;
 mod text;
 mod time;
 
@@ -17,5 +18,6 @@ pub use ids::{
     UploadId,
 };
 pub use pose::{Aabb, Covariance6, Pose, Quat, Twist, Vec3};
+pub use role::{Role, RoleError};
 pub use text::{SHOWN_NAME_CHARS_MAX, legible};
 pub use time::{Span, Stamp};

@@ -54,6 +54,16 @@ pub(crate) fn socket_url(path: &str) -> Option<String> {
     Some(format!("{scheme}://{}{path}", location.host().ok()?))
 }
 
+/// Tells the scripts of the page that something has happened.
+pub(crate) fn dispatch(name: &str) {
+    if let Some(window) = window()
+        && let Ok(event) = web_sys::Event::new(name)
+    {
+        // Fails only for an event that is being dispatched already.
+        let _ = window.dispatch_event(&event);
+    }
+}
+
 /// The calendar clock, and the time zone of the operator's machine.
 pub(crate) fn clock() -> PageClock {
     let format = js_sys::Intl::DateTimeFormat::new(&js_sys::Array::new(), &js_sys::Object::new());

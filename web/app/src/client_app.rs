@@ -38,7 +38,7 @@ impl Default for ClientAppConfig {
 /// Begins to connect. This precedes the graphics device, so that the server answers while the browser makes it.
 pub(crate) fn connect() -> Rc<RefCell<ClientRuntime>> {
     let ids = Ids::new(browser::random_u128());
-    let mut model = Model::new(storage::load_client_id(), ids, storage::load_view_settings(), now());
+    let mut model = Model::new(storage::load_lease_token(), ids, storage::load_view_settings(), now());
     model.restore_draft(storage::load_draft());
     let runtime = Rc::new(RefCell::new(ClientRuntime::new(RuntimeConfig::default(), model)));
     install_page_events(&runtime);

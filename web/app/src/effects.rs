@@ -3,6 +3,7 @@
 //! Effects on sockets, downloads, uploads and storage are executed at once, also while the page is hidden. Effects on the scene and the
 //! camera need a frame: they wait in a queue for `ClientRuntime::execute_scene_effects`.
 
+use crate::browser;
 use crate::decode_queue::DecodeQueue;
 use crate::downloads::Downloads;
 use crate::inbox::Inbox;
@@ -12,7 +13,7 @@ use crate::sockets::SocketConnections;
 use crate::storage;
 use crate::uploads::Uploads;
 use api::TileHash;
-use client_model::{CameraMove, ClientEffect, Socket};
+use client_model::{AccountAction, CameraMove, ClientEffect, Socket};
 use std::collections::VecDeque;
 
 /// The connections of the client, and the effects that wait for a frame.
@@ -49,6 +50,11 @@ impl EffectExecutor {
     /// Executes an effect, or queues it for the next frame. A tile that is no longer needed also leaves `decode_queue`.
     pub(crate) fn execute(&mut self, effect: ClientEffect, decode_queue: &mut DecodeQueue) {
         match effect {
+            ClientEffect::Account(action) => browser::dispatch(match action {
+                AccountAction::SignOut => "autoinspect-sign-out",
+                AccountAction::ChangePassword => "autoinspect-change-password",
+                AccountAction::ManagePeople => "autoinspect-manage-people",
+            }),
             ClientEffect::OpenSocket(socket) => self.sockets.open(socket),
             ClientEffect::CloseSocket(socket) => self.sockets.close(socket),
             ClientEffect::Send(message) => self.sockets.send(Socket::Control, &api::encode(&message)),

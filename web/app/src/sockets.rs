@@ -80,7 +80,13 @@ impl SocketConnection {
         };
         let listeners = vec![
             listen("open", |which, _| ClientEvent::SocketOpened(which)),
-            listen("close", |which, _| closed(which)),
+            listen("close", |which, _| {
+                if which == Socket::Control {
+                    // The page asks the server whether the session has ended, and then people to sign in.
+                    browser::dispatch("autoinspect-disconnected");
+                }
+                closed(which)
+            }),
             listen("message", received),
         ];
         Some(Self { socket, listeners })

@@ -1,28 +1,28 @@
-//! Stores data in the browser between visits: the view settings, the draft of the site, and the client's id as long as the tab is open.
+//! Stores data in the browser between visits: the view settings, the draft of the site, and the client's secret as long as the tab is open.
 //!
 //! A browser may forbid storage, or its storage may be full. Then every visit starts with the defaults.
 
 use crate::browser;
+use api::LeaseToken;
 use client_model::{StoredDraft, ViewSettings};
-use vocab::ClientId;
 
-const CLIENT_KEY: &str = "autoinspect.client";
+const LEASE_KEY: &str = "autoinspect.lease";
 const VIEW_KEY: &str = "autoinspect.view";
 const DRAFT_KEY: &str = "autoinspect.draft";
 
-/// The id of this tab. It is kept over reloads, so that a reload keeps control of the robot.
-pub(crate) fn load_client_id() -> ClientId {
+/// The secret of this tab. It is kept over reloads, so that a reload keeps control of the robot.
+pub(crate) fn load_lease_token() -> LeaseToken {
     let storage = browser::tab_storage();
-    let stored = storage.as_ref().and_then(|storage| storage.get_item(CLIENT_KEY).ok().flatten());
-    if let Some(id) = stored.and_then(|text| text.parse().ok()) {
-        return id;
+    let stored = storage.as_ref().and_then(|storage| storage.get_item(LEASE_KEY).ok().flatten());
+    if let Some(token) = stored.and_then(|text| text.parse().ok()) {
+        return LeaseToken(token);
     }
-    let id = ClientId(uuid::Uuid::new_v4());
+    let token = uuid::Uuid::new_v4();
     if let Some(storage) = storage {
-        // Without storage every reload has a new id.
-        let _ = storage.set_item(CLIENT_KEY, &id.to_string());
+        // Without storage every reload has a new one.
+        let _ = storage.set_item(LEASE_KEY, &token.to_string());
     }
-    id
+    LeaseToken(token)
 }
 
 /// The view settings of the last visit, or the defaults.

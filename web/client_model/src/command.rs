@@ -1,8 +1,9 @@
 //! What operators ask for, as views emit it.
 
 use crate::{
-    CameraMove, DraftCommand, GraphTool, LoopInitialGuess, LoopPair, MissionEditorCommand, NoticeId,
-    ResultFileKind, RunQuery, ScanOverlay, ScheduleSelection, Screen, Selection, SiteEdit, ViewSettings,
+    AccountAction, CameraMove, DraftCommand, GraphTool, LoopInitialGuess, LoopPair, MissionEditorCommand,
+    NoticeId, ResultFileKind, RunQuery, ScanOverlay, ScheduleSelection, Screen, Selection, SiteEdit,
+    ViewSettings,
 };
 use api::SimulatedFault;
 use site_model::{InspectionPointId, LocalDate, MissionCommandKind, MissionId, NodeId, RunId};
@@ -12,6 +13,8 @@ use vocab::{BlobHash, GoalId, MapId, Pose, SessionId, Twist, UploadId, Vec3};
 /// A command of the operator at this client. Views emit these; only [`crate::Model::handle_event`] acts on them.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ClientCommand {
+    /// Do something about the account that has signed in.
+    Account(AccountAction),
     /// Go to a screen.
     ShowScreen(Screen),
     /// Stop the robot now.
@@ -22,6 +25,8 @@ pub enum ClientCommand {
     TakeControl,
     /// Give the control lease back.
     ReleaseControl,
+    /// Keep the control lease, although somebody asks for it.
+    RefuseTakeOver,
     /// Start a mapping session.
     StartMapping,
     /// Start a mapping session that extends a saved map.

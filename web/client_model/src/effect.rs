@@ -1,7 +1,7 @@
 //! What the shell shall do.
 
 use crate::features::view_settings::{Bookmark, ViewSettings};
-use crate::{LoopPair, ResultFileKind, RunQuery, StoredDraft};
+use crate::{AccountAction, LoopPair, ResultFileKind, RunQuery, StoredDraft};
 use api::{ClientMessage, Command, StreamRequest, TileHash};
 use site_model::{InspectionPointId, PlanFile, RunId};
 use vocab::{BlobHash, KeyframeId, MapId, SessionId, UploadId, Vec3};
@@ -37,6 +37,8 @@ pub enum CameraMove {
 /// Something that the shell shall do after an event, in the order given.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ClientEffect {
+    /// Do something about the account that has signed in, in the page around the client.
+    Account(AccountAction),
     /// Open a socket.
     OpenSocket(Socket),
     /// Close a socket, silently: no [`crate::ClientEvent::SocketClosed`] is expected.

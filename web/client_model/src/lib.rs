@@ -24,6 +24,7 @@ pub use command::ClientCommand;
 pub use effect::{CameraMove, ClientEffect, Socket};
 pub use event::ClientEvent;
 pub use features::Model;
+pub use features::account::{AccountAction, AccountFeature};
 pub use features::alignment::{AlignmentFeature, MapAlignment};
 pub use features::connection::{Connection, ServerClock, SocketLink, SocketState, Throughput};
 pub use features::control::ControlLease;

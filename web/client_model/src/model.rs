@@ -16,15 +16,15 @@ use crate::shared::{Change, Context, Shared};
 use crate::{
     ClientCommand, ClientEffect, ClientEvent, ClientTime, Ids, Model, Socket, StoredDraft, ViewSettings,
 };
-use api::{Localisation, Mapping, Motion, Quality, ServerMessage};
+use api::{LeaseToken, Localisation, Mapping, Motion, Quality, Role, ServerMessage, You};
 use site_model::NodeId;
 use std::collections::BTreeSet;
-use vocab::{ClientId, MapId, Pose, Twist, Vec3};
+use vocab::{MapId, Pose, Twist, Vec3};
 
 impl Model {
     /// A client that has just been opened. [`Self::connect`] makes it connect.
-    pub fn new(client: ClientId, ids: Ids, view: ViewSettings, now: ClientTime) -> Self {
-        let mut model = Self::compose(Shared::new(client, ids, now));
+    pub fn new(lease: LeaseToken, ids: Ids, view: ViewSettings, now: ClientTime) -> Self {
+        let mut model = Self::compose(Shared::new(lease, ids, now));
         model.view = ViewFeature::new(view);
         model
     }
@@ -171,6 +171,16 @@ impl Model {
         self.shared.connection.is_connected()
     }
 
+    /// Who this client is, as the server says; `None` before it has welcomed the client.
+    pub fn you(&self) -> Option<&You> {
+        self.shared.you.as_ref()
+    }
+
+    /// Whether whoever has signed in may do what needs this role.
+    pub fn may(&self, role: Role) -> bool {
+        self.you().is_none_or(|you| you.role >= role)
+    }
+
     /// Who controls the robot.
     pub fn control(&self) -> &ControlLease {
         &self.shared.control
@@ -178,7 +188,20 @@ impl Model {
 
     /// Whether this client holds the control lease.
     pub fn has_control(&self) -> bool {
-        self.shared.control.owner() == Some(self.shared.client)
+        self.shared.client().is_some_and(|client| self.shared.control.owner() == Some(client))
+    }
+
+    /// Somebody who asks this client for the control lease: the name, and the time in which this client can refuse, s.
+    pub fn asked_for_control(&self) -> Option<(&str, f64)> {
+        let control = &self.shared.control;
+        let request = control.request().filter(|_| self.has_control())?;
+        Some((&request.name, control.refusal_left_s(self.shared.now)))
+    }
+
+    /// Whether this client asks another one for the control lease.
+    pub fn asks_for_control(&self) -> bool {
+        let by = self.shared.control.request().map(|request| request.by);
+        by.is_some() && by == self.shared.client()
     }
 
     /// Whether another client holds the control lease.
@@ -186,9 +209,9 @@ impl Model {
         self.shared.is_controlled_by_other()
     }
 
-    /// Whether commands that need the control lease make sense now: connected, and no other client holds the lease.
+    /// Whether commands that need the control lease make sense now: connected, no other client holds the lease, and the role allows them.
     pub fn can_command(&self) -> bool {
-        self.is_connected() && !self.is_controlled_by_other()
+        self.is_connected() && !self.is_controlled_by_other() && self.may(Role::Operator)
     }
 
     /// Whether a command of this kind has not been answered yet.

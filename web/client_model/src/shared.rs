@@ -9,14 +9,16 @@ use crate::features::maps::SavedMaps;
 use crate::features::notices::Notices;
 use crate::features::selection::{PointerMode, Selected};
 use crate::{ClientEffect, ClientTime, Ids, texts};
-use api::{CommandOutcome, Severity};
+use api::{CommandOutcome, LeaseToken, Severity, You};
 use vocab::{ClientId, CommandId, MapId};
 
 /// State that more than one feature needs.
 #[derive(Debug)]
 pub(crate) struct Shared {
-    /// This client, kept over reconnections.
-    pub(crate) client: ClientId,
+    /// This client's secret, kept over reconnections.
+    pub(crate) lease: LeaseToken,
+    /// Who this client is, as the server says; none before the first welcome.
+    pub(crate) you: Option<You>,
     /// Client time of the last event.
     pub(crate) now: ClientTime,
     /// Source of the ids that the client makes.
@@ -34,9 +36,10 @@ pub(crate) struct Shared {
 }
 
 impl Shared {
-    pub(crate) fn new(client: ClientId, ids: Ids, now: ClientTime) -> Self {
+    pub(crate) fn new(lease: LeaseToken, ids: Ids, now: ClientTime) -> Self {
         Self {
-            client,
+            lease,
+            you: None,
             now,
             ids,
             connection: Connection::new(now),
@@ -53,12 +56,20 @@ impl Shared {
 
     /// Whether another client holds the control lease.
     pub(crate) fn is_controlled_by_other(&self) -> bool {
-        self.control.owner().is_some_and(|owner| owner != self.client)
+        self.control.owner().is_some_and(|owner| Some(owner) != self.client())
+    }
+
+    /// This client's id, once the server has told it.
+    pub(crate) fn client(&self) -> Option<ClientId> {
+        self.you.as_ref().map(|you| you.client)
     }
 
     /// What this client calls itself to the others.
     pub(crate) fn operator_name(&self) -> String {
-        texts::operator_name(self.client.0.as_u128() as u16)
+        let account = self.you.as_ref().and_then(|you| you.account.clone());
+        account.unwrap_or_else(|| {
+            texts::operator_name(self.client().map_or(0, |client| client.0.as_u128() as u16))
+        })
     }
 }
 

@@ -18,7 +18,10 @@ impl Context<'_> {
 
     pub(crate) fn on_event(&mut self, event: &api::Event) {
         match event {
-            api::Event::Control(control) => self.shared.control.set(control.clone()),
+            api::Event::Control(control) => {
+                let now = self.now();
+                self.shared.control.set(control.clone(), now);
+            }
             api::Event::Maps(maps) => self.shared.maps.set_maps(maps.clone()),
             api::Event::DamagedMaps(maps) => self.shared.maps.set_damaged(maps.clone()),
             api::Event::Docks(docks) => self.shared.maps.set_docks(docks.clone()),
@@ -44,6 +47,7 @@ impl Context<'_> {
         match command {
             ClientCommand::TakeControl => self.take_control(),
             ClientCommand::ReleaseControl => self.send(api::Command::ReleaseControl),
+            ClientCommand::RefuseTakeOver => self.send(api::Command::RefuseTakeOver),
             ClientCommand::ViewMap(map) => self.view_map(*map),
             ClientCommand::DismissNotice(notice) => self.shared.notices.dismiss(*notice),
             ClientCommand::Reconnect => connection::reconnect(self),

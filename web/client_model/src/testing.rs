@@ -20,7 +20,7 @@ impl TestClient {
     pub(crate) fn new() -> Self {
         let now = ClientTime(0.0);
         let mut effects = Vec::new();
-        let mut model = Model::new(ME, Ids::new(42), ViewSettings::default(), now);
+        let mut model = Model::new(api::LeaseToken(ME.0), Ids::new(42), ViewSettings::default(), now);
         model.connect(&mut effects);
         Self { model, now, effects, sequence: 0 }
     }
@@ -39,7 +39,11 @@ impl TestClient {
 
     pub(crate) fn welcome(&mut self) {
         self.sequence = 0;
-        self.server(ServerMessage::Welcome { version: api::VERSION, program: "1.2.3".into() });
+        self.server(ServerMessage::Welcome {
+            version: api::VERSION,
+            program: "1.2.3".into(),
+            you: api::You::in_demo(ME),
+        });
     }
 
     pub(crate) fn apply(&mut self, event: ClientEvent) {

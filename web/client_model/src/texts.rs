@@ -100,6 +100,7 @@ pub(crate) fn command_name(command: &Command) -> &'static str {
     match command {
         Command::TakeControl { .. } => "Taking control",
         Command::ReleaseControl => "Giving control back",
+        Command::RefuseTakeOver => "Keeping control",
         Command::StartMapping(_) => "Starting the mapping",
         Command::ExtendMap { .. } => "Extending the map",
         Command::FinishMapping { .. } => "Saving the map",

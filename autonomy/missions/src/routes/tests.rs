@@ -488,6 +488,31 @@ fn an_edge_with_a_traversal_of_the_robots_own_calls_that_action_last() {
 }
 
 #[test]
+fn the_robot_stands_in_line_with_stairs_before_it_walks_onto_them_and_after() {
+    let mut world = World::new();
+    // From node 5 at (30, 30) the stairs lead to node 4 at (40, 0).
+    world.builder.change_edge(5, 4, |edge| edge.traversal = Traversal::Stairs);
+    world.builder.change_edge(2, 3, |edge| edge.is_enabled = false);
+    world.begin(GoalRequest::Route(node_id(3)));
+    let config = RouteExecutorConfig::default();
+    for (node, is_aligned) in [(5, true), (4, true), (3, false)] {
+        let walk = world.walks[0].1;
+        let site = world.builder.site();
+        assert_eq!(
+            walk.map_from_goal.position,
+            site.node(node_id(node)).expect("a node").map_from_node.position
+        );
+        assert_eq!(walk.tolerance == Some(config.stairs_tolerance), is_aligned, "at node {node}");
+        if is_aligned {
+            let (w, z) = (walk.map_from_goal.orientation.w, walk.map_from_goal.orientation.z);
+            assert!((2.0 * z.atan2(w) - (-30.0_f64).atan2(10.0)).abs() < 1e-9);
+        }
+        world.end_walk(LegResult::Reached);
+    }
+    assert_eq!(world.ended, [RouteGoalResult::Reached]);
+}
+
+#[test]
 fn what_remains_is_that_of_the_whole_route_at_each_leg() {
     let mut world = World::new();
     world.executor = RouteExecutor::new(RouteExecutorConfig::default());

@@ -1,5 +1,6 @@
 //! The core's process: link to the robot, store, recorder and control loop.
 
+use super::access::AccessArgs;
 use super::child_report::ChildReport;
 use super::example_process::ExampleProcess;
 use super::import_process::ImportProcess;
@@ -39,6 +40,8 @@ pub struct CoreArgs {
     trial: TrialArgs,
     #[command(flatten)]
     robot: RobotArgs,
+    #[command(flatten)]
+    access: AccessArgs,
     #[command(flatten)]
     supervision: SupervisionArgs,
     /// Why the simulated robot was started again.
@@ -128,6 +131,7 @@ pub fn run_core(args: &CoreArgs) -> Result<(), Failure> {
         watchdog,
         restart: args.supervision.restart(ProcessRole::Core),
         robot_restart: args.robot_restart(),
+        access: args.access.of_core(),
     };
     let _core = Core::start(config).map_err(Failure::failed)?;
     select! {
@@ -160,7 +164,7 @@ fn recording(
 }
 
 /// Time of this computer's clock. A time before 1970 counts as 1970.
-pub(super) fn wall_clock() -> Stamp {
+pub fn wall_clock() -> Stamp {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     Stamp::from_nanos(i64::try_from(since.as_nanos()).unwrap_or(i64::MAX))
 }

@@ -1,5 +1,6 @@
 //! The gateway's process.
 
+use super::access::AccessArgs;
 use super::child_report::ChildReport;
 use super::process_watch::{SupervisionArgs, thread_failed, watch_process, watchdog};
 use super::stop::Stop;
@@ -30,6 +31,8 @@ pub struct GatewayArgs {
     #[arg(long)]
     listen: SocketAddr,
     #[command(flatten)]
+    access: AccessArgs,
+    #[command(flatten)]
     supervision: SupervisionArgs,
 }
 
@@ -53,6 +56,8 @@ pub fn run_gateway(args: &GatewayArgs) -> Result<(), Failure> {
         core_socket: args.socket.clone(),
         data_dir: args.data.clone(),
         static_dir: args.static_dir.clone(),
+        access: args.access.of_gateway(),
+        tls: args.access.tls(&args.data),
         on_ready: Some(on_ready),
         heartbeat: Some(watchdog.watch(GATEWAY_THREAD, runtime::THREAD_LIMITS.control)),
         restart: args.supervision.restart(ProcessRole::Gateway),
@@ -82,7 +87,9 @@ pub fn run_gateway(args: &GatewayArgs) -> Result<(), Failure> {
         thread_failed(Some(failure))
     })?;
     served.map_err(|error| match error {
-        GatewayError::Listen { .. } => Failure::usage(error),
+        GatewayError::Listen { .. } | GatewayError::DemoOnNetwork { .. } | GatewayError::Tls(_) => {
+            Failure::usage(error)
+        }
     })?;
     outcome.blocking_recv().unwrap_or(Ok(()))
 }

@@ -4,6 +4,7 @@
 //! robot's behaviour. A simulated robot is a third process, which lives on when the core ends, like a real robot. `up` starts them, restarts each when it ends, and
 //! stops them in order.
 
+mod access;
 mod child_report;
 mod core_process;
 mod example_process;
@@ -18,9 +19,12 @@ mod role;
 mod stop;
 mod supervisor;
 
-pub use core_process::{CoreArgs, run_core};
+use access::AccessArgs;
+pub use access::first_admin_link;
+pub use core_process::{CoreArgs, run_core, wall_clock};
 use core_process::{RecordingsArgs, TrialArgs};
 pub use gateway_process::{GatewayArgs, run_gateway};
+pub use paths::default_data_dir;
 pub use robot_process::{SimulatedRobotArgs, run_robot};
 pub use stop::Stop;
 
@@ -28,18 +32,20 @@ use crate::failure::Failure;
 use crate::robot::{RobotArgs, RobotName};
 use crate::{output, texts};
 use clap::Args;
+use gateway::TlsConfig;
+use health::reachable;
 use ports::DataDir;
-use std::net::{IpAddr, Ipv4Addr, SocketAddr};
-use std::path::PathBuf;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
 use supervisor::{Supervisor, SupervisorArguments};
 
 /// Run the platform: a robot's core and the server for browsers.
 #[derive(Args, Debug)]
 #[command(after_help = "EXAMPLES:
-  autoinspect up                                   a simulated robot in the test hall
+  autoinspect up --demo                            a simulated robot in the test hall; nobody has to sign in
   autoinspect up --robot sim:plant --people 10
   autoinspect up --robot replay:recording.mcap --speed 2
-  autoinspect up --listen 0.0.0.0:8080 --data /var/lib/autoinspect")]
+  autoinspect up --listen 0.0.0.0:8080 --tls auto --data /var/lib/autoinspect")]
 pub struct UpArgs {
     /// Folder of maps and recordings [default: the user's data directory].
     #[arg(long)]
@@ -57,6 +63,8 @@ pub struct UpArgs {
     #[arg(long, hide = true)]
     truth: Option<PathBuf>,
     #[command(flatten)]
+    access: AccessArgs,
+    #[command(flatten)]
     recordings: RecordingsArgs,
     #[command(flatten)]
     trial: TrialArgs,
@@ -66,12 +74,13 @@ pub struct UpArgs {
 
 /// Runs `autoinspect up` until a signal stops it.
 pub fn run(args: &UpArgs) -> Result<(), Failure> {
-    let data = args.data.clone().unwrap_or_else(paths::default_data_dir);
+    args.access.check(args.listen)?;
+    let data = args.data.clone().unwrap_or_else(default_data_dir);
     std::fs::create_dir_all(&data).map_err(|error| Failure::failed(texts::cannot_create(&data, &error)))?;
     let data = data.canonicalize().map_err(|error| Failure::unreadable(&data, error))?;
     let static_dir = paths::static_dir(args.static_dir.as_deref())?;
     let (socket, robot_socket) = (DataDir::new(&data).core_socket(), DataDir::new(&data).robot_socket());
-    let text = |path: &std::path::Path| path.display().to_string();
+    let text = |path: &Path| path.display().to_string();
 
     let simulated_robot = matches!(args.robot.robot, RobotName::Sim(_)).then(|| {
         let mut robot = vec!["simulated-robot".to_owned(), "--socket".to_owned(), text(&robot_socket)];
@@ -88,27 +97,29 @@ pub fn run(args: &UpArgs) -> Result<(), Failure> {
     core.extend(robot.to_arguments());
     core.extend(args.recordings.to_arguments());
     core.extend(args.trial.to_arguments());
+    core.extend(args.access.to_arguments());
     if args.no_record {
         core.push("--no-record".to_owned());
     }
     let gateway =
         ["gateway", "--data", &text(&data), "--socket", &text(&socket), "--static", &text(&static_dir)];
-    let gateway = gateway.map(str::to_owned).to_vec();
+    let gateway = gateway.map(str::to_owned).into_iter().chain(args.access.to_arguments()).collect();
 
     let stop = Stop::on_signals()?;
     let arguments = SupervisorArguments { simulated_robot, core, gateway };
     let mut supervisor = Supervisor::new(arguments, args.listen, socket);
     supervisor.run(&stop, |address| {
-        output::print_line(&texts::platform_running(&reachable(address)));
+        let address = reachable(address);
+        let base = format!("{}://{address}", if args.access.is_encrypted() { "https" } else { "http" });
+        output::print_line(&texts::platform_running(&base));
         output::print_note(&texts::platform_data(&data));
+        if let TlsConfig::Own(folder) = args.access.tls(&data)
+            && let Some(fingerprint) = gateway::authority_fingerprint(&folder)
+        {
+            output::print_note(&texts::trust_authority(&format!("http://{address}"), &fingerprint));
+        }
+        if let Some(link) = first_admin_link(&data, &base) {
+            output::print_note(&texts::make_first_admin(&link));
+        }
     })
-}
-
-/// The address for a browser on this computer.
-fn reachable(address: SocketAddr) -> SocketAddr {
-    if address.ip().is_unspecified() {
-        SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), address.port())
-    } else {
-        address
-    }
 }

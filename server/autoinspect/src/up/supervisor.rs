@@ -9,7 +9,7 @@
 //! Children read their standard input and stop when it ends. Closing it asks them to stop. The system closes it if this process dies, so that no
 //! orphaned core keeps driving a robot.
 
-use super::health::is_healthy;
+use super::health::{is_healthy, reachable};
 use super::process::Process;
 use super::role::Role;
 use super::stop::Stop;
@@ -103,7 +103,7 @@ impl Supervisor {
         }
         self.bound = self.gateway.address().or(self.bound);
         if let Some(address) = self.bound.filter(|_| !self.ready)
-            && is_healthy(address)
+            && is_healthy(reachable(address))
         {
             self.ready = true;
             on_ready(address);

@@ -85,7 +85,7 @@ impl Bench {
         self.edits += 1;
         let id = EditId(Uuid::from_u128(self.edits));
         let edit = Edit { id, changes: vec![Change::Put { base: None, object }] };
-        self.gateway.send(&GatewayMessage::Edit { by: CLIENT, edit });
+        self.gateway.send(&GatewayMessage::Edit { by: CLIENT.into(), edit });
         self.gateway.event(|event| match event {
             Event::EditDone(done) if done.id == id => {
                 assert!(matches!(done.outcome, api::EditOutcome::Applied { .. }), "{:?}", done.outcome);
@@ -167,7 +167,7 @@ impl Bench {
     fn ask(&mut self, query: Query) -> QueryReply {
         self.queries += 1;
         let asked = self.queries;
-        self.gateway.send(&GatewayMessage::Query { number: asked, query });
+        self.gateway.send(&GatewayMessage::Query { number: asked, by: CLIENT.into(), query });
         loop {
             if let CoreMessage::Reply { number, result } = self.gateway.message()
                 && number == asked
@@ -198,7 +198,7 @@ struct Gateway(Child, SocketAddr);
 impl Gateway {
     fn start(data: &Path) -> Self {
         let mut child = program()
-            .args(["gateway", "--data", text(data), "--socket", text(&data.join("none.sock"))])
+            .args(["gateway", "--demo", "--data", text(data), "--socket", text(&data.join("none.sock"))])
             .args(["--static", text(data), "--listen", "127.0.0.1:0"])
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())

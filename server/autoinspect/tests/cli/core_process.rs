@@ -90,7 +90,16 @@ impl CoreProcess {
     fn spawn(data: &Path, robot: &RobotProcess, log: Stdio, more: &[&str]) -> Self {
         let socket = data.join("core.sock");
         let child = program()
-            .args(["core", "--data", text(data), "--socket", text(&socket), "--robot", &robot.name()])
+            .args([
+                "core",
+                "--demo",
+                "--data",
+                text(data),
+                "--socket",
+                text(&socket),
+                "--robot",
+                &robot.name(),
+            ])
             .args(more)
             .stdin(Stdio::piped())
             .stderr(log)

@@ -36,7 +36,7 @@ impl CommandSender for FakeGateway {
     }
 
     fn edit(&mut self, edit: Edit) {
-        self.send(&GatewayMessage::Edit { by: CLIENT, edit });
+        self.send(&GatewayMessage::Edit { by: CLIENT.into(), edit });
     }
 }
 
@@ -85,7 +85,7 @@ impl FakeGateway {
     /// Sends a command.
     pub fn send_command(&mut self, command: Command) -> CommandId {
         let id = CommandId(Uuid::from_u128(COMMANDS.fetch_add(1, Ordering::Relaxed).into()));
-        self.send(&GatewayMessage::Command { id, by: CLIENT, command });
+        self.send(&GatewayMessage::Command { id, by: CLIENT.into(), command });
         id
     }
 

@@ -1,14 +1,14 @@
 //! An operator at a running platform: a client's control socket that sends commands and edits, and reads what becomes of them.
 
 use crate::fake_gateway::{CommandSender, PATIENCE};
-use api::{ClientMessage, Command, CommandOutcome, Event, ServerMessage};
+use api::{ClientMessage, Command, CommandOutcome, Event, LeaseToken, ServerMessage};
 use site_model::Edit;
 use std::io;
 use std::net::{SocketAddr, TcpStream};
 use std::time::{Duration, Instant};
 use tungstenite::{Message, WebSocket};
 use uuid::Uuid;
-use vocab::{ClientId, CommandId};
+use vocab::CommandId;
 
 /// Time after which a ping is due; the server closes without one for 10 s.
 const PING_PERIOD: Duration = Duration::from_secs(1);
@@ -29,8 +29,8 @@ impl Operator {
         let (socket, _) = tungstenite::client(url, stream).expect("a WebSocket");
         socket.get_ref().set_read_timeout(Some(Duration::from_millis(200))).expect("settable");
         let mut operator = Self { socket, pinged: Instant::now(), commands: 0 };
-        let client = ClientId(Uuid::from_u128(0x0b));
-        operator.send(&ClientMessage::Hello { version: api::VERSION, client });
+        let lease = LeaseToken(Uuid::from_u128(0x0b));
+        operator.send(&ClientMessage::Hello { version: api::VERSION, lease });
         operator
     }
 

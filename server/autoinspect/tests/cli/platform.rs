@@ -44,6 +44,7 @@ impl Platform {
         let mut child = program()
             .args([
                 "up",
+                "--demo",
                 "--data",
                 text(&dir.join("data")),
                 "--static",
@@ -100,7 +101,7 @@ impl Platform {
 
     pub fn get(&self, path: &str) -> Option<String> {
         let mut stream = TcpStream::connect(self.address).ok()?;
-        write!(stream, "GET {path} HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n").ok()?;
+        write!(stream, "GET {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n").ok()?;
         let mut answer = String::new();
         stream.read_to_string(&mut answer).ok()?;
         Some(answer)

@@ -26,7 +26,6 @@ use std::thread;
 use std::time::{Duration, Instant};
 use tungstenite::{Message, WebSocket};
 use uuid::Uuid;
-use vocab::ClientId;
 
 fn asset(number: u128, name: &str) -> Object {
     Object::Asset(Asset { id: asset_id(number), name: name.to_owned(), tags: Default::default() })
@@ -83,7 +82,7 @@ fn edits_that_were_acknowledged_survive_kills_and_none_is_there_by_half() {
             });
             let edit = Edit { id: EditId(Uuid::from_u128(sent.into())), changes: changes.collect() };
             state.site.apply(&edit, edit.id).expect("of this state");
-            writer.send(&GatewayMessage::Edit { by: CLIENT, edit });
+            writer.send(&GatewayMessage::Edit { by: CLIENT.into(), edit });
         }
         let until = stored + 1 + (rng.uniform() * (edits - 1) as f64) as u64;
         let mut core = Some(core);
@@ -120,8 +119,8 @@ impl Client {
         let url = format!("ws://{address}{}", api::CONTROL_PATH);
         let (socket, _) = tungstenite::client(url, stream).expect("a WebSocket");
         socket.get_ref().set_read_timeout(Some(Duration::from_millis(2))).expect("settable");
-        let id = ClientId(Uuid::from_u128(number));
-        let model = Model::new(id, Ids::new(number << 64), ViewSettings::default(), ClientTime(0.0));
+        let lease = api::LeaseToken(Uuid::from_u128(number));
+        let model = Model::new(lease, Ids::new(number << 64), ViewSettings::default(), ClientTime(0.0));
         let mut client = Self { model, socket, started: Instant::now(), effects: Vec::new(), edits_sent: 0 };
         client.on(ClientEvent::SocketOpened(Socket::Control));
         client.work_until("the site has come", |client| client.model.site.site().is_some());

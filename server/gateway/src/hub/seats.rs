@@ -5,7 +5,7 @@ use crate::limits::FIXED;
 use crate::outbox::Outbox;
 use crate::snapshot::Cursor;
 use crate::texts;
-use api::{Command, Event, GatewayMessage};
+use api::{Caller, Command, Event, GatewayMessage};
 use site_model::Edit;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -16,23 +16,32 @@ use vocab::{ClientId, CommandId};
 pub(crate) struct ControlSeat {
     hub: Arc<Hub>,
     key: u64,
-    client: ClientId,
+    caller: Caller,
     pub(crate) outbox: Arc<Outbox>,
 }
 
 impl ControlSeat {
-    /// Claims a place, if one is free. A client may have several: after a network change its old socket lingers.
-    pub(crate) fn claim(hub: &Arc<Hub>, client: ClientId) -> Option<Self> {
+    /// Claims a place for somebody who has signed in with this account. A client may have several: after a network change its old socket lingers.
+    ///
+    /// # Errors
+    /// When none is free, one sentence.
+    pub(crate) fn claim(hub: &Arc<Hub>, caller: Caller, account: Option<&str>) -> Result<Self, String> {
         let outbox = Arc::new(Outbox::default());
         let key = {
             let mut state = hub.lock();
             if state.members.len() >= hub.clients_max {
-                return None;
+                return Err(texts::too_many_clients(hub.clients_max));
+            }
+            let is_of_account = |member: &&Member| member.account.as_deref() == account;
+            let most = hub.clients_of_account_max;
+            if account.is_some() && state.members.values().filter(is_of_account).count() >= most {
+                return Err(texts::too_many_clients_of_account(most));
             }
             let key = state.next_member;
             state.next_member += 1;
             let member = Member {
-                client,
+                client: caller.client,
+                account: account.map(str::to_owned),
                 outbox: outbox.clone(),
                 pending: VecDeque::new(),
                 pending_edits: VecDeque::new(),
@@ -42,7 +51,12 @@ impl ControlSeat {
             key
         };
         hub.changed.send_replace(());
-        Some(Self { hub: hub.clone(), key, client, outbox })
+        Ok(Self { hub: hub.clone(), key, caller, outbox })
+    }
+
+    /// The client's id.
+    pub(crate) fn client(&self) -> ClientId {
+        self.caller.client
     }
 
     /// Changes whenever there may be something to send.
@@ -65,15 +79,11 @@ impl ControlSeat {
         let State { core, members, .. } = &mut *state;
         let core = core.as_ref().ok_or(texts::CORE_LOST)?;
         let Some(member) = members.get_mut(&self.key) else { return Err(texts::CONNECTION_CLOSING) };
-        // Some places of the queue are kept for Stop motion.
-        if !is_stop
-            && (member.pending.len() >= FIXED.max_pending_commands
-                || core.capacity() <= FIXED.places_for_stops)
-        {
+        if !is_stop && member.pending.len() >= FIXED.max_pending_commands {
             return Err(texts::CORE_BUSY);
         }
-        let command = GatewayMessage::Command { id, by: self.client, command };
-        core.try_send(command).map_err(|_| texts::CORE_BUSY)?;
+        let command = GatewayMessage::Command { id, by: self.caller, command };
+        core.send(command)?;
         if member.pending.len() < FIXED.max_pending_commands && !member.pending.contains(&id) {
             member.pending.push_back(id);
         }
@@ -97,7 +107,7 @@ impl ControlSeat {
             return Err(texts::CORE_BUSY);
         }
         let id = edit.id;
-        state.forward_edit(self.client, edit, |_, _| Ok(()))?;
+        state.forward_edit(self.caller, edit, |_, _| Ok(()))?;
         if let Some(member) = state.members.get_mut(&self.key)
             && !member.pending_edits.contains(&id)
         {

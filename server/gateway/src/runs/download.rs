@@ -2,6 +2,7 @@
 
 use super::archive::{Archive, Core};
 use super::run_id;
+use crate::access::{current_caller, on_behalf_of};
 use crate::app::App;
 use crate::documents::{Answer, AnyPath};
 use crate::limits::FIXED;
@@ -10,7 +11,7 @@ use crate::problem_schemas::QueryProblems;
 use crate::schemas::ProblemDocument;
 use crate::site::ask;
 use crate::texts;
-use api::{Query, QueryReply};
+use api::{Caller, Query, QueryReply};
 use axum::body::{Body, Bytes};
 use axum::extract::State;
 use axum::http::{HeaderValue, header};
@@ -30,6 +31,7 @@ use tokio::sync::mpsc;
     ))]
 pub(crate) async fn download(State(app): State<Arc<App>>, run: AnyPath) -> Answer {
     let run = run_id(run)?;
+    let caller = current_caller().map_err(ProblemResponse::unavailable)?;
     let busy = |_| ProblemResponse::unavailable(texts::DOWNLOADS_BUSY);
     let permit = app.downloading.clone().try_acquire_owned().map_err(busy)?;
     let QueryReply::Runs(found) = ask(&app, Query::Run(run)).await? else {
@@ -43,7 +45,7 @@ pub(crate) async fn download(State(app): State<Arc<App>>, run: AnyPath) -> Answe
     let runtime = Handle::current();
     tokio::task::spawn_blocking(move || {
         let _permit = permit;
-        let core = AskedCore { app, runtime: runtime.clone() };
+        let core = AskedCore { app, caller, runtime: runtime.clone() };
         let sink = ChunkSink {
             chunks: chunks.clone(),
             runtime: runtime.clone(),
@@ -74,12 +76,14 @@ pub(crate) async fn download(State(app): State<Arc<App>>, run: AnyPath) -> Answe
 /// The core, asked from a thread that may wait.
 struct AskedCore {
     app: Arc<App>,
+    /// Who downloads the run.
+    caller: Caller,
     runtime: Handle,
 }
 
 impl Core for AskedCore {
     fn ask(&self, query: Query) -> io::Result<QueryReply> {
-        let reply = self.runtime.block_on(ask(&self.app, query));
+        let reply = self.runtime.block_on(on_behalf_of(self.caller, ask(&self.app, query)));
         reply.map_err(|problem| io::Error::other(problem.detail().to_owned()))
     }
 }

@@ -1,6 +1,6 @@
 //! Clients that mean harm, or are merely broken.
 
-use crate::support::{Gateway, PATIENCE, client_id, soon};
+use crate::support::{Gateway, PATIENCE, lease, soon};
 use api::{ClientMessage, CoreMessage, Event, Graph, GraphNode, ScanFrame, StreamRequest};
 use gateway::Limits;
 use proptest::prelude::*;
@@ -16,7 +16,7 @@ fn graph(nodes: usize) -> Event {
 }
 
 /// Resident memory of this process, bytes. The gateway under test runs in it.
-fn resident_bytes() -> u64 {
+pub fn resident_bytes() -> u64 {
     let statm = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
     let pages: u64 = statm.split(' ').nth(1).and_then(|pages| pages.parse().ok()).unwrap_or_default();
     pages * 4096
@@ -31,12 +31,12 @@ async fn clients_that_never_read_cost_little_and_are_closed() {
     let mut core = gateway.core().await;
     let mut stuck = Vec::new();
     for number in 0..8 {
-        stuck.push(gateway.client(client_id(number)).await);
+        stuck.push(gateway.client(number).await);
         let mut stream = gateway.socket(api::STREAM_PATH).await;
         stream.send(&StreamRequest::Open { version: api::VERSION, max_hz: 60.0 }).await;
         stuck.push(stream);
     }
-    let mut reader = gateway.client(client_id(100)).await;
+    let mut reader = gateway.client(100).await;
     core.listeners((9, 8)).await;
     let before = resident_bytes();
     let mut peak = before;
@@ -89,7 +89,7 @@ async fn a_flood_of_pings_that_is_not_read_is_refused() {
     let gateway =
         Gateway::start_with(Limits { write_stall: Duration::from_secs(60), ..Limits::default() }).await;
     let mut core = gateway.core().await;
-    let mut socket = gateway.client(client_id(1)).await;
+    let mut socket = gateway.client(1).await;
     core.listeners((1, 0)).await;
     // Fills the way to the client, so that pongs pile up behind it.
     let fill = async {
@@ -116,14 +116,14 @@ async fn a_flood_of_pings_that_is_not_read_is_refused() {
 async fn slow_heads_and_idle_connections_are_closed() {
     let header_timeout = Duration::from_millis(200);
     let gateway = Gateway::start_with(Limits { header_timeout, ..Limits::default() }).await;
-    for start in ["", "GET / HTTP/1.1\r\nhost: x\r\nx-slow: "] {
+    for start in ["", "GET / HTTP/1.1\r\nhost: localhost\r\nx-slow: "] {
         let mut stream = TcpStream::connect(gateway.address).await.expect("a connection");
         stream.write_all(start.as_bytes()).await.expect("written");
         let mut rest = Vec::new();
         soon("the end of a slow connection", stream.read_to_end(&mut rest)).await.ok();
     }
     let mut idle = TcpStream::connect(gateway.address).await.expect("a connection");
-    idle.write_all(b"GET /api/v1/health HTTP/1.1\r\nhost: x\r\n\r\n").await.expect("written");
+    idle.write_all(b"GET /api/v1/health HTTP/1.1\r\nhost: localhost\r\n\r\n").await.expect("written");
     let mut rest = Vec::new();
     soon("the end of an idle connection", idle.read_to_end(&mut rest)).await.ok();
     assert!(rest.starts_with(b"HTTP/1.1 503"));
@@ -137,7 +137,7 @@ async fn huge_heads_are_refused() {
     let many: Vec<&str> = many.iter().map(String::as_str).collect();
     for headers in [&[long.as_str()][..], &many[..]] {
         let mut stream = TcpStream::connect(gateway.address).await.expect("a connection");
-        let head = format!("GET / HTTP/1.1\r\nhost: x\r\n{}\r\n\r\n", headers.join("\r\n"));
+        let head = format!("GET / HTTP/1.1\r\nhost: localhost\r\n{}\r\n\r\n", headers.join("\r\n"));
         // It may hang up in the middle of our writing.
         stream.write_all(head.as_bytes()).await.ok();
         let mut reply = Vec::new();
@@ -153,8 +153,8 @@ async fn huge_heads_are_refused() {
 #[tokio::test]
 async fn a_connection_too_many_is_told_so() {
     let gateway = Gateway::start_with(Limits { connections: 2, ..Limits::default() }).await;
-    let _one = gateway.client(client_id(1)).await;
-    let _two = gateway.client(client_id(2)).await;
+    let _one = gateway.client(1).await;
+    let _two = gateway.client(2).await;
     let mut stream = TcpStream::connect(gateway.address).await.expect("a connection");
     let mut reply = String::new();
     soon("a reply", stream.read_to_string(&mut reply)).await.expect("text");
@@ -188,7 +188,7 @@ fn a_core_that_raves_harms_nobody() {
     runtime.block_on(async {
         let mut core = gateway.core().await;
         core.publish(graph(3)).await;
-        let mut client = gateway.client(client_id(1)).await;
+        let mut client = gateway.client(1).await;
         client.find(|event| (*event == graph(3)).then_some(())).await;
     });
 }
@@ -207,7 +207,7 @@ fn random_bytes_harm_nobody() {
         runtime.block_on(async {
             let mut socket = gateway.socket(path).await;
             if greeted {
-                socket.send(&ClientMessage::Hello { version: api::VERSION, client: client_id(1) }).await;
+                socket.send(&ClientMessage::Hello { version: api::VERSION, lease: lease(1) }).await;
             }
             socket.send_raw(Message::Binary(bytes.clone().into())).await;
             let mut raw = TcpStream::connect(gateway.address).await.expect("a connection");
@@ -221,7 +221,7 @@ fn random_bytes_harm_nobody() {
     result.expect("no case fails");
     runtime.block_on(async {
         core.publish(graph(1)).await;
-        let mut client = gateway.client(client_id(2)).await;
+        let mut client = gateway.client(2).await;
         client.find(|event| matches!(event, Event::Graph(_)).then_some(())).await;
         let mut stream = gateway.socket(api::STREAM_PATH).await;
         stream.send(&StreamRequest::Open { version: api::VERSION, max_hz: 10.0 }).await;

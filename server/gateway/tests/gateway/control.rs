@@ -1,10 +1,11 @@
 //! The control socket: greeting, snapshot, changes, commands.
 
-use crate::support::{Gateway, Socket, client_id, soon};
+use crate::support::{Gateway, Socket, caller, client_id, lease, soon};
 use api::{
     Battery, ClientMessage, Command, CommandOutcome, CoreMessage, Event, GatewayMessage, ServerMessage,
 };
 use gateway::Limits;
+use site_model::{Edit, EditId};
 use std::time::Duration;
 use tokio_tungstenite::tungstenite::Message;
 use vocab::{CommandId, Stamp};
@@ -35,10 +36,10 @@ async fn a_client_is_welcomed_and_told_everything_once_without_gaps() {
     let mut core = gateway.core().await;
     core.publish(battery(0.25)).await;
     core.publish(Event::Mapping(api::Mapping::Idle)).await;
-    let mut first = gateway.client(client_id(1)).await;
+    let mut first = gateway.client(1).await;
     first.find(|event| (*event == Event::Mapping(api::Mapping::Idle)).then_some(())).await;
 
-    let mut second = gateway.client(client_id(2)).await;
+    let mut second = gateway.client(2).await;
     let mut kinds = Vec::new();
     for expected in 1..=3 {
         let (sequence, event) = second.event().await;
@@ -60,8 +61,8 @@ async fn a_slow_client_gets_the_newest_and_misses_no_tile() {
     const ROUNDS: u32 = 200;
     let gateway = Gateway::start().await;
     let mut core = gateway.core().await;
-    let mut slow = gateway.client(client_id(1)).await;
-    let mut witness = gateway.client(client_id(2)).await;
+    let mut slow = gateway.client(1).await;
+    let mut witness = gateway.client(2).await;
     core.listeners((2, 0)).await;
     let feed = async {
         for round in 0..ROUNDS {
@@ -109,7 +110,7 @@ async fn a_slow_client_gets_the_newest_and_misses_no_tile() {
 async fn another_version_is_refused_in_a_sentence() {
     let gateway = Gateway::start().await;
     let mut socket = gateway.socket(api::CONTROL_PATH).await;
-    socket.send(&ClientMessage::Hello { version: api::VERSION + 1, client: client_id(1) }).await;
+    socket.send(&ClientMessage::Hello { version: api::VERSION + 1, lease: lease(1) }).await;
     let reason = socket.refusal().await;
     assert!(reason.contains("version") && reason.contains("Reload"), "{reason}");
 }
@@ -126,8 +127,8 @@ async fn what_is_no_message_or_out_of_turn_is_refused() {
         socket.send_raw(message).await;
         socket.refusal().await;
     }
-    let mut socket = gateway.client(client_id(1)).await;
-    socket.send(&ClientMessage::Hello { version: api::VERSION, client: client_id(1) }).await;
+    let mut socket = gateway.client(1).await;
+    socket.send(&ClientMessage::Hello { version: api::VERSION, lease: lease(1) }).await;
     socket.refusal().await;
 }
 
@@ -135,13 +136,12 @@ async fn what_is_no_message_or_out_of_turn_is_refused() {
 async fn commands_carry_their_maker_and_answers_go_to_it_alone() {
     let gateway = Gateway::start().await;
     let mut core = gateway.core().await;
-    let mut maker = gateway.client(client_id(1)).await;
-    let mut other = gateway.client(client_id(2)).await;
+    let mut maker = gateway.client(1).await;
+    let mut other = gateway.client(2).await;
     maker.find(|event| matches!(event, Event::Platform(p) if p.core_connected).then_some(())).await;
     maker.send(&command(7, Command::StopMotion)).await;
     let forwarded = core.command().await;
-    let expected =
-        GatewayMessage::Command { id: command_id(7), by: client_id(1), command: Command::StopMotion };
+    let expected = GatewayMessage::Command { id: command_id(7), by: caller(1), command: Command::StopMotion };
     assert_eq!(forwarded, expected);
     let done = Event::CommandDone { id: command_id(7), outcome: CommandOutcome::Accepted };
     core.send(&CoreMessage::Event { to: Some(client_id(1)), event: done }).await;
@@ -161,7 +161,7 @@ async fn pings_come_back_with_the_robots_clock() {
     let now = Stamp::from_parts(1000, 0);
     let report = api::Platform { robot: "r".into(), now, ..api::Platform::default() };
     core.publish(Event::Platform(report)).await;
-    let mut socket = gateway.client(client_id(1)).await;
+    let mut socket = gateway.client(1).await;
     socket.find(|event| matches!(event, Event::Platform(p) if p.robot == "r").then_some(())).await;
     for token in [u64::MAX, 3, 3] {
         socket.send(&ClientMessage::Ping { token }).await;
@@ -182,8 +182,8 @@ async fn pings_come_back_with_the_robots_clock() {
 async fn a_silent_client_is_closed_and_a_pinging_one_is_not() {
     let silence = Duration::from_secs(1);
     let gateway = Gateway::start_with(Limits { silence, ..Limits::default() }).await;
-    let mut silent = gateway.client(client_id(1)).await;
-    let mut lively = gateway.client(client_id(2)).await;
+    let mut silent = gateway.client(1).await;
+    let mut lively = gateway.client(2).await;
     let mut ended = std::pin::pin!(silent.ended());
     // The lively one asks and reads without pause until the silent one is gone.
     loop {
@@ -205,19 +205,24 @@ async fn a_silent_client_is_closed_and_a_pinging_one_is_not() {
 async fn floods_of_commands_are_refused_but_orders_to_stop_pass() {
     let gateway = Gateway::start_with(Limits { commands_per_second: 5.0, ..Limits::default() }).await;
     let mut core = gateway.core().await;
-    let mut socket = gateway.client(client_id(1)).await;
+    let mut socket = gateway.client(1).await;
     socket.find(|event| matches!(event, Event::Platform(p) if p.core_connected).then_some(())).await;
     for number in 0..50 {
         socket.send(&command(number, Command::ReleaseControl)).await;
     }
     socket.send(&command(99, Command::StopMotion)).await;
-    let mut forwarded = 0;
+    // It comes after the commands, and the stop anywhere: it has a lane of its own.
+    let edit = Edit { id: EditId(uuid::Uuid::from_u128(1)), changes: Vec::new() };
+    socket.send(&ClientMessage::Edit(edit)).await;
+    let (mut forwarded, mut stops) = (0, 0);
     while let GatewayMessage::Command { command, .. } = core.command().await {
         if command == Command::StopMotion {
-            break;
+            stops += 1;
+        } else {
+            forwarded += 1;
         }
-        forwarded += 1;
     }
+    assert_eq!(stops, 1);
     assert!((10..20).contains(&forwarded), "{forwarded} of 50: a burst of 10, then 5 a second");
     let (_, outcome) = answer(&mut socket).await;
     assert!(matches!(outcome, CommandOutcome::Refused(reason) if reason.contains("too fast")));
@@ -227,15 +232,15 @@ async fn floods_of_commands_are_refused_but_orders_to_stop_pass() {
 async fn a_client_too_many_is_refused_and_a_place_freed_is_given() {
     let gateway = Gateway::start_with(Limits { clients: 2, ..Limits::default() }).await;
     let mut core = gateway.core().await;
-    let _one = gateway.client(client_id(1)).await;
-    let two = gateway.client(client_id(2)).await;
+    let _one = gateway.client(1).await;
+    let two = gateway.client(2).await;
     core.listeners((2, 0)).await;
     let mut three = gateway.socket(api::CONTROL_PATH).await;
-    three.send(&ClientMessage::Hello { version: api::VERSION, client: client_id(3) }).await;
+    three.send(&ClientMessage::Hello { version: api::VERSION, lease: lease(3) }).await;
     assert!(three.refusal().await.contains("2 clients"));
     drop(two);
     core.listeners((1, 0)).await;
-    gateway.client(client_id(3)).await;
+    gateway.client(3).await;
 }
 
 #[tokio::test]
@@ -253,11 +258,31 @@ async fn only_pages_of_this_server_may_open_sockets() {
 #[tokio::test]
 async fn stopping_closes_the_sockets() {
     let gateway = Gateway::start().await;
-    let mut control = gateway.client(client_id(1)).await;
+    let mut control = gateway.client(1).await;
     let mut stream = gateway.socket(api::STREAM_PATH).await;
     let stopped = async {
         control.ended().await;
         stream.ended().await;
     };
     tokio::join!(gateway.stop(), stopped);
+}
+
+#[tokio::test]
+async fn the_core_is_told_which_clients_are_connected() {
+    let gateway = Gateway::start().await;
+    let mut core = gateway.core().await;
+    let one = gateway.client(1).await;
+    core.clients(&[client_id(1)]).await;
+    // After a change of its network a client has two sockets for a while.
+    let again = gateway.client(1).await;
+    let mut both = [client_id(1), client_id(2)];
+    both.sort();
+    let two = gateway.client(2).await;
+    core.clients(&both).await;
+    drop(one);
+    drop(two);
+    core.clients(&[client_id(1)]).await;
+    drop(again);
+    core.clients(&[]).await;
+    gateway.stop().await;
 }

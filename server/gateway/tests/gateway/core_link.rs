@@ -1,6 +1,6 @@
 //! The core goes, comes back, misbehaves.
 
-use crate::support::{Core, Gateway, Socket, client_id};
+use crate::support::{Core, Gateway, Socket};
 use api::{
     ClientMessage, Command, CommandOutcome, CoreMessage, Event, GatewayMessage, Graph, GraphChanged,
     GraphNode, Notice, Severity, TileEntry, TileHash, TilesChanged,
@@ -79,7 +79,7 @@ impl Picture {
 async fn a_core_that_comes_back_and_repeats_itself_confuses_nobody() {
     let gateway = Gateway::start().await;
     let mut core = gateway.core().await;
-    let mut client = gateway.client(client_id(1)).await;
+    let mut client = gateway.client(1).await;
     core_is(&mut client, true).await;
     send_state(&mut core).await;
     let mut picture = Picture::default();
@@ -93,14 +93,14 @@ async fn a_core_that_comes_back_and_repeats_itself_confuses_nobody() {
     core.publish(notice(2)).await;
     core.publish(notice(3)).await;
     picture.read(&mut client, &mut core, &[0, 1, 2], &[1, 2, 3]).await;
-    let mut newcomer = gateway.client(client_id(2)).await;
+    let mut newcomer = gateway.client(2).await;
     Picture::default().read(&mut newcomer, &mut core, &[0, 1, 2], &[1, 2, 3]).await;
 }
 
 #[tokio::test]
 async fn commands_without_a_core_are_refused_and_never_done_later() {
     let gateway = Gateway::start().await;
-    let mut client = gateway.client(client_id(1)).await;
+    let mut client = gateway.client(1).await;
     core_is(&mut client, false).await;
     let id = |number| CommandId(uuid::Uuid::from_u128(number));
     let refused = |number| {
@@ -138,7 +138,7 @@ async fn health_follows_the_core() {
     let gateway = Gateway::start().await;
     gateway.get(api::paths::HEALTH_PATH, &[]).await.expect_problem(503);
     let core = gateway.core().await;
-    let mut client = gateway.client(client_id(1)).await;
+    let mut client = gateway.client(1).await;
     core_is(&mut client, true).await;
     let reply = gateway.get(api::paths::HEALTH_PATH, &[]).await;
     assert_eq!((reply.status, &reply.json()["clients"]), (200, &1.into()));
@@ -183,7 +183,7 @@ async fn the_core_is_told_who_listens() {
     let gateway = Gateway::start().await;
     let mut core = gateway.core().await;
     assert_eq!(core.receive().await, GatewayMessage::Listeners { clients: 0, streams: 0 });
-    let client = gateway.client(client_id(1)).await;
+    let client = gateway.client(1).await;
     core.listeners((1, 0)).await;
     let mut stream = gateway.socket(api::STREAM_PATH).await;
     stream.send(&api::StreamRequest::Open { version: api::VERSION, max_hz: 10.0 }).await;
@@ -226,7 +226,7 @@ fn of_graph(event: &Event) -> Option<Event> {
 async fn lost_changes_of_the_graph_lead_to_the_whole_graph() {
     let gateway = Gateway::start().await;
     let mut core = gateway.core().await;
-    let mut client = gateway.client(client_id(1)).await;
+    let mut client = gateway.client(1).await;
     core.publish(graph(2)).await;
     assert_eq!(client.find(of_graph).await, graph(2));
     core.publish(next_keyframe(2)).await;
@@ -272,7 +272,7 @@ async fn a_map_that_no_single_message_could_hold_reaches_core_gateway_and_client
     let all: Vec<TileEntry> = (0..tile_count).map(tile).collect();
     let in_one = CoreMessage::Event { to: None, event: Event::Graph(whole.clone()) };
     assert!(api::encode(&in_one).len() > api::MAX_MESSAGE_BYTES);
-    let mut client = gateway.client(client_id(1)).await;
+    let mut client = gateway.client(1).await;
     let send = async {
         for index in 0..whole.part_count() {
             core.publish(Event::GraphPart(whole.part(index))).await;
@@ -306,7 +306,7 @@ async fn clients_are_told_which_process_was_started_again_and_why() {
     );
     let gateway = Gateway::start_again(gateway::Limits::default(), Some(own.clone())).await;
     let mut core = gateway.core().await;
-    let mut client = gateway.client(client_id(1)).await;
+    let mut client = gateway.client(1).await;
     let now = Stamp::from_nanos(77);
     let report = api::Platform { now, restarts: vec![of_core.clone()], ..api::Platform::default() };
     core.publish(Event::Platform(report)).await;

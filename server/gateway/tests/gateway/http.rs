@@ -1,6 +1,6 @@
 //! Documents, tiles, problems.
 
-use crate::support::{Gateway, client_id};
+use crate::support::Gateway;
 use api::paths::{DAMAGED_MAPS_PATH, HEALTH_PATH, MAPS_PATH};
 use api::{DamagedMap, Event, MapSummary};
 use vocab::{MapId, Stamp};
@@ -27,7 +27,7 @@ async fn maps_are_those_of_the_last_event() {
         has_pose_graph: false,
     };
     core.publish(Event::Maps(vec![map.clone()])).await;
-    let mut client = gateway.client(client_id(1)).await;
+    let mut client = gateway.client(1).await;
     client.find(|event| matches!(event, Event::Maps(_)).then_some(())).await;
     let reply = gateway.get(MAPS_PATH, &[]).await;
     assert_eq!((reply.status, reply.header("content-type")), (200, "application/json"));
@@ -45,7 +45,7 @@ async fn damaged_maps_are_those_of_the_last_event_for_clients_and_over_http() {
         remedy: "Copy it back from a backup.".into(),
     }];
     core.publish(Event::DamagedMaps(damaged.clone())).await;
-    let mut client = gateway.client(client_id(1)).await;
+    let mut client = gateway.client(1).await;
     let sent = client.find(|event| match event {
         Event::DamagedMaps(maps) => Some(maps.clone()),
         _ => None,

@@ -1,6 +1,6 @@
 //! Saved maps over HTTP: the core is asked, and its lists are answered from.
 
-use crate::support::{Core, Gateway, client_id};
+use crate::support::{Core, Gateway};
 use api::paths::{
     BIN_PATH, BINNED_MAP_PATH, MAP_PATH, MAP_TILES_PATH, MAPS_PATH, RESTORE_MAP_PATH, UPLOAD_PATH,
     UPLOADS_PATH,
@@ -48,7 +48,7 @@ async fn with_lists(maps: Vec<MapSummary>, bin: Vec<BinnedMap>) -> (Gateway, Cor
     let mut core = gateway.core().await;
     publish(&mut core, maps, bin).await;
     core.publish(Event::Uploads(Vec::new())).await;
-    let mut client = gateway.client(client_id(1)).await;
+    let mut client = gateway.client(1).await;
     client.find(|event| matches!(event, Event::Uploads(_)).then_some(())).await;
     (gateway, core)
 }
@@ -69,7 +69,7 @@ async fn answer(
     let GatewayMessage::Command { id, by, command } = core.command().await else { panic!("no command") };
     assert_eq!(command, expected);
     publish(core, lists.0, lists.1).await;
-    core.send(&CoreMessage::Event { to: Some(by), event: Event::CommandDone { id, outcome } }).await;
+    core.send(&CoreMessage::Event { to: Some(by.client), event: Event::CommandDone { id, outcome } }).await;
 }
 
 #[tokio::test]
@@ -124,7 +124,7 @@ async fn a_map_is_deleted_restored_and_deleted_for_good() {
     );
     assert_eq!((reply.status, reply.json()["name"].as_str()), (200, Some("hall")));
     publish(&mut core, Vec::new(), vec![binned()]).await;
-    let mut client = gateway.client(client_id(2)).await;
+    let mut client = gateway.client(2).await;
     client.find(|event| matches!(event, Event::BinnedMaps(maps) if !maps.is_empty()).then_some(())).await;
     let gone = (Vec::new(), Vec::new());
     let (reply, ()) = tokio::join!(
@@ -159,7 +159,7 @@ async fn a_damaged_map_can_be_deleted() {
     let (gateway, mut core) = with_lists(Vec::new(), Vec::new()).await;
     let damaged = DamagedMap { folder: MAP.to_string(), problem: "p".into(), remedy: "r".into() };
     core.publish(Event::DamagedMaps(vec![damaged])).await;
-    let mut client = gateway.client(client_id(2)).await;
+    let mut client = gateway.client(2).await;
     client.find(|event| matches!(event, Event::DamagedMaps(maps) if !maps.is_empty()).then_some(())).await;
     let lists = (Vec::new(), vec![BinnedMap { problem: Some("p".into()), ..binned() }]);
     let map = path(MAP_PATH);
@@ -183,7 +183,7 @@ async fn uploads_are_listed_and_deleted() {
         kept_until: None,
     };
     core.publish(Event::Uploads(vec![listed.clone()])).await;
-    let mut client = gateway.client(client_id(2)).await;
+    let mut client = gateway.client(2).await;
     client.find(|event| matches!(event, Event::Uploads(all) if !all.is_empty()).then_some(())).await;
     let reply = gateway.get(UPLOADS_PATH, &[]).await;
     assert_eq!(serde_json::from_slice::<Vec<StoredUpload>>(&reply.body).expect("uploads"), [listed]);
@@ -220,7 +220,7 @@ async fn lists_are_read_page_by_page() {
             // A new map does not move the entries of the next page.
             let newest = std::iter::once(hall("new")).chain(maps.iter().cloned()).collect();
             publish(&mut core, newest, Vec::new()).await;
-            let mut client = gateway.client(client_id(2)).await;
+            let mut client = gateway.client(2).await;
             let is_new = |event: &Event| matches!(event, Event::Maps(maps) if maps.len() == 6).then_some(());
             client.find(is_new).await;
         }

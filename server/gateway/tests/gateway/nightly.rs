@@ -2,7 +2,7 @@
 //! `cargo test --release -p gateway --test gateway -- nightly:: --nocapture --test-threads 1`.
 #![allow(clippy::print_stdout, reason = "printing is what these are for")]
 
-use crate::support::{Core, Gateway, Reply, Socket, client_id};
+use crate::support::{Core, Gateway, Reply, Socket};
 use api::{CoreMessage, Event, ScanFrame, ServerMessage, StreamRequest};
 use std::time::{Duration, Instant};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -95,7 +95,7 @@ async fn load_of_sockets() {
     let mut core = gateway.core().await;
     let (mut controls, mut streams) = (Vec::new(), Vec::new());
     for number in 0..CLIENTS {
-        controls.push(gateway.client(client_id(number.into())).await);
+        controls.push(gateway.client(number.into()).await);
         let mut stream = gateway.socket(api::STREAM_PATH).await;
         stream.send(&StreamRequest::Open { version: api::VERSION, max_hz: 20.0 }).await;
         streams.push(stream);

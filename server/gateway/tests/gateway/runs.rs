@@ -31,7 +31,7 @@ fn result(number: u64) -> StoredResult {
 async fn play(mut core: Core, questions: usize) -> Vec<Query> {
     let mut asked = Vec::new();
     while asked.len() < questions {
-        let GatewayMessage::Query { number, query } = core.receive().await else { continue };
+        let GatewayMessage::Query { number, query, .. } = core.receive().await else { continue };
         let result = Ok(match query {
             Query::Runs { .. } => QueryReply::Runs(vec![run()]),
             Query::Run(id) => QueryReply::Runs((id == RUN).then(run).into_iter().collect()),
@@ -40,6 +40,7 @@ async fn play(mut core: Core, questions: usize) -> Vec<Query> {
                 QueryReply::Results(after.is_none().then(|| result(8)).into_iter().collect())
             }
             Query::PointResults { before, .. } => QueryReply::Results(vec![result(before.unwrap_or(9) - 1)]),
+            Query::Audit { .. } => QueryReply::Audit(Vec::new()),
             Query::Slots { .. } => QueryReply::Slots(vec![StoredSlot {
                 schedule: SCHEDULE,
                 due: Stamp::from_nanos(5),

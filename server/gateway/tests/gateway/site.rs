@@ -64,12 +64,14 @@ impl Site {
             match message {
                 GatewayMessage::Edit { by, edit } => {
                     let id = edit.id;
-                    let outcome = self.apply(&mut core, Some(by), edit).await;
+                    let outcome = self.apply(&mut core, Some(by.client), edit).await;
                     let event = Event::EditDone(EditDone { id, outcome });
-                    core.send(&CoreMessage::Event { to: Some(by), event }).await;
+                    core.send(&CoreMessage::Event { to: Some(by.client), event }).await;
                 }
                 GatewayMessage::RequestSite => self.send_whole(&mut core).await,
-                GatewayMessage::Query { number, query: Query::Revisions { object, before, limit } } => {
+                GatewayMessage::Query {
+                    number, query: Query::Revisions { object, before, limit }, ..
+                } => {
                     let current = self.state.site.get(object);
                     let revisions =
                         current.into_iter().take(limit as usize).map(|versioned| StoredRevision {
@@ -100,7 +102,7 @@ impl Bench {
         let core = gateway.core().await;
         let (end, ended) = oneshot::channel();
         let core = tokio::spawn(Site::default().play(core, ended));
-        let mut client = gateway.client(client_id(1)).await;
+        let mut client = gateway.client(1).await;
         whole(&mut client).await;
         Self { gateway, end, core }
     }
@@ -528,8 +530,7 @@ async fn outcome(client: &mut Socket, id: EditId) -> EditOutcome {
 #[tokio::test]
 async fn an_edit_reaches_all_clients_and_its_answer_the_one_that_made_it() {
     let bench = Bench::start().await;
-    let (mut one, mut other) =
-        (bench.gateway.client(client_id(5)).await, bench.gateway.client(client_id(6)).await);
+    let (mut one, mut other) = (bench.gateway.client(5).await, bench.gateway.client(6).await);
     let mut replica = whole(&mut other).await;
     let edit = put_asset(1, None, "Pump");
     one.send(&ClientMessage::Edit(edit.clone())).await;
@@ -544,7 +545,7 @@ async fn an_edit_reaches_all_clients_and_its_answer_the_one_that_made_it() {
     assert_eq!((changed.by, &changed.edit), (Some(client_id(5)), &edit));
     assert!(replica.apply(&changed));
     // A client that connects later gets the whole, and another one that asks for it too.
-    let mut late = bench.gateway.client(client_id(7)).await;
+    let mut late = bench.gateway.client(7).await;
     assert_eq!(whole(&mut late).await, replica);
     other.send(&ClientMessage::RequestSite).await;
     assert_eq!(whole(&mut other).await, replica);
@@ -560,7 +561,7 @@ async fn an_edit_reaches_all_clients_and_its_answer_the_one_that_made_it() {
 async fn edits_that_the_core_has_not_answered_when_it_is_lost_can_be_sent_again() {
     let gateway = Gateway::start().await;
     let mut core = gateway.core().await;
-    let mut client = gateway.client(client_id(5)).await;
+    let mut client = gateway.client(5).await;
     let edit = put_asset(1, None, "Pump");
     client.send(&ClientMessage::Edit(edit.clone())).await;
     while !matches!(core.receive().await, GatewayMessage::Edit { .. }) {}

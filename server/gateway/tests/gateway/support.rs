@@ -2,7 +2,7 @@
 //!
 //! Nothing here sleeps: every wait is for a message or the end of a connection, within [`PATIENCE`].
 
-use api::{ClientMessage, CoreMessage, Event, GatewayMessage, ServerMessage};
+use api::{ClientMessage, CoreMessage, Event, GatewayMessage, LeaseToken, ServerMessage};
 use futures_util::{SinkExt, StreamExt};
 use gateway::{GatewayConfig, Limits};
 use std::collections::BTreeMap;
@@ -50,6 +50,27 @@ impl Gateway {
 
     /// Starts a gateway that is told why it was started again.
     pub async fn start_again(limits: Limits, restart: Option<api::ProcessRestart>) -> Self {
+        let demo = gateway::AccessConfig { is_demo: true, ..gateway::AccessConfig::default() };
+        Self::start_for(demo, gateway::TlsConfig::None, limits, restart).await
+    }
+
+    /// Starts a gateway with sign-ins.
+    pub async fn start_limited_with_sign_in(limits: Limits) -> Self {
+        Self::start_for(gateway::AccessConfig::default(), gateway::TlsConfig::None, limits, None).await
+    }
+
+    /// Starts a demonstration with encrypted connections.
+    pub async fn start_with_tls(tls: gateway::TlsConfig, limits: Limits) -> Self {
+        let demo = gateway::AccessConfig { is_demo: true, ..gateway::AccessConfig::default() };
+        Self::start_for(demo, tls, limits, None).await
+    }
+
+    async fn start_for(
+        access: gateway::AccessConfig,
+        tls: gateway::TlsConfig,
+        limits: Limits,
+        restart: Option<api::ProcessRestart>,
+    ) -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let core = UnixListener::bind(folder.path().join("core.sock")).expect("a Unix socket");
         let (on_ready, ready) = oneshot::channel();
@@ -58,6 +79,8 @@ impl Gateway {
             core_socket: folder.path().join("core.sock"),
             data_dir: folder.path().join("data"),
             static_dir: folder.path().join("static"),
+            access,
+            tls,
             on_ready: Some(on_ready),
             heartbeat: None,
             restart,
@@ -107,9 +130,14 @@ impl Gateway {
 
     /// Opens a WebSocket that claims to come from `origin`; the HTTP status if it is not let in.
     pub async fn socket_from(&self, path: &str, origin: &str) -> Result<Socket, u16> {
+        self.socket_with(path, ("origin", origin)).await
+    }
+
+    /// As [`Gateway::socket`], with this header; the HTTP status if it is not let in.
+    pub async fn socket_with(&self, path: &str, header: (&'static str, &str)) -> Result<Socket, u16> {
         use tokio_tungstenite::tungstenite::Error;
         let mut request = format!("ws://{}{path}", self.address).into_client_request().expect("a request");
-        request.headers_mut().insert("origin", origin.parse().expect("a header"));
+        request.headers_mut().insert(header.0, header.1.parse().expect("a header"));
         match soon("a WebSocket", tokio_tungstenite::connect_async(request)).await {
             Ok((stream, _)) => Ok(Socket { stream }),
             Err(Error::Http(response)) => Err(response.status().as_u16()),
@@ -118,9 +146,9 @@ impl Gateway {
     }
 
     /// A control socket that has been welcomed.
-    pub async fn client(&self, id: ClientId) -> Socket {
+    pub async fn client(&self, number: u128) -> Socket {
         let mut socket = self.socket(api::CONTROL_PATH).await;
-        socket.send(&ClientMessage::Hello { version: api::VERSION, client: id }).await;
+        socket.send(&ClientMessage::Hello { version: api::VERSION, lease: lease(number) }).await;
         match socket.message().await {
             ServerMessage::Welcome { version: api::VERSION, .. } => socket,
             other => panic!("not welcomed but {other:?}"),
@@ -233,8 +261,22 @@ impl Core {
         self.send(&CoreMessage::Event { to: None, event }).await;
     }
 
-    /// The gateway's next message.
+    /// The gateway's next message, but for lists of the clients.
     pub async fn receive(&mut self) -> GatewayMessage {
+        loop {
+            match self.receive_any().await {
+                GatewayMessage::Clients(_) => {}
+                message => return message,
+            }
+        }
+    }
+
+    /// Waits until the gateway says that these clients are connected.
+    pub async fn clients(&mut self, expected: &[ClientId]) {
+        while self.receive_any().await != GatewayMessage::Clients(expected.to_vec()) {}
+    }
+
+    async fn receive_any(&mut self) -> GatewayMessage {
         let mut length = [0; 4];
         soon("a message to the core", self.stream.read_exact(&mut length)).await.expect("a length");
         let mut body = vec![0; u32::from_le_bytes(length) as usize];
@@ -246,7 +288,7 @@ impl Core {
     pub async fn command(&mut self) -> GatewayMessage {
         loop {
             match self.receive().await {
-                GatewayMessage::Listeners { .. } => {}
+                GatewayMessage::Listeners { .. } | GatewayMessage::CredentialsUsed(_) => {}
                 message => return message,
             }
         }
@@ -348,7 +390,17 @@ impl Socket {
     }
 }
 
-/// A client's id.
+/// A client's secret.
+pub fn lease(number: u128) -> LeaseToken {
+    LeaseToken(uuid::Uuid::from_u128(number))
+}
+
+/// The id of the client with this secret, where nobody signs in.
 pub fn client_id(number: u128) -> ClientId {
-    ClientId(uuid::Uuid::from_u128(number))
+    gateway::socket_client(lease(number), None)
+}
+
+/// A client as the core is told of it where nobody signs in.
+pub fn caller(number: u128) -> api::Caller {
+    api::Caller { address: Some([127, 0, 0, 1].into()), ..client_id(number).into() }
 }

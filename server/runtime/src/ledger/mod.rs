@@ -26,7 +26,8 @@ use std::collections::VecDeque;
 use std::fmt;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
-use store::{Store, StoreError};
+use store::{LedgerWriter, Store, StoreError};
+use vocab::Stamp;
 use watchdog::{BEAT_PERIOD, Heartbeat};
 
 /// Parameters of the [`LedgerWorker`] and its queue.
@@ -90,11 +91,29 @@ impl fmt::Debug for SiteWork {
     }
 }
 
+/// Something else to write, such as accounts.
+pub struct LedgerWork {
+    /// Writes it, with the calendar time.
+    pub write: LedgerWrite,
+    /// Is told whether it is durable, or why not, a clause.
+    pub done: Sender<Result<(), String>>,
+}
+
+/// What writes to the ledger in a transaction.
+pub type LedgerWrite = Box<dyn FnMut(&LedgerWriter<'_>, Stamp) -> Result<(), StoreError> + Send>;
+
+impl fmt::Debug for LedgerWork {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("LedgerWork").finish_non_exhaustive()
+    }
+}
+
 /// What clients ask for.
 #[derive(Debug)]
 enum Request {
     Edit { request: EditRequest, bytes: usize },
     ChangeSite(SiteWork),
+    Write(LedgerWork),
     Query { number: u64, query: Query },
 }
 
@@ -155,6 +174,14 @@ impl LedgerInbox {
     /// Why it cannot wait, one sentence.
     pub fn change_site(&self, work: SiteWork) -> Result<(), &'static str> {
         self.ask(Request::ChangeSite(work), 0)
+    }
+
+    /// Hands in something else to write. Never blocks.
+    ///
+    /// # Errors
+    /// Why it cannot wait, one sentence.
+    pub fn write(&self, work: LedgerWork) -> Result<(), &'static str> {
+        self.ask(Request::Write(work), 0)
     }
 
     fn ask(&self, request: Request, bytes: usize) -> Result<(), &'static str> {
@@ -315,6 +342,10 @@ impl LedgerWorker {
                 Request::ChangeSite(work) => {
                     self.site.apply(std::mem::take(&mut edits));
                     self.site.apply_work(work);
+                }
+                Request::Write(LedgerWork { write, done }) => {
+                    // Whoever waited may have given up.
+                    let _ = done.send(self.site.write(write));
                 }
                 Request::Query { number, query } => self.site.answer(number, query),
             }

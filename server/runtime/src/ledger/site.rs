@@ -1,6 +1,6 @@
 //! The site and the ledger that holds it. An edit is applied to the site in memory, written, and then published and answered.
 
-use super::{EditRequest, SiteWork};
+use super::{EditRequest, LedgerWrite, SiteWork};
 use crate::clock::{CalendarTime, RobotClock};
 use crate::mailbox::Mailbox;
 use crate::state_publisher::StatePublisher;
@@ -213,6 +213,15 @@ impl SiteKeeper {
         Ok(())
     }
 
+    /// Writes something that is not of the site.
+    ///
+    /// # Errors
+    /// Why it is not durable, a clause.
+    pub fn write(&mut self, mut write: LedgerWrite) -> Result<(), String> {
+        let at = CalendarTime::read_of_schedules().utc;
+        self.transaction(|writer, _| write(writer, at))
+    }
+
     /// Does something with the site in a transaction. If it fails, ledger and site are as before.
     fn transaction<T>(
         &mut self,
@@ -268,6 +277,9 @@ fn reply(ledger: &Ledger, query: Query) -> Result<QueryReply, StoreError> {
             ledger.point_results(point, before, limit).map(QueryReply::Results)
         }
         Query::Slots { before, limit } => ledger.slots(before, limit).map(QueryReply::Slots),
+        Query::Audit { before, containing, limit } => {
+            ledger.audit(before, &containing, limit).map(QueryReply::Audit)
+        }
     }
 }
 

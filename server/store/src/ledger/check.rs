@@ -7,6 +7,7 @@ use crate::{Store, StoreError};
 use rusqlite::Connection;
 use std::fs;
 use std::ops::ControlFlow;
+use std::path::Path;
 
 /// How thoroughly SQLite looks at its structure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,6 +41,20 @@ fn check_all(connection: &Connection) -> Result<(), Fault> {
         })?;
     }
     audit::check_chain(connection)
+}
+
+/// Reads the whole ledger at `path`, compares every row with its checksum, and checks that no entry of the audit log was changed, removed or put in between. Returns the
+/// number of entries of the audit log and the checksum of the last one, which anchors the whole log: whoever notes it elsewhere notices also a log that was cut at its end.
+///
+/// # Errors
+/// When the ledger cannot be read or is damaged.
+pub fn verify_ledger(path: &Path) -> Result<(u64, Option<[u8; 32]>), StoreError> {
+    let verify = || {
+        let connection = open_for_reading(path)?;
+        check_all(&connection)?;
+        audit::last_entry(&connection)
+    };
+    verify().map_err(|fault| error(path, fault))
 }
 
 impl Store {

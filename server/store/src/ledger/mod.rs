@@ -1,8 +1,10 @@
 //! The ledger: what people have made of the site, what the robot did and who asked for it, in one SQLite database with one writer.
 //!
-//! A transaction is on the disk when [`Ledger::write`] returns (WAL, `synchronous=FULL`). Rows are added or replaced by newer ones; none is deleted. A damaged
+//! A transaction is on the disk when [`Ledger::write`] returns (WAL, `synchronous=FULL`). Rows are added or replaced by newer ones; none is deleted but those of accounts
+//! that were removed and of sessions that ended long ago. A damaged
 //! database is put aside under another name and a new one is begun with what can still be read of its documents, see `recovery.rs`.
 
+mod accounts;
 mod audit;
 mod check;
 mod documents;
@@ -14,6 +16,9 @@ mod schema;
 mod tests;
 mod wal;
 
+pub use accounts::{AccountReader, Accounts, StoredAccount, StoredCredential};
+pub use audit::AuditEntry;
+pub use check::verify_ledger;
 pub use documents::EditRecord;
 pub use runs::UnfinishedRun;
 
@@ -77,6 +82,14 @@ impl Ledger {
         schema::migrate(&mut connection)?;
         let state = documents::read_site(&connection)?;
         Ok((Self { connection, path: path.to_owned() }, state))
+    }
+
+    /// Opens the ledger of a data directory that a core may be using, or makes one. Nothing is repaired: that is the core's to do.
+    ///
+    /// # Errors
+    /// When it cannot be opened.
+    pub fn open_beside_core(path: &Path) -> Result<Self, StoreError> {
+        Ok(Self::open(path)?.0)
     }
 
     /// Writes what `write` does in one transaction, which is on the disk when this returns. Nothing of it is written if it fails.

@@ -1,8 +1,8 @@
 //! Opens the ledger also where it is damaged: the file is kept under another name, and a new one begins with the documents that can still be read.
 
 use super::documents::document;
-use super::rows::Fault;
-use super::schema::{DOCUMENT_REVISIONS, DOCUMENTS};
+use super::rows::{Fault, Table};
+use super::schema::{ACCOUNTS, CREDENTIALS, DOCUMENT_REVISIONS, DOCUMENTS};
 use super::{Ledger, open_for_reading};
 use crate::{Store, StoreError, files, texts};
 use api::SiteState;
@@ -69,7 +69,11 @@ impl Store {
         let (mut ledger, state) = Ledger::open(path)?;
         let Some(aside) = aside else { return Ok((ledger, state)) };
         let documents = salvage(&aside);
+        let accounts = salvage_accounts(&aside);
         ledger.write(|writer| {
+            for (table, row) in &accounts {
+                table.put(writer.transaction, row).map_err(|fault| writer.error(fault))?;
+            }
             for (id, (revision, object)) in &documents {
                 let written = writer.put_document(*id, *revision, object.as_ref(), Value::Null, Stamp::EPOCH);
                 written.map_err(|fault| writer.error(fault))?;
@@ -141,6 +145,26 @@ fn salvage(path: &Path) -> Documents {
         });
         if read.is_err() {
             tracing::warn!("only a part of {} can be read", path.display());
+        }
+    }
+    found
+}
+
+/// What can be read of the accounts of a damaged database, with the tables in which it belongs.
+fn salvage_accounts(path: &Path) -> Vec<(&'static Table, Vec<Value>)> {
+    let mut found = Vec::new();
+    if path.is_dir() {
+        return found;
+    }
+    let Ok(connection) = open_for_reading(path) else { return found };
+    for table in [&ACCOUNTS, &CREDENTIALS] {
+        // A ledger of an earlier program has no such table.
+        let read = table.for_each(&connection, "", [], |row| {
+            found.extend(table.whole(&row).map(|values| (table, values.to_vec())));
+            Ok(())
+        });
+        if read.is_err() {
+            tracing::warn!("the accounts in {} cannot all be read", path.display());
         }
     }
     found

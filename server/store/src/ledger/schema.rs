@@ -53,6 +53,18 @@ const MIGRATIONS: &[&str] = &["
     CREATE INDEX results_of_point ON results (
         CASE WHEN json_valid(body) THEN json_extract(body, '$.inspection_point') END, seq);
     CREATE INDEX firings_by_due ON firings (due_ns, schedule);
+", "
+    -- Who may sign in. `password` is a PHC string of Argon2id.
+    CREATE TABLE accounts (
+        account TEXT NOT NULL, role TEXT NOT NULL, password TEXT NOT NULL, is_enabled INTEGER NOT NULL,
+        created_ns INTEGER NOT NULL, changed_ns INTEGER NOT NULL,
+        checksum BLOB NOT NULL, PRIMARY KEY (account)) STRICT, WITHOUT ROWID;
+    -- Sessions of accounts, and tokens of programs, which have a role of their own. `id` is the BLAKE3 of the secret. What has ended is kept for some time, because it
+    -- tells that a browser has signed in to an account before.
+    CREATE TABLE credentials (
+        id TEXT NOT NULL, owner TEXT NOT NULL, role TEXT, created_ns INTEGER NOT NULL, used_ns INTEGER NOT NULL,
+        expires_ns INTEGER NOT NULL, ended_ns INTEGER, address TEXT,
+        checksum BLOB NOT NULL, PRIMARY KEY (id)) STRICT, WITHOUT ROWID;
 "];
 
 /// The inspection point of a result: the expression by which the index `results_of_point` is sorted, to the letter.
@@ -82,10 +94,29 @@ pub(super) const MISSION_EVENTS: Table =
     Table { name: "mission_events", columns: &["seq", "run", "version", "body", "at_ns"] };
 pub(super) const AUDIT: Table =
     Table { name: "audit", columns: &["seq", "at_ns", "principal", "command", "outcome", "previous"] };
+pub(super) const ACCOUNTS: Table = Table {
+    name: "accounts",
+    columns: &["account", "role", "password", "is_enabled", "created_ns", "changed_ns"],
+};
+pub(super) const CREDENTIALS: Table = Table {
+    name: "credentials",
+    columns: &["id", "owner", "role", "created_ns", "used_ns", "expires_ns", "ended_ns", "address"],
+};
 
 /// All tables.
-pub(super) const TABLES: [&Table; 9] =
-    [&EDITS, &DOCUMENTS, &DOCUMENT_REVISIONS, &RUNS, &STEPS, &RESULTS, &MISSION_EVENTS, &FIRINGS, &AUDIT];
+pub(super) const TABLES: [&Table; 11] = [
+    &EDITS,
+    &DOCUMENTS,
+    &DOCUMENT_REVISIONS,
+    &RUNS,
+    &STEPS,
+    &RESULTS,
+    &MISSION_EVENTS,
+    &FIRINGS,
+    &AUDIT,
+    &ACCOUNTS,
+    &CREDENTIALS,
+];
 
 /// Checks that this is a ledger which this program can read or bring up to date.
 pub(super) fn check_version(connection: &Connection) -> Result<(), Fault> {

@@ -1,9 +1,10 @@
 //! What is written is there when the ledger is opened again, and no damage loses it unnoticed.
 
+use super::schema::AUDIT;
 use super::*;
 use crate::Store;
 use crate::stored_data_check::StoredDataReport;
-use api::{RunFilter, StoredSlot};
+use api::{CredentialId, Role, RunFilter, StoredSlot};
 use messages::{FiringRecord, LedgerEvent, Principal, ResultRecord, RunRecord, StepRecord};
 use rusqlite::types::Value;
 use site_model::{
@@ -76,7 +77,89 @@ fn filled() -> (tempfile::TempDir, SiteState) {
         body: "{}".to_owned(),
     };
     ledger.write(|writer| writer.put_event(&LedgerEvent::Firing(firing), AT)).expect("written");
+    let (account, session) = (account(), session());
+    ledger.write(|writer| writer.put_account("ada", &account)).expect("written");
+    ledger.write(|writer| writer.put_credential(CredentialId([7; 32]), &session)).expect("written");
     (dir, state)
+}
+
+fn account() -> StoredAccount {
+    let password = "$argon2id$".to_owned();
+    StoredAccount { role: Role::Admin, password, is_enabled: true, created: AT, changed: AT }
+}
+
+fn session() -> StoredCredential {
+    StoredCredential {
+        owner: "ada".to_owned(),
+        token_role: None,
+        created: AT,
+        used: AT,
+        expires: AT,
+        ended: None,
+        address: Some("192.0.2.1".to_owned()),
+    }
+}
+
+#[test]
+fn accounts_are_read_by_others_when_they_change() {
+    let (dir, _) = filled();
+    let store = Store::open(dir.path()).expect("opens");
+    let (mut ledger, _) = store.open_ledger().expect("opens");
+    let mut reader = AccountReader::new(&store.dir().ledger());
+    let accounts = reader.read_if_changed().expect("readable").expect("new");
+    assert_eq!(accounts.accounts.get("ada"), Some(&account()));
+    assert_eq!(accounts.credentials.get(&CredentialId([7; 32])), Some(&session()));
+    assert_eq!(reader.read_if_changed().expect("readable"), None, "nothing has changed");
+    ledger.write(|writer| writer.remove_account("ada")).expect("written");
+    assert_eq!(reader.read_if_changed().expect("readable"), Some(Accounts::default()));
+}
+
+#[test]
+fn an_entry_of_the_audit_log_that_was_changed_is_found() {
+    let (dir, _) = filled();
+    let path = dir.path().join("ledger.db");
+    let (entries, last) = verify_ledger(&path).expect("whole");
+    assert!(entries >= 3 && last.is_some());
+    // Whoever changes a row can compute its checksum anew, but not those of all that follow.
+    let connection = Connection::open(&path).expect("opens");
+    let rows = AUDIT.read(&connection, "WHERE seq = 2", [], |row| Some(row.to_vec())).expect("readable");
+    let mut row = rows.into_iter().next().expect("an entry");
+    row[3] = Value::from("nothing at all".to_owned());
+    AUDIT.put(&connection, &row).expect("written");
+    drop(connection);
+    assert!(verify_ledger(&path).is_err());
+}
+
+#[test]
+fn the_audit_log_is_searched_in_all_that_people_see_of_it() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let store = Store::open(dir.path()).expect("opens");
+    let (mut ledger, _) = store.open_ledger().expect("opens");
+    // The id of the client has the letters of the account in it.
+    let client = ClientId(Uuid::from_u128(0xada));
+    let by =
+        |account: &str| Some(Principal { client, account: Some(account.to_owned()), role: Role::Operator });
+    let entries = [
+        (by("ada"), "StopMotion", "accepted"),
+        (by("bob"), "Localise", "refused: another holds control"),
+        (None, "sign in as ada", "refused"),
+        (by("bob"), "LeaveMap", "accepted"),
+    ];
+    for (by, command, outcome) in entries {
+        let address = Some([192, 0, 2, if command == "LeaveMap" { 8 } else { 7 }].into());
+        let entry = AuditEntry { by, address, command: command.to_owned(), outcome: outcome.to_owned() };
+        ledger.write(|writer| writer.put_audit_entry(&entry, AT)).expect("written");
+    }
+    let found = |before, containing: &str, limit| -> Vec<String> {
+        let entries = ledger.audit(before, containing, limit).expect("readable");
+        entries.into_iter().map(|entry| entry.command).collect()
+    };
+    assert_eq!(found(None, "", 100), ["LeaveMap", "sign in as ada", "Localise", "StopMotion"]);
+    assert_eq!(found(None, "ADA", 100), ["sign in as ada", "StopMotion"]);
+    assert_eq!(found(None, "192.0.2.8", 100), ["LeaveMap"]);
+    assert_eq!(found(None, "another holds", 100), ["Localise"]);
+    assert_eq!(found(None, "%", 100), [""; 0], "no pattern, but text");
+    assert_eq!(found(Some(3), "", 1), ["Localise"]);
 }
 
 struct Found(Vec<String>);

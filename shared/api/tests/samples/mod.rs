@@ -1,5 +1,6 @@
 //! At least one message of every kind, with a value in every field that may be empty.
 
+pub mod access;
 mod site;
 
 use api::*;
@@ -39,6 +40,7 @@ pub fn commands() -> Vec<Command> {
     vec![
         Command::TakeControl { name: name() },
         Command::ReleaseControl,
+        Command::RefuseTakeOver,
         Command::StartMapping(SESSION),
         Command::ExtendMap { session: SESSION, map: MAP },
         Command::FinishMapping { map: MAP, name: name() },
@@ -284,7 +286,11 @@ pub fn events() -> Vec<Event> {
             ],
         }),
         Event::Goals(goals()),
-        Event::Control(Control { owner: Some(CLIENT), name: name() }),
+        Event::Control(Control {
+            owner: Some(CLIENT),
+            name: name(),
+            request: Some(ControlRequest { by: CLIENT, name: name(), seconds_left: 5.0 }),
+        }),
         Event::Battery(Battery { stamp: NOW, charge: 0.75, left: Some(SECOND), charging: true }),
         Event::Maps(vec![MapSummary {
             id: MAP,
@@ -403,7 +409,7 @@ fn topomap_generations() -> Vec<Event> {
 
 pub fn client_messages() -> Vec<ClientMessage> {
     vec![
-        ClientMessage::Hello { version: VERSION, client: CLIENT },
+        ClientMessage::Hello { version: VERSION, lease: LeaseToken(CLIENT.0) },
         ClientMessage::Command { id: COMMAND, command: Command::StopMotion },
         ClientMessage::Ping { token: 300 },
         ClientMessage::RequestGraph,
@@ -414,7 +420,7 @@ pub fn client_messages() -> Vec<ClientMessage> {
 
 pub fn server_messages() -> Vec<ServerMessage> {
     vec![
-        ServerMessage::Welcome { version: VERSION, program: name() },
+        ServerMessage::Welcome { version: VERSION, program: name(), you: access::you() },
         ServerMessage::Refused { reason: name() },
         ServerMessage::Event { sequence: 300, event: Event::Motion(Motion::Idle) },
         ServerMessage::Pong { token: 300, now: NOW },
@@ -435,7 +441,10 @@ pub fn core_messages() -> Vec<CoreMessage> {
         CoreMessage::Event { to: Some(CLIENT), event: Event::Motion(Motion::Idle) },
         CoreMessage::Scan { stamp: NOW, map_from_base: pose(), points: vec![1, 2, 3] },
         CoreMessage::Reply { number: 300, result: Err(name()) },
+        CoreMessage::Access(access::state()),
     ];
+    let result = |result| CoreMessage::AccountReply { number: 300, result };
+    messages.extend(access::results().into_iter().map(result));
     messages.extend(site::replies().map(|reply| CoreMessage::Reply { number: 300, result: Ok(reply) }));
     messages
 }
@@ -443,12 +452,21 @@ pub fn core_messages() -> Vec<CoreMessage> {
 pub fn gateway_messages() -> Vec<GatewayMessage> {
     let mut messages = vec![
         GatewayMessage::Hello { version: VERSION },
-        GatewayMessage::Command { id: COMMAND, by: CLIENT, command: Command::StopMotion },
+        GatewayMessage::Command { id: COMMAND, by: access::caller(), command: Command::StopMotion },
+        GatewayMessage::Clients(vec![CLIENT]),
+        GatewayMessage::CredentialsUsed(vec![access::CREDENTIAL]),
         GatewayMessage::Listeners { clients: 2, streams: 1 },
         GatewayMessage::RequestGraph,
-        GatewayMessage::Edit { by: CLIENT, edit: site::edit() },
+        GatewayMessage::Edit { by: CLIENT.into(), edit: site::edit() },
         GatewayMessage::RequestSite,
     ];
-    messages.extend(site::queries().map(|query| GatewayMessage::Query { number: 300, query }));
+    let query = |query| GatewayMessage::Query { number: 300, by: CLIENT.into(), query };
+    messages.extend(queries().into_iter().map(query));
+    let account = |request| GatewayMessage::Account { number: 300, by: access::caller(), request };
+    messages.extend(access::requests().into_iter().map(account));
     messages
+}
+
+pub fn queries() -> Vec<Query> {
+    site::queries().collect()
 }

@@ -366,6 +366,7 @@ pub fn queries() -> impl Iterator<Item = Query> {
         Query::Results { run: RUN, after: Some(7), limit: 100 },
         Query::PointResults { point: InspectionPointId(ID), before: Some(7), limit: 1 },
         Query::Slots { before: Some((NOW, ScheduleId(ID))), limit: 100 },
+        Query::Audit { before: Some(7), containing: "ada".into(), limit: 100 },
     ]
     .into_iter()
 }
@@ -415,12 +416,14 @@ pub fn replies() -> impl Iterator<Item = QueryReply> {
         outcome: name(),
         body: "{}".to_owned(),
     };
+    let audit = StoredAudit { number: 7, at, origin: Some(name()), command: name(), outcome: name() };
     [
         QueryReply::Revisions(vec![revision]),
         QueryReply::Runs(vec![run]),
         QueryReply::Steps(vec![step]),
         QueryReply::Results(vec![stored_result()]),
         QueryReply::Slots(vec![slot]),
+        QueryReply::Audit(vec![audit]),
     ]
     .into_iter()
 }

@@ -15,6 +15,7 @@
 //!   - `control`, `commands`, `history`, `maps`, `notices` and `selection` hold state with methods that change it. `shared_reducers`, the
 //!     methods of [`Context`] and features call them.
 
+pub(crate) mod account;
 pub(crate) mod alignment;
 pub(crate) mod commands;
 pub(crate) mod connection;
@@ -108,6 +109,8 @@ macro_rules! model_of {
 }
 
 model_of! {
+    /// The account that has signed in.
+    account: account::AccountFeature,
     /// What the robot last reported of itself.
     robot: robot::RobotTelemetry,
     /// The robot's computer.

@@ -12,6 +12,7 @@
 //! Folders that the list does not name have no panel of their own: other panels and the top bar show them (control lease, imports,
 //! quality, tasks of missions). `scene_labels` labels what several features show in the scene.
 
+pub(crate) mod account;
 pub(crate) mod action_form;
 pub(crate) mod alignment;
 pub(crate) mod connection;
@@ -99,6 +100,10 @@ panels_of! {
     simulated_faults: simulated_faults::SimulatedFaultsPanel,
     /// The robot's computer.
     platform: platform::PlatformPanel,
+    /// Somebody who asks for control.
+    control: control::ControlPanel,
+    /// The account that has signed in.
+    account: account::AccountPanel,
     /// Loops of the map under construction.
     loops: loops::LoopsPanel,
     /// Aligning one saved map to another.

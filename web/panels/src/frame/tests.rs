@@ -38,7 +38,7 @@ fn with_full_top_bar(is_stopped: bool) -> TestClient {
             ..api::Battery::default()
         }))
         .event(Event::Estimate(api::Estimate { covariance, ..api::Estimate::default() }))
-        .event(Event::Control(Control { owner: Some(OTHER), name: "Ada Lovelace".into() }))
+        .event(Event::Control(Control { owner: Some(OTHER), name: "Ada Lovelace".into(), request: None }))
         .event(Event::Motion(motion))
 }
 

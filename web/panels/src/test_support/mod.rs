@@ -30,8 +30,13 @@ pub(crate) struct TestClient {
 impl TestClient {
     /// A client that the server has welcomed.
     pub(crate) fn connected() -> Self {
+        Self::connected_as(api::You::in_demo(ME))
+    }
+
+    /// A client that the server has welcomed as this one.
+    pub(crate) fn connected_as(you: api::You) -> Self {
         let now = ClientTime(1.0);
-        let mut model = Model::new(ME, Ids::new(1), ViewSettings::default(), now);
+        let mut model = Model::new(api::LeaseToken(ME.0), Ids::new(1), ViewSettings::default(), now);
         let mut effects: Vec<ClientEffect> = Vec::new();
         model.handle_event(now, ClientEvent::SocketOpened(Socket::Control), &mut effects);
         let mut client = Self {
@@ -41,7 +46,7 @@ impl TestClient {
             sequence: 0,
             has_fonts: false,
         };
-        client.receive(ServerMessage::Welcome { version: api::VERSION, program: "1".into() });
+        client.receive(ServerMessage::Welcome { version: api::VERSION, program: "1".into(), you });
         client
     }
 

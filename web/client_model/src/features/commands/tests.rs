@@ -8,7 +8,7 @@ use vocab::Vec3;
 #[test]
 fn an_unanswered_order_is_repeated_under_its_id_after_a_short_loss() {
     let mut client = TestClient::connected();
-    client.event(api::Event::Control(Control { owner: Some(ME), name: String::new() }));
+    client.event(api::Event::Control(Control { owner: Some(ME), name: String::new(), request: None }));
     client.command(ClientCommand::StartMapping);
     let first = client.take_effects();
     assert!(matches!(&first[..], [ClientEffect::Send(ClientMessage::Command { .. })]), "{first:?}");
@@ -40,7 +40,7 @@ fn an_old_order_is_not_repeated_but_told() {
 #[test]
 fn a_stop_is_sent_even_an_hour_later_and_needs_no_control() {
     let mut client = TestClient::connected();
-    client.event(api::Event::Control(Control { owner: Some(OTHER), name: "other".into() }));
+    client.event(api::Event::Control(Control { owner: Some(OTHER), name: "other".into(), request: None }));
     client.command(ClientCommand::StopMotion);
     assert_eq!(client.take_commands(), [Command::StopMotion]);
     client.lose_connection();

@@ -4,7 +4,7 @@ use super::{Ping, SocketState};
 use crate::features::commands::expired_sentence;
 use crate::shared::{Change, Context};
 use crate::{ClientEffect, ClientEvent, Socket, texts};
-use api::{ClientMessage, ServerMessage, Severity, StreamRequest};
+use api::{ClientMessage, ServerMessage, Severity, StreamRequest, You};
 
 /// A message on the control socket. Returns its event if that follows the last one.
 pub(crate) fn on_message<'m>(
@@ -17,7 +17,7 @@ pub(crate) fn on_message<'m>(
     connection.control.on_received(now);
     connection.throughput.add(now, bytes);
     match message {
-        ServerMessage::Welcome { version, program } => on_welcome(*version, program, cx),
+        ServerMessage::Welcome { version, program, you } => on_welcome(*version, program, you, cx),
         ServerMessage::Refused { reason } => connection.control.refuse(reason.clone()),
         ServerMessage::Pong { token, now: server_now } => {
             if let Some(ping) = connection.ping
@@ -41,13 +41,15 @@ pub(crate) fn on_message<'m>(
     None
 }
 
-fn on_welcome(version: u16, program: &str, cx: &mut Context<'_>) {
+fn on_welcome(version: u16, program: &str, you: &You, cx: &mut Context<'_>) {
     let now = cx.now();
     let connection = &mut cx.shared.connection;
     if version != api::VERSION {
         connection.control.refuse(texts::version_mismatch(version, api::VERSION));
         return;
     }
+    cx.shared.you = Some(you.clone());
+    let connection = &mut cx.shared.connection;
     program.clone_into(&mut connection.program);
     connection.sequence = 0;
     connection.clock.forget();
@@ -68,7 +70,7 @@ pub(crate) fn on_client_event(event: &ClientEvent, cx: &mut Context<'_>) {
     let connection = &mut cx.shared.connection;
     match event {
         ClientEvent::SocketOpened(Socket::Control) => {
-            let hello = ClientMessage::Hello { version: api::VERSION, client: cx.shared.client };
+            let hello = ClientMessage::Hello { version: api::VERSION, lease: cx.shared.lease };
             cx.effects.push(ClientEffect::Send(hello));
         }
         ClientEvent::SocketOpened(Socket::Stream) => {

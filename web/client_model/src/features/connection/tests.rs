@@ -15,7 +15,7 @@ fn says_hello_and_is_connected_after_the_welcome() {
     client.apply(ClientEvent::SocketOpened(Socket::Control));
     assert_eq!(
         client.take_effects(),
-        [ClientEffect::Send(ClientMessage::Hello { version: api::VERSION, client: ME })]
+        [ClientEffect::Send(ClientMessage::Hello { version: api::VERSION, lease: api::LeaseToken(ME.0) })]
     );
     assert!(!client.model.is_connected());
     client.welcome();
@@ -26,7 +26,11 @@ fn says_hello_and_is_connected_after_the_welcome() {
 fn a_server_of_another_version_is_refused_with_a_sentence() {
     let mut client = TestClient::new();
     client.apply(ClientEvent::SocketOpened(Socket::Control));
-    client.server(ServerMessage::Welcome { version: api::VERSION + 1, program: String::new() });
+    client.server(ServerMessage::Welcome {
+        version: api::VERSION + 1,
+        program: String::new(),
+        you: api::You::in_demo(ME),
+    });
     let SocketState::Refused { reason } = client.model.connection().state() else {
         panic!("connected to another version")
     };
@@ -102,7 +106,7 @@ fn a_reconnection_replaces_the_state_by_the_snapshot() {
         reset: true,
         added: vec![tile(1, 0, 0.0, 10), tile(2, 0, 4.0, 20)],
     }));
-    client.event(api::Event::Control(Control { owner: Some(ME), name: "me".into() }));
+    client.event(api::Event::Control(Control { owner: Some(ME), name: "me".into(), request: None }));
     client.lose_connection();
     assert!(client.model.has_control(), "what was known stays until something newer comes");
     client.wait(1.0);

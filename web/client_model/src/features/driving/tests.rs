@@ -8,7 +8,7 @@ use vocab::{Twist, Vec3};
 #[test]
 fn driving_repeats_ten_times_a_second_and_ends_with_one_zero() {
     let mut client = TestClient::connected();
-    client.event(api::Event::Control(Control { owner: Some(ME), name: String::new() }));
+    client.event(api::Event::Control(Control { owner: Some(ME), name: String::new(), request: None }));
     let ahead = Twist { linear: Vec3::new(0.9, 0.0, 0.0), ..Twist::default() };
     for _ in 0..100 {
         client.command(ClientCommand::SetVelocity(Some(ahead)));

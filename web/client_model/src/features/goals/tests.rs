@@ -35,7 +35,7 @@ fn outcome_of(client: &TestClient) -> Option<GoalId> {
 #[test]
 fn walking_and_relocalising_are_goals_that_can_be_cancelled() {
     let mut client = TestClient::connected();
-    client.event(api::Event::Control(Control { owner: Some(ME), name: String::new() }));
+    client.event(api::Event::Control(Control { owner: Some(ME), name: String::new(), request: None }));
     client.command(ClientCommand::WalkTo(Vec3::new(1.0, 2.0, 0.0)));
     client.command(ClientCommand::Relocalise);
     let commands = client.take_commands();

@@ -9,7 +9,7 @@ use vocab::{MapId, Pose, Vec3};
 #[test]
 fn who_shows_where_the_robot_stands_means_the_map_that_is_looked_at() {
     let mut client = TestClient::connected();
-    client.event(api::Event::Control(Control { owner: Some(ME), name: String::new() }));
+    client.event(api::Event::Control(Control { owner: Some(ME), name: String::new(), request: None }));
     let map = MapId(Uuid::from_u128(7));
     let place = Pose { position: Vec3::new(3.0, 4.0, 0.5), ..Pose::IDENTITY };
     client.command(ClientCommand::ViewMap(Some(map)));

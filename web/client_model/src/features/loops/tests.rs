@@ -21,7 +21,7 @@ fn keyframe(id: u32) -> ClientCommand {
 /// Keyframes a metre apart along x, in control, and these decisions.
 fn mapping(decisions: Vec<LoopDecision>) -> TestClient {
     let mut client = TestClient::connected();
-    client.event(api::Event::Control(Control { owner: Some(ME), name: String::new() }));
+    client.event(api::Event::Control(Control { owner: Some(ME), name: String::new(), request: None }));
     let node = |id: u32| GraphNode {
         id: KeyframeId(id),
         map_from_keyframe: Pose { position: Vec3::new(f64::from(id), 0.0, 0.0), ..Pose::IDENTITY },
@@ -115,7 +115,7 @@ fn a_decision_that_was_refused_cannot_be_undone() {
 fn what_others_control_is_undone_later_and_another_session_forgets_it() {
     let mut client = mapping(vec![]);
     client.command(ClientCommand::AcceptLoop(pair(0, 9)));
-    client.event(api::Event::Control(Control { owner: Some(OTHER), name: "Anna".into() }));
+    client.event(api::Event::Control(Control { owner: Some(OTHER), name: "Anna".into(), request: None }));
     client.take_effects();
     client.command(ClientCommand::Undo);
     assert_eq!(client.take_commands(), []);

@@ -113,7 +113,7 @@ fn the_remaining_time_counts_what_is_left() {
 #[test]
 fn a_file_of_a_result_is_fetched_as_a_view_asks_for_it() {
     let mut client = TestClient::connected();
-    let (blob, kind) = (vocab::BlobHash([7; 32]), crate::ResultFileKind::Temperatures);
+    let (blob, kind) = (vocab::BlobHash([7; 32]), ResultFileKind::Temperatures);
     client.command(ClientCommand::FetchResultFile { blob, kind });
     assert_eq!(client.take_effects(), [ClientEffect::FetchResultFile { blob, kind }]);
 }

@@ -56,7 +56,7 @@ fn a_problem_is_told_in_the_shown_unit() {
 
 #[test]
 fn what_was_typed_belongs_to_one_form() {
-    let (mine, other) = (Id::new("mine"), Id::new("other"));
+    let (mine, other) = (Id::unique("mine"), Id::unique("other"));
     let mut typed = TypedParameters::default();
     typed.0.insert((mine.value(), "value".into()), "1".into());
     typed.0.insert((other.value(), "value".into()), "2".into());

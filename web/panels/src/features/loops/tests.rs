@@ -144,7 +144,7 @@ fn a_loop_can_be_decided_on_as_its_verdict_allows() {
 
 #[test]
 fn who_does_not_control_is_told_why_nothing_can_be_decided() {
-    let control = Control { owner: Some(OTHER), name: "Anna".into() };
+    let control = Control { owner: Some(OTHER), name: "Anna".into(), request: None };
     let selected = ClientCommand::Select(Some(Selection::Loop(pair(1, 90))));
     let client = loops(vec![decided(1, 90, Held)]).event(Event::Control(control)).command(selected);
     let mut harness = client.shown(1440.0, 900.0);

@@ -44,7 +44,7 @@ fn discarding_must_be_confirmed() {
 
 #[test]
 fn a_client_without_control_cannot_map_but_can_take_control() {
-    let control = Control { owner: Some(OTHER), name: "Anna".into() };
+    let control = Control { owner: Some(OTHER), name: "Anna".into(), request: None };
     let mut harness =
         TestClient::connected().event(Event::Control(control)).on(screens::MAP).shown(1440.0, 900.0);
     click(&mut harness, "Start mapping");

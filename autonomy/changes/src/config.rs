@@ -1,0 +1,95 @@
+//! Parameters of the detection of changes.
+
+/// Parameters of [`crate::detect_changes`].
+///
+/// "Sensitivity" says what the recorded sessions of docs/benchmarks/changes.md showed when the value was changed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChangesConfig {
+    /// A surface of the other visit within this distance of a point is the same surface, metres. Chosen: three standard deviations of a pose error of 2 cm and of the noise
+    /// of a LiDAR (1 cm) together, and the distance between the points of the other visit.
+    pub same_surface_m: f64,
+    /// Points farther from the sensor than this are left out, metres, because few rays meet an object there.
+    pub range_max_m: f64,
+    /// Points nearer to the sensor than this are left out, metres: the robot itself.
+    pub range_min_m: f64,
+    /// Limits of the side of a cell of the image of a look, radians: an image of a dense sensor stays small, and the cells of a sparse one tell places apart.
+    pub cell_rad: [f64; 2],
+    /// Side of the cells in which the density of the rays of a look is measured, radians.
+    pub density_cell_rad: f64,
+    /// Of the nine cells around a direction, how many must have rays for a look to tell something.
+    pub cells_min: usize,
+    /// A look tells nothing of places at which its rays are farther apart than this, metres: an object may be between them.
+    pub ray_distance_max_m: f64,
+    /// A ray went through a place if it ended at least this distance behind it, metres.
+    pub free_margin_m: f64,
+    /// Additional distance as a share of the range, for errors of the heading: 0.6 degrees.
+    pub free_margin_share: f64,
+    /// Looks whose rays have to have gone through a place. One may be a ray past an edge.
+    pub free_looks_min: usize,
+    /// Share of the looks that tell something of a place whose rays have to have gone through it.
+    pub free_share_min: f64,
+    /// Share of the looks of its own visit whose rays went through the place of a point from which on it belonged to something that moves, such as a person.
+    pub moving_share: f64,
+    /// Largest distance between neighbouring points of an object, metres.
+    pub gap_m: f64,
+    /// An object has at least this number of changed points. A ray past an edge makes single ones.
+    pub points_min: usize,
+    /// An object is at least this large along its second longest side, metres.
+    pub size_min_m: f64,
+    /// Share of rays that end in a place where nothing is, or go through what is solid: noise, and edges of the box.
+    pub stray_share: f64,
+    /// Logarithm of how much likelier it must be that an object was not there than that it was. Chosen: 10,000 times, because a visit has thousands of places.
+    pub evidence_min: f64,
+    /// Points of unknown places within this distance of an object belong to it, metres: parts of it that the other visit saw beside its neighbours only.
+    pub grow_m: f64,
+    /// The lower end of an object that is nearer to the ground than this stands on it, metres: points nearer to the ground than [`Self::same_surface_m`] count as ground, and
+    /// rays at a slant do not go through places just above it.
+    pub stands_within_m: f64,
+    /// The ground of an object is the most common height of the points within this distance of its sides, metres.
+    pub ground_reach_m: f64,
+    /// Heights are counted in bins of this size, metres.
+    pub ground_bin_m: f64,
+    /// A height with fewer points is no ground.
+    pub ground_points_min: usize,
+    /// A point within this distance of a side of a box is on it, metres: the noise of a LiDAR.
+    pub on_side_m: f64,
+    /// Share of the points at each end of an axis that a box leaves out, because noise reaches beyond the sides.
+    pub trimmed_share: f64,
+    /// Points that the fit of a box uses at most; more do not make it better.
+    pub fit_points_max: usize,
+    /// Two objects may be one that was moved if each side differs at most by this share, or by [`Self::same_surface_m`].
+    pub same_size_share: f64,
+}
+
+impl Default for ChangesConfig {
+    fn default() -> Self {
+        Self {
+            same_surface_m: 0.15,
+            range_max_m: 20.0,
+            range_min_m: 0.5,
+            cell_rad: [0.007, 0.052],
+            density_cell_rad: 0.07,
+            cells_min: 3,
+            ray_distance_max_m: 0.6,
+            free_margin_m: 0.1,
+            free_margin_share: 0.01,
+            free_looks_min: 2,
+            free_share_min: 0.5,
+            moving_share: 0.5,
+            gap_m: 0.3,
+            points_min: 30,
+            size_min_m: 0.1,
+            stray_share: 0.05,
+            evidence_min: 9.2,
+            grow_m: 0.2,
+            stands_within_m: 0.4,
+            ground_reach_m: 1.0,
+            ground_bin_m: 0.05,
+            ground_points_min: 10,
+            on_side_m: 0.02,
+            trimmed_share: 0.01,
+            fit_points_max: 2_000,
+            same_size_share: 0.2,
+        }
+    }
+}

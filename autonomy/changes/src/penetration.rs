@@ -1,0 +1,51 @@
+//! Whether the rays of a visit went through an object that stands in another visit.
+
+use crate::{ChangesConfig, UprightBox, Visit};
+use geometry::Vector3;
+
+/// Rays of a visit that met the place of an object.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Penetration {
+    /// Those that ended behind it.
+    pub through: usize,
+    /// Those that ended in it.
+    pub ended: usize,
+}
+
+/// Counts the rays of a visit that would have ended at an object if it had been there. The part next to the ground is left out, because rays end at the ground there. Linear in the rays.
+pub(crate) fn penetration(place: &UprightBox, visit: &Visit, config: &ChangesConfig) -> Penetration {
+    let raised_m = (place.bottom_m() + config.same_surface_m).min(place.centre_m.z);
+    let tested = place.down_to(raised_m);
+    let mut counted = Penetration::default();
+    for look in &visit.looks {
+        for point in &look.points {
+            let offset = Vector3::from(point.map(f64::from)) - look.sensor;
+            let range_m = offset.norm();
+            if range_m < config.range_min_m {
+                continue;
+            }
+            let Some([enters_m, leaves_m]) = tested.crossed_by(&look.sensor, &(offset / range_m)) else {
+                continue;
+            };
+            let margin_m = config.free_margin_m + config.free_margin_share * enters_m;
+            if range_m < enters_m - margin_m || leaves_m - enters_m < config.free_margin_m {
+                continue;
+            }
+            if range_m > leaves_m.max(enters_m + 2.0 * margin_m) {
+                counted.through += 1;
+            } else {
+                counted.ended += 1;
+            }
+        }
+    }
+    counted
+}
+
+/// Logarithm of how much likelier it is that the object was not there in the other visit than that it was: its solidity is the share of the rays of its own visit that ended in
+/// it. Of a rack or a tripod many rays of its own visit go through, so that a few rays of the other one prove nothing.
+pub(crate) fn evidence_of_absence(own: Penetration, other: Penetration, config: &ChangesConfig) -> f64 {
+    let solidity = own.ended as f64 / (own.ended + own.through).max(1) as f64;
+    let solidity = solidity.clamp(config.stray_share, 1.0 - config.stray_share);
+    other.through as f64 * ((1.0 - config.stray_share) / (1.0 - solidity)).ln()
+        + other.ended as f64 * (config.stray_share / solidity).ln()
+}

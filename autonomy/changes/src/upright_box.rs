@@ -1,0 +1,164 @@
+//! The place, size and heading of an object.
+
+use crate::ChangesConfig;
+use geometry::Vector3;
+use std::f64::consts::FRAC_PI_2;
+
+/// Steps of the heading that are tried: one degree each, because the sides of a box look the same after a quarter turn.
+const HEADINGS: usize = 90;
+/// A box with a heading that stands upright.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UprightBox {
+    /// Its middle, metres, map frame.
+    pub centre_m: Vector3,
+    /// Length, width and height, metres. The length is along the heading and at least the width.
+    pub size_m: [f64; 3],
+    /// Heading of its length, radians, from 0 to below pi.
+    pub yaw_rad: f64,
+}
+
+impl UprightBox {
+    /// The box round points, metres, map frame: the heading with most points near two of its sides. None without points. Source of the criterion: Zhang and others,
+    /// *Efficient L-Shape Fitting for Vehicle Detection Using Laser Scanners*, 2017 ("closeness"). Linear in the points, of which [`ChangesConfig::fit_points_max`] are used at most.
+    pub fn around(points: &[[f32; 3]], config: &ChangesConfig) -> Option<Self> {
+        let step = points.len().div_ceil(config.fit_points_max).max(1);
+        let points: Vec<Vector3> =
+            points.iter().step_by(step).map(|point| Vector3::from(point.map(f64::from))).collect();
+        let heading = |step: usize| step as f64 / HEADINGS as f64 * FRAC_PI_2;
+        let scores: Vec<f64> =
+            (0..HEADINGS).map(|step| closeness(&points, heading(step), config.on_side_m)).collect();
+        let best = (0..HEADINGS).max_by(|a, b| scores[*a].total_cmp(&scores[*b]).then(b.cmp(a)))?;
+        let yaw_rad = heading(best);
+        let along: [Vec<f64>; 2] = in_frame(&points, yaw_rad);
+        let [x, y] = along.map(|values| extent(values, config.trimmed_share));
+        let z = extent(points.iter().map(|point| point.z).collect(), config.trimmed_share);
+        let ([x, y], z) = ([x?, y?], z?);
+        let (sine, cosine) = yaw_rad.sin_cos();
+        let (middle_x, middle_y) = ((x[0] + x[1]) / 2.0, (y[0] + y[1]) / 2.0);
+        let centre_m = Vector3::new(
+            cosine * middle_x - sine * middle_y,
+            sine * middle_x + cosine * middle_y,
+            (z[0] + z[1]) / 2.0,
+        );
+        let (length, width, height) = (x[1] - x[0], y[1] - y[0], z[1] - z[0]);
+        Some(if length >= width {
+            Self { centre_m, size_m: [length, width, height], yaw_rad }
+        } else {
+            Self { centre_m, size_m: [width, length, height], yaw_rad: yaw_rad + FRAC_PI_2 }
+        })
+    }
+
+    /// Height of its lower side, metres.
+    pub fn bottom_m(&self) -> f64 {
+        self.centre_m.z - self.size_m[2] / 2.0
+    }
+
+    /// The same box down to another height, metres.
+    pub fn down_to(&self, bottom_m: f64) -> Self {
+        let top_m = self.centre_m.z + self.size_m[2] / 2.0;
+        let [length, width, _] = self.size_m;
+        let centre_m = Vector3::new(self.centre_m.x, self.centre_m.y, (top_m + bottom_m) / 2.0);
+        Self { centre_m, size_m: [length, width, top_m - bottom_m], ..*self }
+    }
+
+    /// Where a ray from `start` along a unit `direction` enters the box and leaves it, metres along the ray; none if it misses.
+    pub(crate) fn crossed_by(&self, start: &Vector3, direction: &Vector3) -> Option<[f64; 2]> {
+        let (from, along) = (self.local(&(start - self.centre_m)), self.local(direction));
+        let (mut enters_m, mut leaves_m) = (0.0_f64, f64::INFINITY);
+        for axis in 0..3 {
+            let half_m = self.size_m[axis] / 2.0;
+            if along[axis].abs() < 1e-12 {
+                if from[axis].abs() > half_m {
+                    return None;
+                }
+                continue;
+            }
+            let a = (-half_m - from[axis]) / along[axis];
+            let b = (half_m - from[axis]) / along[axis];
+            enters_m = enters_m.max(a.min(b));
+            leaves_m = leaves_m.min(a.max(b));
+        }
+        (enters_m < leaves_m).then_some([enters_m, leaves_m])
+    }
+
+    /// An offset in the frame of the box: along, across, up.
+    fn local(&self, offset: &Vector3) -> [f64; 3] {
+        let (sine, cosine) = self.yaw_rad.sin_cos();
+        [cosine * offset.x + sine * offset.y, cosine * offset.y - sine * offset.x, offset.z]
+    }
+
+    /// Whether a place is inside, or outside by less than `margin_m` along each axis, metres.
+    pub fn holds(&self, place: &Vector3, margin_m: f64) -> bool {
+        self.local(&(place - self.centre_m))
+            .iter()
+            .zip(self.size_m)
+            .all(|(at, size)| at.abs() <= size / 2.0 + margin_m)
+    }
+}
+
+/// Coordinates of points along and across a heading.
+fn in_frame(points: &[Vector3], yaw_rad: f64) -> [Vec<f64>; 2] {
+    let (sine, cosine) = yaw_rad.sin_cos();
+    [
+        points.iter().map(|point| cosine * point.x + sine * point.y).collect(),
+        points.iter().map(|point| cosine * point.y - sine * point.x).collect(),
+    ]
+}
+
+/// Sum over points of the inverse of their distance from the nearest side of the box with a heading.
+fn closeness(points: &[Vector3], yaw_rad: f64, on_side_m: f64) -> f64 {
+    let axes = in_frame(points, yaw_rad);
+    let ends = axes.each_ref().map(|axis| {
+        axis.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| [low.min(*at), high.max(*at)])
+    });
+    let distance = |axis: usize, place: usize| {
+        let at = axes[axis][place];
+        (at - ends[axis][0]).min(ends[axis][1] - at)
+    };
+    (0..points.len()).map(|place| distance(0, place).min(distance(1, place)).max(on_side_m).recip()).sum()
+}
+
+/// Lowest and highest value without the outermost ones.
+fn extent(mut values: Vec<f64>, trimmed_share: f64) -> Option<[f64; 2]> {
+    values.sort_by(f64::total_cmp);
+    let trimmed = (values.len() as f64 * trimmed_share) as usize;
+    Some([*values.get(trimmed)?, *values.get(values.len().checked_sub(1 + trimmed)?)?])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points on the two sides of a box that a sensor at the origin sees.
+    fn two_sides(centre: [f64; 2], [length, width, height]: [f64; 3], yaw_rad: f64) -> Vec<[f32; 3]> {
+        let (sine, cosine) = yaw_rad.sin_cos();
+        let at = |x: f64, y: f64, z: f64| {
+            [centre[0] + cosine * x - sine * y, centre[1] + sine * x + cosine * y, z].map(|at| at as f32)
+        };
+        let steps = || (0..=20).map(|step| f64::from(step) / 20.0 - 0.5);
+        let heights = || (0..=10).map(|step| f64::from(step) / 10.0 * height);
+        let long = steps().flat_map(|x| heights().map(move |z| at(x * length, -width / 2.0, z)));
+        let short = steps().flat_map(|y| heights().map(move |z| at(-length / 2.0, y * width, z)));
+        long.chain(short).collect()
+    }
+
+    #[test]
+    fn a_box_of_which_two_sides_are_seen_has_its_size_and_heading() {
+        for yaw_deg in [0.0, 17.0, 45.0, 80.0, 130.0] {
+            let yaw_rad = f64::to_radians(yaw_deg);
+            let found = UprightBox::around(
+                &two_sides([3.0, -2.0], [1.0, 0.5, 0.7], yaw_rad),
+                &ChangesConfig::default(),
+            )
+            .expect("points");
+            let expected = [1.0, 0.5, 0.7];
+            assert!(found.size_m.iter().zip(expected).all(|(a, b)| (a - b).abs() < 0.03), "{found:?}");
+            assert!((found.centre_m - Vector3::new(3.0, -2.0, 0.35)).norm() < 0.03, "{found:?}");
+            assert!((found.yaw_rad - yaw_rad).abs() < 0.03, "{found:?} {yaw_deg}");
+            assert!(found.holds(&Vector3::new(3.0, -2.0, 0.1), 0.0));
+            assert!(!found.holds(&Vector3::new(3.0, -2.0, 0.8), 0.05));
+            assert!((found.down_to(-0.1).size_m[2] - 0.8).abs() < 0.03);
+        }
+        assert_eq!(UprightBox::around(&[], &ChangesConfig::default()), None);
+    }
+}

@@ -1,0 +1,78 @@
+//! The result of `autoinspect changes` as JSON and as text.
+
+use crate::texts;
+use changes::{Change, Changes, UprightBox};
+use serde::Serialize;
+
+/// What changed, in the frame of the map of both visits.
+#[derive(Debug, Serialize)]
+pub struct Document {
+    objects: Vec<Object>,
+}
+
+/// An object. Lengths are metres, angles radians.
+#[derive(Debug, Serialize)]
+struct Object {
+    /// Number from 1, the objects with most points first.
+    id: usize,
+    kind: &'static str,
+    #[serde(flatten)]
+    place: Place,
+    points: usize,
+    confidence: f64,
+    /// Where it was before it was moved.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    from: Option<Place>,
+}
+
+#[derive(Debug, Serialize)]
+struct Place {
+    centre_m: [f64; 3],
+    size_m: [f64; 3],
+    yaw_rad: f64,
+}
+
+impl From<&UprightBox> for Place {
+    fn from(place: &UprightBox) -> Self {
+        Self { centre_m: place.centre_m.into(), size_m: place.size_m, yaw_rad: place.yaw_rad }
+    }
+}
+
+impl Document {
+    /// The document of changes.
+    pub fn new(changes: &Changes) -> Self {
+        let object = |(id, object): (usize, &changes::ChangedObject)| {
+            let (kind, from) = match &object.change {
+                Change::Appeared => ("appeared", None),
+                Change::Removed => ("removed", None),
+                Change::Moved { from } => ("moved", Some(from.into())),
+            };
+            Object {
+                id,
+                kind,
+                place: (&object.place).into(),
+                points: object.points.len(),
+                confidence: object.confidence,
+                from,
+            }
+        };
+        Self { objects: (1..).zip(&changes.objects).map(object).collect() }
+    }
+
+    /// A line for each object.
+    pub fn describe(&self) -> String {
+        if self.objects.is_empty() {
+            return texts::NOTHING_CHANGED.to_owned();
+        }
+        let line = |object: &Object| {
+            let place = &object.place;
+            texts::changed_object(
+                object.kind,
+                place.centre_m,
+                place.size_m,
+                object.from.as_ref().map(|from| from.centre_m),
+            )
+        };
+        self.objects.iter().map(line).collect::<Vec<_>>().join("\n")
+    }
+}

@@ -1,0 +1,105 @@
+//! Reads visits: what was seen from where.
+
+use crate::failure::Failure;
+use crate::texts;
+use changes::{Look, Visit};
+use geometry::{Isometry, Vector3, isometry_from_pose, se3};
+use messages::Sensor;
+use recorder::{Recording, TopicSelection};
+use std::path::Path;
+use store::map_clouds_and_sensors;
+use vocab::{Pose, Span, Stamp};
+
+/// Longest time between two poses between which a pose is interpolated: two of a pose estimate with 10 Hz, and some lost ones.
+const POSE_GAP_MAX: Span = Span::from_millis(500);
+
+/// Reads the visit of a recording or of the folder of a map.
+pub fn read(path: &Path) -> Result<Visit, Failure> {
+    if path.join("graph.json").is_file() { of_map(path) } else { of_recording(path) }
+}
+
+/// The keyframes of a map.
+fn of_map(path: &Path) -> Result<Visit, Failure> {
+    let clouds = map_clouds_and_sensors(path).map_err(Failure::usage)?;
+    let mut visit = Visit::default();
+    for read in clouds {
+        let (cloud, sensor) = read.map_err(Failure::usage)?;
+        let Some(map_from_keyframe) = isometry_from_pose(&cloud.map_from_keyframe) else { continue };
+        visit.looks.push(look(&map_from_keyframe, &sensor, &cloud.xyz));
+    }
+    Ok(visit)
+}
+
+/// The scans of a recording whose poses it holds.
+fn of_recording(path: &Path) -> Result<Visit, Failure> {
+    let recording = Recording::open(path, &TopicSelection::default()).map_err(Failure::usage)?;
+    recording.require_scans().map_err(Failure::usage)?;
+    let mounting = recording.mounting();
+    let base_from =
+        |sensor: Option<Pose>| sensor.and_then(|pose| isometry_from_pose(&pose)).unwrap_or_default();
+    let external_from_lidar =
+        base_from(mounting.base_from_external).inverse() * base_from(mounting.base_from_lidar);
+    let (mut scans, mut poses) = (Vec::new(), Vec::new());
+    for message in recording.inputs() {
+        match message.map_err(Failure::usage)?.1 {
+            Sensor::Scan(scan) => scans.push(scan),
+            Sensor::Odometry(odometry) => {
+                poses.extend(
+                    isometry_from_pose(&odometry.odom_from_external).map(|pose| (odometry.stamp, pose)),
+                );
+            }
+            _ => {}
+        }
+    }
+    poses.sort_by_key(|(stamp, _)| *stamp);
+    let mut visit = Visit::default();
+    for scan in scans {
+        if let Some(map_from_external) = pose_at(&poses, scan.stamp) {
+            let map_from_lidar = map_from_external * external_from_lidar;
+            visit.looks.push(look(&map_from_lidar, &[0.0; 3], &scan.xyz));
+        }
+    }
+    if visit.looks.is_empty() {
+        return Err(Failure::usage(texts::no_poses_in(path)));
+    }
+    Ok(visit)
+}
+
+/// The look from a sensor (metres, in a frame whose pose in the map is given) at points (metres, the same frame).
+fn look(map_from_frame: &Isometry, sensor: &[f32; 3], points: &[[f32; 3]]) -> Look {
+    let in_map = |point: &[f32; 3]| map_from_frame * nalgebra::Point3::from(point.map(f64::from));
+    let sensor: Vector3 = in_map(sensor).coords;
+    let points = points.iter().map(|point| in_map(point).coords.map(|at| at as f32).into()).collect();
+    Look { sensor, points }
+}
+
+/// The pose at an instant, between those before and after it.
+fn pose_at(poses: &[(Stamp, Isometry)], at: Stamp) -> Option<Isometry> {
+    let after = poses.partition_point(|(stamp, _)| *stamp < at);
+    if let Some((stamp, pose)) = poses.get(after)
+        && *stamp == at
+    {
+        return Some(*pose);
+    }
+    let ((from, first), (to, second)) = poses.get(after.checked_sub(1)?).zip(poses.get(after))?;
+    let gap = *to - *from;
+    (gap <= POSE_GAP_MAX).then(|| se3::interpolate(first, second, (at - *from).secs_f64() / gap.secs_f64()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn poses_are_interpolated_over_short_gaps_only() {
+        let at = |x: f64| Isometry::translation(x, 0.0, 0.0);
+        let stamp = Stamp::from_secs_f64;
+        let poses = [(stamp(1.0), at(0.0)), (stamp(1.2), at(1.0)), (stamp(9.0), at(2.0))];
+        let x = |secs: f64| pose_at(&poses, stamp(secs)).map(|pose| (pose.translation.x * 1e6).round() / 1e6);
+        assert_eq!(x(1.0), Some(0.0));
+        assert_eq!(x(1.05), Some(0.25));
+        assert_eq!(x(1.2), Some(1.0));
+        assert_eq!((x(5.0), x(0.5), x(9.5)), (None, None, None));
+        assert_eq!(x(9.0), Some(2.0));
+    }
+}

@@ -1,0 +1,87 @@
+//! What stands before every handler: the name of the server, the origin of the page, and the privilege table.
+
+use super::identity::{Connection, scope};
+use super::texts;
+use crate::app::App;
+use crate::problem::ProblemResponse;
+use crate::security;
+use crate::tls::trust;
+use api::access::{Endpoint, Method};
+use axum::Extension;
+use axum::extract::{Request, State};
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+use std::sync::Arc;
+
+/// Answers only requests for a name of this server.
+pub(crate) async fn known_host(
+    State(app): State<Arc<App>>,
+    Extension(connection): Extension<Connection>,
+    request: Request,
+    next: Next,
+) -> Response {
+    let host = single(request.headers(), header::HOST);
+    let Some(host) = host.filter(|host| app.hub.access.hosts.allows(host, connection.local)) else {
+        return ProblemResponse::new(StatusCode::MISDIRECTED_REQUEST, texts::UNKNOWN_HOST).into_response();
+    };
+    if connection.lacks_tls && !trust::is_shown_without_tls(request.uri().path()) {
+        return encrypted_address(host, &request);
+    }
+    next.run(request).await
+}
+
+/// Sends a browser to the same address over TLS. Programs are told, because most would not send their secret again, and should not have sent it.
+fn encrypted_address(host: &str, request: &Request) -> Response {
+    let path = request.uri().path_and_query().map_or("/", |path| path.as_str());
+    let is_page = request.method() == axum::http::Method::GET && !path.starts_with("/api/");
+    match HeaderValue::try_from(format!("https://{host}{path}")) {
+        Ok(address) if is_page => {
+            (StatusCode::PERMANENT_REDIRECT, [(header::LOCATION, address)]).into_response()
+        }
+        _ => ProblemResponse::new(StatusCode::FORBIDDEN, texts::NEEDS_TLS).into_response(),
+    }
+}
+
+/// The value of a header that is there once.
+fn single(headers: &HeaderMap, name: header::HeaderName) -> Option<&str> {
+    let mut values = headers.get_all(name).iter();
+    let value = values.next()?.to_str().ok()?;
+    values.next().is_none().then_some(value)
+}
+
+/// Lets a request through to the handler of this endpoint if it comes from a page of this server or from a program, and from somebody who may use it.
+pub(crate) async fn guard(
+    State((app, endpoint)): State<(Arc<App>, Endpoint)>,
+    Extension(connection): Extension<Connection>,
+    mut request: Request,
+    next: Next,
+) -> Response {
+    let headers = request.headers();
+    // A browser enforces nothing itself for WebSockets, whatever page opens them.
+    let is_socket = matches!(endpoint, Endpoint::Control | Endpoint::Stream);
+    let changes_something = endpoint.method() != Method::Get;
+    if (is_socket || changes_something) && !security::is_same_origin(headers, connection.is_tls)
+        || security::is_cross_site(headers)
+    {
+        return ProblemResponse::new(StatusCode::FORBIDDEN, crate::texts::FOREIGN_ORIGIN).into_response();
+    }
+    let access = &app.hub.access;
+    let identity = access.identify(headers, &connection);
+    if !endpoint.privilege().admits(identity.role) {
+        return match identity.role {
+            Some(role) => {
+                let detail = texts::role_refused(role, endpoint.privilege());
+                ProblemResponse::new(StatusCode::FORBIDDEN, detail).into_response()
+            }
+            None if !access.is_complete() => {
+                ProblemResponse::unavailable(texts::ACCOUNTS_NOT_KNOWN).into_response()
+            }
+            None => ProblemResponse::new(StatusCode::UNAUTHORIZED, texts::SIGN_IN_FIRST)
+                .with_header(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer"))
+                .into_response(),
+        };
+    }
+    request.extensions_mut().insert(identity.clone());
+    scope(&identity, next.run(request)).await
+}

@@ -1,0 +1,207 @@
+//! Attacks by somebody on the network, each with what has to come of it. `cargo xtask test security` runs them, and those of `access`.
+
+use crate::abuse::resident_bytes;
+use crate::access::{welcomed_with, with_access, with_limited_access};
+use crate::support::{Core, Gateway, PATIENCE, Socket, client_id, lease, soon};
+use api::access::{AccountReply, Secret};
+use api::{
+    ClientMessage, Command, Control, CoreMessage, Event, GatewayMessage, LeaseToken, Role, ServerMessage,
+};
+use gateway::Limits;
+use std::time::{Duration, Instant};
+use tokio::io::AsyncReadExt;
+use tokio::net::TcpSocket;
+use tokio_tungstenite::tungstenite::Message;
+use vocab::{CommandId, Stamp};
+
+fn stop(number: u128) -> ClientMessage {
+    ClientMessage::Command { id: CommandId(uuid::Uuid::from_u128(number)), command: Command::StopMotion }
+}
+
+/// Who the core is told has pressed Stop.
+async fn client_that_stops(core: &mut Core) -> vocab::ClientId {
+    loop {
+        if let GatewayMessage::Command { by, command: Command::StopMotion, .. } = core.command().await {
+            return by.client;
+        }
+    }
+}
+
+#[tokio::test]
+async fn an_id_that_was_heard_gives_nobody_the_lease() {
+    let (gateway, mut core) = with_access().await;
+    let mut holder = welcomed_with(&gateway, "admin", lease(1)).await;
+    holder.send(&stop(1)).await;
+    let owner = client_that_stops(&mut core).await;
+    core.publish(Event::Control(Control { owner: Some(owner), name: "ada".into(), request: None })).await;
+    // Everybody hears the id of the holder; the thief presents it as its own secret.
+    let mut thief = welcomed_with(&gateway, "operator", lease(2)).await;
+    let heard = thief
+        .find(|event| match event {
+            Event::Control(control) => control.owner,
+            _ => None,
+        })
+        .await;
+    assert_eq!(heard, owner);
+    let mut thief = welcomed_with(&gateway, "operator", LeaseToken(heard.0)).await;
+    thief.send(&stop(2)).await;
+    assert_ne!(client_that_stops(&mut core).await, owner);
+    gateway.stop().await;
+}
+
+#[tokio::test]
+async fn a_stolen_secret_is_worth_nothing_without_the_account() {
+    let (gateway, mut core) = with_access().await;
+    let mut clients = Vec::new();
+    for secret in ["admin", "operator"] {
+        let mut socket = welcomed_with(&gateway, secret, lease(1)).await;
+        socket.send(&stop(clients.len() as u128)).await;
+        clients.push(client_that_stops(&mut core).await);
+    }
+    assert_ne!(clients[0], clients[1]);
+    assert!(!clients.contains(&client_id(1)), "and without any account it is another one still");
+    gateway.stop().await;
+}
+
+#[tokio::test]
+async fn a_flood_of_one_account_does_not_delay_the_stop_of_another() {
+    let (gateway, mut core) = with_access().await;
+    let mut flooding = Vec::new();
+    for number in 0..8 {
+        let mut socket = welcomed_with(&gateway, "operator", lease(100 + number)).await;
+        flooding.push(tokio::spawn(async move {
+            for id in 0.. {
+                let id = CommandId(uuid::Uuid::from_u64_pair(number as u64, id));
+                socket.send(&ClientMessage::Command { id, command: Command::LeaveMap }).await;
+            }
+        }));
+    }
+    let mut viewer = welcomed_with(&gateway, "viewer", lease(1)).await;
+    for number in 0..10 {
+        let pressed = Instant::now();
+        viewer.send(&stop(1_000 + number)).await;
+        client_that_stops(&mut core).await;
+        let took = pressed.elapsed();
+        assert!(took < Duration::from_millis(200), "it took {took:?}");
+    }
+    flooding.into_iter().for_each(|task| task.abort());
+    gateway.stop().await;
+}
+
+/// Nothing is sent over any of them. Those beyond the share of the address are turned away at once.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn ten_thousand_half_open_connections_of_one_address_keep_nobody_out() {
+    let limits = Limits { header_timeout: 2 * PATIENCE, ..Limits::default() };
+    let (gateway, _core) = with_limited_access(limits).await;
+    let before = resident_bytes();
+    let mut held = Vec::new();
+    for number in 0..10_000 {
+        let socket = TcpSocket::new_v4().expect("a socket");
+        socket.bind(([127, 0, 0, 2], 0).into()).expect("another address of this computer");
+        let mut stream = soon("a connection", socket.connect(gateway.address)).await.expect("a connection");
+        if number < limits.connections_of_address {
+            held.push(stream);
+            continue;
+        }
+        let mut reply = Vec::new();
+        soon("an end", stream.read_to_end(&mut reply)).await.expect("an answer");
+        assert!(reply.starts_with(b"HTTP/1.1 503"), "{number}: {}", String::from_utf8_lossy(&reply));
+    }
+    let reply = gateway.get(api::paths::MAPS_PATH, &["authorization: Bearer viewer"]).await;
+    assert_eq!(reply.status, 200, "another address is served");
+    let grown = resident_bytes().saturating_sub(before);
+    assert!(grown < 64 << 20, "{} MB", grown >> 20);
+    drop(held);
+    gateway.stop().await;
+}
+
+/// A control socket of this session, and whether it was welcomed.
+async fn greeted(gateway: &Gateway, secret: &str, number: u128) -> (Socket, bool) {
+    let header = format!("autoinspect-session={secret}");
+    let mut socket = gateway.socket_with(api::CONTROL_PATH, ("cookie", &header)).await.expect("let in");
+    socket.send(&ClientMessage::Hello { version: api::VERSION, lease: lease(number) }).await;
+    let is_welcome = matches!(socket.message().await, ServerMessage::Welcome { .. });
+    (socket, is_welcome)
+}
+
+#[tokio::test]
+async fn an_account_that_takes_all_its_seats_leaves_those_of_others_and_a_stop_needs_none() {
+    let limits = Limits { clients: 6, clients_of_account: 4, ..Limits::default() };
+    let (gateway, mut core) = with_limited_access(limits).await;
+    let mut seats = Vec::new();
+    for number in 0..4 {
+        let (socket, is_welcome) = greeted(&gateway, "operator", number).await;
+        assert!(is_welcome);
+        seats.push(socket);
+    }
+    assert!(!greeted(&gateway, "operator", 4).await.1, "its share is taken");
+    for number in 10..12 {
+        let (socket, is_welcome) = greeted(&gateway, "viewer", number).await;
+        assert!(is_welcome, "others have theirs");
+        seats.push(socket);
+    }
+    assert!(!greeted(&gateway, "admin", 20).await.1, "now all are taken");
+    let headers = ["authorization: Bearer viewer", "content-length: 0"];
+    let answer = async {
+        let GatewayMessage::Command { id, by, command } = core.command().await else { panic!("another") };
+        assert_eq!(command, Command::StopMotion);
+        let event = Event::CommandDone { id, outcome: api::CommandOutcome::Accepted };
+        core.send(&CoreMessage::Event { to: Some(by.client), event }).await;
+    };
+    let (reply, ()) = tokio::join!(gateway.request("POST", api::paths::STOP_PATH, &headers), answer);
+    assert_eq!(reply.status, 204);
+    gateway.stop().await;
+}
+
+#[tokio::test]
+async fn a_session_that_was_planted_before_a_sign_in_is_not_the_one_that_begins() {
+    let (gateway, mut core) = with_access().await;
+    let body = br#"{"account": "ada", "password": "correct horse battery"}"#;
+    let length = format!("content-length: {}", body.len());
+    let headers = [length.as_str(), "cookie: autoinspect-session=planted"];
+    let core_side = async {
+        let GatewayMessage::Account { number, .. } = core.command().await else { panic!("another") };
+        let (secret, expires) = (Secret::new("5ec7e7"), Stamp::from_nanos(i64::MAX));
+        let reply = AccountReply::SignedIn { secret, account: "ada".into(), role: Role::Admin, expires };
+        core.send(&CoreMessage::AccountReply { number, result: Ok(reply) }).await;
+    };
+    let (reply, ()) = tokio::join!(gateway.send("POST", api::paths::SESSION_PATH, &headers, body), core_side);
+    assert!(reply.header("set-cookie").starts_with("autoinspect-session=5ec7e7;"));
+    let planted = gateway.get(api::paths::MAPS_PATH, &["cookie: autoinspect-session=planted"]).await;
+    assert_eq!(planted.status, 401);
+    gateway.stop().await;
+}
+
+#[tokio::test]
+async fn malformed_frames_end_their_own_connection_only() {
+    let (gateway, _core) = with_access().await;
+    let mut viewer = welcomed_with(&gateway, "viewer", lease(1)).await;
+    for seed in 0..60_u64 {
+        let (mut socket, _) = greeted(&gateway, "operator", 100).await;
+        let hash = blake3::hash(&seed.to_le_bytes());
+        // The first byte names no message, so that chance makes none.
+        let mut bytes = vec![0xff];
+        bytes.extend_from_slice(&hash.as_bytes()[..(seed % 32) as usize]);
+        let frame = match seed % 3 {
+            0 => Message::Text("{\"Command\": {}}".into()),
+            _ => Message::Binary(bytes.into()),
+        };
+        socket.send_raw(frame).await;
+        soon("the end", socket.ended()).await;
+    }
+    viewer.send(&ClientMessage::Ping { token: 7 }).await;
+    while !matches!(viewer.message().await, ServerMessage::Pong { token: 7, .. }) {}
+    gateway.stop().await;
+}
+
+#[tokio::test]
+async fn a_viewer_uploads_nothing() {
+    let (gateway, _core) = with_access().await;
+    let path = api::paths::UPLOAD_PATH.replace("{id}", "11111111-0000-4000-8000-000000000001");
+    let headers = ["authorization: Bearer viewer", "content-length: 4"];
+    gateway.send("PUT", &path, &headers, b"bomb").await.expect_problem(403);
+    assert!(
+        !gateway.folder.path().join("data/uploads").join("11111111-0000-4000-8000-000000000001").exists()
+    );
+    gateway.stop().await;
+}

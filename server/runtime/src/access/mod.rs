@@ -1,0 +1,91 @@
+//! Who may use the platform: accounts, sessions and tokens.
+//!
+//! The ledger has them. The thread `accounts` reads them from there, checks passwords, and publishes which sessions and tokens are valid ([`api::access::AccessState`]) to
+//! the gateway, so that no request waits for it. Everything that the gateway forwards names its [`Caller`](api::Caller); [`AccessDirectory`] makes the
+//! [`Principal`](messages::Principal) of it, and asks the privilege table again.
+//!
+//! | what waits | policy |
+//! | --- | --- |
+//! | attempts to sign in by strangers | one for each address, [`AccessConfig::max_strangers`] together; further ones are refused |
+//! | attempts to sign in from an address or browser that has signed in to the account before | first in turn; refused beyond [`AccessConfig::max_known`] |
+//! | other requests about accounts | before those of strangers; refused beyond [`AccessConfig::max_requests`] |
+
+mod audit;
+mod directory;
+mod first_admin;
+mod inbox;
+mod requests;
+mod sessions;
+#[cfg(test)]
+mod tests;
+mod texts;
+mod worker;
+
+pub use audit::CommandAudit;
+pub use directory::AccessDirectory;
+pub use inbox::AccountInbox;
+pub use worker::AccessWorker;
+
+use accounts::{PasswordConfig, ThrottleConfig};
+use std::time::Duration;
+use vocab::Span;
+
+/// Whether people have to sign in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum AccessMode {
+    /// They have to.
+    #[default]
+    SignIn,
+    /// Whoever reaches the server is an admin. The server listens on this computer only.
+    Demo,
+}
+
+/// Parameters of accounts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AccessConfig {
+    /// Passwords and their hashes.
+    pub passwords: PasswordConfig,
+    /// How often somebody may try to sign in.
+    pub throttle: ThrottleConfig,
+    /// Time without use after which a session ends: a shift with its breaks. OWASP ASVS 5, 7.3.1 leaves it to the site.
+    pub session_idle: Span,
+    /// Time after which a session ends in any case: a week.
+    pub session_max: Span,
+    /// Time for which a session that has ended is remembered as a browser that was signed in.
+    pub known_browser: Span,
+    /// Sessions of one account. A further one ends the one that was used least lately.
+    pub max_sessions: usize,
+    /// Accounts, and tokens that are valid.
+    pub max_accounts: usize,
+    /// Time between two looks at the ledger for changes by others. A revocation takes effect within it.
+    pub poll_period: Duration,
+    /// Time between two notes in the ledger of when a session was used.
+    pub note_period: Span,
+    /// Attempts by strangers that wait.
+    pub max_strangers: usize,
+    /// Attempts from known addresses and browsers that wait.
+    pub max_known: usize,
+    /// Other requests that wait.
+    pub max_requests: usize,
+}
+
+const HOUR: i64 = 3_600_000;
+
+impl Default for AccessConfig {
+    fn default() -> Self {
+        Self {
+            passwords: PasswordConfig::default(),
+            throttle: ThrottleConfig::default(),
+            session_idle: Span::from_millis(12 * HOUR),
+            session_max: Span::from_millis(7 * 24 * HOUR),
+            known_browser: Span::from_millis(90 * 24 * HOUR),
+            max_sessions: 20,
+            max_accounts: 500,
+            poll_period: Duration::from_millis(500),
+            note_period: Span::from_millis(HOUR / 12),
+            max_strangers: 8,
+            max_known: 16,
+            max_requests: 64,
+        }
+    }
+}
