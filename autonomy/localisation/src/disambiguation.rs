@@ -5,6 +5,7 @@
 //! keyframe's cloud does not fit the surroundings of another hypothesis, the robot's scans will reject that hypothesis or this one.
 
 use crate::localisation_map::LocalisationMap;
+use crate::multi_hypothesis_tracker::MultiHypothesisConfig;
 use geometry::{Isometry, Vector3};
 use mapping::KeyframeDescriptor;
 use mapping::range_image::Occupancy;
@@ -30,8 +31,8 @@ pub struct DisambiguationConfig {
     pub points: usize,
     /// How they are matched: nearly as the pose tracker matches scans.
     pub matching: MatchingConfig,
-    /// Fit difference, integrated along the path (fit x m), at which a hypothesis counts as rejected. 1.75 times what the multi-hypothesis
-    /// tracker needs (0.2 x 0.4 m), because scans differ less from the map than keyframes do.
+    /// Fit difference, integrated along the path (fit x m), at which a hypothesis counts as rejected: [`MultiHypothesisConfig::rejection_margin`] over 0.7 m. That is
+    /// 1.75 times what the tracker needs (its margin over `update_distance_m`), because scans differ less from the map than keyframes do.
     pub rejection_margin_fit_m: f64,
     /// Smaller fit differences count as zero: hypotheses that differ by less look alike.
     pub min_fit_difference: f64,
@@ -61,7 +62,7 @@ impl Default for DisambiguationConfig {
             same_view_m: 1.0,
             points: 500,
             matching: MatchingConfig { noise_m: 0.02, front_facing_only: true, ..MatchingConfig::default() },
-            rejection_margin_fit_m: 0.2 * 0.7,
+            rejection_margin_fit_m: MultiHypothesisConfig::default().rejection_margin * 0.7,
             min_fit_difference: 0.01,
             min_rejected: 0.25,
             start_cost_m: 2.0,
@@ -317,6 +318,13 @@ mod tests {
         assert!(end.y < 2.5, "{path:?}");
         assert!(path.windows(2).all(|pair| (pair[1] - pair[0]).norm() <= max_step_m), "{path:?}");
         assert!(path.iter().all(|at| at.y < 1.2 || (at.x - 4.0).abs() < 0.1), "through a wall: {path:?}");
+    }
+
+    #[test]
+    fn a_path_has_to_reject_by_more_than_the_tracker_needs() {
+        let tracker = MultiHypothesisConfig::default();
+        let expected = 1.75 * tracker.rejection_margin * tracker.update_distance_m;
+        assert!((DisambiguationConfig::default().rejection_margin_fit_m - expected).abs() < 1e-12);
     }
 
     #[test]

@@ -90,7 +90,7 @@ impl GraphPublisher {
     }
 
     /// Published loops that are gone, and how many loops of the graph were published. Those come first and in their order, so that the
-    /// receiver has all loops in the order of the graph. A loop that was measured anew is gone and new.
+    /// receiver has all loops in the order of the graph. A loop that was measured again is published as a removed and an added loop.
     fn removed_loops(&self, loops: &[Edge]) -> (Vec<KeyframePair>, usize) {
         let mut kept = 0;
         let mut removed = Vec::new();

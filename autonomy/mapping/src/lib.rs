@@ -56,7 +56,7 @@ pub use keyframe_descriptor::{
 pub use last_map::{LastSavedMap, LastSavedMapConfig};
 pub use loop_closing::{
     AddedWaypoint, ComparedPair, LoopClosing, LoopClosingConfig, LoopCommandError, LoopEvents, LoopOutcome,
-    LoopRecord, MAX_DECISIONS, ReanchoredEvent, RevisitCounts,
+    LoopRecord, ReanchoredEvent, RevisitCounts,
 };
 pub use loop_finder::{LoopConfig, LoopFinder, MapKeyframe, NewKeyframe};
 pub use map_matcher::{AlignmentError, MapAlignment, MapMatcher, MapMatcherConfig};

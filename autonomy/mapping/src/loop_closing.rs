@@ -19,17 +19,26 @@ use std::collections::{BTreeMap, BTreeSet};
 use vocab::{KeyframeId, Stamp};
 
 /// Parameters of [`LoopClosing`].
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoopClosingConfig {
     /// How loops are found.
     pub finder: LoopConfig,
     /// How comparisons are queued.
     pub queue: VerificationQueueConfig,
+    /// Decisions of a session that are kept, because a person can decide on a pair as often as he likes. When there are as many, the last one on each of the newest
+    /// half as many pairs stays. The loops themselves are in the graph. Chosen: many times what a day of mapping makes, and some 6 MB in the journal.
+    pub max_decisions: usize,
 }
 
-/// Decisions of a session that are kept, because a person can decide on a pair as often as he likes. When there are as many, the last one on each of the newest
-/// half as many pairs stays. The loops themselves are in the graph.
-pub const MAX_DECISIONS: usize = 20_000;
+impl Default for LoopClosingConfig {
+    fn default() -> Self {
+        Self {
+            finder: LoopConfig::default(),
+            queue: VerificationQueueConfig::default(),
+            max_decisions: 20_000,
+        }
+    }
+}
 
 /// Loop closing of one session.
 #[derive(Debug)]
@@ -38,6 +47,8 @@ pub struct LoopClosing {
     sensor: [f32; 3],
     finder: LoopFinder,
     queue: VerificationQueue,
+    /// [`LoopClosingConfig::max_decisions`].
+    max_decisions: usize,
     revisits: RevisitCounts,
     /// In the order of deciding.
     decisions: Vec<LoopRecord>,
@@ -174,6 +185,7 @@ impl LoopClosing {
             sensor,
             finder,
             queue: VerificationQueue::new(config.queue),
+            max_decisions: config.max_decisions,
             revisits: RevisitCounts::default(),
             decisions: Vec::new(),
             pairs: BTreeMap::new(),
@@ -499,9 +511,9 @@ impl LoopClosing {
         let Some((compared, last_outcome)) = self.pairs.get_mut(&pair) else { return };
         *last_outcome = Some(outcome);
         let record = LoopRecord { pair: *compared, outcome, agreeing };
-        if self.decisions.len() >= MAX_DECISIONS {
+        if self.decisions.len() >= self.max_decisions {
             let pair = |record: &LoopRecord| (record.pair.edge.from, record.pair.edge.to);
-            keep_newest(&mut self.decisions, MAX_DECISIONS / 2, pair);
+            keep_newest(&mut self.decisions, self.max_decisions / 2, pair);
         }
         self.decisions.push(record);
         events.decisions.push(record);

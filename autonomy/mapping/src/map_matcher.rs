@@ -75,8 +75,8 @@ impl Default for MapMatcherConfig {
         Self {
             submap: SubmapConfig::default(),
             cached_submaps: 8,
-            neighbour_rotation_std_rad: RegistrationFloor::ROTATION_STD_RAD,
-            neighbour_translation_std_m: RegistrationFloor::TRANSLATION_STD_M,
+            neighbour_rotation_std_rad: RegistrationFloor::default().rotation_std_rad,
+            neighbour_translation_std_m: RegistrationFloor::default().translation_std_m,
             query_spacing_m: 2.0,
             max_candidates: 3,
             candidate_spacing_m: 5.0,

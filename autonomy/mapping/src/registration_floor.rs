@@ -6,11 +6,16 @@
 ///
 /// The graph weighs these measurements against each other, so that one value serves all. With 1 mrad for odometry and tilt, loops bent what
 /// odometry had mapped well (docs/benchmarks/sites.md).
-pub struct RegistrationFloor;
-
-impl RegistrationFloor {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RegistrationFloor {
     /// Standard deviation of the rotation, radians.
-    pub const ROTATION_STD_RAD: f64 = 5e-4;
+    pub rotation_std_rad: f64,
     /// Standard deviation of the translation, metres.
-    pub const TRANSLATION_STD_M: f64 = 5e-3;
+    pub translation_std_m: f64,
+}
+
+impl Default for RegistrationFloor {
+    fn default() -> Self {
+        Self { rotation_std_rad: 5e-4, translation_std_m: 5e-3 }
+    }
 }

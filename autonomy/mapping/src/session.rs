@@ -35,8 +35,8 @@ impl SessionConfig {
     pub fn new(keyframes: KeyframePolicy) -> Self {
         Self {
             keyframes,
-            min_rotation_std_rad: RegistrationFloor::ROTATION_STD_RAD,
-            min_translation_std_m: RegistrationFloor::TRANSLATION_STD_M,
+            min_rotation_std_rad: RegistrationFloor::default().rotation_std_rad,
+            min_translation_std_m: RegistrationFloor::default().translation_std_m,
             max_scan_gap: Span::from_millis(1_000),
             dead_reckoning_std_share: 0.03,
             max_trajectory_entries: 1 << 17,

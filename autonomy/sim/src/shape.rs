@@ -5,7 +5,7 @@ use geometry::{Isometry, Rotation, Vector3};
 use nalgebra::Point3;
 use std::fmt;
 use std::str::FromStr;
-use vocab::legible;
+use vocab::{SHOWN_NAME_CHARS_MAX, legible};
 
 /// Material of a surface, as a LiDAR of 905 nm distinguishes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -102,9 +102,6 @@ impl Material {
         }
     }
 }
-
-/// Characters of an unknown name that a sentence shows, at most.
-const SHOWN_NAME_CHARS_MAX: usize = 60;
 
 /// Error: there is no material of this name.
 #[derive(Clone, Debug, PartialEq, Eq)]

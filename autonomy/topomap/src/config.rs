@@ -101,7 +101,7 @@ pub struct TopomapConfig {
     /// In surveys: how far from the middle of a ceiling that floor may be, metres. Where a wall hides the floor below a ceiling, the floor before the wall counts. Chosen: half the width of a
     /// common hall.
     pub ceiling_reach_m: f64,
-    /// In surveys: a way between two places that is longer than the existing one times the inverse of this is left out (greedy spanner; Althöfer and
+    /// In surveys: a connection is left out if the kept connections join its ends at no more than this factor of its cost (greedy spanner; Althöfer and
     /// others, 1993).
     pub survey_detour_max: f64,
     /// In surveys: ways keep this distance from obstacles where there is room, metres.
@@ -110,6 +110,9 @@ pub struct TopomapConfig {
     pub survey_tight_cost: f64,
     /// In surveys: largest shift by which a way is moved to the middle of a passage, metres: half the diagonal of a column.
     pub survey_shift_max_m: f64,
+    /// In surveys: the room to both sides of a place is measured along this distance before and behind it, metres. Together half a column, so that only
+    /// obstacles beside the place count.
+    pub survey_room_half_length_m: f64,
     /// Tolerances of the nodes.
     pub tolerances: NodeToleranceConfig,
 }
@@ -184,6 +187,7 @@ impl Default for TopomapConfig {
             survey_comfort_m: 0.8,
             survey_tight_cost: 3.0,
             survey_shift_max_m: 0.15,
+            survey_room_half_length_m: 0.05,
             tolerances: NodeToleranceConfig::default(),
         }
     }

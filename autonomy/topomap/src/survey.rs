@@ -201,7 +201,7 @@ impl Walkable {
     fn centre(&self, floor: &Floor, at: Vector3, before: &Vector3, after: &Vector3) -> Vector3 {
         let comfort_m = floor.config.survey_comfort_m;
         let Some(along) = (after - before).xy().try_normalize(1e-6) else { return at };
-        let half = Vector3::new(along.x, along.y, 0.0) * 0.05;
+        let half = Vector3::new(along.x, along.y, 0.0) * floor.config.survey_room_half_length_m;
         let Some(room) = floor.room(&(at - half), &(at + half), comfort_m) else { return at };
         let max_m = floor.config.survey_shift_max_m;
         let shift_m = ((room.left_m - room.right_m) / 2.0).clamp(-max_m, max_m);

@@ -64,11 +64,11 @@ impl ClientIo {
 fn keep_fresh(stream: &TcpStream) -> io::Result<()> {
     stream.set_nodelay(true)?;
     let socket = SockRef::from(stream);
-    socket.set_tcp_keepalive(&TcpKeepalive::new().with_time(Duration::from_secs(30)))?;
+    socket.set_tcp_keepalive(&TcpKeepalive::new().with_time(FIXED.peer_timeout))?;
     #[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple"))]
     socket.set_tcp_notsent_lowat(FIXED.max_unsent_bytes)?;
     #[cfg(any(target_os = "linux", target_os = "android"))]
-    socket.set_tcp_user_timeout(Some(Duration::from_secs(30)))?;
+    socket.set_tcp_user_timeout(Some(FIXED.peer_timeout))?;
     Ok(())
 }
 

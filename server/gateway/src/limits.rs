@@ -118,6 +118,9 @@ pub(crate) struct FixedLimits {
     pub(crate) shutdown_timeout: Duration,
     /// Time between two heartbeats.
     pub(crate) beat_period: Duration,
+    /// Time of silence after which a peer is asked whether it is there, and time for which sent bytes may stay without an acknowledgement before the connection ends.
+    /// Chosen: longer than common outages of a radio link.
+    pub(crate) peer_timeout: Duration,
     /// Pause after the system could not create another socket, so that others can be closed meanwhile.
     pub(crate) accept_pause: Duration,
     /// Longest time that a closing connection is kept open so that the peer can read the reason.
@@ -167,6 +170,7 @@ pub(crate) const FIXED: FixedLimits = FixedLimits {
     max_download_stall: Duration::from_secs(60),
     shutdown_timeout: Duration::from_secs(3),
     beat_period: Duration::from_millis(500),
+    peer_timeout: Duration::from_secs(30),
     accept_pause: Duration::from_millis(50),
     close_timeout: Duration::from_secs(2),
     max_clock_extrapolation: Duration::from_secs(2),

@@ -190,7 +190,7 @@ impl ArrivalReceiver {
             match self.reconnect(sender)? {
                 Some(again) => reader = again,
                 None => {
-                    // In the order in which they are seen: that the link ends is no failure of its thread.
+                    // This event comes before the thread ends. So the control loop knows that the link has ended, and does not take the end of its thread for a failure.
                     let ended = RobotEvent::Ended(texts::ANOTHER_ROBOT.to_owned());
                     sender.send(Arrival { at: self.clock, event: ended })?;
                     // The channel has room for the only message.

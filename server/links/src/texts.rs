@@ -1,10 +1,7 @@
 //! Sentences of links for people, by key, and the clauses of their errors. English.
 
 use std::fmt::Display;
-use vocab::legible;
-
-/// Characters of a name that a sentence shows, at most.
-const SHOWN_NAME_CHARS_MAX: usize = 60;
+use vocab::{SHOWN_NAME_CHARS_MAX, legible};
 
 /// A replay has no more messages.
 pub(crate) const RECORDING_ENDED: &str =

@@ -2,7 +2,7 @@
 
 use crossbeam_channel::Receiver;
 use serde::{Deserialize, Serialize};
-use vocab::{ActionCallId, Span};
+use vocab::{ActionCallId, CameraHead, Span};
 
 /// Actions that may be under way at a time, at a robot and in the core.
 pub const MAX_OPEN_ACTIONS: usize = 16;
@@ -90,21 +90,6 @@ pub struct ActionFile {
     pub media_type: String,
     /// Its content.
     pub bytes: Vec<u8>,
-}
-
-/// The head of a robot's cameras, so that whoever knows the robot's pose can aim it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CameraHead {
-    /// Where the axes of pan and tilt meet, which is also where the cameras are, metres, frame of the base.
-    pub base_from_head_m: [f64; 3],
-    /// It pans by at most this to either side, radians.
-    pub pan_max_rad: f64,
-    /// Lowest tilt, radians; negative is down.
-    pub tilt_min_rad: f64,
-    /// Highest tilt, radians.
-    pub tilt_max_rad: f64,
-    /// Greatest zoom.
-    pub zoom_max: f64,
 }
 
 /// Performs actions. Dropping it cancels them.

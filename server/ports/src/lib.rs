@@ -17,9 +17,10 @@ mod frames;
 mod journal;
 mod map_importer;
 mod robot_link;
+mod texts;
 
 pub use action_server::{
-    ActionCall, ActionEnd, ActionEvent, ActionFile, ActionRegistration, ActionServer, CameraHead,
+    ActionCall, ActionEnd, ActionEvent, ActionFile, ActionRegistration, ActionServer,
     MAX_ACTION_PARAMETER_BYTES, MAX_ACTION_RESULT_BYTES, MAX_OPEN_ACTIONS,
 };
 pub use api::SimulatedFault;
@@ -29,4 +30,6 @@ pub use example_maker::{ExampleMaker, ExampleRequest};
 pub use frames::{FrameError, encode_frame, read_frame};
 pub use journal::{Journal, JournalError, Segment, SegmentWriter};
 pub use map_importer::MapImporter;
-pub use robot_link::{Arrival, LinkError, REAL_ROBOT_HAS_NO_FAULTS, RobotEvent, RobotLink};
+pub use robot_link::{Arrival, LinkError, RobotEvent, RobotLink};
+pub use texts::REAL_ROBOT_HAS_NO_FAULTS;
+pub use vocab::CameraHead;

@@ -1,6 +1,6 @@
 //! Interface to a robot: a source of stamped events and a sink of drive commands.
 
-use crate::ActionServer;
+use crate::{ActionServer, REAL_ROBOT_HAS_NO_FAULTS};
 use api::SimulatedFault;
 use crossbeam_channel::Receiver;
 use messages::{BootRecord, Drive, Sensor};
@@ -37,10 +37,6 @@ pub enum RobotEvent {
     /// The link has ended, with the reason in one sentence.
     Ended(String),
 }
-
-/// Refusal of a fault by a robot that is not simulated.
-pub const REAL_ROBOT_HAS_NO_FAULTS: &str =
-    "This robot is a real one: nothing can be made to go wrong with it from here.";
 
 /// Error of connecting to a robot.
 #[derive(Debug, thiserror::Error)]

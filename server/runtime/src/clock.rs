@@ -29,7 +29,7 @@ impl CalendarTime {
         Self { utc, is_synchronised: follows_a_time_server() }
     }
 
-    /// Reads the clock of schedules and of what the ledger notes: the computer's, moved by [`set_clock_offset`]. What is stored ages by the one that is not moved.
+    /// Reads the clock of schedules and of what the ledger notes: the computer's, moved by [`set_clock_offset`]. The age of stored data is computed from the computer's own clock.
     pub fn read_of_schedules() -> Self {
         let offset = Span::from_nanos(OFFSET_NS.load(Ordering::Relaxed));
         let Self { utc, is_synchronised } = Self::read();

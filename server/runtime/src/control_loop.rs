@@ -204,7 +204,7 @@ impl Running {
                 },
                 recv(sources.commands) -> request => match request {
                     Ok(LoopRequest::Command(command)) => {
-                        // Who was told that an edit is done, and then asks for what it made, finds it.
+                        // Edits are applied before commands, so that a command finds the objects of an edit that was answered.
                         sources.ledger.try_iter().for_each(|input| self.feed(input));
                         self.feed(Input::Command(command));
                     }

@@ -1,9 +1,7 @@
 //! Sentences for people, by key. English. The name of the file precedes them.
 
-use vocab::legible;
+use vocab::{SHOWN_NAME_CHARS_MAX, legible};
 
-/// Characters of a name of the file that a sentence shows, at most.
-const SHOWN_NAME_CHARS_MAX: usize = 60;
 /// Characters of a list of names, or of a library's error, that a sentence shows, at most.
 const SHOWN_CHARS_MAX: usize = 200;
 

@@ -27,7 +27,7 @@ impl Default for BlobsConfig {
 #[derive(Debug, thiserror::Error)]
 pub enum BlobError {
     /// It is too long.
-    #[error("it has {bytes} bytes; {max_bytes} are allowed")]
+    #[error("{}", texts::blob_too_long(*bytes, *max_bytes))]
     TooLong {
         /// Its length.
         bytes: u64,
@@ -35,7 +35,7 @@ pub enum BlobError {
         max_bytes: u64,
     },
     /// The disk is nearly full.
-    #[error("the robot's disk is nearly full; delete maps for good or recordings")]
+    #[error("{}", texts::DISK_NEARLY_FULL)]
     DiskFull,
     /// The disk fails.
     #[error(transparent)]

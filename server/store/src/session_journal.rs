@@ -47,7 +47,7 @@ pub(crate) struct SessionJournalLimits {
 
 impl Default for SessionJournalLimits {
     fn default() -> Self {
-        Self { max_decisions: mapping::MAX_DECISIONS }
+        Self { max_decisions: mapping::LoopClosingConfig::default().max_decisions }
     }
 }
 

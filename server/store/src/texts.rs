@@ -36,6 +36,15 @@ pub(crate) const NO_VIEWPOINT_FILE: &str = "is no file of viewpoints that this p
 /// A viewpoint in such a file whose indices are damaged.
 pub(crate) const BROKEN_VIEWPOINT: &str = "has a viewpoint whose points cannot be understood";
 
+/// A file of an action that is refused, because the disk is nearly full. A clause after the name of the file.
+pub(crate) const DISK_NEARLY_FULL: &str =
+    "the robot's disk is nearly full; delete maps for good or recordings";
+
+/// A file of an action that is refused, because it is too long. A clause after the name of the file.
+pub(crate) fn blob_too_long(bytes: u64, max_bytes: u64) -> String {
+    format!("it has {bytes} bytes; {max_bytes} are allowed")
+}
+
 /// A ledger in whose place there is a directory.
 pub(crate) const LEDGER_IS_DIRECTORY: &str = "is a directory and not a database";
 /// A ledger without content.

@@ -54,7 +54,7 @@ pub fn quantise(xyz: &[[f32; 3]], intensity: &[f32], resolution: f32) -> PointCh
 
 /// The wanted resolution, doubled until `extent` fits into 16 bits.
 fn lattice_step(resolution: f32, extent: f32) -> f32 {
-    let wanted = if resolution.is_nan() { 0.01 } else { resolution };
+    let wanted = if resolution.is_nan() { crate::POINT_RESOLUTION_M } else { resolution };
     let mut step = wanted.clamp(*STEP_RANGE.start(), *STEP_RANGE.end());
     while extent / step > STEPS_MAX - 1.0 {
         step *= 2.0;

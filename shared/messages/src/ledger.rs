@@ -13,7 +13,7 @@ pub const LEDGER_BODY_VERSION: u32 = 1;
 /// An event that must be durable before the stack acts on it. Further kinds are added at the end.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum LedgerEvent {
-    /// A goal was accepted or has ended.
+    /// A goal was accepted or has ended. Reserved: nothing commits it yet.
     Goal(GoalUpdate),
     /// Motion was stopped, or `None`: it was allowed again. This takes effect at once; what waits for the commit is the answer to the command.
     StopLatch(Option<StopLatch>),

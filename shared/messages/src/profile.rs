@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use vocab::{Aabb, Span};
 
-/// Body and limits of a robot. [`Default`] is the simulated walker of `autonomy/sim`, a quadruped about 1 m long.
+/// Body and limits of a robot. [`Default`] is a common robot with four legs, about 1 m long. The simulated walker of `autonomy/sim` differs from it in its standing height, 0.52 m.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RobotProfile {
     /// Name of the robot, for people.

@@ -3,6 +3,7 @@
 //!
 //! Schemas are JSON Schema (draft 2020-12), of one object with plain properties. The name of a property ends with its unit. `title` is the caption of the field,
 //! `description` its hint, and `unit` the unit of its value; forms show degrees for `rad`. Properties with `readOnly` are set by the platform: forms leave them out.
+//! Limits of pan, tilt and zoom are those of [`vocab::CameraHead::COMMON`], radians with four decimals.
 
 use crate::{Parameter, Parameters};
 
@@ -185,6 +186,7 @@ pub fn describe_action(name: &str) -> Option<&'static ActionDescription> {
 mod tests {
     use super::*;
     use serde_json::Value;
+    use vocab::CameraHead;
 
     fn schema(action: &ActionDescription) -> Value {
         serde_json::from_str(action.parameter_schema).expect(action.name)
@@ -210,6 +212,22 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn pictures_can_be_asked_for_within_the_reach_of_the_common_camera_head() {
+        let head = CameraHead::COMMON;
+        let rounded = |rad: f64| Some((rad * 1e4).round() / 1e4);
+        for name in ["photo", "thermal_photo"] {
+            let properties = &schema(describe_action(name).expect("listed"))["properties"];
+            let limit = |property: &str, limit: &str| properties[property][limit].as_f64();
+            assert_eq!(limit("pan_rad", "minimum"), rounded(-head.pan_max_rad), "{name}");
+            assert_eq!(limit("pan_rad", "maximum"), rounded(head.pan_max_rad), "{name}");
+            assert_eq!(limit("tilt_rad", "minimum"), rounded(head.tilt_min_rad), "{name}");
+            assert_eq!(limit("tilt_rad", "maximum"), rounded(head.tilt_max_rad), "{name}");
+        }
+        let photo = schema(describe_action("photo").expect("listed"));
+        assert_eq!(photo["properties"]["zoom"]["maximum"].as_f64(), Some(head.zoom_max));
     }
 
     #[test]

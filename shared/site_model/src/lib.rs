@@ -30,6 +30,7 @@ mod run_event;
 mod schedule;
 mod settings;
 mod site;
+mod thermal_scale;
 mod topological_map;
 mod undo;
 mod validation;
@@ -72,6 +73,7 @@ pub use schedule::{
 };
 pub use settings::SiteSettings;
 pub use site::Site;
+pub use thermal_scale::ThermalScale;
 pub use topological_map::{
     Anchor, Asset, Corridor, Dock, Edge, EdgeBlock, EdgeCost, EdgeFailStep, InspectionPoint, Limits, Node,
     NodeKind, PoseTolerance, TravelDirection, Traversal, Zone, ZoneEffect,

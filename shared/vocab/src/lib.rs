@@ -1,8 +1,9 @@
-//! Basic types of all parts: time, ids, plain vectors and poses, and text from outside made legible. They have no behaviour beyond arithmetic.
+//! Basic types of all parts: time, ids, plain vectors and poses, the head of cameras, and text from outside made legible. They have no behaviour beyond arithmetic.
 //!
 //! Robot and browser both use this crate, so it depends on serde and a UUID type only. Mathematics beyond
 //! component access lives in `autonomy/geometry`, which converts to and from these types.
 
+mod camera_head;
 mod content_hash;
 mod ids;
 mod pose;
@@ -10,6 +11,7 @@ mod role;
 mod text;
 mod time;
 
+pub use camera_head::CameraHead;
 pub use content_hash::{BlobHash, BlobHashError};
 pub use ids::{
     ActionCallId, ClientId, CommandId, GoalId, KeyframeId, LegId, MAX_MAP_NAME_CHARS, MapId, SessionId,
@@ -17,5 +19,5 @@ pub use ids::{
 };
 pub use pose::{Aabb, Covariance6, Pose, Quat, Twist, Vec3};
 pub use role::{Role, RoleError};
-pub use text::legible;
+pub use text::{SHOWN_NAME_CHARS_MAX, legible};
 pub use time::{Span, Stamp};

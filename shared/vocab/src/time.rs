@@ -51,6 +51,8 @@ impl Stamp {
 impl Span {
     /// The empty duration.
     pub const ZERO: Self = Self(0);
+    /// A minute.
+    pub const MINUTE: Self = Self(60 * NANOS_PER_SEC);
 
     /// From nanoseconds.
     pub const fn from_nanos(nanos: i64) -> Self {

@@ -1,5 +1,7 @@
 //! Numbers as text, each with its unit.
 
+use crate::texts;
+use site_model::LocalDate;
 use vocab::{Stamp, Vec3};
 
 /// The least standard deviation that is shown, metres: smaller ones would read as 0 mm.
@@ -24,7 +26,7 @@ pub fn accuracy(metres: f64) -> String {
     } else if metres < 100.0 {
         format!("{metres:.2} m")
     } else {
-        "unknown".to_owned()
+        texts::UNKNOWN.to_owned()
     }
 }
 
@@ -49,7 +51,7 @@ pub fn duration(seconds: f64) -> String {
 
 /// How old: `0.3 s old`, `12 s old`, `3 min old`.
 pub fn age(seconds: f64) -> String {
-    if seconds < 10.0 { format!("{seconds:.1} s old") } else { format!("{} old", duration(seconds)) }
+    texts::old(&if seconds < 10.0 { format!("{seconds:.1} s") } else { duration(seconds) })
 }
 
 /// A number with its thousands apart: `1 234 567`, with thin spaces.
@@ -70,7 +72,7 @@ pub fn points(number: u64) -> String {
     match number {
         0..10_000 => count(number),
         10_000..1_000_000 => format!("{} k", number / 1000),
-        _ => format!("{:.2} million", number as f64 / 1e6),
+        _ => texts::millions(number as f64 / 1e6),
     }
 }
 
@@ -97,12 +99,10 @@ pub fn bit_rate(bits_per_s: f64) -> String {
 
 /// A day and time where the client is, `21 Nov 2026, 11:40`.
 pub fn date(stamp: Stamp, utc_offset_s: i64) -> String {
-    const MONTHS: [&str; 12] =
-        ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"];
     let local = stamp.parts().0.saturating_add(utc_offset_s);
     let (days, second) = (local.div_euclid(86_400), local.rem_euclid(86_400));
-    let (year, month, day) = civil_from_days(days);
-    let month = MONTHS.get(month - 1).copied().unwrap_or_default();
+    let LocalDate { year, month, day } = missions::date_of(days);
+    let month = texts::month(month);
     format!("{day} {month} {year}, {:02}:{:02}", second / 3600, second / 60 % 60)
 }
 
@@ -117,25 +117,8 @@ pub fn time_left(seconds: f64) -> String {
     let hours = (seconds.max(0.0) / 3600.0).ceil() as u64;
     match hours {
         0..24 => format!("{hours} h"),
-        24 => "1 day".to_owned(),
-        _ => format!("{} days", hours.div_ceil(24)),
+        _ => texts::days(hours.div_ceil(24)),
     }
-}
-
-/// Year, month (1 to 12) and day of the Gregorian calendar, from days since 1970-01-01.
-///
-/// Counts in years that begin in March, so that the leap day is the last one.
-fn civil_from_days(days: i64) -> (i64, usize, i64) {
-    const DAYS_OF_400_YEARS: i64 = 146_097;
-    let since_march_of_0 = days + 719_468;
-    let era = since_march_of_0.div_euclid(DAYS_OF_400_YEARS);
-    let day_of_era = since_march_of_0.rem_euclid(DAYS_OF_400_YEARS);
-    let year_of_era = (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
-    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-    let month_from_march = (5 * day_of_year + 2) / 153;
-    let day = day_of_year - (153 * month_from_march + 2) / 5 + 1;
-    let month = if month_from_march < 10 { month_from_march + 3 } else { month_from_march - 9 };
-    (year_of_era + era * 400 + i64::from(month <= 2), month as usize, day)
 }
 
 /// A position, `1.2, -3.4, 0.0 m`.

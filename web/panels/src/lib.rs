@@ -168,6 +168,7 @@ mod screens;
 mod select;
 mod status_line;
 mod text_input;
+mod texts;
 mod thermal;
 mod widgets;
 

@@ -1,11 +1,8 @@
 //! One message at the top of the scene.
 
 use crate::theme::{self, Tokens, Weight, font};
-use crate::widgets;
+use crate::{texts, widgets};
 use egui::{Align, Color32, Ui};
-
-/// Accessible name of a message. Its value is the sentence.
-const MESSAGE: &str = "Message";
 
 /// Width from which the button is beside the sentence and not below it, points.
 const MIN_ROW_WIDTH: f32 = 320.0;
@@ -46,5 +43,5 @@ pub(crate) fn show_message(
 fn show_sentence(ui: &mut Ui, tokens: &Tokens, sentence: &str) {
     let text = egui::RichText::new(sentence).font(font(theme::BODY, Weight::Medium)).color(tokens.text);
     let response = ui.add(egui::Label::new(text).wrap());
-    widgets::status_node(&response, MESSAGE, sentence);
+    widgets::status_node(&response, texts::MESSAGE, sentence);
 }

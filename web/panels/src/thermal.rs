@@ -1,20 +1,7 @@
 //! Thermal pictures: temperatures in colours of a scale, which two pictures can share so that they compare.
 
 use egui::{Color32, ColorImage, Context, TextureHandle, TextureOptions};
-
-/// Kelvin of 0 °C.
-const ZERO_CELSIUS_K: f64 = 273.15;
-/// Least span of a scale, kelvin, so that noise does not look like a pattern.
-const MIN_SPAN_K: f64 = 5.0;
-/// Colours from the coldest to the warmest.
-const PALETTE: [[f32; 3]; 6] = [
-    [0.0, 0.0, 20.0],
-    [86.0, 0.0, 140.0],
-    [200.0, 30.0, 80.0],
-    [245.0, 120.0, 10.0],
-    [255.0, 210.0, 50.0],
-    [255.0, 255.0, 240.0],
-];
+use site_model::ThermalScale;
 
 /// The temperatures that the ends of the palette stand for, degrees Celsius.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,6 +19,7 @@ impl Scale {
 
 /// Colour of a share of a scale, 0 to 1.
 pub(crate) fn colour(share: f64) -> Color32 {
+    const PALETTE: [[f32; 3]; 6] = ThermalScale::PALETTE;
     let at = share.clamp(0.0, 1.0) as f32 * (PALETTE.len() - 1) as f32;
     let low = (at as usize).min(PALETTE.len() - 2);
     let part = at - low as f32;
@@ -63,7 +51,10 @@ impl ThermalPicture {
     pub(crate) fn scale(&self) -> Scale {
         let celsius = |value: Option<&u16>| celsius(value.copied().unwrap_or_default());
         let lowest = celsius(self.centikelvin.iter().min());
-        Scale { lowest, highest: celsius(self.centikelvin.iter().max()).max(lowest + MIN_SPAN_K) }
+        Scale {
+            lowest,
+            highest: celsius(self.centikelvin.iter().max()).max(lowest + ThermalScale::SPAN_MIN_K),
+        }
     }
 
     /// Temperature of a pixel, degrees Celsius.
@@ -96,7 +87,7 @@ impl ThermalPicture {
 }
 
 fn celsius(centikelvin: u16) -> f64 {
-    f64::from(centikelvin) / 100.0 - ZERO_CELSIUS_K
+    f64::from(centikelvin) / ThermalScale::STEPS_PER_K - ThermalScale::ZERO_CELSIUS_K
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use jiff::civil::DateTime;
 use jiff::tz::{AmbiguousOffset, TimeZone};
 use jiff::{Timestamp, civil};
 use site_model::{LocalDate, LocalDateTime, LocalTime, Utc};
+use vocab::Span;
 
 /// A time zone of the IANA database, as it is compiled into the program. So the same input has the same slots on every machine, and a new rule of a country comes with an update.
 #[derive(Clone, Debug)]
@@ -77,7 +78,7 @@ impl SiteZone {
 
     /// Difference between local time and UTC at an instant, minutes.
     pub fn offset_minutes(&self, utc: Utc) -> i64 {
-        minute_number(self.to_local(utc)) - utc.0.div_euclid(60_000_000_000)
+        minute_number(self.to_local(utc)) - utc.0.div_euclid(Span::MINUTE.nanos())
     }
 }
 

@@ -5,8 +5,7 @@ use super::recurrence_rule::{RecurrenceRule, RuleError};
 use super::site_zone::{ClockChange, SiteZone};
 use site_model::{LocalDateTime, LocalTime, Recurrence, Utc, Weekday};
 use std::collections::VecDeque;
-
-const NANOS_A_MINUTE: i64 = 60_000_000_000;
+use vocab::Span;
 
 /// A local time that is skipped counts later than those after it. So slots are looked for from this long before an instant: a day, as on Samoa in 2011, and an hour.
 const SHIFT_MAX_MINUTES: i64 = 25 * 60;
@@ -73,7 +72,7 @@ impl Slots {
                 }
             }
             Recurrence::Every { first, interval } => {
-                let minutes = (interval.nanos() / NANOS_A_MINUTE).max(1);
+                let minutes = (interval.nanos() / Span::MINUTE.nanos()).max(1);
                 match minutes % MINUTES_A_DAY {
                     0 => Kind::EveryDays { first: minute_number(*first), minutes },
                     _ => Kind::EveryMinutes { first: *first, minutes },
@@ -124,7 +123,7 @@ impl Slots {
         after: Utc,
     ) -> impl Iterator<Item = LocalDateTime> + '_ {
         let begin = self.zone.to_utc(first).map(|(begin, _)| begin.0);
-        let interval = minutes.saturating_mul(NANOS_A_MINUTE);
+        let interval = minutes.saturating_mul(Span::MINUTE.nanos());
         begin.into_iter().flat_map(move |begin| {
             let step = (after.0.saturating_sub(begin)).div_euclid(interval).max(0);
             let instants = (step..).map_while(move |step| begin.checked_add(step.checked_mul(interval)?));
@@ -132,7 +131,7 @@ impl Slots {
                 let local = self.zone.to_local(Utc(instant));
                 // The second of two equal local times is due at another instant than the first.
                 let (due, _) = self.zone.to_utc(local)?;
-                (instant - due.0 < NANOS_A_MINUTE).then_some(local)
+                (instant - due.0 < Span::MINUTE.nanos()).then_some(local)
             })
         })
     }

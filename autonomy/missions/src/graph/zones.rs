@@ -4,9 +4,14 @@ use site_model::{LocalTime, Site, Zone, ZoneEffect, ZoneId};
 use std::collections::BTreeSet;
 use vocab::Vec3;
 
-/// Distance beyond the border of a zone at which the robot has left it, metres. Three times the error of localisation, so that a robot that walks along the border does not
-/// enter again and again.
-const LEAVE_MARGIN_M: f64 = 0.3;
+/// Parameters of zones with actions.
+struct ZoneEntryConfig {
+    /// Distance beyond the border of a zone at which the robot has left it, metres. Three times the error of localisation, so that a robot that walks along the border does not
+    /// enter again and again.
+    leave_margin_m: f64,
+}
+
+const CONFIG: ZoneEntryConfig = ZoneEntryConfig { leave_margin_m: 0.3 };
 
 /// What zones say of an edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,7 +89,7 @@ pub(crate) fn zones_with_actions<'a>(
         if is_inside && !was_inside {
             entered.push(zone);
         }
-        if is_inside || (was_inside && is_near(zone, point, LEAVE_MARGIN_M)) {
+        if is_inside || (was_inside && is_near(zone, point, CONFIG.leave_margin_m)) {
             now.insert(zone.id);
         }
     }

@@ -1,17 +1,18 @@
 //! The events that a runner needs after a restart.
 
 use super::records::CONFIG;
+use crate::calendar::MINUTES_A_DAY;
 use site_model::{MissionEvent, MissionEventKind, MonitorId, RunId, ScheduleId, Utc};
 use std::collections::{BTreeMap, BTreeSet};
+use vocab::Span;
 
-/// Slots that were due before the newest one of their schedule by this time are not needed.
-const SLOTS_FOR_NS: i64 = 8 * 24 * 3_600 * 1_000_000_000;
-
-/// Of all events that were committed, those that the next runner needs: of runs that have not ended, of the last days of schedules, and of monitors that hold. In
-/// their order. The records that follow from them are those of all events, but for what has ended.
+/// Selects the events that a runner needs after a restart from all that were committed, in their order. They are: all events of runs that have not ended; the first
+/// and last event of the runs that ended last; the slots of the last days, and the last adoption, of each schedule; the last change of each monitor; and the last
+/// docking. Records that are rebuilt from the selection equal those that are rebuilt from all events, except for details of runs that have ended.
 pub fn events_for_restart<'a>(
     events: impl IntoIterator<Item = &'a MissionEvent> + Clone,
 ) -> Vec<MissionEvent> {
+    let slots_kept_ns = CONFIG.slots_kept_days * MINUTES_A_DAY * Span::MINUTE.nanos();
     let mut ended: Vec<RunId> = Vec::new();
     let mut newest: BTreeMap<ScheduleId, Utc> = BTreeMap::new();
     let mut adopted: BTreeMap<ScheduleId, usize> = BTreeMap::new();
@@ -43,7 +44,7 @@ pub fn events_for_restart<'a>(
     let is_needed = |(index, event): (usize, &MissionEvent)| match &event.kind {
         MissionEventKind::SlotDecided { schedule, due, .. }
         | MissionEventKind::SlotsMissed { schedule, last_due: due, .. } => {
-            newest.get(schedule).is_none_or(|newest| newest.0 - due.0 <= SLOTS_FOR_NS)
+            newest.get(schedule).is_none_or(|newest| newest.0 - due.0 <= slots_kept_ns)
         }
         MissionEventKind::ScheduleAdopted { schedule, .. } => adopted.get(schedule) == Some(&index),
         MissionEventKind::MonitorChanged { monitor, .. } => monitors.get(monitor) == Some(&index),

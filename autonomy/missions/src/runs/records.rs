@@ -17,10 +17,13 @@ pub(super) struct RecordsConfig {
     pub(super) ended_max: usize,
     /// Slots before the newest one by this time are not remembered one by one, days: they count as decided. More than any change of a time zone, which is a day at most.
     pub(super) slot_memory_days: i64,
+    /// Events of slots that were due before the newest one of their schedule by this time are not read again at a restart, days. It has to be more than
+    /// [`Self::slot_memory_days`] and a day, because that one counts local days: else a restart would forget slots that the robot knew. Chosen: a week and a day.
+    pub(super) slots_kept_days: i64,
 }
 
 pub(super) const CONFIG: RecordsConfig =
-    RecordsConfig { commands_max: 1_024, ended_max: 64, slot_memory_days: 3 };
+    RecordsConfig { commands_max: 1_024, ended_max: 64, slot_memory_days: 3, slots_kept_days: 8 };
 
 /// All records.
 #[derive(Clone, Debug, Default, PartialEq)]

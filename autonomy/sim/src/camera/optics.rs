@@ -2,8 +2,9 @@
 
 use geometry::{Isometry, Rotation, Vector3};
 use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion};
+use vocab::CameraHead;
 
-/// The cameras on the head. Values are those of common pan-tilt-zoom payloads of walking robots (field of view 60 degrees, zoom 20).
+/// The cameras on the head. The default is the common payload of [`CameraHead::COMMON`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraConfig {
     /// Columns of a picture.
@@ -35,12 +36,12 @@ impl Default for CameraConfig {
             height_px: 480,
             thermal_width_px: 320,
             thermal_height_px: 240,
-            field_of_view_rad: 60_f64.to_radians(),
-            zoom_max: 20.0,
-            pan_max_rad: 170_f64.to_radians(),
-            tilt_min_rad: -40_f64.to_radians(),
-            tilt_max_rad: 80_f64.to_radians(),
-            base_from_head_m: [0.32, 0.0, 0.2],
+            field_of_view_rad: CameraHead::COMMON_FIELD_OF_VIEW_RAD,
+            zoom_max: CameraHead::COMMON.zoom_max,
+            pan_max_rad: CameraHead::COMMON.pan_max_rad,
+            tilt_min_rad: CameraHead::COMMON.tilt_min_rad,
+            tilt_max_rad: CameraHead::COMMON.tilt_max_rad,
+            base_from_head_m: CameraHead::COMMON.base_from_head_m,
         }
     }
 }

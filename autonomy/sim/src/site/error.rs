@@ -1,10 +1,7 @@
 //! Errors of sites that are given as models.
 
 use std::fmt;
-use vocab::legible;
-
-/// Characters of the name of a part that a sentence shows, at most.
-const SHOWN_NAME_CHARS_MAX: usize = 60;
+use vocab::{SHOWN_NAME_CHARS_MAX, legible};
 
 fn shown(part: &str) -> String {
     legible(part, SHOWN_NAME_CHARS_MAX)

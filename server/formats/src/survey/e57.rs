@@ -8,12 +8,10 @@ use ::e57::{CartesianCoordinate, E57Reader, PointCloud, RecordDataType};
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
-use vocab::{Pose, Quat, Vec3, legible};
+use vocab::{Pose, Quat, SHOWN_NAME_CHARS_MAX, Vec3, legible};
 
 /// Points between two reports of progress.
 const PROGRESS_POINTS: u64 = 1 << 16;
-/// Characters of a scan's name that an error shows, at most.
-const SHOWN_NAME_CHARS_MAX: usize = 60;
 /// Characters of the library's error that ours shows, at most.
 const SHOWN_ERROR_CHARS_MAX: usize = 200;
 /// Shortest quaternion that counts as a rotation.

@@ -362,14 +362,14 @@ fn a_damaged_ledger_is_kept_and_a_new_one_begins_with_what_can_be_read() {
         assert_eq!(aside.exists(), !is_used, "{} bytes", damaged.len());
         let kept = if is_used { dir.path().join("ledger.db") } else { aside };
         assert!(fs::read(kept).expect("kept") == damaged, "{} bytes", damaged.len());
-        // The new one is as good as any.
+        // The new ledger that was begun in its place is whole.
         assert!(is_used || !reopen(dir.path()).1);
     }
     let dir = tempfile::tempdir().expect("temporary directory");
     fs::create_dir(dir.path().join("ledger.db")).expect("made");
     assert!(reopen(dir.path()).1 && dir.path().join("ledger.db.damaged").is_dir());
 
-    // A wrong bit loses at most what it is in, and is told unless it changes nothing.
+    // A wrong bit damages at most the object in whose row it is. It is reported, unless the site is read as it was.
     let (mut lost, mut untold) = (0, 0);
     for number in 0..400 {
         let bit = number * 7_919 * 8 % (whole.len() * 8) + number % 8;

@@ -3,24 +3,10 @@
 use jpeg_encoder::{ColorType, Encoder};
 use ports::ActionFile;
 use sim::{CameraImage, ThermalImage};
-use site_model::Reading;
+use site_model::{Reading, ThermalScale};
 
 /// Quality of photos. Letters of a few pixels stay legible; a picture has 60 to 120 kB.
 const JPEG_QUALITY: u8 = 90;
-/// Temperature at the value 0 of thermal pictures, degrees Celsius, and steps a kelvin: the linear format of radiometric cameras.
-const ZERO_CELSIUS: f32 = -273.15;
-const STEPS_PER_K: f32 = 100.0;
-/// Colours of a thermal picture from the coldest to the warmest pixel (black, violet, red, orange, yellow, white).
-const PALETTE: [[f32; 3]; 6] = [
-    [0.0, 0.0, 20.0],
-    [86.0, 0.0, 140.0],
-    [200.0, 30.0, 80.0],
-    [245.0, 120.0, 10.0],
-    [255.0, 210.0, 50.0],
-    [255.0, 255.0, 240.0],
-];
-/// Least range of temperatures that the palette spans, kelvin, so that noise does not look like a pattern.
-const PALETTE_RANGE_MIN_K: f32 = 5.0;
 
 /// A picture, and what can be read from it.
 pub(super) struct EncodedPicture {
@@ -39,11 +25,14 @@ pub(super) fn encode_photo(image: &CameraImage) -> Option<EncodedPicture> {
 pub(super) fn encode_thermal(image: &ThermalImage) -> Option<EncodedPicture> {
     let coldest = image.celsius.iter().copied().fold(f32::INFINITY, f32::min);
     let warmest = image.celsius.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-    let range = (warmest - coldest).max(PALETTE_RANGE_MIN_K);
+    let range = (warmest - coldest).max(ThermalScale::SPAN_MIN_K as f32);
     let coloured: Vec<u8> =
         image.celsius.iter().flat_map(|celsius| colour((celsius - coldest) / range)).collect();
     // Big-endian, as PNG has it.
-    let steps = |celsius: &f32| ((celsius - ZERO_CELSIUS) * STEPS_PER_K).round() as u16;
+    let steps = |celsius: &f32| {
+        let kelvin = celsius + ThermalScale::ZERO_CELSIUS_K as f32;
+        (kelvin * ThermalScale::STEPS_PER_K as f32).round() as u16
+    };
     let raw: Vec<u8> = image.celsius.iter().flat_map(|celsius| steps(celsius).to_be_bytes()).collect();
     let size = [image.width_px, image.height_px];
     let picture = png(size, png::ColorType::Rgb, png::BitDepth::Eight, &coloured)?;
@@ -70,6 +59,7 @@ pub(super) fn encode_thermal(image: &ThermalImage) -> Option<EncodedPicture> {
 
 /// Colour of a share between the coldest and the warmest pixel.
 fn colour(share: f32) -> [u8; 3] {
+    const PALETTE: [[f32; 3]; 6] = ThermalScale::PALETTE;
     let at = share.clamp(0.0, 1.0) * (PALETTE.len() - 1) as f32;
     let low = (at as usize).min(PALETTE.len() - 2);
     let part = at - low as f32;

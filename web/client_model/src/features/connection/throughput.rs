@@ -3,8 +3,13 @@
 use crate::ClientTime;
 use std::collections::VecDeque;
 
-/// Length of the window over which bytes are counted, seconds: tiles come in bursts, and the figure shall not flicker.
-const WINDOW_S: f64 = 3.0;
+/// Parameters of [`Throughput`].
+struct ThroughputConfig {
+    /// Length of the window over which bytes are counted, seconds. Chosen: tiles come in bursts, and the figure shall not flicker.
+    window_s: f64,
+}
+
+const CONFIG: ThroughputConfig = ThroughputConfig { window_s: 3.0 };
 
 /// Bytes that came in during the last seconds.
 #[derive(Clone, Debug, Default)]
@@ -22,7 +27,7 @@ impl Throughput {
 
     pub(crate) fn expire(&mut self, now: ClientTime) {
         while let Some(&(at, bytes)) = self.recent.front()
-            && now.since(at) > WINDOW_S
+            && now.since(at) > CONFIG.window_s
         {
             self.recent.pop_front();
             self.sum -= bytes;
@@ -31,6 +36,6 @@ impl Throughput {
 
     /// Bits per second, mean of the last three seconds.
     pub fn bits_per_s(&self) -> f64 {
-        self.sum as f64 * 8.0 / WINDOW_S
+        self.sum as f64 * 8.0 / CONFIG.window_s
     }
 }

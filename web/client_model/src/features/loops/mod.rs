@@ -21,8 +21,13 @@ use api::{LoopDecision, LoopsChanged, Severity};
 use comparison::KeyframeClouds;
 use vocab::{KeyframeId, SessionId};
 
-/// Time after which a proposal without a decision is given up, seconds.
-const PROPOSAL_MAX_S: f64 = 30.0;
+/// Parameters of loops that are added by hand.
+struct LoopProposalConfig {
+    /// Time after which a proposal without a decision is given up, seconds. Chosen: a comparison takes less than a second, and the queue before it some seconds.
+    max_s: f64,
+}
+
+const CONFIG: LoopProposalConfig = LoopProposalConfig { max_s: 30.0 };
 
 /// State of all that concerns loops.
 #[derive(Clone, Debug, Default)]
@@ -133,7 +138,7 @@ impl Loops {
 
     fn expire_proposal(&mut self, cx: &mut Context<'_>) {
         let Some(LoopProposal { pair, asked }) = self.proposal else { return };
-        if cx.now().since(asked) > PROPOSAL_MAX_S {
+        if cx.now().since(asked) > CONFIG.max_s {
             self.proposal = None;
             cx.notify(Severity::Warning, texts::proposal_expired(pair.from.0, pair.to.0));
         }

@@ -7,8 +7,13 @@ use crate::{ClientCommand, ClientEvent, ClientTime, texts};
 use api::{BinnedMap, Severity};
 use vocab::MapId;
 
-/// Time for which a deletion is on show with its undo, seconds. Afterwards the map can be restored from the bin.
-const SHOWN_S: f64 = 20.0;
+/// Parameters of the deletion that can be undone at once.
+struct MapDeletionConfig {
+    /// Time for which it is on show with its undo, seconds. Chosen: long enough to notice a mistake. Afterwards the map can be restored from the bin.
+    shown_s: f64,
+}
+
+const CONFIG: MapDeletionConfig = MapDeletionConfig { shown_s: 20.0 };
 
 /// A map that was deleted at this client a moment ago.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,7 +91,8 @@ impl Feature for MapManagement {
     fn on_client_event(&mut self, event: &ClientEvent, cx: &mut Context<'_>) {
         if matches!(event, ClientEvent::Tick) {
             let now = cx.now();
-            self.deletion.take_if(|deletion| deletion.done.is_some_and(|done| now.since(done) > SHOWN_S));
+            self.deletion
+                .take_if(|deletion| deletion.done.is_some_and(|done| now.since(done) > CONFIG.shown_s));
         }
     }
 

@@ -14,9 +14,6 @@ pub use viewpoint::Viewpoint;
 use crate::{ClientEffect, ClientTime};
 use vocab::MapId;
 
-/// Least time between two tile plans, seconds: planning visits all tiles, and four plans a second feel immediate.
-const PLAN_PERIOD_S: f64 = 0.25;
-
 /// The live map, the saved map that is viewed, and the viewpoint for which tiles are planned.
 #[derive(Debug)]
 pub(crate) struct MapViews {
@@ -73,7 +70,7 @@ impl MapViews {
     pub(crate) fn plan(&mut self, now: ClientTime, effects: &mut Vec<ClientEffect>) {
         let Some(viewpoint) = self.viewpoint else { return };
         let tiles = &self.displayed().tiles;
-        if tiles.is_empty() || !tiles.is_plan_due(now) || now.since(self.planned) < PLAN_PERIOD_S {
+        if tiles.is_empty() || !tiles.is_plan_due(now) || now.since(self.planned) < tiles.plan_period_s() {
             return;
         }
         self.planned = now;

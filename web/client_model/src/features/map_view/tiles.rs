@@ -28,6 +28,8 @@ pub struct TilePlanConfig {
     pub retry_s: f64,
     /// Attempts to fetch one tile.
     pub tries_max: u32,
+    /// Least time between two plans, seconds: planning visits all tiles, and four plans a second feel immediate.
+    pub period_s: f64,
     /// Distance that tiles count as at least, metres: tiles round the camera would have infinite priority.
     pub distance_min_m: f32,
 }
@@ -41,6 +43,7 @@ impl Default for TilePlanConfig {
             outside_factor: 0.1,
             retry_s: 2.0,
             tries_max: 5,
+            period_s: 0.25,
             distance_min_m: 0.5,
         }
     }
@@ -211,6 +214,11 @@ impl TileSet {
     /// Whether a plan made now may differ from the last one.
     pub(crate) fn is_plan_due(&self, now: ClientTime) -> bool {
         self.dirty || self.retry_at.is_some_and(|at| now >= at)
+    }
+
+    /// Least time between two plans, seconds.
+    pub(crate) fn plan_period_s(&self) -> f64 {
+        self.config.period_s
     }
 
     /// Decides which tiles to fetch, cancel and remove for a viewpoint. `pose_of` gives poses of anchors in the map.

@@ -5,8 +5,6 @@ use site_model::{LocalDate, LocalDateTime, LocalTime, Recurrence, Schedule, Sche
 use std::collections::BTreeSet;
 use vocab::Span;
 
-const NANOS_A_MINUTE: i64 = 60_000_000_000;
-
 /// Days of the week in their order.
 const WEEK: [Weekday; 7] = [
     Weekday::Monday,
@@ -99,7 +97,7 @@ pub fn with_last_day(recurrence: &Recurrence, last_day: Option<LocalDate>) -> Op
 
 /// Days of an interval; none if they are not whole.
 fn whole_days(interval: Span) -> Option<i64> {
-    let minutes = interval.nanos() / NANOS_A_MINUTE;
+    let minutes = interval.nanos() / Span::MINUTE.nanos();
     (minutes > 0 && minutes % MINUTES_A_DAY == 0).then_some(minutes / MINUTES_A_DAY)
 }
 

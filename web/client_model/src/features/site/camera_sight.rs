@@ -2,24 +2,12 @@
 
 use super::{SiteEdit, SiteFeature};
 use site_model::{InspectionPoint, Node, Object, Parameter};
-use vocab::{Quat, Vec3};
+use vocab::{CameraHead, Quat, Vec3};
 
-/// The camera on the robot's head. Values are those of common pan-tilt-zoom payloads of walking robots, as in the simulator (`sim::CameraConfig`); the interface
-/// does not tell those of the robot.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct CameraConfig {
-    /// Tangent of half the vertical field of view at zoom 1: 60 degrees across a picture of 4 to 3.
-    tan_half_height: f64,
-    /// Place of the head in the frame of the base, m: ahead and up.
-    head_m: [f64; 2],
-    /// Lowest and highest tilt, rad.
-    tilt_rad: [f64; 2],
-    /// Greatest zoom.
-    zoom_max: f64,
-}
-
-const CAMERA: CameraConfig =
-    CameraConfig { tan_half_height: 0.433, head_m: [0.32, 0.2], tilt_rad: [-0.698, 1.396], zoom_max: 20.0 };
+/// The camera on the robot's head: the common payload, because the interface does not tell that of the robot.
+const HEAD: CameraHead = CameraHead::COMMON;
+/// Rows of a picture for each of its columns: 3 to 4.
+const ROWS_PER_COLUMN: f64 = 0.75;
 
 /// Line of sight from the camera to a target.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,19 +43,23 @@ impl SiteFeature {
     pub fn sight_from(&self, node: &Node, target: Vec3, zoom: f64) -> CameraSight {
         let yaw = yaw_of(&node.map_from_node.orientation);
         let base = node.map_from_node.position;
-        let [ahead, up] = CAMERA.head_m;
-        let camera = Vec3::new(base.x + ahead * yaw.cos(), base.y + ahead * yaw.sin(), base.z + up);
+        let [ahead, left, up] = HEAD.base_from_head_m;
+        let camera = Vec3::new(
+            base.x + ahead * yaw.cos() - left * yaw.sin(),
+            base.y + ahead * yaw.sin() + left * yaw.cos(),
+            base.z + up,
+        );
         let (x, y, z) = (target.x - camera.x, target.y - camera.y, target.z - camera.z);
         let tilt_rad = z.atan2(x.hypot(y));
-        let [lowest, highest] = CAMERA.tilt_rad;
+        let tan_half_height = (0.5 * CameraHead::COMMON_FIELD_OF_VIEW_RAD).tan() * ROWS_PER_COLUMN;
         CameraSight {
             camera_m: camera,
             target_m: target,
             distance_m: x.hypot(y).hypot(z),
             yaw_rad: y.atan2(x),
             tilt_rad,
-            tan_half_height: CAMERA.tan_half_height / zoom.clamp(1.0, CAMERA.zoom_max),
-            is_tilt_possible: (lowest..=highest).contains(&tilt_rad),
+            tan_half_height: tan_half_height / zoom.clamp(1.0, HEAD.zoom_max),
+            is_tilt_possible: (HEAD.tilt_min_rad..=HEAD.tilt_max_rad).contains(&tilt_rad),
         }
     }
 
@@ -138,7 +130,7 @@ mod tests {
         // The node stands at x = 2.99, the head 0.32 m nearer and at the height of the target.
         assert!((sight.camera_m.x - 2.67).abs() < 0.01 && (sight.camera_m.z - 0.7).abs() < 1e-9);
         assert!((sight.yaw_rad.abs() - std::f64::consts::PI).abs() < 1e-6 && sight.tilt_rad.abs() < 1e-9);
-        assert!((sight.tan_half_height - 0.2165).abs() < 1e-6 && sight.is_tilt_possible);
+        assert!((sight.tan_half_height - 0.216_506).abs() < 1e-6 && sight.is_tilt_possible);
         assert!(client.model.site.facing_target(&of(&client)).put.is_empty(), "it faces it");
         client.command(ClientCommand::Undo);
         let site = client.model.site.site().expect("a site");

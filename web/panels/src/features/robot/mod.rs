@@ -13,12 +13,18 @@ use crate::{format, icon};
 use client_model::{Model, position_sigma_m};
 use egui::{Color32, Ui};
 
-/// Charge below which the battery is shown as almost empty, 0 to 1.
-const CRITICAL_CHARGE: f32 = 0.1;
-/// Charge below which the battery is shown as low, 0 to 1.
-const LOW_CHARGE: f32 = 0.25;
-/// Charge below which the icon of the battery is half full, 0 to 1.
-const MEDIUM_CHARGE: f32 = 0.6;
+/// From which charges the icon and colour of the battery change. Chosen: as on common phones and laptops.
+struct BatteryIconConfig {
+    /// Charge below which the battery is shown as almost empty, 0 to 1.
+    critical_charge: f32,
+    /// Charge below which it is shown as low, 0 to 1.
+    low_charge: f32,
+    /// Charge below which its icon is half full, 0 to 1.
+    medium_charge: f32,
+}
+
+const BATTERY_ICON: BatteryIconConfig =
+    BatteryIconConfig { critical_charge: 0.1, low_charge: 0.25, medium_charge: 0.6 };
 
 /// The panel. It keeps nothing between frames.
 #[derive(Debug, Default)]
@@ -89,9 +95,9 @@ pub(crate) fn battery_status(cx: &PanelContext<'_>, detail: StatusDetail) -> Opt
 fn battery_icon(battery: &api::Battery, tokens: &Tokens) -> (&'static str, Color32) {
     match battery.charge {
         _ if battery.charging => (icon::BATTERY_CHARGING, tokens.good),
-        charge if charge < CRITICAL_CHARGE => (icon::BATTERY_WARNING, tokens.bad),
-        charge if charge < LOW_CHARGE => (icon::BATTERY_LOW, tokens.warn),
-        charge if charge < MEDIUM_CHARGE => (icon::BATTERY_MEDIUM, tokens.text),
+        charge if charge < BATTERY_ICON.critical_charge => (icon::BATTERY_WARNING, tokens.bad),
+        charge if charge < BATTERY_ICON.low_charge => (icon::BATTERY_LOW, tokens.warn),
+        charge if charge < BATTERY_ICON.medium_charge => (icon::BATTERY_MEDIUM, tokens.text),
         _ => (icon::BATTERY_FULL, tokens.text),
     }
 }

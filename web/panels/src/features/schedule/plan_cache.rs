@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use vocab::Span;
 
 /// Nanoseconds of a minute.
-pub(super) const MINUTE_NS: i64 = 60_000_000_000;
+pub(super) const MINUTE_NS: i64 = Span::MINUTE.nanos();
 /// Days that are looked ahead.
 const OUTLOOK_DAYS: i64 = 30;
 /// Time zone of a site that nobody has told one.

@@ -114,7 +114,7 @@ pub(super) fn recurrence(recurrence: &Recurrence) -> String {
 
 /// `2 days`, `90 min`, `4 h`.
 pub(super) fn interval(interval: Span) -> String {
-    let minutes = interval.nanos() / 60_000_000_000;
+    let minutes = interval.nanos() / Span::MINUTE.nanos();
     match minutes {
         1_440 => "day".to_owned(),
         _ if minutes % 1_440 == 0 => format!("{} days", minutes / 1_440),

@@ -12,10 +12,15 @@ use crate::{format, icon};
 use api::{Finding, Health, Mapping, Severity};
 use egui::{Color32, Ui};
 
-/// Rate below which a sensor counts as silent, Hz.
-const SILENT_RATE_HZ: f32 = 0.05;
-/// Age of the report on all sensors from which it is added to the age of each, seconds. Reports come about once a second.
-const STALE_REPORT_S: f64 = 2.0;
+/// Parameters of the list of sensors.
+struct SensorListConfig {
+    /// Rate below which a sensor counts as silent, Hz. It would be shown as 0.0 Hz.
+    silent_rate_hz: f32,
+    /// Age of the report on all sensors from which it is added to the age of each, seconds. Twice the time between two reports.
+    stale_report_s: f64,
+}
+
+const CONFIG: SensorListConfig = SensorListConfig { silent_rate_hz: 0.05, stale_report_s: 2.0 };
 
 /// The panel. It keeps nothing between frames.
 #[derive(Debug, Default)]
@@ -48,10 +53,10 @@ fn show_list(ui: &mut Ui, cx: &PanelContext<'_>) {
         return;
     };
     let report_age_s = health.age(model.now());
-    let added_age_s = if report_age_s > STALE_REPORT_S { report_age_s } else { 0.0 };
+    let added_age_s = if report_age_s > CONFIG.stale_report_s { report_age_s } else { 0.0 };
     for sensor in &health.value.sensors {
         let age_s = sensor.age.secs_f64() + added_age_s;
-        let is_silent = sensor.rate_hz < SILENT_RATE_HZ;
+        let is_silent = sensor.rate_hz < CONFIG.silent_rate_hz;
         let rate = if is_silent { texts::SILENT.to_owned() } else { format::rate(sensor.rate_hz) };
         let age = format::age(age_s);
         let is_stale = is_silent || age_s > connection::LIVE_AGE_S;

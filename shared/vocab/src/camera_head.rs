@@ -1,0 +1,33 @@
+//! The head that carries a robot's cameras: where it is and how far it can be aimed.
+
+use serde::{Deserialize, Serialize};
+
+/// The head of a robot's cameras, so that whoever knows the robot's pose can aim it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CameraHead {
+    /// Where the axes of pan and tilt meet, which is also where the cameras are, metres, frame of the base.
+    pub base_from_head_m: [f64; 3],
+    /// It pans by at most this to either side, radians.
+    pub pan_max_rad: f64,
+    /// Lowest tilt, radians; negative is down.
+    pub tilt_min_rad: f64,
+    /// Highest tilt, radians.
+    pub tilt_max_rad: f64,
+    /// Greatest zoom.
+    pub zoom_max: f64,
+}
+
+impl CameraHead {
+    /// A common pan-tilt-zoom payload of walking robots. It is the head of the simulated robot. The catalogue of actions and the preview of the client use it for
+    /// every robot, because the robot profile does not hold the camera yet.
+    pub const COMMON: Self = Self {
+        base_from_head_m: [0.32, 0.0, 0.2],
+        pan_max_rad: 170_f64.to_radians(),
+        tilt_min_rad: -40_f64.to_radians(),
+        tilt_max_rad: 80_f64.to_radians(),
+        zoom_max: 20.0,
+    };
+
+    /// Horizontal field of view of [`Self::COMMON`] at zoom 1, radians.
+    pub const COMMON_FIELD_OF_VIEW_RAD: f64 = 60_f64.to_radians();
+}
