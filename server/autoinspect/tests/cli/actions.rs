@@ -213,7 +213,8 @@ impl Gateway {
     /// Head and body of the answer.
     fn get(&self, path: &str) -> (String, Vec<u8>) {
         let mut stream = TcpStream::connect(self.1).expect("a connection");
-        write!(stream, "GET {path} HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n").expect("written");
+        let host = self.1;
+        write!(stream, "GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").expect("written");
         let mut answer = Vec::new();
         stream.read_to_end(&mut answer).expect("read");
         let end = answer.windows(4).position(|four| four == b"\r\n\r\n").expect("a head");
