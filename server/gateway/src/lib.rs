@@ -54,7 +54,8 @@ pub use access::{AccessConfig, socket_client};
 pub use limits::Limits;
 pub use openapi::description;
 pub use server::serve_with;
-pub use tls::{TlsConfig, TlsError, authority_fingerprint};
+pub use tls::trust::authority_fingerprint;
+pub use tls::{TlsConfig, TlsError};
 
 use api::ProcessRestart;
 use std::future::Future;

@@ -1,7 +1,7 @@
 //! A certificate authority of this robot's own. It is made on the first start, and people tell their browsers once to trust it. It certifies this computer under each name
 //! by which a client asks for it.
 
-use super::TlsError;
+use super::error::TlsError;
 use jiff::{Timestamp, tz::Offset};
 use rcgen::{
     BasicConstraints, CertificateParams, DistinguishedName, DnType, ExtendedKeyUsagePurpose, IsCa, Issuer,

@@ -1,6 +1,6 @@
 //! A certificate and its key from files, read again when they change, so that a certificate is renewed without a restart.
 
-use super::TlsError;
+use super::error::TlsError;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};

@@ -1,30 +1,24 @@
 //! Encryption of connections by rustls: with a certificate of one's own authority ([`Authority`]), or with files that are read again when they change.
 
 mod authority;
+mod error;
 mod files;
 pub(crate) mod trust;
 
 pub(crate) use authority::Authority;
+pub use error::TlsError;
 
 use crate::access::{Connection, HostList};
 use files::CertificateFiles;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio_rustls::LazyConfigAcceptor;
-use tokio_rustls::rustls::pki_types::CertificateDer;
-use tokio_rustls::rustls::pki_types::pem::PemObject;
 use tokio_rustls::rustls::server::Acceptor;
 use tokio_rustls::rustls::sign::CertifiedKey;
 use tokio_rustls::rustls::{self, ServerConfig};
 use tokio_rustls::server::TlsStream;
-
-/// SHA-256 of the certificate of the authority in this folder, as browsers show it; `None` while there is none.
-pub fn authority_fingerprint(folder: &Path) -> Option<String> {
-    let certificate = CertificateDer::from_pem_file(folder.join("authority.pem")).ok()?;
-    Some(trust::fingerprint(&certificate))
-}
 
 /// How connections are encrypted.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -41,22 +35,6 @@ pub enum TlsConfig {
         /// Its key.
         key: PathBuf,
     },
-}
-
-/// Why connections cannot be encrypted.
-#[derive(Debug, thiserror::Error)]
-pub enum TlsError {
-    /// A file cannot be read or written.
-    #[error("{} cannot be used for TLS: {reason}. Give other files, or none", path.display())]
-    File {
-        /// Which.
-        path: PathBuf,
-        /// Why, a clause.
-        reason: String,
-    },
-    /// A certificate cannot be made.
-    #[error("no certificate could be made: {0}")]
-    Make(String),
 }
 
 /// Encrypts connections.

@@ -1,7 +1,7 @@
 //! The certificate authority of this robot for people who have to trust it: its certificate, the fingerprint to compare, and a code that leads a phone here. They are
 //! shown over plain http too, because a browser that does not trust the authority yet shows nothing else without a warning.
 
-use super::Authority;
+use super::authority::Authority;
 use crate::access::texts;
 use crate::app::App;
 use crate::documents::Answer;
@@ -15,7 +15,10 @@ use qrcode::QrCode;
 use qrcode::render::svg;
 use ring::digest::{SHA256, digest};
 use serde::Serialize;
+use std::path::Path;
 use std::sync::Arc;
+use tokio_rustls::rustls::pki_types::CertificateDer;
+use tokio_rustls::rustls::pki_types::pem::PemObject;
 use utoipa::ToSchema;
 
 /// The page that explains it, and what it loads.
@@ -95,6 +98,12 @@ pub(crate) fn fingerprint(certificate: &[u8]) -> String {
     let pairs: Vec<_> =
         digest(&SHA256, certificate).as_ref().iter().map(|byte| format!("{byte:02X}")).collect();
     pairs.join(":")
+}
+
+/// SHA-256 of the certificate of the authority in this folder, as browsers show it; `None` while there is none.
+pub fn authority_fingerprint(folder: &Path) -> Option<String> {
+    let certificate = CertificateDer::from_pem_file(folder.join("authority.pem")).ok()?;
+    Some(fingerprint(&certificate))
 }
 
 #[cfg(test)]

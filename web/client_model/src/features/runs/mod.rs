@@ -1,9 +1,11 @@
 //! Runs of missions: those under way and in the queue, how far they are, those that ended, and what the operator asks of them.
 
 mod estimate;
+mod result_file;
 mod stored;
 
 pub use estimate::{RunEstimate, estimate_run};
+pub use result_file::ResultFileKind;
 pub use stored::{
     RunContent, RunQuery, StoredAttempt, StoredPage, StoredResult, StoredRun, StoredSlot, StoredSlotDetails,
 };
@@ -22,17 +24,6 @@ use std::collections::BTreeMap;
 const MAX_KEPT: usize = 64;
 /// Time between two fetches of the slots that were decided, seconds. Nothing is sent when a slot is skipped.
 const SLOT_PERIOD_S: f64 = 60.0;
-
-/// How a file of a result is decoded.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ResultFileKind {
-    /// As a picture.
-    Picture,
-    /// As a PNG with 16 bits a pixel, hundredths of a kelvin.
-    Temperatures,
-    /// As the JSON of a [`site_model::GammaSpectrum`].
-    Spectrum,
-}
 
 /// What came before a result: the result before it at the same inspection point if there is one, or a sentence that says why it could not be fetched.
 type Previous = Result<Option<StoredResult>, String>;
