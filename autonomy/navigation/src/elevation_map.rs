@@ -33,7 +33,7 @@ pub struct ElevationMapConfig {
     pub slice_height_m: f64,
     /// Obstacles that appear thinner than this from the robot are not cleared by rays, radians: the beams of a LiDAR are up to 2 degrees apart.
     pub clearable_angle_min_rad: f64,
-    /// Except that every so many scans they are, if they are at least `thin_cleared_from_m` away. People who walk past at 4 m leave traces of one or two slices, with the
+    /// Thin obstacles at least `thin_cleared_from_m` away are cleared by every scan whose number is a multiple of this. People who walk past at 4 m leave traces of one or two slices, with the
     /// highest confidence. Here a trace goes after 5.5 s, sooner than a walk gives up before a blocked path, and a thing that one scan in 15 hits stays. Sensitivity: with 8,
     /// traces outlast that wait.
     pub thin_cleared_scans: u32,
