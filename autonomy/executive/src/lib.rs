@@ -9,6 +9,9 @@ mod docking;
 #[cfg(test)]
 mod docking_tests;
 mod executive;
+mod look_again;
+#[cfg(test)]
+mod look_again_tests;
 mod manual_driving;
 mod pose_control;
 mod pose_walk;
@@ -28,6 +31,7 @@ mod zones;
 pub use behaviour::{Behaviour, BehaviourContext, Frames, Outcome};
 pub use docking::{DockGoal, DockingBehaviour, DockingConfig};
 pub use executive::{Executive, ExecutiveConfig, Situation};
+pub use look_again::LookAgainConfig;
 pub use manual_driving::{ManualDriving, StandStill};
 pub use pose_control::PoseControlConfig;
 pub use pose_walk::{PoseWalkBehaviour, PoseWalkConfig};

@@ -1,5 +1,7 @@
-//! Walking into a pose: along a path to its point, then with small steps in any direction until position and heading are right.
+//! Walking into a pose: along a path to its point, then with small steps in any direction until position and heading are right. If something keeps the robot from its
+//! last steps, it steps back once and looks whether it still stands there.
 
+use crate::look_again::{LookAgainConfig, look_point};
 use crate::{Behaviour, BehaviourContext, Frames, Outcome, PoseControlConfig, WalkBehaviour, WalkConfig};
 use geometry::{Isometry, Vector3, isometry_from_pose};
 use messages::{Approach, GoalAttempt, GoalFailure, GoalProgress, PoseGoal, SpeedLimits, WaitReason};
@@ -25,6 +27,8 @@ pub struct PoseWalkConfig {
     pub walk_again_m: f64,
     /// Time for the last steps, and in straight approaches for each metre.
     pub step_time_limit: Span,
+    /// Stepping back from what keeps the robot from its last steps.
+    pub look_again: LookAgainConfig,
 }
 
 impl Default for PoseWalkConfig {
@@ -37,6 +41,7 @@ impl Default for PoseWalkConfig {
             step_turn_max_radps: 0.8,
             walk_again_m: 0.6,
             step_time_limit: Span::from_millis(20_000),
+            look_again: LookAgainConfig::default(),
         }
     }
 }
@@ -52,6 +57,8 @@ pub struct PoseWalkBehaviour {
     tolerance: Option<PoseTolerance>,
     approach: Approach,
     phase: Phase,
+    /// Whether it has stepped back. Once is enough: what stands there then is real.
+    has_looked_again: bool,
     /// Attempts of walks that have ended.
     attempts: Vec<GoalAttempt>,
 }
@@ -63,8 +70,22 @@ enum Phase {
         deadline: Stamp,
         /// Since when the robot stands in the pose.
         in_pose_since: Option<Stamp>,
+        /// Since when the robot is not allowed to make a step.
+        held_since: Option<Stamp>,
         is_blind: bool,
     },
+    /// On the way to a point from where the pose can be seen.
+    SteppingBack(Box<WalkBehaviour>),
+    /// There, until this instant or until the pose is free.
+    Looking {
+        until: Stamp,
+    },
+}
+
+impl Phase {
+    fn stepping(deadline: Stamp) -> Self {
+        Self::Stepping { deadline, in_pose_since: None, held_since: None, is_blind: false }
+    }
 }
 
 /// Distance that is left, in the frame of the base.
@@ -100,7 +121,8 @@ impl PoseWalkBehaviour {
             map_from_goal,
             tolerance: goal.tolerance,
             approach: goal.approach,
-            phase: Phase::Stepping { deadline: at, in_pose_since: None, is_blind: false },
+            phase: Phase::stepping(at),
+            has_looked_again: false,
             attempts: Vec::new(),
         };
         match goal.approach {
@@ -120,7 +142,7 @@ impl PoseWalkBehaviour {
         let offset = self.offset(frames);
         let distance_m = offset.forward_m.hypot(offset.left_m).ceil().clamp(1.0, 10.0);
         let deadline = at + self.config.step_time_limit * distance_m as i64;
-        self.phase = Phase::Stepping { deadline, in_pose_since: None, is_blind: false };
+        self.phase = Phase::stepping(deadline);
     }
 
     fn offset(&self, frames: &Frames) -> Offset {
@@ -147,13 +169,13 @@ impl PoseWalkBehaviour {
         let offset = self.offset(&context.frames);
         let (is_ending, is_in_pose) =
             (self.is_in_pose(&offset, self.config.tolerance_share), self.is_in_pose(&offset, 1.0));
-        let Phase::Stepping { deadline, in_pose_since, is_blind } = &mut self.phase else {
+        let Phase::Stepping { deadline, in_pose_since, held_since, is_blind } = &mut self.phase else {
             return Poll::Pending;
         };
         let at = context.at;
         *is_blind = !context.sees_ground;
         if *is_blind {
-            *in_pose_since = None;
+            (*in_pose_since, *held_since) = (None, None);
             return Poll::Pending;
         }
         if at >= *deadline {
@@ -165,12 +187,49 @@ impl PoseWalkBehaviour {
             return if is_settled { Poll::Ready(Ok(())) } else { Poll::Pending };
         }
         *in_pose_since = None;
+        let held_since = *held_since;
         let is_far = offset.forward_m.hypot(offset.left_m) > self.config.walk_again_m;
         if is_far && self.approach == Approach::Path {
             self.walk(at, context.elevation_map, &context.frames);
             return Poll::Pending;
         }
         context.velocity = self.step_velocity(&offset);
+        let held_since = is_held(context).then(|| held_since.unwrap_or(at));
+        if let Phase::Stepping { held_since: known, .. } = &mut self.phase {
+            *known = held_since;
+        }
+        if held_since.is_some_and(|since| at - since > self.config.look_again.held_time) {
+            self.step_back(context);
+        }
+        Poll::Pending
+    }
+
+    /// Begins to step back, once and if there is room.
+    fn step_back(&mut self, context: &mut BehaviourContext<'_>) {
+        if self.has_looked_again || self.approach == Approach::Straight {
+            return;
+        }
+        self.has_looked_again = true;
+        let here = context.frames.odom_from_base.translation.vector;
+        let goal = context.frames.to_odom(&self.map_from_goal.translation.vector);
+        let Some(point) = look_point(&self.config.look_again, context.elevation_map, &here, &goal) else {
+            return;
+        };
+        let point = context.frames.to_map(&point);
+        let walk =
+            WalkBehaviour::begin(self.walk_config, context.at, context.elevation_map, &context.frames, point);
+        if let Ok(walk) = walk {
+            self.phase = Phase::SteppingBack(Box::new(walk));
+        }
+    }
+
+    /// Stands and looks, and walks to the pose again when it is free or has been looked at for long enough.
+    fn look(&mut self, context: &mut BehaviourContext<'_>, until: Stamp) -> Poll<Outcome> {
+        let goal = context.frames.to_odom(&self.map_from_goal.translation.vector);
+        let is_free = context.elevation_map.is_free(context.elevation_map.index(goal.x, goal.y));
+        if is_free || context.at >= until {
+            self.walk(context.at, context.elevation_map, &context.frames);
+        }
         Poll::Pending
     }
 
@@ -191,16 +250,28 @@ impl PoseWalkBehaviour {
 
 impl Behaviour for PoseWalkBehaviour {
     fn update(&mut self, context: &mut BehaviourContext<'_>) -> Poll<Outcome> {
-        let Phase::Walking(walk) = &mut self.phase else {
-            return self.update_steps(context);
-        };
-        match walk.update(context) {
-            Poll::Ready(Ok(())) if self.tolerance.is_some() => {
-                self.attempts.extend(walk.attempts());
-                self.step(context.at, &context.frames);
-                self.update_steps(context)
+        match &mut self.phase {
+            Phase::Stepping { .. } => self.update_steps(context),
+            Phase::Walking(walk) => match walk.update(context) {
+                Poll::Ready(Ok(())) if self.tolerance.is_some() => {
+                    self.attempts.extend(walk.attempts());
+                    self.step(context.at, &context.frames);
+                    self.update_steps(context)
+                }
+                result => result,
+            },
+            // A way back that is blocked on the way shows enough.
+            Phase::SteppingBack(walk) => {
+                if walk.update(context).is_ready() {
+                    self.attempts.extend(walk.attempts());
+                    self.phase = Phase::Looking { until: context.at + self.config.look_again.look_time };
+                }
+                Poll::Pending
             }
-            result => result,
+            Phase::Looking { until } => {
+                let until = *until;
+                self.look(context, until)
+            }
         }
     }
 
@@ -210,21 +281,32 @@ impl Behaviour for PoseWalkBehaviour {
             Phase::Stepping { is_blind, .. } => {
                 GoalProgress { remaining_m: Some(0.0), waits_for: is_blind.then_some(WaitReason::Sight) }
             }
+            // The way back and the look are time in front of a path that is not free.
+            Phase::SteppingBack(_) | Phase::Looking { .. } => {
+                GoalProgress { remaining_m: Some(0.0), waits_for: Some(WaitReason::FreePath) }
+            }
         }
     }
 
     fn path(&self) -> &[Vector3] {
         match &self.phase {
-            Phase::Walking(walk) => walk.path(),
-            Phase::Stepping { .. } => &[],
+            Phase::Walking(walk) | Phase::SteppingBack(walk) => walk.path(),
+            Phase::Stepping { .. } | Phase::Looking { .. } => &[],
         }
     }
 
     fn attempts(&self) -> Vec<GoalAttempt> {
         let mut attempts = self.attempts.clone();
-        if let Phase::Walking(walk) = &self.phase {
+        if let Phase::Walking(walk) | Phase::SteppingBack(walk) = &self.phase {
             attempts.extend(walk.attempts());
         }
         attempts
     }
+}
+
+/// Whether the velocity of a behaviour would bring the robot too near to something at any speed.
+fn is_held(context: &BehaviourContext<'_>) -> bool {
+    let Twist { linear, angular } = context.velocity;
+    let share = context.guard.allowed_share(&context.frames.odom_from_base, [linear.x, linear.y], angular.z);
+    share <= 0.0
 }

@@ -75,7 +75,7 @@ impl Rig {
     }
 
     /// A robot that has scanned the room for a second.
-    fn in_room(map_from_odom: Isometry) -> Self {
+    pub fn in_room(map_from_odom: Isometry) -> Self {
         let mut rig = Self::new();
         rig.situation.frames.map_from_odom = map_from_odom;
         rig.run(1.0, &|_| true);
@@ -139,7 +139,7 @@ impl Rig {
         }
         if let Some(velocity) = wanted {
             let turned = so3::exp(&Vector3::new(0.0, 0.0, 0.05 * velocity.angular.z));
-            let moved = Vector3::new(0.05 * velocity.linear.x, 0.0, 0.0);
+            let moved = Vector3::new(0.05 * velocity.linear.x, 0.05 * velocity.linear.y, 0.0);
             let next = odom_from_base * Isometry::from_parts(moved.into(), turned);
             let odom_from_base = &mut self.situation.frames.odom_from_base;
             match is_open(&next.translation.vector) {
@@ -160,7 +160,7 @@ impl Rig {
         track
     }
 
-    fn position(&self) -> Vector3 {
+    pub fn position(&self) -> Vector3 {
         self.situation.frames.odom_from_base.translation.vector
     }
 

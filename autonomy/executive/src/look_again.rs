@@ -1,0 +1,98 @@
+//! Where a robot steps back to, to see what it cannot see from beside it.
+//!
+//! A LiDAR sees neither the ground beside the robot nor what is low there. What a person left in the elevation map beside the robot stays until the robot looks from
+//! farther away. Nav2 has the same recovery, "back up".
+
+use geometry::Vector3;
+use navigation::ElevationMap;
+use vocab::Span;
+
+/// Parameters of stepping back in front of a pose that something seems to stand in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LookAgainConfig {
+    /// The robot steps back when it was not allowed to make its last steps for this time. Above the time in which a person walks past, 2 s.
+    pub held_time: Span,
+    /// Distance that it steps back at most, metres. Above the distance from which the elevation map clears thin traces, 2 m, and the robot is beside the trace.
+    pub distance_m: f64,
+    /// Shorter ways back than this show nothing new, metres.
+    pub distance_min_m: f64,
+    /// Distance around the robot in which cells are not asked, metres: it may be too near to the thing. The footprint is 0.36 m. Beyond it, a path has to be free.
+    pub footprint_m: f64,
+    /// Distance between the cells that are asked on the way, metres: a cell of the elevation map.
+    pub sample_m: f64,
+    /// Time that the robot looks at most. Traces of the highest confidence are cleared in 5.5 s.
+    pub look_time: Span,
+}
+
+impl Default for LookAgainConfig {
+    fn default() -> Self {
+        Self {
+            held_time: Span::from_millis(3_000),
+            distance_m: 2.4,
+            distance_min_m: 0.8,
+            footprint_m: 0.45,
+            sample_m: 0.1,
+            look_time: Span::from_millis(7_000),
+        }
+    }
+}
+
+/// Directions that are tried, in radians from the direction away from the pose: straight back first.
+const DIRECTIONS_RAD: [f64; 8] = {
+    const STEP_RAD: f64 = std::f64::consts::FRAC_PI_4;
+    [
+        0.0,
+        STEP_RAD,
+        -STEP_RAD,
+        2.0 * STEP_RAD,
+        -2.0 * STEP_RAD,
+        3.0 * STEP_RAD,
+        -3.0 * STEP_RAD,
+        4.0 * STEP_RAD,
+    ]
+};
+
+/// The point to step back to from `here`, beside `goal`: the end of the longest straight line over free ground that was seen, up to [`LookAgainConfig::distance_m`].
+/// All in the frame of the elevation map. None if there is no room to step back.
+pub(crate) fn look_point(
+    config: &LookAgainConfig,
+    elevation_map: &ElevationMap,
+    here: &Vector3,
+    goal: &Vector3,
+) -> Option<Vector3> {
+    let away = here - goal;
+    let away_rad = away.y.atan2(away.x);
+    let mut best: Option<(f64, f64)> = None;
+    for direction_rad in DIRECTIONS_RAD.map(|from_away_rad| away_rad + from_away_rad) {
+        let free_m = free_distance_m(config, elevation_map, here, direction_rad);
+        if free_m >= config.distance_min_m && best.is_none_or(|(longest_m, _)| free_m > longest_m) {
+            best = Some((free_m, direction_rad));
+        }
+    }
+    let (distance_m, direction_rad) = best?;
+    let (sin, cos) = direction_rad.sin_cos();
+    Some(here + Vector3::new(distance_m * cos, distance_m * sin, 0.0))
+}
+
+/// Length of the straight line from `here` over free cells whose ground was seen, metres, up to [`LookAgainConfig::distance_m`].
+fn free_distance_m(
+    config: &LookAgainConfig,
+    elevation_map: &ElevationMap,
+    here: &Vector3,
+    direction_rad: f64,
+) -> f64 {
+    let (sin, cos) = direction_rad.sin_cos();
+    let samples = (config.distance_m / config.sample_m).round() as u32;
+    let is_free = |distance_m: f64| {
+        let cell = elevation_map.index(here.x + distance_m * cos, here.y + distance_m * sin);
+        elevation_map.is_free(cell) && elevation_map.cell(cell).ground().is_some()
+    };
+    let mut free_m = 0.0;
+    for distance_m in (1..=samples).map(|sample| f64::from(sample) * config.sample_m) {
+        if distance_m > config.footprint_m && !is_free(distance_m) {
+            break;
+        }
+        free_m = distance_m;
+    }
+    free_m
+}

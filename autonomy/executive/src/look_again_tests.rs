@@ -1,0 +1,76 @@
+//! The last steps into a pose beside which something was seen that has gone, or that stands there.
+
+use crate::tests::{Rig, post, room, shifted};
+use geometry::{Vector3, pose_from_isometry};
+use messages::{Approach, GoalKind, GoalStatus, PoseGoal, Publication, StackEffect};
+use site_model::PoseTolerance;
+
+/// Where the robot is to stand, and where a person stands for a moment when it comes, metres.
+const GOAL: [f64; 2] = [2.0, 0.0];
+const PERSON: [f64; 2] = [2.3, 0.0];
+
+/// The robot sees nothing nearer than this: neither the ground beside it nor what stands there, metres.
+const BLIND_M: f64 = 1.3;
+
+/// From beside the person's place, no ray passes within this angle of it, radians: rays there are too high.
+const HIDDEN_RAD: f64 = 1.0;
+
+/// Lets the robot walk to the goal. Whether the person stays. Returns the goal's outcome, and the greatest distance from the goal after the robot was beside it, metres.
+fn walk(stays: bool) -> (GoalStatus, f64) {
+    let mut rig = Rig::in_room(shifted(0.0, 0.0));
+    let goal = PoseGoal {
+        map_from_goal: pose_from_isometry(&shifted(GOAL[0], GOAL[1])),
+        tolerance: Some(PoseTolerance::default()),
+        speed_max_m_s: None,
+        approach: Approach::Path,
+    };
+    rig.start(GoalKind::WalkToPose(goal)).unwrap();
+    let person = Vector3::new(PERSON[0], PERSON[1], 0.0);
+    let mut seen_beside = 0_u32;
+    let mut farthest_m = 0.0_f64;
+    for _ in 0..2_000 {
+        let here = rig.position();
+        let distance_m = (here.x - GOAL[0]).hypot(here.y - GOAL[1]);
+        // The person is seen for half a second from half a metre.
+        let is_seen = distance_m < 0.5 && seen_beside < 10;
+        seen_beside += u32::from(is_seen);
+        if seen_beside == 10 {
+            farthest_m = farthest_m.max(distance_m);
+        }
+        let is_beside = (person - here).xy().norm() < BLIND_M;
+        let is_in_view = |point: &[f32; 3]| {
+            let offset = [f64::from(point[0]) - here.x, f64::from(point[1]) - here.y];
+            let bearing_rad = offset[1].atan2(offset[0]);
+            let is_behind_person = is_beside && bearing_rad.abs() < HIDDEN_RAD;
+            offset[0].hypot(offset[1]) > BLIND_M && !is_behind_person
+        };
+        rig.points = room().into_iter().filter(is_in_view).collect();
+        if is_seen || (stays && !is_beside) {
+            rig.points.extend(post(&person));
+        }
+        rig.effects.clear();
+        rig.step(&|_| true);
+        for effect in &rig.effects {
+            if let StackEffect::Publish(Publication::Goal(update)) = effect
+                && update.status.is_outcome()
+            {
+                return (update.status.clone(), farthest_m);
+            }
+        }
+    }
+    panic!("the goal has no outcome within 100 s");
+}
+
+#[test]
+fn a_robot_steps_back_from_what_has_gone_and_reaches_its_pose() {
+    let (status, farthest_m) = walk(false);
+    assert!(matches!(status, GoalStatus::Succeeded { .. }), "{status:?}");
+    assert!(farthest_m > 1.5, "it was at most {farthest_m} m from the pose");
+}
+
+#[test]
+fn a_pose_beside_something_that_stays_is_not_reached() {
+    let (status, farthest_m) = walk(true);
+    assert!(matches!(status, GoalStatus::Failed { .. }), "{status:?}");
+    assert!(farthest_m > 1.5, "it was at most {farthest_m} m from the pose");
+}
