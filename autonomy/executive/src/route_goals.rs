@@ -1,4 +1,4 @@
-//! Goals on the topological map. The executive has the goal: its identity, its state and its one outcome. Whoever knows that map decides the legs of the way, and when
+//! Goals on the topological map. The executive has the goal: its identity, its state and its one outcome. Whoever knows that map decides the legs of the route, and when
 //! the goal has ended. Between two legs the robot stands and the goal is still executed, so that a stop, a person who drives, another goal and another map end it by the
 //! same rows of the table as any goal.
 

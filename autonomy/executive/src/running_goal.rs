@@ -8,7 +8,7 @@ use messages::{
 };
 use vocab::{GoalId, LegId, Span, Stamp, Vec3};
 
-/// A part of the way to a goal on the topological map, which the robot walks in one go.
+/// A part of the route to a goal on the topological map, which the robot walks in one go.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RouteLeg {
     /// Its id, which no other leg has.

@@ -97,7 +97,7 @@ fn actions_of_an_edge_are_performed_at_its_ends() {
 }
 
 #[test]
-fn actions_on_the_way_of_a_run_stand_in_it_like_those_of_tasks() {
+fn route_actions_of_a_run_stand_in_it_like_those_of_tasks() {
     let (_, _, origin) = first();
     let mut site = site(origin);
     let request = |action: &str| ActionRequest { action: action.to_owned(), parameters: Parameters::new() };

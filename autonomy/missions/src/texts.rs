@@ -26,7 +26,7 @@ pub(crate) const ROUTE_ACTION_UNKNOWN: &str =
 /// Why an action on the way has failed.
 pub(crate) const ACTION_NOT_OFFERED: &str = "No program offers this action now.";
 
-pub(crate) const WAY_BLOCKED: &str = "The way was blocked.";
+pub(crate) const PATH_BLOCKED: &str = "The way was blocked.";
 
 /// An action of an edge that was cancelled because it did not end.
 pub(crate) const ACTION_SILENT: &str = "It did not end in its time.";
@@ -37,7 +37,7 @@ pub(crate) fn edge_action_failed(action: &str, reason: &str) -> String {
 }
 
 /// Where the robot stood when the way stayed blocked.
-pub(crate) fn way_blocked(at: vocab::Vec3) -> String {
+pub(crate) fn path_blocked(at: vocab::Vec3) -> String {
     format!("The way stayed blocked when the robot stood at x {:.1} m, y {:.1} m.", at.x, at.y)
 }
 

@@ -572,7 +572,7 @@ impl ElevationMap {
             }
         }
         let ground = if cell.ground.is_finite() { cell.ground } else { foot };
-        let body = slices_in_the_way(&config, hits, ground, foot, step, clearance);
+        let body = blocked_slices(&config, hits, ground, foot, step, clearance);
         if hits.highest > ground + step && body != 0 {
             cell.slices |= body;
             let seen_at = hits.body_at().unwrap_or(MIDDLE);
@@ -622,7 +622,7 @@ impl ElevationMap {
 }
 
 /// The slices above `ground`, metres, in which a scan saw an obstacle for the robot.
-fn slices_in_the_way(
+fn blocked_slices(
     config: &ElevationMapConfig,
     hits: &CellHits,
     ground: f32,

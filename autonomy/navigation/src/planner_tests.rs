@@ -149,7 +149,7 @@ fn a_person_who_leaves_is_cleared() {
     assert!(elevation_map.is_free(cell));
 }
 
-/// A hall with two ways from the left to the right.
+/// A hall with two paths from the left to the right.
 const HALL: &str = "
 ....................
 ....................
@@ -174,7 +174,7 @@ fn lowest(path: &[Vector3]) -> f64 {
 #[test]
 fn paths_lead_round_a_keep_out_zone_and_not_into_it() {
     let across = [[2.0, 0.5], [3.0, 0.5], [3.0, -1.2], [2.0, -1.2]];
-    let path = with_zone(ZoneRule::KeepOut, across).expect("a way round");
+    let path = with_zone(ZoneRule::KeepOut, across).expect("a path round");
     // Paths lead over cells of 0.25 m.
     let inside = |at: Vector3| (2.25..2.75).contains(&at.x) && at.y > -0.95;
     for pair in path.windows(2) {
@@ -189,9 +189,9 @@ fn paths_lead_round_a_keep_out_zone_and_not_into_it() {
 #[test]
 fn a_penalty_is_avoided_where_the_way_round_is_cheaper_and_a_speed_limit_changes_no_path() {
     let across = [[1.0, 0.5], [4.0, 0.5], [4.0, -0.9], [1.0, -0.9]];
-    assert!(lowest(&with_zone(ZoneRule::Penalty(5.0), across).expect("a way")) < -0.9);
-    assert!(lowest(&with_zone(ZoneRule::Penalty(1.01), across).expect("a way")) > -0.9);
-    assert!(lowest(&with_zone(ZoneRule::SpeedLimit(0.1), across).expect("a way")) > -0.7);
+    assert!(lowest(&with_zone(ZoneRule::Penalty(5.0), across).expect("a path")) < -0.9);
+    assert!(lowest(&with_zone(ZoneRule::Penalty(1.01), across).expect("a path")) > -0.9);
+    assert!(lowest(&with_zone(ZoneRule::SpeedLimit(0.1), across).expect("a path")) > -0.7);
     let all_over = [[1.0, 9.0], [4.0, 9.0], [4.0, -9.0], [1.0, -9.0]];
     assert!(with_zone(ZoneRule::Penalty(5.0), all_over).is_ok(), "there is no other way");
 }

@@ -167,7 +167,7 @@ impl Floor {
     }
 }
 
-/// Decides which straight lines are ways.
+/// Decides which straight lines are paths.
 pub(crate) struct Passage<'a> {
     pub floor: &'a Floor,
     pub path: &'a Path,

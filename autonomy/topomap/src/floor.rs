@@ -282,7 +282,7 @@ impl Floor {
             let passes = passes.get(&(x, y));
             for (_, point, seen) in group {
                 let z = f64::from(point[2]);
-                let is_in_way = heights.iter().any(|layer| {
+                let is_obstacle = heights.iter().any(|layer| {
                     let above = z - (f64::from(*layer) + 0.5) * layer_m;
                     above > self.robot.step - layer_m && above < top_m
                 });
@@ -294,7 +294,7 @@ impl Floor {
                 let is_gone = || {
                     passes.is_some_and(|passes| passes.iter().any(|pass| self.has_passed(pass, point, seen)))
                 };
-                if is_in_way && !is_ground && !is_gone() {
+                if is_obstacle && !is_ground && !is_gone() {
                     let block =
                         [point[0], point[1]].map(|c| (f64::from(c) / OBSTACLE_BLOCK_M).floor() as i32);
                     obstacles.entry((block[0], block[1])).or_default().push(**point);

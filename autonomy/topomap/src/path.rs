@@ -10,7 +10,7 @@ use vocab::Stamp;
 /// Edge of the squares by which samples are looked up, metres.
 const SAMPLE_BLOCK_M: f64 = 1.0;
 
-/// A place on a way.
+/// A place on a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Sample {
     /// Position of the feet, metres, map frame.
@@ -19,7 +19,7 @@ pub(crate) struct Sample {
     pub yaw: f64,
 }
 
-/// The next place of a way.
+/// The next place of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Step {
     /// Walked straight from the last place.
@@ -158,7 +158,7 @@ fn steps(samples: &[Sample], flights: &[RangeInclusive<usize>], config: &Topomap
     steps
 }
 
-/// A way that nobody walked, over these places of the feet, with its flights of stairs.
+/// A path that nobody walked, over these places of the feet, with its flights of stairs.
 pub(crate) fn virtual_walk(feet: &[Vector3], config: &TopomapConfig) -> Vec<Step> {
     let yaw = |index: usize| {
         let (a, b) = (feet[index.saturating_sub(1)], feet[(index + 1).min(feet.len() - 1)]);

@@ -117,8 +117,9 @@ fn near_nodes(mapped: &MissionSite, dock: NodeId) -> Result<Vec<NodeId>> {
     let place = graph.node(dock).context("the dock has a node")?.map_from_node.position;
     let is_near = |node: &&site_model::Node| {
         let at = node.map_from_node.position;
-        let is_way = !matches!(node.kind, NodeKind::Dock | NodeKind::DockApproach | NodeKind::Portal);
-        is_way && (at.x - place.x).hypot(at.y - place.y) <= START_DISTANCE_MAX_M
+        let is_start_candidate =
+            !matches!(node.kind, NodeKind::Dock | NodeKind::DockApproach | NodeKind::Portal);
+        is_start_candidate && (at.x - place.x).hypot(at.y - place.y) <= START_DISTANCE_MAX_M
     };
     let nodes: Vec<NodeId> = graph.nodes().filter(is_near).map(|node| node.id).collect();
     ensure!(!nodes.is_empty(), "no node is within {START_DISTANCE_MAX_M} m of the dock");

@@ -160,11 +160,11 @@ fn row(inputs: &RowInputs<'_>, config: &TopomapConfig, verbose: bool) -> Result<
     let made = source.generate();
     let made_s = (thread_ms() - begun) * 1e-3;
     if verbose {
-        for way in &made.blocked {
-            let (a, b) = (way.from_m, way.to_m);
+        for segment in &made.blocked {
+            let (a, b) = (segment.from_m, segment.to_m);
             println!(
                 "blocked: {:?} {:.2},{:.2},{:.2} - {:.2},{:.2},{:.2}",
-                way.by, a.x, a.y, a.z, b.x, b.y, b.z
+                segment.by, a.x, a.y, a.z, b.x, b.y, b.z
             );
         }
     }

@@ -44,7 +44,7 @@ mod tests {
     use std::time::Duration;
 
     #[test]
-    fn follows_the_platform_both_ways_and_estimates_forward_only() {
+    fn follows_the_platform_in_both_directions_and_estimates_forward_only() {
         let start = Instant::now();
         let estimate =
             |s| Event::Estimate(Estimate { stamp: Stamp::from_parts(s, 0), ..Estimate::default() });

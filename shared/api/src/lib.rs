@@ -47,7 +47,7 @@ pub use site::{
     SiteAssembly, SiteChanged, SitePart, SiteParts, SiteState, encoded_bytes,
 };
 pub use socket::{ClientMessage, MAX_UNACKNOWLEDGED, ScanFrame, ServerMessage, StreamRequest};
-pub use topomap::{MAX_BLOCKED_WAYS, TopomapGeneration, TopomapStage, TopomapSummary};
+pub use topomap::{MAX_BLOCKED_SEGMENTS, TopomapGeneration, TopomapStage, TopomapSummary};
 
 /// Version of everything in this crate. Server and client refuse each other when it differs, and say so.
 pub const VERSION: u16 = 22;

@@ -59,9 +59,11 @@ pub enum ProblemKind {
     /// Another edge joins the same nodes in the same direction.
     SameEdge(ObjectId),
     /// No edge leads to a node that is needed.
-    NoWayTo(NodeId),
+    #[serde(rename = "no_way_to")]
+    NoEdgeTo(NodeId),
     /// No edge leads away from a node that is needed.
-    NoWayFrom(NodeId),
+    #[serde(rename = "no_way_from")]
+    NoEdgeFrom(NodeId),
     /// A node is not of the kind that it is used as.
     WrongNodeKind(NodeId),
     /// A mission has no tasks.
@@ -83,8 +85,8 @@ impl ProblemKind {
             Self::NoName
             | Self::SameName(_)
             | Self::SameEdge(_)
-            | Self::NoWayTo(_)
-            | Self::NoWayFrom(_)
+            | Self::NoEdgeTo(_)
+            | Self::NoEdgeFrom(_)
             | Self::WrongNodeKind(_)
             | Self::NoTasks
             | Self::NeverDue => Severity::Warning,
@@ -110,9 +112,9 @@ impl fmt::Display for ProblemKind {
             Self::OrderConstraintsCircular => f.write_str("its order constraints contradict each other"),
             Self::OutOfRange { field, permitted } => write!(f, "{field} must be {permitted}"),
             Self::EdgeToItself => f.write_str("it begins and ends at the same node"),
-            Self::SameEdge(other) => write!(f, "{other} goes the same way"),
-            Self::NoWayTo(node) => write!(f, "no edge leads to node {node}"),
-            Self::NoWayFrom(node) => write!(f, "no edge leads away from node {node}"),
+            Self::SameEdge(other) => write!(f, "{other} leads in the same direction"),
+            Self::NoEdgeTo(node) => write!(f, "no edge leads to node {node}"),
+            Self::NoEdgeFrom(node) => write!(f, "no edge leads away from node {node}"),
             Self::WrongNodeKind(node) => write!(f, "node {node} is of another kind"),
             Self::NoTasks => f.write_str("it has no tasks"),
             Self::NeverDue => f.write_str("it never becomes due"),

@@ -208,9 +208,9 @@ pub enum TravelDirection {
     /// Where it goes.
     #[default]
     Forward,
-    /// The opposite way.
+    /// The opposite direction.
     Backward,
-    /// Any way.
+    /// Any direction.
     Any,
 }
 

@@ -296,10 +296,10 @@ impl ProblemFinder<'_> {
             return;
         }
         if !self.ends.reached.contains(&node) {
-            self.add(id, ProblemKind::NoWayTo(node));
+            self.add(id, ProblemKind::NoEdgeTo(node));
         }
         if !self.ends.left.contains(&node) {
-            self.add(id, ProblemKind::NoWayFrom(node));
+            self.add(id, ProblemKind::NoEdgeFrom(node));
         }
     }
 

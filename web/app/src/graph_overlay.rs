@@ -115,17 +115,17 @@ impl GraphOverlay {
         let standing_height_m = model.platform.standing_height_m();
         let positions: BTreeMap<NodeId, DVec3> =
             site.nodes().map(|node| (node.id, on_floor(source.position(node), standing_height_m))).collect();
-        let ways: BTreeSet<[NodeId; 2]> = site.edges().map(|edge| [edge.from, edge.to]).collect();
+        let directions: BTreeSet<[NodeId; 2]> = site.edges().map(|edge| [edge.from, edge.to]).collect();
         let blocked: BTreeSet<_> = site.edge_blocks().map(|block| block.edge).collect();
-        let selected_way = match model.selection() {
+        let selected_direction = match model.selection() {
             Some(Selection::Edge(edge)) => site.edge(edge).map(|edge| [edge.from, edge.to]),
             _ => None,
         };
         for edge in site.edges().filter(|edge| model.site.is_edge_shown(edge)) {
-            let is_pair = ways.contains(&[edge.to, edge.from]);
+            let is_pair = directions.contains(&[edge.to, edge.from]);
             let is_selected = model.selection() == Some(Selection::Edge(edge.id));
             // One of a pair stands for both, unless the other one is selected.
-            let back_is_selected = selected_way == Some([edge.to, edge.from]);
+            let back_is_selected = selected_direction == Some([edge.to, edge.from]);
             if is_pair && !is_selected && (back_is_selected || edge.from > edge.to) {
                 continue;
             }

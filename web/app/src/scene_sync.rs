@@ -203,8 +203,8 @@ impl SceneSync {
         self.graph_overlay = GraphOverlay::of(model, preview);
         zone_overlay::add(&mut self.graph_overlay, model, preview);
         lines.extend(self.graph_overlay.lines.iter().cloned());
-        let way = MissionOverlay::of(model);
-        lines.extend(way.lines);
+        let mission = MissionOverlay::of(model);
+        lines.extend(mission.lines);
         let above_floor_m = model.platform.standing_height_m() - marker_height / 4.0;
         let docks = model.docks().map(|map_from_base| dock_marker(map_from_base, &colours, above_floor_m));
         let picked = model.alignment().zip(model.viewed_map());
@@ -215,7 +215,7 @@ impl SceneSync {
             .chain(docks)
             .chain(picked)
             .chain(self.graph_overlay.markers.iter().copied())
-            .chain(way.markers)
+            .chain(mission.markers)
             .chain(arrow_heads);
         renderer.set_annotations(lines, markers.collect());
         renderer.set_robot(if live && model.has_pose_in_map() {

@@ -67,7 +67,7 @@ pub(crate) struct Tab {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SceneDrag {
     /// Whether something is.
-    pub is_under_way: bool,
+    pub is_active: bool,
     /// Something that stands in an edge of the node that is dragged.
     pub obstruction: Option<DragObstruction>,
 }

@@ -3,7 +3,7 @@
 //! An edge that stays blocked is left out of routes for a time that doubles with each failure ([`next_block`]); the edge back is left out with it, because
 //! what stands in the way stands there for both. That the robot is charged is the only proof that it has docked.
 
-use super::interface::{LegResult, LegWalk, LegWay, RouteAttempt, RouteEffect, RouteView};
+use super::interface::{LegKind, LegResult, LegWalk, RouteAttempt, RouteEffect, RouteView};
 use super::journey::{Journey, Leg, Target};
 use super::waits::{hold_of, waits_for};
 use crate::action_time::ActionTimeConfig;
@@ -42,7 +42,7 @@ pub struct RouteExecutorConfig {
     /// Pose at the ends of stairs, in line with the flight: from beside it, the robot would walk into the end of a handrail. Across, a flight of 1 m leaves a robot of
     /// 0.76 m 0.12 m to each side.
     pub stairs_tolerance: PoseTolerance,
-    /// Speed by which ways beside the graph are compared with ways on it, m/s. Slower than on edges, which were checked for passage.
+    /// Speed by which routes beside the graph are compared with routes on it, m/s. Slower than on edges, which were checked for passage.
     pub off_graph_speed_m_s: f64,
 }
 
@@ -82,7 +82,7 @@ impl RouteExecutor {
         Self { config, ..Self::default() }
     }
 
-    /// The goal that is under way.
+    /// The goal that is active.
     pub fn goal(&self) -> Option<GoalId> {
         self.journey.as_ref().map(|journey| journey.goal)
     }
@@ -102,7 +102,7 @@ impl RouteExecutor {
         Some(RouteProgress { goal: journey.goal, target, edges, remaining_s, remaining_m, waits_for })
     }
 
-    /// Begins a goal. One that is under way ends as cancelled.
+    /// Begins a goal. One that is active ends as cancelled.
     pub fn begin(
         &mut self,
         at: Stamp,
@@ -133,7 +133,7 @@ impl RouteExecutor {
         std::mem::take(&mut self.effects)
     }
 
-    /// Ends a goal, if it is the one that is under way.
+    /// Ends a goal, if it is the one that is active.
     pub fn cancel(&mut self, goal: GoalId) -> Vec<RouteEffect> {
         if self.goal() == Some(goal) {
             self.end(RouteGoalResult::Cancelled);
@@ -141,7 +141,7 @@ impl RouteExecutor {
         std::mem::take(&mut self.effects)
     }
 
-    /// A walk of the executive has ended. Walks that are not under way change nothing.
+    /// A walk of the executive has ended. Walks that are not active change nothing.
     pub fn end_leg(
         &mut self,
         at: Stamp,
@@ -427,7 +427,7 @@ impl RouteExecutor {
         }
     }
 
-    /// Waits, if a way opens soon. Otherwise the goal has failed.
+    /// Waits, if a route opens soon. Otherwise the goal has failed.
     fn handle_no_route(
         &mut self,
         at: Stamp,
@@ -477,7 +477,7 @@ impl RouteExecutor {
             map_from_goal,
             tolerance,
             speed_max_m_s: view.graph.speed_m_s(edge).filter(|_| self.limits_speed(edge, view.site)),
-            way: LegWay::Path,
+            kind: LegKind::Path,
         };
         self.begin_walk(Leg::Edge(edge), walk);
     }
@@ -511,11 +511,11 @@ impl RouteExecutor {
         let candidates = ends.flatten().chain(nearest.filter(|_| on.is_none()));
         let candidates = candidates.filter(|node| !journey.unreachable.contains(node));
         let cost_s = |node: NodeId| {
-            let way_m = match (view.map_from_base, view.site.node(node)) {
+            let off_graph_m = match (view.map_from_base, view.site.node(node)) {
                 (Some(base), Some(node)) => floor_distance_m(&base, &node.map_from_node),
                 _ => 0.0,
             };
-            Some(way_m / self.config.off_graph_speed_m_s + tree.cost_s(node)?)
+            Some(off_graph_m / self.config.off_graph_speed_m_s + tree.cost_s(node)?)
         };
         let best =
             candidates.filter_map(|node| Some((cost_s(node)?, node))).min_by(|(a, _), (b, _)| a.total_cmp(b));
@@ -571,7 +571,7 @@ impl RouteExecutor {
             // Where contacts touch is for the walk into the dock to say.
             tolerance: None,
             speed_max_m_s: Some(self.config.dock_speed_m_s),
-            way: LegWay::OntoDock { is_facing },
+            kind: LegKind::OntoDock { is_facing },
         };
         if let Some(journey) = &mut self.journey {
             journey.route.clear();
@@ -589,7 +589,7 @@ impl RouteExecutor {
 
     fn straight_walk(&self, map_from_goal: Pose, tolerance: PoseTolerance) -> LegWalk {
         let speed_max_m_s = Some(self.config.dock_speed_m_s);
-        LegWalk { map_from_goal, tolerance: Some(tolerance), speed_max_m_s, way: LegWay::Straight }
+        LegWalk { map_from_goal, tolerance: Some(tolerance), speed_max_m_s, kind: LegKind::Straight }
     }
 
     fn begin_walk(&mut self, leg: Leg, walk: LegWalk) {
@@ -625,7 +625,7 @@ fn flight_at_end(edge: EdgeId, next: Option<EdgeId>, site: &Site) -> Option<Pose
 }
 
 fn path_walk(map_from_goal: Pose, tolerance: Option<PoseTolerance>) -> LegWalk {
-    LegWalk { map_from_goal, tolerance, speed_max_m_s: None, way: LegWay::Path }
+    LegWalk { map_from_goal, tolerance, speed_max_m_s: None, kind: LegKind::Path }
 }
 
 /// Whether the robot is charged in the dock of the target.

@@ -1,4 +1,4 @@
-//! A goal on the topological map that is under way: where it leads, and what is done for it now.
+//! A goal on the topological map that is active: where it leads, and what is done for it now.
 
 use site_model::{DockId, EdgeId, EdgeStage, NodeId, ReachFailure};
 use std::collections::BTreeSet;
@@ -43,7 +43,7 @@ pub(super) enum Leg {
     Wait { edge: EdgeId, until: Stamp },
     /// An action of an edge is performed, while the robot stands.
     Act { edge: EdgeId, stage: EdgeStage, index: usize, call: ActionCallId, until: Stamp },
-    /// There is no way but over edges that are blocked for a short time.
+    /// There is no route but over edges that are blocked for a short time.
     WaitForBlock { until: Stamp },
     /// Its place is not known yet. It is looked for again then.
     WaitForPlace { until: Stamp },
@@ -76,7 +76,7 @@ pub(super) struct WalkingCall {
     pub is_of_edge: bool,
 }
 
-/// A goal that is under way.
+/// A goal that is active.
 #[derive(Clone, Debug)]
 pub(super) struct Journey {
     pub goal: GoalId,
@@ -102,7 +102,7 @@ pub(super) struct Journey {
     pub during: Vec<WalkingCall>,
     /// Calls of actions so far, from which their ids are made.
     pub calls: u64,
-    /// Nodes to which there was no way from beside the graph.
+    /// Nodes to which there was no route from beside the graph.
     pub unreachable: BTreeSet<NodeId>,
     /// Times that the robot waited because its place was not known.
     pub place_waits: u32,

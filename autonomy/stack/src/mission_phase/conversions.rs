@@ -5,7 +5,7 @@ use super::platform;
 use executive::{DockGoal, MapZone, Outcome, RouteLeg, RouteRemainder};
 use messages::{Approach, GoalAttempt, GoalFailure, GoalKind, GoalStatus, PoseGoal, Severity, WaitReason};
 use missions::{
-    GoalRequest, LegResult, LegWalk, LegWay, MissionNotice, RouteAttempt, RouteGoalResult, RouteRemaining,
+    GoalRequest, LegKind, LegResult, LegWalk, MissionNotice, RouteAttempt, RouteGoalResult, RouteRemaining,
 };
 use navigation::{ZoneArea, ZoneRule};
 use site_model::{ReachFailure, RouteWait, RunState, Zone, ZoneEffect};
@@ -58,13 +58,13 @@ pub(super) fn goal_result(status: &GoalStatus) -> Option<RouteGoalResult> {
 
 /// A walk of a route as a leg of its goal.
 pub(super) fn route_leg(id: LegId, walk: &LegWalk) -> RouteLeg {
-    let LegWalk { map_from_goal, tolerance, speed_max_m_s, way } = *walk;
-    let approach = if way == LegWay::Path { Approach::Path } else { Approach::Straight };
-    let dock = match way {
-        LegWay::OntoDock { is_facing } => {
+    let LegWalk { map_from_goal, tolerance, speed_max_m_s, kind } = *walk;
+    let approach = if kind == LegKind::Path { Approach::Path } else { Approach::Straight };
+    let dock = match kind {
+        LegKind::OntoDock { is_facing } => {
             Some(DockGoal { map_from_docked: map_from_goal, is_facing, speed_max_m_s })
         }
-        LegWay::Path | LegWay::Straight => None,
+        LegKind::Path | LegKind::Straight => None,
     };
     RouteLeg { id, pose: PoseGoal { map_from_goal, tolerance, speed_max_m_s, approach }, dock }
 }

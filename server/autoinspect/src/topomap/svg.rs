@@ -106,8 +106,8 @@ fn draw_floor(
             node.name
         );
     }
-    for way in &made.blocked {
-        let [x, y] = place(way.to_m.x, way.to_m.y);
+    for segment in &made.blocked {
+        let [x, y] = place(segment.to_m.x, segment.to_m.y);
         let _ = writeln!(
             body,
             "<path d=\"M{:.1} {:.1} l12 12 m0 -12 l-12 12\" stroke=\"#b91c1c\" stroke-width=\"3\"/>",

@@ -30,7 +30,7 @@ pub(crate) struct DrivingPanel {
 impl FeaturePanel for DrivingPanel {
     fn update(&mut self, ctx: &Context, cx: &mut PanelContext<'_>) {
         if !ctx.egui_wants_keyboard_input()
-            && is_stop_pressed(ctx, cx.frame.is_escape_taken || cx.frame.scene_drag.is_under_way)
+            && is_stop_pressed(ctx, cx.frame.is_escape_taken || cx.frame.scene_drag.is_active)
         {
             cx.commands.push(ClientCommand::StopMotion);
         }

@@ -291,7 +291,7 @@ fn show_head(ui: &mut Ui, cx: &PanelContext<'_>, run: &RunStatus, estimate: Opti
 fn task_time(cx: &PanelContext<'_>, task: &TaskStatus, estimate: Option<&RunEstimate>) -> String {
     let route = &cx.model.runs.route().route;
     match (task.state, route) {
-        (TaskState::Navigating, Some(route)) => texts::on_the_way(route.remaining_m, route.remaining_s),
+        (TaskState::Navigating, Some(route)) => texts::navigating(route.remaining_m, route.remaining_s),
         (state, _) if state.is_outcome() => String::new(),
         _ => estimate
             .and_then(|estimate| estimate.tasks_s.get(&task.task))

@@ -110,7 +110,7 @@ fn show_result(ui: &mut Ui, cx: &mut PanelContext<'_>, summary: &TopomapSummary)
         if !summary.blocked.is_empty() {
             widgets::sentence(ui, tokens, texts::BLOCKED);
             for (number, [from, to]) in (1..).zip(&summary.blocked) {
-                let name = texts::blocked_way(number, distance_m(from, to));
+                let name = texts::blocked_segment(number, distance_m(from, to));
                 if Button::new(&name).icon(icon::EYE).kind(Kind::Quiet).wide(ui).show(ui, tokens).clicked() {
                     cx.commands.push(ClientCommand::MoveCamera(CameraMove::Point(middle(from, to))));
                 }

@@ -53,7 +53,7 @@ pub(super) const MAKE_DOCK_HINT: &str =
 pub(super) const UNMAKE_DOCK: &str = "It is no dock";
 pub(super) const EDGE_HEAD: &str = "Edge";
 pub(super) const ENABLED: &str = "Routes may use it";
-pub(super) const BOTH_WAYS: &str = "Both ways";
+pub(super) const BOTH_DIRECTIONS: &str = "Both ways";
 pub(super) const SPLIT: &str = "Split edge";
 pub(super) const DELETE_EDGE: &str = "Delete edge";
 pub(super) const DELETE_SHORT: &str = "Delete";
@@ -103,7 +103,7 @@ pub(super) fn kept(nodes: u32) -> String {
     )
 }
 
-pub(super) fn blocked_way(number: u32, length_m: f64) -> String {
+pub(super) fn blocked_segment(number: u32, length_m: f64) -> String {
     format!("Blocked stretch {number} · {}", format::distance(length_m))
 }
 
