@@ -184,8 +184,8 @@ impl StackWalk {
     }
 
     /// Sends the stack a command.
-    pub fn send_command(&mut self, order: CommandKind, observer: StepObserver<'_>) {
-        self.send([order], observer);
+    pub fn send_command(&mut self, kind: CommandKind, observer: StepObserver<'_>) {
+        self.send([kind], observer);
     }
 
     /// The simulator, for its clock and its faults.

@@ -21,7 +21,7 @@ pub struct WalkConfig {
     pub blocked_timeout: Span,
     /// A robot that has moved less than this within `blocked_timeout` is held by what stands beside its path, metres: the walk fails. Below the slowest walk.
     pub held_distance_m: f64,
-    /// A robot that has moved less than this distance for this time waits for a free path, as people are told. Half a turn on the spot takes 3.5 s.
+    /// A robot that has moved less than this distance for this time waits for a free path, as people are told. Half a turn in place takes 3.5 s.
     pub held_report_time: Span,
     /// Parameters of path planning.
     pub planner: PlannerConfig,

@@ -90,13 +90,13 @@ impl Day {
         }
     }
 
-    pub(crate) fn order(&mut self, order: CommandKind) {
+    pub(crate) fn command(&mut self, kind: CommandKind) {
         self.commands += 1;
         let id = CommandId(Uuid::from_u128(self.commands));
-        self.lockstep.give(Input::Command(Command { id, by: self.operator(), kind: order }));
+        self.lockstep.give(Input::Command(Command { id, by: self.operator(), kind }));
     }
 
-    /// Who gives the orders.
+    /// Who gives the commands.
     pub(crate) fn operator(&self) -> Principal {
         Principal::operator(ClientId(Uuid::from_u128(1)))
     }
@@ -104,7 +104,7 @@ impl Day {
     /// Starts a goal with a new id.
     pub(crate) fn start_goal(&mut self, kind: GoalKind) -> GoalId {
         let goal = GoalId(Uuid::from_u128(self.commands + 1));
-        self.order(CommandKind::StartGoal { goal, kind });
+        self.command(CommandKind::StartGoal { goal, kind });
         goal
     }
 
@@ -170,14 +170,14 @@ impl Day {
         let mut walker = RouteFollower::new(route);
         while let Some(drive) = walker.drive(&self.lockstep.simulator().truth()) {
             if drive.velocity != vocab::Twist::default() {
-                self.order(CommandKind::Teleoperate(drive.velocity));
+                self.command(CommandKind::Teleoperate(drive.velocity));
             }
             self.run(0.1);
         }
     }
 
     pub(crate) fn finish(&mut self, map: MapId) -> Arc<FinishedMap> {
-        self.order(CommandKind::FinishMapping { map, name: "Hall".to_owned() });
+        self.command(CommandKind::FinishMapping { map, name: "Hall".to_owned() });
         for _ in 0..200 {
             self.run(0.1);
             if self.mapping == MappingState::Idle {

@@ -126,11 +126,11 @@ fn without_its_dock_the_robot_says_so_and_a_mission_ends_in_the_other_one() {
     let mut day = localised(day(hall, 64, 0.0), with_other_dock(origin));
     let outcome = go_to_dock(&mut day, DOCK);
     assert!(matches!(outcome, GoalStatus::Failed { reason: GoalFailure::DockNotSeen, .. }), "{outcome:?}");
-    let told = day.notices.iter().filter(|text| text.contains("saw no dock"));
-    assert_eq!(told.count(), 1, "{:?}", day.notices);
+    let notices = day.notices.iter().filter(|text| text.contains("saw no dock"));
+    assert_eq!(notices.count(), 1, "{:?}", day.notices);
 
     let start = MissionCommandKind::Start { run: RUN, mission: MISSION, mode: StartMode::Now };
-    day.order(CommandKind::Mission(start));
+    day.command(CommandKind::Mission(start));
     assert_eq!(until_ended(&mut day, 400), Some(RunState::Succeeded), "{:?} {:?}", day.missions, day.notices);
     let place = day.true_position();
     assert_eq!(day.route.docked, Some(OTHER_DOCK), "{place} {:?} {:?}", day.notices, day.outcomes);

@@ -69,7 +69,7 @@ fn check_recovery(seed: u64, prior_map: Arc<PriorMap>, pairs: &[(Vector3, Vector
     let start = site.start();
     let mut day = Day::on(Arc::clone(&site), 3, start, seed + 100, None);
     day.lockstep.keep_map(prior_map);
-    day.order(CommandKind::Localise { map: FIRST, at: None });
+    day.command(CommandKind::Localise { map: FIRST, at: None });
     let wait = |day: &mut Day, what: &str| {
         let since = day.lockstep.now();
         loop {

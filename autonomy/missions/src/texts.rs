@@ -235,13 +235,13 @@ mod tests {
 
     #[test]
     fn the_notice_of_an_ended_run_names_its_mission_and_its_outcome() {
-        let told = |outcome, succeeded, tasks| run_ended("Round A", outcome, succeeded, tasks);
-        assert_eq!(told(RunState::Succeeded, 9, 9), "Round A has ended: all 9 tasks are done.");
-        assert_eq!(told(RunState::Failed, 0, 9), "Round A has failed: none of 9 tasks is done.");
+        let text = |outcome, succeeded, tasks| run_ended("Round A", outcome, succeeded, tasks);
+        assert_eq!(text(RunState::Succeeded, 9, 9), "Round A has ended: all 9 tasks are done.");
+        assert_eq!(text(RunState::Failed, 0, 9), "Round A has failed: none of 9 tasks is done.");
         let part = "Round A has ended in part: 7 of 9 tasks are done.";
-        assert_eq!(told(RunState::PartiallySucceeded, 7, 9), part);
-        assert_eq!(told(RunState::Cancelled, 0, 0), "Round A was taken from the queue.");
+        assert_eq!(text(RunState::PartiallySucceeded, 7, 9), part);
+        assert_eq!(text(RunState::Cancelled, 0, 0), "Round A was taken from the queue.");
         let ended = "Round A was ended by a person. 2 of 9 tasks are done.";
-        assert_eq!(told(RunState::Cancelled, 2, 9), ended);
+        assert_eq!(text(RunState::Cancelled, 2, 9), ended);
     }
 }

@@ -51,9 +51,9 @@ pub fn explore(
     goals.sort_by_key(|&cell| Reverse(novelty(cell)));
     let is_known = |cell: &CellIndex| elevation_map.cell(*cell).ground().is_some();
     let known: Vec<CellIndex> = goals.into_iter().filter(is_known).collect();
-    let comfortable = known.iter().copied().find(|&cell| search.is_comfortable(cell));
+    let outside_inflation = known.iter().copied().find(|&cell| search.is_outside_inflation(cell));
     // In a narrow passage, or among people, all free ground may be near obstacles.
-    let goal = comfortable.or_else(|| known.first().copied())?;
+    let goal = outside_inflation.or_else(|| known.first().copied())?;
     let cells = trace(&reached, goal);
     Some(search.path(from, &cells))
 }

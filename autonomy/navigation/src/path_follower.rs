@@ -1,6 +1,6 @@
 //! Pure pursuit: the robot steers towards a point ahead of it on the path.
 //!
-//! Source: Coulter, *Implementation of the Pure Pursuit Path Tracking Algorithm*, 1992. This robot can turn on the spot, so it corrects a large
+//! Source: Coulter, *Implementation of the Pure Pursuit Path Tracking Algorithm*, 1992. This robot can turn in place, so it corrects a large
 //! heading error before it walks. Looking far ahead cuts corners. So several distances are tried, and the one with which the [`MotionGuard`] lets the robot walk fastest is
 //! taken.
 
@@ -16,7 +16,7 @@ pub struct PathFollowerConfig {
     pub turn_max_radps: f64,
     /// Turning speed for each radian of heading error, 1/s.
     pub turn_gain_per_s: f64,
-    /// Least heading error at which the robot turns on the spot, radians.
+    /// Least heading error at which the robot turns in place, radians.
     pub turn_in_place_rad: f64,
     /// Greatest distance along the path to the point steered towards, metres. Sensitivity: with 0.4 m the robot swings round its path, with 1.2 m it seldom can take the
     /// greatest one.
@@ -32,7 +32,7 @@ pub struct PathFollowerConfig {
 }
 
 impl PathFollowerConfig {
-    /// For a robot with these speed limits, m/s and rad/s. The other values suit robots that turn on the spot.
+    /// For a robot with these speed limits, m/s and rad/s. The other values suit robots that turn in place.
     pub fn new(speed_max_mps: f64, turn_max_radps: f64) -> Self {
         Self {
             speed_max_mps,

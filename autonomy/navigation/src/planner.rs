@@ -156,7 +156,7 @@ impl<'a> GridSearch<'a> {
     }
 
     /// Whether a cell is known ground away from obstacles.
-    pub(crate) fn is_comfortable(&mut self, cell: CellIndex) -> bool {
+    pub(crate) fn is_outside_inflation(&mut self, cell: CellIndex) -> bool {
         let max_factor = 1.0 + self.config.cost_factor_tolerance;
         self.cost_factor(cell).is_some_and(|factor| factor <= max_factor)
     }

@@ -105,7 +105,7 @@ pub struct TopomapConfig {
     /// others, 1993).
     pub survey_detour_max: f64,
     /// In surveys: paths keep this distance from obstacles where there is room, metres.
-    pub survey_comfort_m: f64,
+    pub survey_inflation_m: f64,
     /// In surveys: factor by which floor nearer to obstacles costs more.
     pub survey_tight_cost: f64,
     /// In surveys: largest shift by which a path is moved to the middle of a passage, metres: half the diagonal of a column.
@@ -184,7 +184,7 @@ impl Default for TopomapConfig {
             ceiling_height_min_m: 1.5,
             ceiling_reach_m: 10.0,
             survey_detour_max: 1.6,
-            survey_comfort_m: 0.8,
+            survey_inflation_m: 0.8,
             survey_tight_cost: 3.0,
             survey_shift_max_m: 0.15,
             survey_room_half_length_m: 0.05,

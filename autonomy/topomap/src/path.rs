@@ -115,7 +115,7 @@ fn flights(samples: &[Sample], config: &TopomapConfig) -> Vec<RangeInclusive<usi
     let is_steep = |index: usize| {
         let (a, b) = (index.saturating_sub(reach), (index + reach).min(samples.len() - 1));
         let span = samples[b].feet - samples[a].feet;
-        // A robot that turns on the spot says nothing of the slope.
+        // A robot that turns in place says nothing of the slope.
         let level_m = span.xy().norm();
         level_m > config.stairs_window_m / 4.0 && span.z.abs() > config.stairs_slope_min * level_m
     };

@@ -22,7 +22,7 @@ const MM: f64 = 1e3;
 struct Walkable {
     cells: Vec<GroundCell>,
     centres: Vec<Vector3>,
-    /// For each cell: free distance to obstacles, metres, at most the comfortable one.
+    /// For each cell: free distance to obstacles, metres, at most the inflation distance.
     clearance_m: Vec<f64>,
     /// For each cell: the cells to which one can step.
     neighbours: Vec<[u32; 8]>,
@@ -59,13 +59,13 @@ pub(crate) fn survey_paths(floor: &Floor) -> Vec<Vec<Vector3>> {
 
 impl Walkable {
     fn new(floor: &Floor) -> Self {
-        let comfort_m = floor.config.survey_comfort_m;
+        let inflation_m = floor.config.survey_inflation_m;
         // The path through a narrow passage is moved to its middle later.
         let least_m = floor.robot.radius - floor.config.survey_shift_max_m;
         let (mut cells, mut clearance_m) = (Vec::new(), Vec::new());
         for cell in floor.cells() {
             let at = floor.centre(cell);
-            let room = floor.room(&at, &at, comfort_m);
+            let room = floor.room(&at, &at, inflation_m);
             let free_m = room.map_or(0.0, |room| room.left_m.min(room.right_m));
             // At the border of the known ground the feet have no room.
             if free_m >= least_m && floor.ground_neighbours(cell) >= floor.config.survey_ground_neighbours_min
@@ -174,7 +174,7 @@ impl Walkable {
 
     /// Cost of a step, millimetres.
     fn cost(&self, floor: &Floor, from: u32, to: u32) -> u32 {
-        let is_tight = self.clearance_m[to as usize] < floor.config.survey_comfort_m;
+        let is_tight = self.clearance_m[to as usize] < floor.config.survey_inflation_m;
         let factor = if is_tight { floor.config.survey_tight_cost } else { 1.0 };
         ((self.centres[from as usize] - self.centres[to as usize]).norm() * factor * MM) as u32
     }
@@ -199,10 +199,10 @@ impl Walkable {
 
     /// A place of a path, moved sideways to where there is the same room on both sides.
     fn centre(&self, floor: &Floor, at: Vector3, before: &Vector3, after: &Vector3) -> Vector3 {
-        let comfort_m = floor.config.survey_comfort_m;
+        let inflation_m = floor.config.survey_inflation_m;
         let Some(along) = (after - before).xy().try_normalize(1e-6) else { return at };
         let half = Vector3::new(along.x, along.y, 0.0) * floor.config.survey_room_half_length_m;
-        let Some(room) = floor.room(&(at - half), &(at + half), comfort_m) else { return at };
+        let Some(room) = floor.room(&(at - half), &(at + half), inflation_m) else { return at };
         let max_m = floor.config.survey_shift_max_m;
         let shift_m = ((room.left_m - room.right_m) / 2.0).clamp(-max_m, max_m);
         at + Vector3::new(-along.y, along.x, 0.0) * shift_m

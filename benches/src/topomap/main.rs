@@ -251,7 +251,7 @@ fn config(values: &[String]) -> Result<TopomapConfig> {
             "ceiling_height_min_m" => &mut config.ceiling_height_min_m,
             "ceiling_reach_m" => &mut config.ceiling_reach_m,
             "survey_detour_max" => &mut config.survey_detour_max,
-            "survey_comfort_m" => &mut config.survey_comfort_m,
+            "survey_inflation_m" => &mut config.survey_inflation_m,
             "survey_tight_cost" => &mut config.survey_tight_cost,
             "survey_shift_max_m" => &mut config.survey_shift_max_m,
             "obstacle_points_min" => {

@@ -39,7 +39,7 @@ impl WholeRequests {
     }
 
     /// Returns whether an answer is due, now counted as given.
-    fn take(&mut self, now: Instant) -> bool {
+    fn answer_if_due(&mut self, now: Instant) -> bool {
         let is_due = self.due(now).is_some_and(|due| due <= now);
         if is_due {
             *self = Self { is_waiting: false, answered: Some(now) };
@@ -92,7 +92,7 @@ impl Outbox {
 
     /// Returns whether the whole graph is to be sent now, and counts it as sent.
     pub(crate) fn take_graph_request(&self, now: Instant) -> bool {
-        self.lock().graph_requests.take(now)
+        self.lock().graph_requests.answer_if_due(now)
     }
 
     /// Adds a request for the whole site.
@@ -103,7 +103,7 @@ impl Outbox {
 
     /// Returns whether the whole site is to be sent now, and counts it as sent.
     pub(crate) fn take_site_request(&self, now: Instant) -> bool {
-        self.lock().site_requests.take(now)
+        self.lock().site_requests.answer_if_due(now)
     }
 
     /// When a request that waits has an answer to give.

@@ -150,9 +150,10 @@ impl Core {
             tracing::error!("{problem}");
         }
         let new_robot = robot_restart.as_ref().filter(|robot| robot.is_new);
-        let told = new_robot.map(|robot| texts::robot_restarted(&robot.restart.cause));
-        let told = told.into_iter().chain(restart.iter().map(|core| texts::core_restarted(&core.cause)));
-        let problems: Vec<String> = told.chain(problems).collect();
+        let restarts = new_robot.map(|robot| texts::robot_restarted(&robot.restart.cause));
+        let restarts =
+            restarts.into_iter().chain(restart.iter().map(|core| texts::core_restarted(&core.cause)));
+        let problems: Vec<String> = restarts.chain(problems).collect();
         let restarts = robot_restart.map(|robot| robot.restart).into_iter().chain(restart).collect();
         state_publisher.publish(api::Event::InterruptedSessions(interrupted.clone()));
         let interrupted_ids = interrupted.iter().map(|session| session.session).collect();

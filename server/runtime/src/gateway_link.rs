@@ -11,7 +11,7 @@ use crate::convert::{self, RoutedCommand};
 use crate::imports::{ImportRequest, Imports};
 use crate::interrupted_sessions::SessionRequest;
 use crate::jobs::{DiskJob, Jobs};
-use crate::lease_arbiter::{LeaseArbiter, TakeDecision};
+use crate::lease_arbiter::{LeaseArbiter, LeaseDecision};
 use crate::ledger::{EditRequest, LedgerInbox};
 use crate::state_publisher::StatePublisher;
 use crate::stored_data::StoredDataRequest;
@@ -264,13 +264,13 @@ fn read_all(stream: &UnixStream, shared: &Shared, heartbeat: &Heartbeat) -> io::
                     RoutedCommand::Stack(CommandKind::TakeControl { name }) => {
                         let kind = CommandKind::TakeControl { name: name.clone() };
                         let command = Command { id, by: principal, kind };
-                        match shared.lease.take(command, name, caller, Instant::now()) {
-                            TakeDecision::Grant(command) => LoopRequest::Command(command),
-                            TakeDecision::Asked => {
+                        match shared.lease.request(command, name, caller, Instant::now()) {
+                            LeaseDecision::Grant(command) => LoopRequest::Command(command),
+                            LeaseDecision::Asked => {
                                 shared.state_publisher.answer(id, by, None);
                                 continue;
                             }
-                            TakeDecision::Refused(reason) => {
+                            LeaseDecision::Refused(reason) => {
                                 shared.state_publisher.answer(id, by, Some(reason));
                                 continue;
                             }

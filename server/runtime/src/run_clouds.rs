@@ -142,14 +142,14 @@ impl RunCloudWorker {
     /// Works until the control loop has ended.
     pub fn run(self, heartbeat: &Heartbeat) {
         // People are told once for each run.
-        let mut told = None;
+        let mut reported = None;
         loop {
             heartbeat.beat();
             match self.clouds.0.recv_timeout(BEAT_PERIOD) {
                 Ok(chosen) => {
                     let run = chosen.run;
                     if let Err(reason) = self.keep(chosen)
-                        && told.replace(run) != Some(run)
+                        && reported.replace(run) != Some(run)
                     {
                         tracing::warn!("{reason}");
                         self.mailbox.notice(self.clock.now(), Severity::Warning, reason);

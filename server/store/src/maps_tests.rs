@@ -113,8 +113,11 @@ fn clients_find_the_whole_scan_of_a_keyframe_while_its_session_lasts() {
     let mut found: Vec<[f32; 3]> = chunk.points.iter().map(|point| chunk.position(point)).collect();
     found.sort_by(|a, b| a[0].total_cmp(&b[0]));
     assert_eq!(found.len(), xyz.len());
-    for (found, told) in found.iter().zip(&xyz) {
-        assert!((0..3).all(|axis| (found[axis] - told[axis]).abs() < 0.011), "{found:?} for {told:?}");
+    for (found, expected) in found.iter().zip(&xyz) {
+        assert!(
+            (0..3).all(|axis| (found[axis] - expected[axis]).abs() < 0.011),
+            "{found:?} for {expected:?}"
+        );
     }
     assert!(!files::temporary_path(&path).exists());
     store.discard_session(SESSION).expect("discarded");

@@ -100,7 +100,7 @@ pub(crate) struct FrameState {
     pub(crate) help_open: bool,
     /// Whether Escape belongs to something that was shown in the last frame, such as a field for a name, a drag or a question. It then ends that and does nothing
     /// else.
-    pub(crate) is_escape_taken: bool,
+    pub(crate) is_escape_consumed: bool,
     /// Whether a picture is shown over all cards. Keys belong to it then.
     pub(crate) is_covered: bool,
     /// Whether a card covers the scene beside the tools. The drive card gives way to it.

@@ -51,7 +51,7 @@ impl Incremental {
     pub fn update(&mut self) -> Result<Updated, SolveError> {
         let staged = std::mem::take(&mut self.staged);
         let measured = touched(self, &staged);
-        let mut undo = self.take_over(staged);
+        let mut undo = self.apply_staged(staged);
         let far = self.far_variables(self.options.relinearise_angle, self.options.relinearise_length);
         let mut result = self.try_update(&measured, &far, &mut undo);
         if matches!(result, Err(SolveError::Undetermined { .. })) {
@@ -72,7 +72,7 @@ impl Incremental {
     pub fn relinearise_all(&mut self) -> Result<Updated, SolveError> {
         let staged = std::mem::take(&mut self.staged);
         let measured = touched(self, &staged);
-        let mut undo = self.take_over(staged);
+        let mut undo = self.apply_staged(staged);
         let all = self.far_variables(0.0, 0.0);
         let result = self.afresh(&measured, &all, &mut undo);
         if result.is_err() {
@@ -118,7 +118,7 @@ impl Incremental {
     }
 
     /// Moves staged variables and factors into the problem.
-    fn take_over(&mut self, staged: Staged) -> Undo {
+    fn apply_staged(&mut self, staged: Staged) -> Undo {
         let mut undo = Undo {
             variables: self.values.len(),
             factors: self.graph.ids(),
@@ -252,7 +252,7 @@ impl Incremental {
 
     /// The cliques of `seeds` and all above them.
     pub(super) fn top(&self, seeds: &[u32]) -> Top {
-        let mut taken = vec![false; self.tree.numbers()];
+        let mut visited = vec![false; self.tree.numbers()];
         let mut cliques = Vec::new();
         let mut variables: Vec<u32> = Vec::new();
         for &seed in seeds {
@@ -262,7 +262,7 @@ impl Incremental {
                 variables.push(seed);
             }
             while let Some(number) = next {
-                if std::mem::replace(&mut taken[number as usize], true) {
+                if std::mem::replace(&mut visited[number as usize], true) {
                     break;
                 }
                 cliques.push(number);
@@ -273,7 +273,7 @@ impl Incremental {
         let mut orphans = Vec::new();
         for clique in cliques.iter().filter_map(|&number| self.tree.get(number)) {
             variables.extend(&clique.frontal);
-            orphans.extend(clique.children.iter().filter(|&&child| !taken[child as usize]));
+            orphans.extend(clique.children.iter().filter(|&&child| !visited[child as usize]));
         }
         variables.sort_unstable();
         variables.dedup();

@@ -39,7 +39,7 @@ pub fn walk(site: SiteName, route: Route) -> Walk {
             feed(&mut odometry, &event.sensor, &mut out);
         }
         for event in out.drain(..) {
-            recorder.take(event, |stamp: Stamp| {
+            recorder.handle_event(event, |stamp: Stamp| {
                 let after = truth.partition_point(|t| t.stamp < stamp).min(truth.len() - 1);
                 isometry_from_pose(&truth[after].site_from_base).unwrap_or_default()
             });
@@ -82,7 +82,7 @@ struct Recorder {
 const KEYFRAMES: KeyframePolicy = KeyframePolicy { distance_m: 1.0, rotation_rad: 0.7 };
 
 impl Recorder {
-    fn take(&mut self, event: OdometryEvent, truth: impl Fn(Stamp) -> Isometry) {
+    fn handle_event(&mut self, event: OdometryEvent, truth: impl Fn(Stamp) -> Isometry) {
         match event {
             OdometryEvent::Pose(pose) => self.pending = Some(pose),
             OdometryEvent::Scan(scan) => {

@@ -109,7 +109,7 @@ impl World {
         call(&mut self.executor, self.at, &view)
     }
 
-    fn take(&mut self, effects: Vec<RouteEffect>) {
+    fn handle_effects(&mut self, effects: Vec<RouteEffect>) {
         for effect in effects {
             match effect {
                 RouteEffect::Walk(walk, leg) => self.walks.push_back((walk, leg)),
@@ -155,7 +155,7 @@ impl World {
         assert!(self.executor.is_calling(call));
         let result = result.map_err(str::to_owned);
         let effects = self.with(|executor, at, view| executor.end_action(at, call, result, view));
-        self.take(effects);
+        self.handle_effects(effects);
     }
 
     fn remaining(&mut self) -> RouteRemaining {
@@ -169,13 +169,13 @@ impl World {
 
     fn begin(&mut self, request: GoalRequest) {
         let effects = self.with(|executor, at, view| executor.begin(at, GOAL, request, view));
-        self.take(effects);
+        self.handle_effects(effects);
     }
 
     fn wait(&mut self, seconds: i64) {
         self.at += Span::from_millis(seconds * 1_000);
         let effects = self.with(|executor, at, view| executor.tick(at, view));
-        self.take(effects);
+        self.handle_effects(effects);
     }
 
     /// The active walk ends after 5 s. Returns where it led.
@@ -191,7 +191,7 @@ impl World {
             self.place = GraphPlace { at: id, nearest: id, on: None };
         }
         let effects = self.with(|executor, at, view| executor.end_leg(at, walk, result, view));
-        self.take(effects);
+        self.handle_effects(effects);
         leg.map_from_goal.position
     }
 
@@ -408,7 +408,7 @@ fn what_takes_the_robot_ends_the_goal_and_a_late_result_changes_nothing() {
     world.begin(GoalRequest::Route(node_id(4)));
     let (walk, _) = world.walks[0];
     let effects = world.with(|executor, _, _| executor.cancel(GOAL));
-    world.take(effects);
+    world.handle_effects(effects);
     assert_eq!((world.ended.as_slice(), world.walks.len()), ([RouteGoalResult::Cancelled].as_slice(), 0));
     let late = world.with(|executor, at, view| executor.end_leg(at, walk, LegResult::Reached, view));
     assert!(late.is_empty());
@@ -468,7 +468,7 @@ fn an_action_of_an_edge_that_does_not_end_is_cancelled_and_one_of_a_cancelled_go
     world.give_actions((2, 3), [&["open"], &[], &[]]);
     world.begin(GoalRequest::Route(node_id(4)));
     let effects = world.with(|executor, _, _| executor.cancel(GOAL));
-    world.take(effects);
+    world.handle_effects(effects);
     assert_eq!((world.dropped.join(""), world.ended.len()), ("open cancelled".to_owned(), 1));
 }
 

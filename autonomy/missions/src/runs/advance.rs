@@ -20,7 +20,7 @@ impl MissionRunner {
     /// Takes steps until the robot has something to do or has to wait.
     pub(super) fn advance(&mut self) {
         for _ in 0..STEPS_MAX {
-            if !self.interrupt() && !self.take_step() {
+            if !self.interrupt() && !self.advance_once() {
                 return;
             }
         }
@@ -46,8 +46,8 @@ impl MissionRunner {
         self.record_count() != before
     }
 
-    /// Takes one step. Whether there was one.
-    fn take_step(&mut self) -> bool {
+    /// Does one step. Returns whether there was one.
+    fn advance_once(&mut self) -> bool {
         let active = self.records.active().map(|run| (run.id, run.state, run.ending));
         let is_on_errand =
             matches!(&self.activity, Some(Activity::Leg(Leg { purpose: Purpose::Errand(_), .. })));

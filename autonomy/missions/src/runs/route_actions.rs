@@ -102,7 +102,7 @@ impl MissionRunner {
     }
 
     /// After a restart: a person is asked about the task on whose way an action was begun that cannot be repeated without harm.
-    pub(super) fn take_up_route_actions(&mut self, run: RunId) {
+    pub(super) fn recover_route_actions(&mut self, run: RunId) {
         let Some((action, Some(task))) = self.give_up_route_actions(run) else { return };
         let Some(record) = self.records.runs.get(&run) else { return };
         let Some(index) = record.index_of(task) else { return };

@@ -162,7 +162,7 @@ impl MissionRunner {
     pub fn update(&mut self, at: Stamp, input: MissionInput) -> Vec<MissionEffect> {
         self.at = at;
         if std::mem::take(&mut self.is_restarting) {
-            self.take_up_runs();
+            self.recover_runs();
         }
         match input {
             MissionInput::Tick => {}
@@ -184,7 +184,7 @@ impl MissionRunner {
                 self.learned.entry(edge).or_default().add(took.secs_f64(), &self.config.routes);
             }
         }
-        self.take_newest_site();
+        self.update_route_site();
         self.check_monitors();
         self.check_times();
         self.advance();
@@ -201,7 +201,7 @@ impl MissionRunner {
         {
             self.notify(MissionNotice::PlanKept(run));
         }
-        self.take_newest_site();
+        self.update_route_site();
     }
 
     /// Whether the newest site lacks a node of the run under way that the site of its routes has.
@@ -212,7 +212,7 @@ impl MissionRunner {
     }
 
     /// Plans routes on the newest site, as soon as that has what the run under way needs.
-    pub(super) fn take_newest_site(&mut self) {
+    pub(super) fn update_route_site(&mut self) {
         if !Arc::ptr_eq(&self.site, &self.route_site) && !self.lacks_what_a_run_needs() {
             self.route_site = self.site.clone();
             self.rebuild_graph();

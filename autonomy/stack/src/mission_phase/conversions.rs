@@ -133,8 +133,8 @@ pub(super) fn reach_failure(reason: GoalFailure) -> ReachFailure {
     }
 }
 
-pub(super) fn severity(told: MissionNotice) -> Severity {
-    match told {
+pub(super) fn severity(notice: MissionNotice) -> Severity {
+    match notice {
         MissionNotice::RunEnded { outcome: RunState::Succeeded | RunState::Cancelled, .. } => Severity::Info,
         MissionNotice::PlanKept(_) => Severity::Info,
         _ => Severity::Warning,

@@ -74,10 +74,11 @@ fn only_a_walk_onto_a_dock_looks_for_one() {
 
 #[test]
 fn waits_for_a_route_and_for_the_place_are_told_with_the_progress() {
-    let told = |waits_for| route_remainder(RouteRemaining { beyond_leg_m: Some(2.0), waits_for }).waits_for;
-    assert_eq!(told(Some(RouteWait::Block { until: Stamp::EPOCH })), Some(WaitReason::FreePath));
-    assert_eq!(told(Some(RouteWait::Place)), Some(WaitReason::Relocalisation));
-    assert_eq!([told(Some(RouteWait::Charge)), told(None)], [None; 2]);
+    let wait_reason =
+        |waits_for| route_remainder(RouteRemaining { beyond_leg_m: Some(2.0), waits_for }).waits_for;
+    assert_eq!(wait_reason(Some(RouteWait::Block { until: Stamp::EPOCH })), Some(WaitReason::FreePath));
+    assert_eq!(wait_reason(Some(RouteWait::Place)), Some(WaitReason::Relocalisation));
+    assert_eq!([wait_reason(Some(RouteWait::Charge)), wait_reason(None)], [None; 2]);
     assert_eq!(goal_attempt(RouteAttempt::Docking), GoalAttempt::DockingAttempts(1));
     let time = Span::from_millis(3_000);
     assert_eq!(goal_attempt(RouteAttempt::WaitedForEdge(time)), GoalAttempt::WaitedForPath(time));

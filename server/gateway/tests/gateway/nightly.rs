@@ -27,7 +27,7 @@ impl Delays {
         self.0.push((nanos_since(start) - sent.nanos()) as f64 * 1e-6);
     }
 
-    fn say(mut self, what: &str) {
+    fn report(mut self, what: &str) {
         self.0.sort_by(f64::total_cmp);
         let at = |share: f64| {
             self.0.get(((self.0.len() - 1) as f64 * share) as usize).copied().unwrap_or(f64::NAN)
@@ -122,8 +122,8 @@ async fn load_of_sockets() {
         "{CLIENTS} clients, 100 poses/s and 10 scans/s of {SCAN_BYTES} bytes, {:.1} s:",
         DURATION.as_secs_f64()
     );
-    states.say("poses");
-    scans.say("scans");
+    states.report("poses");
+    scans.report("scans");
     println!("CPU of gateway, made-up core and all clients: {cores:.2} cores");
 }
 

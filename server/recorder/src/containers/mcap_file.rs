@@ -9,7 +9,7 @@ mod scanner;
 mod summary;
 
 use super::merge::MergedMessages;
-use super::{Container, Messages, Order, Topic};
+use super::{Container, MessageOrder, Messages, Topic};
 use crate::error::OpenError;
 use crate::texts;
 use blocks::{BlockReader, read_range};
@@ -69,7 +69,7 @@ impl Container for McapFile {
         self.0.metadata.get(key).map(String::as_str)
     }
 
-    fn messages(&self, wanted: &[bool], order: Order) -> Messages {
+    fn messages(&self, wanted: &[bool], order: MessageOrder) -> Messages {
         match BlockReader::open(self.0.index.clone(), wanted.to_vec(), order) {
             Ok(reader) => Box::new(MergedMessages::new(reader, order)),
             Err(error) => Box::new(std::iter::once(Err(error))),

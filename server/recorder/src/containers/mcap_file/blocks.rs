@@ -2,7 +2,7 @@
 
 use super::index::{Block, BlockKind, Index, RECORD_HEADER_LEN, stamp};
 use crate::containers::merge::BlockSource;
-use crate::containers::{Order, RawMessage};
+use crate::containers::{MessageOrder, RawMessage};
 use crate::error::ReadError;
 use crate::texts;
 use formats::cdr::{Encoding, Reader};
@@ -24,7 +24,7 @@ pub(super) struct BlockReader {
 }
 
 impl BlockReader {
-    pub fn open(index: Arc<Index>, wanted: Vec<bool>, order: Order) -> Result<Self, ReadError> {
+    pub fn open(index: Arc<Index>, wanted: Vec<bool>, order: MessageOrder) -> Result<Self, ReadError> {
         let io = |source| ReadError::Io { path: index.path.clone(), source };
         let file = File::open(&index.path).map_err(io)?;
         let size = file.metadata().map_err(io)?.len();
@@ -32,7 +32,7 @@ impl BlockReader {
         let holds_wanted = |block: &Block| block.channels.is_empty() || block.channels.iter().any(is_wanted);
         let mut queue: Vec<usize> =
             (0..index.blocks.len()).filter(|number| holds_wanted(&index.blocks[*number])).collect();
-        if order == Order::LogTime {
+        if order == MessageOrder::LogTime {
             queue.sort_by_key(|number| (index.blocks[*number].start, *number));
         }
         queue.reverse();

@@ -30,7 +30,7 @@ pub(crate) struct DrivingPanel {
 impl FeaturePanel for DrivingPanel {
     fn update(&mut self, ctx: &Context, cx: &mut PanelContext<'_>) {
         if !ctx.egui_wants_keyboard_input()
-            && is_stop_pressed(ctx, cx.frame.is_escape_taken || cx.frame.scene_drag.is_active)
+            && is_stop_pressed(ctx, cx.frame.is_escape_consumed || cx.frame.scene_drag.is_active)
         {
             cx.commands.push(ClientCommand::StopMotion);
         }
@@ -64,9 +64,9 @@ impl DrivingPanel {
         let limits = speed_limits(model).filter(|_| model.viewed_map().is_none() && !cx.is_scene_covered());
         let commanded = limits.and_then(|limits| {
             // While tasks are dragged, the arrow keys move them; over pictures, they go on to the next.
-            let are_keys_taken =
+            let are_keys_consumed =
                 ctx.egui_wants_keyboard_input() || model.missions.drag().is_some() || cx.frame.is_covered;
-            let from_keys = if are_keys_taken { None } else { ctx.input(deflection_of_keys) };
+            let from_keys = if are_keys_consumed { None } else { ctx.input(deflection_of_keys) };
             let from_joystick = || self.deflection.map(joystick::shaped);
             from_keys.or_else(from_joystick).map(|deflection| deflection.velocity(&limits))
         });
@@ -78,10 +78,10 @@ impl DrivingPanel {
 
 /// Escape stops whatever else it does, except where it keeps a name, ends a drag or closes a question: whoever does that has no danger in mind. Space stops unless
 /// it presses the focused button.
-fn is_stop_pressed(ctx: &Context, is_escape_taken: bool) -> bool {
+fn is_stop_pressed(ctx: &Context, is_escape_consumed: bool) -> bool {
     let is_nothing_focused = ctx.memory(|memory| memory.focused().is_none());
     ctx.input(|input| {
-        (!is_escape_taken && input.key_pressed(Key::Escape))
+        (!is_escape_consumed && input.key_pressed(Key::Escape))
             || (is_nothing_focused && input.key_pressed(Key::Space))
     })
 }

@@ -66,7 +66,7 @@ impl FeaturePanel for MissionEditorPanel {
         let (Some(site), Some(plan)) = (model.site.site(), model.missions.plan()) else { return };
         let Some(mission) = model.missions.open().and_then(|open| site.mission(open)) else { return };
         // Escape ends a drag and declines an order, and stops nothing.
-        cx.frame.is_escape_taken |= model.missions.drag().is_some() || model.missions.is_order_proposed();
+        cx.frame.is_escape_consumed |= model.missions.drag().is_some() || model.missions.is_order_proposed();
         self.show_head(ui, cx, mission);
         show_cost(ui, cx, plan);
         show_order(ui, cx, plan);

@@ -85,7 +85,7 @@ impl CurrentRun {
     fn show_buttons(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, run: &RunStatus) {
         let tokens = cx.tokens;
         if self.aborting.is_some_and(|aborting| aborting == run.run) {
-            cx.frame.is_escape_taken = true;
+            cx.frame.is_escape_consumed = true;
             return self.show_confirmation(ui, cx, run.run);
         }
         let width = (0.5 * (ui.available_width() - 8.0)).floor();

@@ -399,7 +399,7 @@ pub(super) fn celsius(celsius: f64) -> String {
 }
 
 /// `warmest 62.1 °C`.
-pub(super) fn spot(what: &str, celsius: f64) -> String {
+pub(super) fn marker(what: &str, celsius: f64) -> String {
     format!("{what} {celsius:.1} °C")
 }
 

@@ -59,7 +59,7 @@ impl FeaturePanel for SchedulePanel {
             return;
         }
         // Whether or not Escape has just ended a drag, it was meant for that.
-        cx.frame.is_escape_taken |= self.drag.is_some();
+        cx.frame.is_escape_consumed |= self.drag.is_some();
         let (tokens, rect) = (cx.tokens, cx.layout.free);
         layout::card(ctx, tokens, texts::CARD, rect, |ui| self.show_plan(ui, cx));
         self.show_question(ctx, cx);

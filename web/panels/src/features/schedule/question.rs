@@ -24,7 +24,7 @@ impl SchedulePanel {
             self.question = None;
             return;
         };
-        cx.frame.is_escape_taken = true;
+        cx.frame.is_escape_consumed = true;
         if ctx.input(|input| input.key_pressed(Key::Escape)) {
             self.question = None;
             return;
@@ -71,7 +71,7 @@ fn show_choices(
             (Question::Move { .. }, _) => Kind::Plain,
         };
         if Button::new(texts::scope(scope)).kind(kind).wide(ui).show(ui, tokens).clicked() {
-            take(cx, question, scope);
+            apply(cx, question, scope);
             is_taken = true;
         }
         if let Some(result) = result {
@@ -107,7 +107,7 @@ fn result_of(
     }
 }
 
-fn take(cx: &mut PanelContext<'_>, question: Question, scope: ChangeScope) {
+fn apply(cx: &mut PanelContext<'_>, question: Question, scope: ChangeScope) {
     match question {
         Question::Move { schedule, from, to } => apply_move(cx, schedule, from, to, scope),
         Question::Remove { schedule, slot } => {

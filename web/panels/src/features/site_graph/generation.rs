@@ -35,7 +35,7 @@ impl GenerationSection {
         let nodes = site.nodes().count();
         if self.is_asking {
             // Escape means no.
-            cx.frame.is_escape_taken = true;
+            cx.frame.is_escape_consumed = true;
             widgets::tinted_box(ui, tokens, tokens.warn, |ui| {
                 widgets::sentence(ui, tokens, &texts::replaces(nodes, site.edges().count()));
                 ui.horizontal(|ui| {

@@ -83,7 +83,7 @@ impl FeaturePanel for SiteGraphPanel {
             }
         };
         // Whoever ends a tool has no danger in mind.
-        cx.frame.is_escape_taken = true;
+        cx.frame.is_escape_consumed = true;
         show_message(ui, cx.tokens, cx.tokens.accent, icon::GRAPH, hint, |_| {});
     }
 
