@@ -16,14 +16,14 @@ pub struct ManualDriving {
 impl ManualDriving {
     /// A velocity commanded at `at`, clamped to the limits. Only forward, sideways and turning velocity are kept.
     pub fn new(at: Stamp, velocity: &Twist, limits: &SpeedLimits, watchdog: Span) -> Self {
-        let SpeedLimits { forward_mps, sideways_mps, turn_radps } = *limits;
+        let SpeedLimits { forward_m_s, sideways_m_s, turn_rad_s } = *limits;
         let velocity = Twist {
             linear: Vec3::new(
-                velocity.linear.x.clamp(-forward_mps, forward_mps),
-                velocity.linear.y.clamp(-sideways_mps, sideways_mps),
+                velocity.linear.x.clamp(-forward_m_s, forward_m_s),
+                velocity.linear.y.clamp(-sideways_m_s, sideways_m_s),
                 0.0,
             ),
-            angular: Vec3::new(0.0, 0.0, velocity.angular.z.clamp(-turn_radps, turn_radps)),
+            angular: Vec3::new(0.0, 0.0, velocity.angular.z.clamp(-turn_rad_s, turn_rad_s)),
         };
         Self { velocity, since: at, watchdog }
     }

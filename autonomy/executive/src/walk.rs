@@ -39,7 +39,7 @@ impl WalkConfig {
             held_distance_m: 0.1,
             held_report_time: Span::from_millis(4_000),
             planner: PlannerConfig::default(),
-            follower: PathFollowerConfig::new(limits.forward_mps, limits.turn_radps),
+            follower: PathFollowerConfig::new(limits.forward_m_s, limits.turn_rad_s),
         }
     }
 }

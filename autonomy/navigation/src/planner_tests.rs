@@ -11,7 +11,7 @@ const FROM_ABOVE: [f32; 3] = [0.0, 0.0, 500.0];
 
 /// Inserts the points that a LiDAR would see in the drawing.
 pub(crate) fn elevation_map(picture: &str) -> (ElevationMap, Vector3, Vector3) {
-    let shape = RobotShape { radius: 0.2, standing_height: 0.5, clearance: 0.9, step: 0.22 };
+    let shape = RobotShape { radius_m: 0.2, standing_height_m: 0.5, clearance_m: 0.9, step_m: 0.22 };
     let mut elevation_map = ElevationMap::new(SIZE, shape);
     let (mut points, mut from, mut to) = (Vec::new(), Vector3::zeros(), Vector3::zeros());
     for (row, line) in picture.lines().enumerate() {

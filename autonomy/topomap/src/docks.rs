@@ -9,7 +9,7 @@ use geometry::{Isometry, Vector3};
 /// Adds the docks, before any path, so that paths that come to a dock end at it.
 pub(crate) fn add_docks(graph: &mut PathGraph, input: &TopomapInput<'_>, passage: &Passage<'_>) {
     for (number, map_from_base) in input.docks.iter().enumerate() {
-        let feet = map_from_base.translation.vector - Vector3::z() * input.robot.standing_height;
+        let feet = map_from_base.translation.vector - Vector3::z() * input.robot.standing_height_m;
         let yaw = map_from_base.rotation.euler_angles().2;
         let dock = graph.add(Sample { feet, yaw }, PlaceKind::Dock(number));
         let Some(approach) = approach(map_from_base, &feet, passage) else { continue };

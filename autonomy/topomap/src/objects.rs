@@ -34,7 +34,7 @@ pub(crate) fn objects(
     for &place in &used {
         let at = &graph.places[place];
         let map_from_node =
-            pose_at(&(at.sample.feet + Vector3::z() * input.robot.standing_height), at.sample.yaw);
+            pose_at(&(at.sample.feet + Vector3::z() * input.robot.standing_height_m), at.sample.yaw);
         let anchor = anchor(input, &map_from_node, passage.floor.config.floor_separation_m);
         let keyframe = anchor.map(|anchor| anchor.keyframe);
         let ordinal = anchored.entry(keyframe).or_default();

@@ -61,7 +61,7 @@ impl Walkable {
     fn new(floor: &Floor) -> Self {
         let inflation_m = floor.config.survey_inflation_m;
         // The path through a narrow passage is moved to its middle later.
-        let least_m = floor.robot.radius - floor.config.survey_shift_max_m;
+        let least_m = floor.robot.radius_m - floor.config.survey_shift_max_m;
         let (mut cells, mut clearance_m) = (Vec::new(), Vec::new());
         for cell in floor.cells() {
             let at = floor.centre(cell);
@@ -155,7 +155,7 @@ impl Walkable {
 
     /// The cells on which the robot can turn. The others are only passed, in the middle of narrow passages.
     fn with_room(&self, floor: &Floor, mut cells: Vec<u32>) -> Vec<u32> {
-        let least_m = floor.robot.radius + floor.config.voxel_m / 2.0;
+        let least_m = floor.robot.radius_m + floor.config.voxel_m / 2.0;
         cells.retain(|cell| self.clearance_m[*cell as usize] >= least_m);
         cells
     }

@@ -115,10 +115,11 @@ impl Drawn {
 const MAP: MapId = MapId(Uuid::from_u128(7));
 
 /// A robot for tests.
-const ROBOT: RobotShape = RobotShape { radius: 0.38, standing_height: 0.55, clearance: 0.95, step: 0.22 };
+const ROBOT: RobotShape =
+    RobotShape { radius_m: 0.38, standing_height_m: 0.55, clearance_m: 0.95, step_m: 0.22 };
 
 fn base_at(feet: &Vector3, yaw: f64) -> Isometry {
-    let base = feet + Vector3::z() * ROBOT.standing_height;
+    let base = feet + Vector3::z() * ROBOT.standing_height_m;
     Isometry::from_parts(base.into(), Rotation::from_euler_angles(0.0, 0.0, yaw))
 }
 

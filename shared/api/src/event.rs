@@ -585,11 +585,11 @@ pub struct RobotBody {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SpeedLimits {
     /// Forwards and backwards, m/s.
-    pub forward_mps: f64,
+    pub forward_m_s: f64,
     /// To either side, m/s.
-    pub sideways_mps: f64,
+    pub sideways_m_s: f64,
     /// Turning to either side, rad/s.
-    pub turn_radps: f64,
+    pub turn_rad_s: f64,
 }
 
 /// A process that failed and was started again.

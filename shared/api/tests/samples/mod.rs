@@ -318,7 +318,7 @@ pub fn events() -> Vec<Event> {
             restarts: [ProcessRole::Core, ProcessRole::Gateway, ProcessRole::SimulatedRobot]
                 .map(|process| ProcessRestart { process, cause: name(), count: 3 })
                 .into(),
-            manual_limits: Some(SpeedLimits { forward_mps: 1.25, sideways_mps: 0.5, turn_radps: 1.0 }),
+            manual_limits: Some(SpeedLimits { forward_m_s: 1.25, sideways_m_s: 0.5, turn_rad_s: 1.0 }),
             body: Some(RobotBody {
                 footprint_radius_m: 0.375,
                 clearance_height_m: 0.75,

@@ -102,8 +102,8 @@ struct Deflection {
 
 impl Deflection {
     fn velocity(self, limits: &SpeedLimits) -> Twist {
-        let linear = Vec3::new(self.ahead * limits.forward_mps, self.left * limits.sideways_mps, 0.0);
-        Twist { linear, angular: Vec3::new(0.0, 0.0, self.turn_left * limits.turn_radps) }
+        let linear = Vec3::new(self.ahead * limits.forward_m_s, self.left * limits.sideways_m_s, 0.0);
+        Twist { linear, angular: Vec3::new(0.0, 0.0, self.turn_left * limits.turn_rad_s) }
     }
 }
 
@@ -132,7 +132,7 @@ fn show_state(ui: &mut Ui, cx: &mut PanelContext<'_>) {
         Motion::Walking { remaining_m, .. } => Some(*remaining_m),
         _ => None,
     };
-    widgets::remark(ui, tokens, &texts::speed_and_distance(robot::speed_mps(model), remaining_m));
+    widgets::remark(ui, tokens, &texts::speed_and_distance(robot::speed_m_s(model), remaining_m));
     if model.is_controlled_by_other() {
         control::show_controlled_by_other(ui, cx);
     } else {
