@@ -27,7 +27,7 @@ pub use batch::{DampingConfig, Method, Options, Solution, TrustRegionConfig, opt
 pub use error::{FactorError, SolveError};
 pub use factor::{Factor, Linearised, RelativePose};
 pub use graph::{Entry, Graph};
-pub use incremental::{Incremental, IncrementalOptions, IncrementalSnapshot, Updated};
+pub use incremental::{Incremental, IncrementalConfig, IncrementalSnapshot, Updated};
 pub use information::Whitening;
 pub use initialise::{ChordalConfig, chordal};
 pub use kernel::Kernel;

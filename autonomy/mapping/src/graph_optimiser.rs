@@ -2,7 +2,7 @@
 
 use crate::graph_element::{Edge, Node, renormalised};
 use factors::{
-    Between, FactorError, FactorId, Incremental, IncrementalOptions, IncrementalSnapshot, Key, Prior,
+    Between, FactorError, FactorId, Incremental, IncrementalConfig, IncrementalSnapshot, Key, Prior,
     SolveError, Value,
 };
 use geometry::{Isometry, Matrix6};
@@ -20,15 +20,9 @@ pub struct OptimiserConfig {
     pub min_odometry_information: f64,
     /// Greatest number of further updates while linearisation points still move. A loop over 3 m of drift takes two.
     pub max_further_updates: usize,
-    /// A variable is linearised again once it has turned by this much, radians. Errors of the order of its square times the distance to the next
-    /// keyframe stay below a tenth of a millimetre.
-    pub relinearise_angle_rad: f64,
-    /// The same for its translation, metres.
-    pub relinearise_length_m: f64,
-    /// Changes of the solution below this are not propagated further, radians or metres.
-    pub min_change: f64,
-    /// If more than this share of the variables is affected, the whole graph is eliminated again.
-    pub batch_share: f64,
+    /// Thresholds of the solver. With 0.01 rad, errors of the order of the square of that angle times the distance to the next keyframe stay below
+    /// a tenth of a millimetre.
+    pub solver: IncrementalConfig,
 }
 
 impl Default for OptimiserConfig {
@@ -37,21 +31,12 @@ impl Default for OptimiserConfig {
             origin_information: 1e8,
             min_odometry_information: 1e-6,
             max_further_updates: 4,
-            relinearise_angle_rad: 0.01,
-            relinearise_length_m: 0.1,
-            min_change: 1e-5,
-            batch_share: 0.7,
-        }
-    }
-}
-
-impl OptimiserConfig {
-    fn solver_options(&self) -> IncrementalOptions {
-        IncrementalOptions {
-            relinearise_angle: self.relinearise_angle_rad,
-            relinearise_length: self.relinearise_length_m,
-            change_min: self.min_change,
-            afresh_share: self.batch_share,
+            solver: IncrementalConfig {
+                relinearise_angle_rad: 0.01,
+                relinearise_length_m: 0.1,
+                min_change: 1e-5,
+                ..IncrementalConfig::default()
+            },
         }
     }
 }
@@ -103,7 +88,7 @@ pub(crate) struct GraphOptimiser {
 impl GraphOptimiser {
     /// Without keyframes.
     pub fn new(config: OptimiserConfig) -> Self {
-        let solver = Incremental::new(config.solver_options());
+        let solver = Incremental::new(config.solver);
         Self { config, solver, keyframes: 0, loops: BTreeMap::new() }
     }
 

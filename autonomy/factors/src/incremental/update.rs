@@ -52,7 +52,7 @@ impl Incremental {
         let staged = std::mem::take(&mut self.staged);
         let measured = touched(self, &staged);
         let mut undo = self.apply_staged(staged);
-        let far = self.far_variables(self.options.relinearise_angle, self.options.relinearise_length);
+        let far = self.far_variables(self.config.relinearise_angle_rad, self.config.relinearise_length_m);
         let mut result = self.try_update(&measured, &far, &mut undo);
         if matches!(result, Err(SolveError::Undetermined { .. })) {
             // The cause may be rounding in the Schur complements of the subtrees. A second attempt starts from all factors.
@@ -99,7 +99,7 @@ impl Incremental {
         self.move_variables(far, undo)?;
         let mut top = self.top(&seeds);
         let alive = self.values.len() - self.forgotten.iter().filter(|&&forgotten| forgotten).count();
-        if top.variables.len() as f64 > self.options.afresh_share * alive as f64 && !top.orphans.is_empty() {
+        if top.variables.len() as f64 > self.config.batch_share * alive as f64 && !top.orphans.is_empty() {
             let everything: Vec<u32> =
                 (0..self.values.len() as u32).filter(|&v| !self.forgotten[v as usize]).collect();
             top = self.top(&everything);
@@ -409,7 +409,7 @@ impl Incremental {
             let index = variable as usize;
             let before = &self.delta[self.starts[index]..self.starts[index + 1]];
             let (now, after) = rest.split_at(before.len());
-            changed[index] = before.iter().zip(now).any(|(a, b)| (a - b).abs() > self.options.change_min);
+            changed[index] = before.iter().zip(now).any(|(a, b)| (a - b).abs() > self.config.min_change);
             rest = after;
         }
         scatter(&self.starts, &clique.frontal, local, &mut self.delta);

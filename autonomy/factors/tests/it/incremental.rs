@@ -3,7 +3,7 @@
 use crate::jacobians::{random_information, random_pose};
 use crate::support::{Published, load};
 use factors::{
-    Between, FactorId, Graph, Incremental, IncrementalOptions, Key, Marginals, Options, PlanarBetween,
+    Between, FactorId, Graph, Incremental, IncrementalConfig, Key, Marginals, Options, PlanarBetween,
     PlanarPrior, Prior, RelativePose, SolveError, Value, Values, VectorPrior, optimise,
 };
 use geometry::{Isometry, Matrix3, Matrix6, Rng, RngTree, Vector3, Vector6, se3};
@@ -38,7 +38,7 @@ fn predict(solver: &Incremental, published: &Published, edge: usize, new: Key) -
 
 /// Adds the poses one by one, each with all its edges to earlier ones. Calls `after` each time.
 fn walk(published: &Published, poses: usize, mut after: impl FnMut(usize, &mut Incremental)) -> Incremental {
-    let mut solver = Incremental::new(IncrementalOptions::default());
+    let mut solver = Incremental::new(IncrementalConfig::default());
     let mut edges: Vec<Vec<usize>> = vec![Vec::new(); published.values.len()];
     for (index, (from, to, _)) in published.edges.iter().enumerate() {
         edges[from.index().max(to.index())].push(index);
@@ -139,7 +139,7 @@ fn random_chain(poses: usize, seed: u64) -> (Graph, Values) {
 
 /// Builds the same graph in an incremental solver, `chunk` poses at a time.
 fn incremental(graph: &Graph, values: &Values, chunk: usize) -> Incremental {
-    let mut solver = Incremental::new(IncrementalOptions::default());
+    let mut solver = Incremental::new(IncrementalConfig::default());
     for (key, value) in values.iter() {
         solver.insert(*value);
         if key.index() % chunk == 0 || key.index() + 1 == values.len() {
@@ -218,7 +218,7 @@ fn the_converged_solution_equals_the_batch_solution_in_estimates_and_covariances
 #[test]
 fn covariance_is_the_inverse_of_the_information() {
     let information = Matrix3::new(4.0, 1.0, 0.0, 1.0, 3.0, 0.5, 0.0, 0.5, 2.0);
-    let mut solver = Incremental::new(IncrementalOptions::default());
+    let mut solver = Incremental::new(IncrementalConfig::default());
     let key = solver.insert(Value::Vector3(Vector3::new(1.0, 2.0, 3.0)));
     solver.add(VectorPrior::space(key, &Vector3::zeros(), &information).unwrap()).unwrap();
     solver.update().unwrap();
@@ -303,7 +303,7 @@ fn marginalising_keeps_estimates_and_covariances_of_the_other_variables() {
 fn a_fixed_lag_keeps_memory_bounded() {
     let Some(published) = load("pose-graphs/parking-garage.g2o") else { return };
     let mut largest = 0;
-    let mut solver = Incremental::new(IncrementalOptions::default());
+    let mut solver = Incremental::new(IncrementalConfig::default());
     let odometry: Vec<usize> = (0..published.edges.len())
         .filter(|&edge| published.edges[edge].1.index() == published.edges[edge].0.index() + 1)
         .collect();

@@ -2,7 +2,7 @@
 
 use crate::jacobians::{random_information, random_pose};
 use factors::{
-    Between, Graph, Incremental, IncrementalOptions, Key, Marginals, Options, Prior, Value, Values, optimise,
+    Between, Graph, Incremental, IncrementalConfig, Key, Marginals, Options, Prior, Value, Values, optimise,
 };
 use geometry::{Isometry, Matrix6, Rng, RngTree, Vector6, se3};
 use proptest::prelude::*;
@@ -130,7 +130,7 @@ proptest! {
 
     #[test]
     fn the_incremental_solution_equals_the_batch_solution(network in networks(0.01)) {
-        let mut solver = Incremental::new(IncrementalOptions::default());
+        let mut solver = Incremental::new(IncrementalConfig::default());
         for (newest, pose) in network.start.iter().enumerate() {
             let key = solver.insert(Value::Pose(*pose));
             if newest == 0 {

@@ -2,7 +2,7 @@
 
 use super::problem::Problem;
 use crate::process;
-use factors::{FactorId, Incremental, IncrementalOptions, Key, RelativePose, SolveError, Value, Values};
+use factors::{FactorId, Incremental, IncrementalConfig, Key, RelativePose, SolveError, Value, Values};
 use serde::Serialize;
 
 /// CPU time of a step, milliseconds.
@@ -29,7 +29,7 @@ pub fn solve_incrementally(problem: &Problem) -> Result<IncrementalSolution, Sol
         let newest = entry.factor.keys().iter().map(|key| key.index()).max().unwrap_or(0);
         factors_of[newest].push(id);
     }
-    let mut solver = Incremental::new(IncrementalOptions::default());
+    let mut solver = Incremental::new(IncrementalConfig::default());
     let mut times = Vec::with_capacity(factors_of.len());
     for (index, factors) in factors_of.iter().enumerate() {
         let before = process::thread_cpu_time();
