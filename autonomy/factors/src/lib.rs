@@ -23,7 +23,7 @@ mod robust;
 mod texts;
 mod value;
 
-pub use batch::{DampingConfig, Method, Options, Solution, TrustRegionConfig, optimise};
+pub use batch::{BatchConfig, DampingConfig, Method, Solution, TrustRegionConfig, optimise};
 pub use error::{FactorError, SolveError};
 pub use factor::{Factor, Linearised, RelativePose};
 pub use graph::{Entry, Graph};

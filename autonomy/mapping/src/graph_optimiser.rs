@@ -229,7 +229,7 @@ fn key_of(keyframe: KeyframeId) -> Key {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use factors::{Graph, Options, Values, optimise};
+    use factors::{BatchConfig, Graph, Values, optimise};
     use geometry::Vector3;
     use vocab::Stamp;
 
@@ -286,7 +286,7 @@ mod tests {
             };
             assert!(graph.add(factor, &values).is_ok());
         }
-        let Ok(solution) = optimise(&graph, &values, &Options::default()) else { panic!("not solved") };
+        let Ok(solution) = optimise(&graph, &values, &BatchConfig::default()) else { panic!("not solved") };
         (0..=edges.len()).filter_map(|k| solution.values.pose(Key(k as u32)).ok().copied()).collect()
     }
 

@@ -3,7 +3,7 @@
 use crate::jacobians::{random_information, random_pose};
 use crate::support::{Published, load};
 use factors::{
-    Between, FactorId, Graph, Incremental, IncrementalConfig, Key, Marginals, Options, PlanarBetween,
+    BatchConfig, Between, FactorId, Graph, Incremental, IncrementalConfig, Key, Marginals, PlanarBetween,
     PlanarPrior, Prior, RelativePose, SolveError, Value, Values, VectorPrior, optimise,
 };
 use geometry::{Isometry, Matrix3, Matrix6, Rng, RngTree, Vector3, Vector6, se3};
@@ -81,14 +81,14 @@ fn stays_near_the_optimum(name: &str) {
         if index % 100 == 0 && index > 0 {
             let estimates = solver.estimates();
             let ours = solver.graph().chi_squared(&estimates).unwrap();
-            let best = optimise(solver.graph(), &estimates, &Options::default()).unwrap().cost;
+            let best = optimise(solver.graph(), &estimates, &BatchConfig::default()).unwrap().cost;
             // Before the first loop both costs are zero except for rounding.
             worst = worst.max((ours - 1e-9) / best.max(1e-9) - 1.0);
             assert!(worst <= 0.1, "{name} at {index}: {ours} instead of {best}");
         }
     });
     let ours = solver.graph().chi_squared(&solver.estimates()).unwrap();
-    let best = optimise(&published.graph, &solver.estimates(), &Options::default()).unwrap().cost;
+    let best = optimise(&published.graph, &solver.estimates(), &BatchConfig::default()).unwrap().cost;
     println!("{name}: {ours} instead of {best}; at worst {:.2} % above on the way", worst * 100.0);
     assert!(ours <= best * 1.01, "{name}: {ours} instead of {best}");
 }
@@ -202,8 +202,8 @@ fn the_converged_solution_equals_the_batch_solution_in_estimates_and_covariances
         let mut solver = incremental(&graph, &values, chunk);
         assert_eq!(solver.graph().len(), graph.len());
         settle(&mut solver);
-        let options = Options { relative_decrease_min: 1e-13, ..Options::default() };
-        let best = optimise(solver.graph(), &values, &options).unwrap();
+        let config = BatchConfig { relative_decrease_min: 1e-13, ..BatchConfig::default() };
+        let best = optimise(solver.graph(), &values, &config).unwrap();
         assert!(distance(&solver.estimates(), &best.values) < 1e-5, "seed {seed}");
 
         let marginals = Marginals::new(solver.graph(), &solver.estimates()).unwrap();

@@ -2,7 +2,8 @@
 
 use crate::jacobians::{random_information, random_pose};
 use factors::{
-    Between, Graph, Incremental, IncrementalConfig, Key, Marginals, Options, Prior, Value, Values, optimise,
+    BatchConfig, Between, Graph, Incremental, IncrementalConfig, Key, Marginals, Prior, Value, Values,
+    optimise,
 };
 use geometry::{Isometry, Matrix6, Rng, RngTree, Vector6, se3};
 use proptest::prelude::*;
@@ -67,8 +68,8 @@ fn networks(noise: f64) -> impl Strategy<Value = Network> {
         .prop_map(move |(poses, loops, seed)| Network::new(poses, &loops, noise, seed))
 }
 
-fn precise() -> Options {
-    Options { relative_decrease_min: 1e-13, ..Options::default() }
+fn precise() -> BatchConfig {
+    BatchConfig { relative_decrease_min: 1e-13, ..BatchConfig::default() }
 }
 
 fn distance(a: &Values, b: &Values) -> f64 {
@@ -88,7 +89,7 @@ proptest! {
     #[test]
     fn optimising_never_raises_the_cost(network in networks(0.02)) {
         let (graph, start) = (network.graph(&network.edges), network.values());
-        let solution = optimise(&graph, &start, &Options::default()).unwrap();
+        let solution = optimise(&graph, &start, &BatchConfig::default()).unwrap();
         let (before, after) = (graph.chi_squared(&start).unwrap(), graph.chi_squared(&solution.values).unwrap());
         prop_assert!(after <= before * (1.0 + 1e-12), "{after} after {before}");
     }

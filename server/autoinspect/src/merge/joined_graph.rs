@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::texts;
-use factors::{Between, Graph, Key, Options, Prior, Value, Values, optimise};
+use factors::{BatchConfig, Between, Graph, Key, Prior, Value, Values, optimise};
 use geometry::{Isometry, Matrix6, isometry_from_pose, pose_from_isometry};
 use mapping::{Edge, MapAlignment, OptimiserConfig};
 use messages::{EdgeKind, FinishedMap, GraphEdge, GraphNode, LoopDecision, PoseGraph, RevisitCounts};
@@ -94,7 +94,7 @@ impl JoinedGraph {
             let factor = Between::new(from, to, &measured, &information).map_err(|e| text(&e))?;
             graph.add(factor, &values).map_err(|e| text(&e))?;
         }
-        let solved = optimise(&graph, &values, &Options::default()).map_err(|e| text(&e))?.values;
+        let solved = optimise(&graph, &values, &BatchConfig::default()).map_err(|e| text(&e))?.values;
         for (pose, key) in self.poses.iter_mut().zip(keys) {
             *pose = *solved.pose(key).map_err(|e| text(&e))?;
         }

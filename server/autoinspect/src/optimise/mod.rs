@@ -7,7 +7,8 @@ use crate::failure::Failure;
 use crate::{output, process, texts};
 use clap::{Args, ValueEnum};
 use factors::{
-    ChordalConfig, Method, Options, RobustConfig, SolveError, Values, chordal, optimise, optimise_robustly,
+    BatchConfig, ChordalConfig, Method, RobustConfig, SolveError, Values, chordal, optimise,
+    optimise_robustly,
 };
 use formats::g2o;
 use incremental::{IncrementalSolution, StepTimes, solve_incrementally};
@@ -163,7 +164,7 @@ fn solve(args: &OptimiseArgs, problem: &Problem) -> Result<Solved, SolveError> {
         MethodName::LevenbergMarquardt => Method::LevenbergMarquardt,
         MethodName::Dogleg => Method::Dogleg,
     };
-    let found = optimise(&problem.graph, &start, &Options { method, ..Options::default() })?;
+    let found = optimise(&problem.graph, &start, &BatchConfig { method, ..BatchConfig::default() })?;
     Ok(Solved { values: found.values, iterations: found.iterations, rejected: Vec::new(), step_ms: None })
 }
 
