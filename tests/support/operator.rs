@@ -2,7 +2,7 @@
 //! are measured apart.
 
 use super::effort::{Effort, KeystrokeTimes};
-use super::page::{At, Key, Page};
+use super::page::{At, KeyPress, Page};
 use super::wait_for;
 use std::time::{Duration, Instant};
 
@@ -156,17 +156,17 @@ impl Operator {
         let keys = text.chars().count() as u32 + 1;
         self.spend(Effort { keys, ..Effort::default() });
         self.page.type_text(text);
-        self.press_uncounted(Key::ENTER);
+        self.press_uncounted(KeyPress::ENTER);
     }
 
     /// Presses a key.
-    pub fn press(&mut self, key: Key) {
+    pub fn press(&mut self, key: KeyPress) {
         self.move_hand_to(Hand::Keyboard);
         self.spend(Effort { thoughts: 1, keys: 1, ..Effort::default() });
         self.press_uncounted(key);
     }
 
-    fn press_uncounted(&mut self, key: Key) {
+    fn press_uncounted(&mut self, key: KeyPress) {
         self.page.key_down(key);
         self.page.key_up(key);
     }
@@ -175,7 +175,7 @@ impl Operator {
     #[track_caller]
     pub fn hold<T>(
         &mut self,
-        key: Key,
+        key: KeyPress,
         what: &str,
         limit: Duration,
         done: impl FnMut(&mut Page) -> Option<T>,

@@ -19,7 +19,7 @@ struct Stage {
 
 /// Report of a stage that ran.
 #[derive(Default)]
-pub(crate) struct Report {
+pub(crate) struct StageReport {
     /// Counts of the stage's tests; zero if it counts none.
     pub(crate) tests: Tests,
     /// Parts that did not run, each with its reason.
@@ -47,7 +47,7 @@ impl Stages {
     }
 
     /// Runs one stage, also if an earlier one failed, so that one run shows all failures.
-    pub(crate) fn run(&mut self, name: &'static str, stage: impl FnOnce() -> Result<Report>) {
+    pub(crate) fn run(&mut self, name: &'static str, stage: impl FnOnce() -> Result<StageReport>) {
         eprintln!("\n── {name}");
         let (result, took) = timed(stage);
         self.add(name, result, took);
@@ -56,8 +56,8 @@ impl Stages {
     /// Runs two independent stages at the same time, because long parts of each use one core only. The first one runs on another thread.
     pub(crate) fn run_together(
         &mut self,
-        (first_name, first): (&'static str, impl FnOnce() -> Result<Report> + Send),
-        (second_name, second): (&'static str, impl FnOnce() -> Result<Report>),
+        (first_name, first): (&'static str, impl FnOnce() -> Result<StageReport> + Send),
+        (second_name, second): (&'static str, impl FnOnce() -> Result<StageReport>),
     ) {
         eprintln!("\n── {first_name}, {second_name}");
         let (first, second) = std::thread::scope(|scope| {
@@ -70,7 +70,7 @@ impl Stages {
         self.add(second_name, second.0, second.1);
     }
 
-    fn add(&mut self, name: &'static str, result: Result<Report>, took: Duration) {
+    fn add(&mut self, name: &'static str, result: Result<StageReport>, took: Duration) {
         let outcome = match result {
             Ok(report) => {
                 self.tests.passed += report.tests.passed;
@@ -127,7 +127,7 @@ impl Stages {
     }
 }
 
-fn timed(stage: impl FnOnce() -> Result<Report>) -> (Result<Report>, Duration) {
+fn timed(stage: impl FnOnce() -> Result<StageReport>) -> (Result<StageReport>, Duration) {
     let started = Instant::now();
     (stage(), started.elapsed())
 }

@@ -3,7 +3,7 @@
 //! The map says only where to look. The dock found by [`DockDetector`] is kept in the odometry frame, which does not jump, and every further detection corrects
 //! it. Where the dock is not seen for a while, the robot goes on by odometry. Whether it is charged is for others to say.
 
-use crate::{Behaviour, BehaviourContext, Outcome, PoseControlConfig};
+use crate::{Behaviour, BehaviourContext, BehaviourOutcome, PoseControlConfig};
 use geometry::{Isometry, Rotation, Vector3, isometry_from_pose};
 use messages::{GoalFailure, GoalProgress, SpeedLimits, WaitReason};
 use navigation::{DockDetector, DockDetectorConfig, DockScans};
@@ -318,7 +318,7 @@ impl DockingBehaviour {
 }
 
 impl Behaviour for DockingBehaviour {
-    fn update(&mut self, context: &mut BehaviourContext<'_>) -> Poll<Outcome> {
+    fn update(&mut self, context: &mut BehaviourContext<'_>) -> Poll<BehaviourOutcome> {
         let at = context.at;
         let frames = context.frames;
         if self.odom_from_expected.is_none() || matches!(self.phase, Phase::Looking { .. }) {

@@ -2,7 +2,7 @@
 
 use crate::docking::{DockGoal, DockingBehaviour, DockingConfig};
 use crate::tests::room;
-use crate::{Behaviour, BehaviourContext, Frames, Outcome};
+use crate::{Behaviour, BehaviourContext, BehaviourOutcome, Frames};
 use geometry::{Isometry, RngTree, Rotation, Vector3, pose_from_isometry};
 use localisation::ExplorationHint;
 use messages::{GoalFailure, SpeedLimits};
@@ -68,7 +68,7 @@ impl Rig {
         points
     }
 
-    fn run(&mut self) -> Outcome {
+    fn run(&mut self) -> BehaviourOutcome {
         let elevation_map = ElevationMap::new(
             0.1,
             RobotShape { radius_m: 0.38, standing_height_m: HEIGHT_M, clearance_m: 0.9, step_m: 0.2 },

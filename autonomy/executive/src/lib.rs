@@ -25,7 +25,7 @@ mod transcript_tests;
 mod walk;
 mod zones;
 
-pub use behaviour::{Behaviour, BehaviourContext, Frames, Outcome};
+pub use behaviour::{Behaviour, BehaviourContext, BehaviourOutcome, Frames};
 pub use docking::{DockGoal, DockingBehaviour, DockingConfig};
 pub use executive::{Executive, ExecutiveConfig, Situation};
 pub use manual_driving::{ManualDriving, StandStill};

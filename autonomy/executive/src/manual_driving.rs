@@ -1,6 +1,6 @@
 //! Driving by hand, and standing still.
 
-use crate::{Behaviour, BehaviourContext, Outcome};
+use crate::{Behaviour, BehaviourContext, BehaviourOutcome};
 use messages::SpeedLimits;
 use std::task::Poll;
 use vocab::{Span, Stamp, Twist, Vec3};
@@ -30,7 +30,7 @@ impl ManualDriving {
 }
 
 impl Behaviour for ManualDriving {
-    fn update(&mut self, context: &mut BehaviourContext<'_>) -> Poll<Outcome> {
+    fn update(&mut self, context: &mut BehaviourContext<'_>) -> Poll<BehaviourOutcome> {
         if context.at - self.since > self.watchdog {
             return Poll::Ready(Ok(()));
         }
@@ -44,7 +44,7 @@ impl Behaviour for ManualDriving {
 pub struct StandStill;
 
 impl Behaviour for StandStill {
-    fn update(&mut self, _context: &mut BehaviourContext<'_>) -> Poll<Outcome> {
+    fn update(&mut self, _context: &mut BehaviourContext<'_>) -> Poll<BehaviourOutcome> {
         Poll::Pending
     }
 }

@@ -1,6 +1,8 @@
 //! Walking into a pose: along a path to its point, then with small steps in any direction until position and heading are right.
 
-use crate::{Behaviour, BehaviourContext, Frames, Outcome, PoseControlConfig, WalkBehaviour, WalkConfig};
+use crate::{
+    Behaviour, BehaviourContext, BehaviourOutcome, Frames, PoseControlConfig, WalkBehaviour, WalkConfig,
+};
 use geometry::{Isometry, Vector3, isometry_from_pose};
 use messages::{Approach, GoalAttempt, GoalFailure, GoalProgress, PoseGoal, SpeedLimits, WaitReason};
 use navigation::ElevationMap;
@@ -143,7 +145,7 @@ impl PoseWalkBehaviour {
         radius <= 1.0 && offset.turn_rad.abs() <= tolerance.yaw_rad * share
     }
 
-    fn update_steps(&mut self, context: &mut BehaviourContext<'_>) -> Poll<Outcome> {
+    fn update_steps(&mut self, context: &mut BehaviourContext<'_>) -> Poll<BehaviourOutcome> {
         let offset = self.offset(&context.frames);
         let (is_ending, is_in_pose) =
             (self.is_in_pose(&offset, self.config.tolerance_share), self.is_in_pose(&offset, 1.0));
@@ -190,7 +192,7 @@ impl PoseWalkBehaviour {
 }
 
 impl Behaviour for PoseWalkBehaviour {
-    fn update(&mut self, context: &mut BehaviourContext<'_>) -> Poll<Outcome> {
+    fn update(&mut self, context: &mut BehaviourContext<'_>) -> Poll<BehaviourOutcome> {
         let Phase::Walking(walk) = &mut self.phase else {
             return self.update_steps(context);
         };

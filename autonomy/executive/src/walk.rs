@@ -3,7 +3,7 @@
 //! The path is kept in the odometry frame, which does not jump. When a loop closure moves the map, obstacles stay, the goal moves, and the path
 //! is planned again.
 
-use crate::{Behaviour, BehaviourContext, Frames, Outcome};
+use crate::{Behaviour, BehaviourContext, BehaviourOutcome, Frames};
 use geometry::{Isometry, Vector3};
 use messages::{GoalAttempt, GoalFailure, GoalProgress, SpeedLimits, WaitReason};
 use navigation::{ElevationMap, PathFollower, PathFollowerConfig, PlanError, PlannerConfig, Velocity, plan};
@@ -140,7 +140,7 @@ impl WalkBehaviour {
 }
 
 impl Behaviour for WalkBehaviour {
-    fn update(&mut self, context: &mut BehaviourContext<'_>) -> Poll<Outcome> {
+    fn update(&mut self, context: &mut BehaviourContext<'_>) -> Poll<BehaviourOutcome> {
         let at = context.at;
         self.is_blind = !context.sees_ground;
         if self.is_blind {

@@ -6,9 +6,9 @@
 
 use crate::error::SolveError;
 use crate::factor::Linearised;
-use crate::graph::Graph;
+use crate::graph::FactorGraph;
 use crate::linear::dense::{Stored, dot};
-use crate::linear::factorisation::{Factorisation, Plan, System, products};
+use crate::linear::factorisation::{EliminationPlan, Factorisation, System, products};
 use crate::names::{FactorId, Key};
 use crate::value::Values;
 use nalgebra::DMatrix;
@@ -140,7 +140,7 @@ pub struct Solution {
 ///
 /// # Errors
 /// When a variable is not determined, or a factor cannot be evaluated at an estimate.
-pub fn optimise(graph: &Graph, start: &Values, config: &BatchConfig) -> Result<Solution, SolveError> {
+pub fn optimise(graph: &FactorGraph, start: &Values, config: &BatchConfig) -> Result<Solution, SolveError> {
     if start.len() < config.single_precision_variables {
         optimise_with::<f64>(graph, start, config)
     } else {
@@ -149,11 +149,11 @@ pub fn optimise(graph: &Graph, start: &Values, config: &BatchConfig) -> Result<S
 }
 
 fn optimise_with<T: Stored>(
-    graph: &Graph,
+    graph: &FactorGraph,
     start: &Values,
     config: &BatchConfig,
 ) -> Result<Solution, SolveError> {
-    let mut problem = Problem::<T>::new(graph, start);
+    let mut problem = LinearisedProblem::<T>::new(graph, start);
     let initial_cost = problem.linearise(start)?;
     let state =
         State { values: start.clone(), cost: initial_cost, initial_cost, iterations: 0, converged: false };
@@ -170,7 +170,7 @@ fn optimise_with<T: Stored>(
 type State = Solution;
 
 fn gauss_newton<T: Stored>(
-    problem: &mut Problem<T>,
+    problem: &mut LinearisedProblem<T>,
     mut state: State,
     config: &BatchConfig,
 ) -> Result<Solution, SolveError> {
@@ -196,7 +196,7 @@ fn gauss_newton<T: Stored>(
 }
 
 fn levenberg_marquardt<T: Stored>(
-    problem: &mut Problem<T>,
+    problem: &mut LinearisedProblem<T>,
     mut state: State,
     config: &BatchConfig,
 ) -> Result<Solution, SolveError> {
@@ -249,7 +249,7 @@ fn levenberg_marquardt<T: Stored>(
 }
 
 fn dogleg<T: Stored>(
-    problem: &mut Problem<T>,
+    problem: &mut LinearisedProblem<T>,
     mut state: State,
     config: &BatchConfig,
 ) -> Result<Solution, SolveError> {
@@ -322,18 +322,18 @@ struct Step {
 
 /// A graph with the buffers that its iterations share.
 #[derive(Debug)]
-pub(crate) struct Problem<'a, T = f64> {
-    graph: &'a Graph,
+pub(crate) struct LinearisedProblem<'a, T = f64> {
+    graph: &'a FactorGraph,
     ids: Vec<FactorId>,
     system: System,
     other_system: Option<System>,
-    plan: Plan,
+    plan: EliminationPlan,
     factorisation: Factorisation<T>,
     scratch: Linearised,
 }
 
-impl<'a, T: Stored> Problem<'a, T> {
-    pub(crate) fn new(graph: &'a Graph, values: &Values) -> Self {
+impl<'a, T: Stored> LinearisedProblem<'a, T> {
+    pub(crate) fn new(graph: &'a FactorGraph, values: &Values) -> Self {
         let dimensions = values.iter().map(|(_, value)| value.kind().dimension() as u8).collect();
         let mut system = System::new(dimensions, 1);
         let mut ids = Vec::with_capacity(graph.ids());
@@ -344,7 +344,7 @@ impl<'a, T: Stored> Problem<'a, T> {
             system.push(&variables);
             ids.push(id);
         }
-        let plan = Plan::new(&system);
+        let plan = EliminationPlan::new(&system);
         Self {
             graph,
             ids,
@@ -431,7 +431,7 @@ impl<'a, T: Stored> Problem<'a, T> {
     }
 }
 
-fn not_finite(graph: &Graph, factor: FactorId) -> SolveError {
+fn not_finite(graph: &FactorGraph, factor: FactorId) -> SolveError {
     let key = graph.get(factor).and_then(|entry| entry.factor.keys().first().copied());
     SolveError::NotFinite { factor, key: key.unwrap_or(Key(0)) }
 }

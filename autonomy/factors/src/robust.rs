@@ -9,7 +9,7 @@
 use crate::batch::{BatchConfig, Method, optimise};
 use crate::error::SolveError;
 use crate::factor::{Factor, Linearised};
-use crate::graph::Graph;
+use crate::graph::FactorGraph;
 use crate::kernel::Kernel;
 use crate::marginals::Marginals;
 use crate::names::FactorId;
@@ -89,7 +89,7 @@ pub struct RobustSolution {
 /// # Errors
 /// As for [`optimise`].
 pub fn optimise_robustly(
-    graph: &Graph,
+    graph: &FactorGraph,
     start: &Values,
     suspect: impl Fn(FactorId, &dyn Factor) -> bool,
     config: &RobustConfig,
@@ -142,9 +142,9 @@ impl Suspect {
 
 struct Rounds<'a> {
     config: RobustConfig,
-    full: &'a Graph,
+    full: &'a FactorGraph,
     /// The factors in use, with their weights.
-    graph: Graph,
+    graph: FactorGraph,
     suspects: Vec<Suspect>,
     iterations: usize,
 }

@@ -4,7 +4,7 @@ use crate::day::{Day, FIRST, first};
 use crate::replay;
 use geometry::vec_from_plain;
 use messages::{CommandKind, MappingState};
-use sim::{Site, SiteName, Start};
+use sim::{SimulatedSite, SiteName, Start};
 use stack::Stack;
 use std::sync::Arc;
 use uuid::Uuid;
@@ -57,7 +57,9 @@ fn on_another_day_the_robot_localises_in_the_map_and_adds_only_new_ground() {
 
 #[test]
 fn a_map_that_was_just_saved_is_extended_without_relocalisation() {
-    let Some(route) = Site::new(SiteName::B1).route("short").cloned() else { panic!("no such route") };
+    let Some(route) = SimulatedSite::new(SiteName::B1).route("short").cloned() else {
+        panic!("no such route")
+    };
     let mut day = Day::begin(route.start, 5, Some(SessionId(Uuid::from_u128(1))));
     day.drive(route.start, &route.waypoints[..1]);
     let keyframes = day.finish(FIRST).graph.nodes.len();

@@ -7,7 +7,9 @@ use messages::{
     LoopDecision, LoopSource, LoopVerdict, MapQuality, PlaceComparison, PoseGraph, Principal, Publication,
     StackEffect,
 };
-use sim::{GroundTruth, Route, RouteFollower, ScheduledFault, SimConfig, Simulator, Site, SiteName};
+use sim::{
+    GroundTruth, RouteFollower, ScheduledFault, SimConfig, SimulatedSite, Simulator, SiteName, SiteRoute,
+};
 use stack::Stack;
 use std::collections::VecDeque;
 use std::sync::{Arc, OnceLock};
@@ -28,13 +30,13 @@ struct Walk {
 fn walk() -> &'static Walk {
     static WALK: OnceLock<Walk> = OnceLock::new();
     WALK.get_or_init(|| {
-        let site = Arc::new(Site::new(SiteName::B1));
-        let Some(Route { start, .. }) = site.route("short").cloned() else { panic!("no such route") };
+        let site = Arc::new(SimulatedSite::new(SiteName::B1));
+        let Some(SiteRoute { start, .. }) = site.route("short").cloned() else { panic!("no such route") };
         let hall = [[18.2, 23.5], [26.0, 22.9], [18.0, 23.0]];
         let room = [[15.4, 21.6], [15.4, 20.0], [12.5, 20.0], [6.5, 20.0], [12.5, 20.0], [15.4, 20.0]];
         let waypoints =
             hall.into_iter().chain(room).chain([[15.4, 21.6]]).chain(hall[..2].to_vec()).collect();
-        let route = Route { name: "room", start, waypoints, speed: 0.9 };
+        let route = SiteRoute { name: "room", start, waypoints, speed: 0.9 };
         let (from, until) = (Span::from_secs_f64(29.0), Span::from_secs_f64(44.0));
         let velocity = Vec3::new(0.0, 0.05, 0.0);
         let faults = vec![
@@ -437,7 +439,7 @@ fn invalid_loop_commands_are_refused_with_a_reason() {
 
 #[test]
 fn the_simulated_robot_closes_loops_while_it_walks() {
-    let site = Arc::new(Site::new(SiteName::B1));
+    let site = Arc::new(SimulatedSite::new(SiteName::B1));
     let Some(route) = site.route("short").cloned() else { panic!("no such route") };
     let config = SimConfig {
         lidar_columns: 100,

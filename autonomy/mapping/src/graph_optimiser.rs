@@ -1,6 +1,6 @@
 //! Incremental optimisation of a pose graph while keyframes and loops are added and loops are removed (docs/maths/factors.md).
 
-use crate::graph_element::{Edge, Node, renormalised};
+use crate::graph_element::{PoseGraphEdge, PoseGraphNode, renormalised};
 use factors::{
     Between, FactorError, FactorId, Incremental, IncrementalConfig, IncrementalSnapshot, Key, Prior,
     SolveError, Value,
@@ -98,9 +98,9 @@ impl GraphOptimiser {
     /// When a pose or edge is not finite, or the graph cannot be solved.
     pub fn resume(
         config: OptimiserConfig,
-        nodes: &[Node],
-        edges: &[Edge],
-        loops: &[Edge],
+        nodes: &[PoseGraphNode],
+        edges: &[PoseGraphEdge],
+        loops: &[PoseGraphEdge],
     ) -> Result<Self, GraphError> {
         let mut optimiser = Self::new(config);
         for node in nodes {
@@ -121,7 +121,7 @@ impl GraphOptimiser {
         Ok(optimiser)
     }
 
-    fn add_odometry(&mut self, edge: &Edge) -> Result<(), GraphError> {
+    fn add_odometry(&mut self, edge: &PoseGraphEdge) -> Result<(), GraphError> {
         let information = edge.information + Matrix6::identity() * self.config.min_odometry_information;
         let factor = Between::new(key_of(edge.from), key_of(edge.to), &edge.from_from_to, &information)?;
         self.solver.add(factor)?;
@@ -133,7 +133,11 @@ impl GraphOptimiser {
     ///
     /// # Errors
     /// When the pose or edge is not finite. Nothing can be added after that.
-    pub fn add_keyframe(&mut self, node: &Node, edge: Option<&Edge>) -> Result<(), GraphError> {
+    pub fn add_keyframe(
+        &mut self,
+        node: &PoseGraphNode,
+        edge: Option<&PoseGraphEdge>,
+    ) -> Result<(), GraphError> {
         let key = Key(self.keyframes);
         match edge {
             Some(edge) => {
@@ -158,7 +162,7 @@ impl GraphOptimiser {
     ///
     /// # Errors
     /// When a keyframe is unknown or the edge is not a valid factor. It is left out then.
-    pub fn add_loop(&mut self, edge: &Edge) -> Result<(), GraphError> {
+    pub fn add_loop(&mut self, edge: &PoseGraphEdge) -> Result<(), GraphError> {
         let (from, to) = (key_of(edge.from), key_of(edge.to));
         let factor = self.solver.add(Between::new(from, to, &edge.from_from_to, &edge.information)?)?;
         self.loops.insert((edge.from, edge.to), factor);
@@ -229,7 +233,7 @@ fn key_of(keyframe: KeyframeId) -> Key {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use factors::{BatchConfig, Graph, Values, optimise};
+    use factors::{BatchConfig, FactorGraph, Values, optimise};
     use geometry::Vector3;
     use vocab::Stamp;
 
@@ -237,19 +241,22 @@ mod tests {
         Isometry::new(Vector3::new(x, y, 0.0), Vector3::z() * yaw)
     }
 
-    fn edge(from: u32, to: u32, from_from_to: Isometry) -> Edge {
+    fn edge(from: u32, to: u32, from_from_to: Isometry) -> PoseGraphEdge {
         let information = Matrix6::identity() * 1e4;
-        Edge { from: KeyframeId(from), to: KeyframeId(to), from_from_to, information }
+        PoseGraphEdge { from: KeyframeId(from), to: KeyframeId(to), from_from_to, information }
     }
 
     /// Twice round a circle of 40 steps, turning too far by 5 mrad each; loops close the second round onto the first.
-    fn walked() -> (GraphOptimiser, Vec<Edge>, Vec<Edge>) {
+    fn walked() -> (GraphOptimiser, Vec<PoseGraphEdge>, Vec<PoseGraphEdge>) {
         let step = at(1.0, 0.0, std::f64::consts::TAU / 40.0);
         let mut optimiser = GraphOptimiser::new(OptimiserConfig::default());
         let (mut edges, mut loops) = (Vec::new(), Vec::new());
         for index in 0..80 {
-            let node =
-                Node { id: KeyframeId(index), stamp: Stamp::EPOCH, map_from_keyframe: at(2.0, 1.0, 0.5) };
+            let node = PoseGraphNode {
+                id: KeyframeId(index),
+                stamp: Stamp::EPOCH,
+                map_from_keyframe: at(2.0, 1.0, 0.5),
+            };
             let odometry = index.checked_sub(1).map(|last| edge(last, index, step * at(0.0, 0.0, 5e-3)));
             assert!(optimiser.add_keyframe(&node, odometry.as_ref()).is_ok());
             edges.extend(odometry);
@@ -263,8 +270,8 @@ mod tests {
     }
 
     /// The same graph in one go.
-    fn batch(edges: &[Edge], loops: &[Edge]) -> Vec<Isometry> {
-        let (mut values, mut graph) = (Values::default(), Graph::default());
+    fn batch(edges: &[PoseGraphEdge], loops: &[PoseGraphEdge]) -> Vec<Isometry> {
+        let (mut values, mut graph) = (Values::default(), FactorGraph::default());
         let mut pose = at(2.0, 1.0, 0.5);
         let first = values.insert(Value::Pose(pose));
         for edge in edges {
@@ -323,12 +330,12 @@ mod tests {
     fn a_finished_graph_is_resumed() {
         let (walked, edges, loops) = walked();
         let Ok(found) = walked.relinearisation().run() else { panic!("not solved") };
-        let nodes = found.iter().zip(0..).map(|(pose, index)| Node {
+        let nodes = found.iter().zip(0..).map(|(pose, index)| PoseGraphNode {
             id: KeyframeId(index),
             stamp: Stamp::EPOCH,
             map_from_keyframe: *pose,
         });
-        let nodes: Vec<Node> = nodes.collect();
+        let nodes: Vec<PoseGraphNode> = nodes.collect();
         let Ok(mut resumed) = GraphOptimiser::resume(OptimiserConfig::default(), &nodes, &edges, &loops)
         else {
             panic!("not resumed")
@@ -337,7 +344,7 @@ mod tests {
         assert!(apart(&same, &found) < 1e-5, "{} m", apart(&same, &found));
         // On from a keyframe in the middle, with a loop to the end.
         let odometry = edge(30, 80, at(0.0, 1.0, 0.3));
-        let next = Node { id: KeyframeId(80), ..nodes[30] };
+        let next = PoseGraphNode { id: KeyframeId(80), ..nodes[30] };
         assert!(resumed.add_keyframe(&next, Some(&odometry)).is_ok());
         assert!(resumed.remove_loop((KeyframeId(0), KeyframeId(40))));
         let Ok(poses) = resumed.solve() else { panic!("not solved") };

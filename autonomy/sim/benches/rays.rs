@@ -4,8 +4,8 @@
 
 use divan::counter::ItemsCount;
 use sim::{
-    CameraAim, FULL_COLUMNS, RINGS, RouteFollower, SWEEP_HZ, ScheduledFault, SimConfig, SimEvent, Simulator,
-    Site, SiteName,
+    CameraAim, FULL_COLUMNS, RINGS, RouteFollower, SWEEP_HZ, ScheduledFault, SimConfig, SimEvent,
+    SimulatedSite, Simulator, SiteName,
 };
 use std::sync::Arc;
 use vocab::Span;
@@ -16,7 +16,7 @@ fn main() {
 
 /// A robot eight seconds into the short route of the site.
 fn walking(site: SiteName, columns: u32) -> (Simulator, RouteFollower) {
-    let site = Arc::new(Site::new(site));
+    let site = Arc::new(SimulatedSite::new(site));
     let Some(route) = site.route("short").cloned() else { panic!("every site has a short route") };
     let mut config = SimConfig::new(Arc::clone(&site), 1);
     config.lidar_columns = columns;
@@ -53,8 +53,8 @@ fn tenth_of_a_second_without_rays(bencher: divan::Bencher, site: SiteName) {
 }
 
 #[divan::bench(args = SiteName::ALL, sample_count = 5, sample_size = 1)]
-fn build_the_site(site: SiteName) -> Site {
-    Site::new(site)
+fn build_the_site(site: SiteName) -> SimulatedSite {
+    SimulatedSite::new(site)
 }
 
 #[divan::bench(args = SiteName::ALL, sample_count = 10, sample_size = 1)]

@@ -2,7 +2,7 @@
 //! for the autonomy.
 
 use crate::ground_truth::GroundTruth;
-use crate::route::Route;
+use crate::route::SiteRoute;
 use messages::Drive;
 use vocab::{Twist, Vec3};
 
@@ -26,7 +26,7 @@ const SLOWDOWN_MARGIN_M: f64 = 0.15;
 /// Turns a route into drive commands by pure pursuit: it steers to a point of the present leg that is some distance ahead.
 #[derive(Clone, Debug)]
 pub struct RouteFollower {
-    route: Route,
+    route: SiteRoute,
     /// Index of the waypoint that the robot walks to.
     leg: usize,
     started_s: Option<f64>,
@@ -35,7 +35,7 @@ pub struct RouteFollower {
 
 impl RouteFollower {
     /// A follower at the start of the route.
-    pub fn new(route: Route) -> Self {
+    pub fn new(route: SiteRoute) -> Self {
         Self { route, leg: 0, started_s: None, arrived_s: None }
     }
 

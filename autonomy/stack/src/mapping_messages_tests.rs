@@ -171,7 +171,8 @@ fn the_graph_lists_odometry_before_loops() {
         from_from_to: pose(),
         information: information(),
     };
-    let node = mapping::Node { id: KeyframeId(1), stamp: Stamp::from_nanos(5), map_from_keyframe: pose() };
+    let node =
+        mapping::PoseGraphNode { id: KeyframeId(1), stamp: Stamp::from_nanos(5), map_from_keyframe: pose() };
     let changes = GraphChanges {
         base_revision: 3,
         revision: 4,

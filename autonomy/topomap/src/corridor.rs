@@ -7,7 +7,7 @@ use nalgebra::Vector2;
 
 /// Free room along a line, metres, at most the distance that was searched.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Room {
+pub(crate) struct FreeWidth {
     /// To the nearest obstacle on the left.
     pub left_m: f64,
     /// To the nearest obstacle on the right.
@@ -74,7 +74,7 @@ impl Floor {
 
     /// Free room along a line up to `reach_m` to both sides; `points_min` points in the height of the body (docs/maths/topomap.md, equation 2) make an
     /// obstacle. Linear in the points around it.
-    fn room_along(&self, line: &Line, heights: &[f64], reach_m: f64, points_min: usize) -> Room {
+    fn room_along(&self, line: &Line, heights: &[f64], reach_m: f64, points_min: usize) -> FreeWidth {
         let last = heights.len() - 1;
         let tread = (self.config.tread_m / self.config.line_step_m).round() as usize;
         let highest = |place: usize| {
@@ -104,7 +104,7 @@ impl Floor {
             }
             *distances.select_nth_unstable_by(points_min - 1, f64::total_cmp).1
         });
-        Room { left_m, right_m }
+        FreeWidth { left_m, right_m }
     }
 
     /// Whether there is ground all along a line.
@@ -125,7 +125,7 @@ impl Floor {
     }
 
     /// Free room along a line up to `reach_m` to both sides; none if it ends on another floor.
-    pub fn room(&self, from: &Vector3, to: &Vector3, reach_m: f64) -> Option<Room> {
+    pub fn room(&self, from: &Vector3, to: &Vector3, reach_m: f64) -> Option<FreeWidth> {
         let line = Line::new(from, to);
         let profile = self.profile(&line)?;
         Some(self.room_along(&line, &profile.heights, reach_m, self.config.obstacle_points_min))

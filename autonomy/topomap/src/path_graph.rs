@@ -3,7 +3,7 @@
 
 use crate::TopomapConfig;
 use crate::corridor::Passage;
-use crate::path::{Sample, Step};
+use crate::path::{PathStep, Sample};
 use geometry::Vector3;
 use ordered_float::OrderedFloat;
 use pathfinding::directed::dijkstra::dijkstra_reach;
@@ -118,19 +118,19 @@ impl PathGraph {
     }
 
     /// Adds a walk. Linear in its samples times the places.
-    pub fn add_walk(&mut self, walk: &[Step], passage: &Passage<'_>) {
+    pub fn add_walk(&mut self, walk: &[PathStep], passage: &Passage<'_>) {
         let mut last: Option<(usize, Sample)> = None;
         for step in walk {
             last = match *step {
-                Step::Walk(sample) => {
+                PathStep::Walk(sample) => {
                     let place = self.place_of(&sample, passage);
                     Some((self.walk_to(place, last, &sample, passage), sample))
                 }
-                Step::StairsBegin(sample) => {
+                PathStep::StairsBegin(sample) => {
                     let place = self.portal(&sample, passage);
                     Some((self.walk_to(place, last, &sample, passage), sample))
                 }
-                Step::StairsEnd { sample, is_backward } => {
+                PathStep::StairsEnd { sample, is_backward } => {
                     let place = self.portal(&sample, passage);
                     if let Some((from, _)) = last {
                         let backward = if from < place { [is_backward, false] } else { [false, is_backward] };

@@ -12,7 +12,7 @@ use anyhow::{Context, Result, ensure};
 use benches::quantile;
 use clap::Parser;
 use client::PageClient;
-use platform::{PROCESSES, Platform};
+use platform::{MeasuredPlatform, PROCESSES};
 use std::time::{Duration, Instant};
 
 /// Cores that core, gateway and simulated robot take while a mission runs.
@@ -50,7 +50,7 @@ fn main() -> Result<()> {
     let arguments = Arguments::parse();
     let data = tempfile::tempdir()?;
     let columns = arguments.columns.to_string();
-    let platform = Platform::start(&arguments.site, data.path(), &arguments.listen, &columns)?;
+    let platform = MeasuredPlatform::start(&arguments.site, data.path(), &arguments.listen, &columns)?;
     platform.make_example(PATIENCE)?;
     let mission = platform.first_mission()?;
     let page = PageClient::connect(platform.address())?;

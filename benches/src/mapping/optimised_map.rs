@@ -3,7 +3,7 @@
 use crate::find_loops::LoopFinderRun;
 use crate::recorded_walk::RecordedKeyframe;
 use anyhow::Result;
-use factors::{BatchConfig, Between, Graph, Key, Prior, Value, Values, optimise};
+use factors::{BatchConfig, Between, FactorGraph, Key, Prior, Value, Values, optimise};
 use geometry::{Isometry, Matrix6, Vector3, aligned_rmse};
 use mapping::Verdict;
 
@@ -17,7 +17,7 @@ pub struct MapError {
 /// Optimises the walk with the accepted loops and compares the keyframes before and after with the ground truth.
 pub fn error(recorded: &[RecordedKeyframe], found: &LoopFinderRun) -> Result<MapError> {
     let mut values = Values::default();
-    let mut graph = Graph::default();
+    let mut graph = FactorGraph::default();
     let mut pose = Isometry::identity();
     let mut keys: Vec<Key> = vec![values.insert(Value::Pose(pose))];
     for edge in &found.edges {

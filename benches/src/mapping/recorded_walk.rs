@@ -8,7 +8,7 @@ use mapping::{PoseGraph, ScanPose, Session, SessionConfig};
 use messages::Sensor;
 use odometry::{Mounting, Odometry, OdometryConfig, OdometryEvent, PoseEvent, ScanView};
 use points::Downsampler;
-use sim::{RouteFollower, SimConfig, Simulator, Site};
+use sim::{RouteFollower, SimConfig, SimulatedSite, Simulator};
 use std::io::{Read, Write};
 use std::path::Path;
 use std::sync::Arc;
@@ -34,7 +34,7 @@ pub struct RecordedKeyframe {
 
 /// The keyframes of a walk: read from `file` if it exists, otherwise simulated and written there.
 pub fn keyframes(
-    site: &Arc<Site>,
+    site: &Arc<SimulatedSite>,
     plan: &WalkPlan,
     seconds: f64,
     file: &Path,
@@ -47,7 +47,7 @@ pub fn keyframes(
     Ok(walked)
 }
 
-fn walk(site: &Arc<Site>, plan: &WalkPlan, seconds: f64) -> Result<Vec<RecordedKeyframe>> {
+fn walk(site: &Arc<SimulatedSite>, plan: &WalkPlan, seconds: f64) -> Result<Vec<RecordedKeyframe>> {
     let Some(route) = site.route("round").cloned() else { bail!("{} has no round", site.name()) };
     let mut config = SimConfig {
         lidar_columns: plan.columns,

@@ -43,7 +43,7 @@ enum Command {
     /// Make a new version of a map with the changes that later recordings show.
     Patch(patch::PatchArgs),
     /// Write a saved map as one file for other programs, or as a picture from above.
-    Export(export::ExportArgs),
+    Export(export::SiteExportArgs),
     /// Make a map of another program's point cloud, for a robot to localise in.
     Import(import::ImportArgs),
     /// Give a saved map the frame of another one of the same site.
@@ -91,7 +91,7 @@ enum SimCommand {
 #[derive(Subcommand, Debug)]
 enum SiteCommand {
     /// Write a site as a glTF building, to look at, or as an example of one's own.
-    Export(site::ExportArgs),
+    Export(site::SiteExportArgs),
 }
 
 #[derive(Subcommand, Debug)]

@@ -50,7 +50,7 @@ impl WholeRequests {
 
 /// The next thing for a client.
 #[derive(Debug, PartialEq)]
-pub(crate) enum Answer {
+pub(crate) enum OutboxItem {
     /// Answer to a ping with this token.
     Pong(u64),
     /// An event.
@@ -113,10 +113,10 @@ impl Outbox {
     }
 
     /// Takes the next answer.
-    pub(crate) fn next(&self) -> Option<Answer> {
+    pub(crate) fn next(&self) -> Option<OutboxItem> {
         let mut content = self.lock();
-        let pong = content.pongs.pop_front().map(Answer::Pong);
-        pong.or_else(|| content.answers.pop_front().map(Answer::Event))
+        let pong = content.pongs.pop_front().map(OutboxItem::Pong);
+        pong.or_else(|| content.answers.pop_front().map(OutboxItem::Event))
     }
 
     /// Returns after something was added since the last call. For one waiter.
@@ -140,8 +140,8 @@ mod tests {
         let notice = Arc::new(Event::Maps(Vec::new()));
         outbox.answer(notice.clone());
         outbox.pong(1);
-        assert_eq!(outbox.next(), Some(Answer::Pong(1)));
-        assert_eq!(outbox.next(), Some(Answer::Event(notice)));
+        assert_eq!(outbox.next(), Some(OutboxItem::Pong(1)));
+        assert_eq!(outbox.next(), Some(OutboxItem::Event(notice)));
         assert_eq!(outbox.next(), None);
         (0..=FIXED.max_answers as u64).for_each(|token| outbox.pong(token));
         outbox.overflowed().await;

@@ -8,7 +8,7 @@ use crate::access::{AccessDirectory, AccountInbox};
 use crate::clock::{CalendarTime, RobotClock};
 use crate::control_loop::LoopRequest;
 use crate::convert::{self, RoutedCommand};
-use crate::imports::{ImportRequest, Imports};
+use crate::imports::{ImportQueue, ImportRequest};
 use crate::interrupted_sessions::SessionRequest;
 use crate::jobs::{DiskJob, Jobs};
 use crate::lease_arbiter::{LeaseArbiter, LeaseDecision};
@@ -61,7 +61,7 @@ struct Shared {
     state_publisher: Arc<StatePublisher>,
     stops: Sender<Command>,
     commands: Sender<LoopRequest>,
-    imports: Imports,
+    imports: ImportQueue,
     jobs: Jobs,
     topomap: TopomapGenerator,
     ledger: Arc<LedgerInbox>,
@@ -81,7 +81,7 @@ impl GatewayLink {
         state_publisher: Arc<StatePublisher>,
         stops: Sender<Command>,
         commands: Sender<LoopRequest>,
-        imports: Imports,
+        imports: ImportQueue,
         jobs: Jobs,
         topomap: TopomapGenerator,
         ledger: Arc<LedgerInbox>,

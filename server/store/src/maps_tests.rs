@@ -218,7 +218,7 @@ fn an_imported_map_can_be_extended_with_its_viewpoints_in_one_file() {
         intensity: vec![2.0; 50],
     };
     let all: Vec<u32> = (0..50).collect();
-    let viewpoint = |x: f64| crate::Viewpoint {
+    let viewpoint = |x: f64| crate::CloudViewpoint {
         cloud_from_base: Isometry::translation(x, 0.0, 0.0),
         lidar: [0.0; 3],
         visible: all.clone(),

@@ -145,7 +145,7 @@ pub enum CancelCause {
 
 /// State of the executive: what moves the robot now.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Executive {
+pub struct ExecutiveStatus {
     /// What moves the robot.
     pub state: ExecutiveState,
     /// Since when.

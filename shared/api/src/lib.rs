@@ -35,7 +35,7 @@ pub use goal::*;
 pub use graph::{GraphAssembly, GraphChanged, GraphPart, MAX_GRAPH_ENTRIES};
 pub use loops::{LoopDecision, LoopSource, LoopVerdict, LoopsChanged, MAX_LOOP_DECISIONS};
 pub use map::{
-    Anchor, BinnedMap, DamagedMap, MapSummary, Problem, TileEntry, TileHash, TileHashError, TileList,
+    BinnedMap, DamagedMap, MapSummary, Problem, TileAnchor, TileEntry, TileHash, TileHashError, TileList,
 };
 pub use paths::{CONTROL_PATH, STREAM_PATH};
 pub use query::{

@@ -75,8 +75,8 @@ pub use settings::SiteSettings;
 pub use site::Site;
 pub use thermal_scale::ThermalScale;
 pub use topological_map::{
-    Anchor, Asset, Corridor, Dock, Edge, EdgeBlock, EdgeCost, EdgeFailStep, InspectionPoint, Limits, Node,
-    NodeKind, PoseTolerance, TravelDirection, Traversal, Zone, ZoneEffect,
+    Anchor, Asset, Corridor, Dock, Edge, EdgeBlock, EdgeCost, EdgeFailStep, InspectionPoint, Node, NodeKind,
+    PoseTolerance, ReadingLimits, TravelDirection, Traversal, Zone, ZoneEffect,
 };
 pub use undo::UndoHistory;
 pub use validation::ValidationConfig;

@@ -92,7 +92,7 @@ fn objects() -> Vec<Object> {
         node: NodeId(uuid(1)),
         target_m: Vec3::new(1.0, 2.0, 1.5),
         request: photo(),
-        limits: Some(Limits { min: Some(3.8), max: Some(5.0), unit: "bar".to_owned() }),
+        limits: Some(ReadingLimits { min: Some(3.8), max: Some(5.0), unit: "bar".to_owned() }),
     };
     let tasks = vec![
         TaskPlace::InspectionPoint(point.id),

@@ -5,7 +5,7 @@ use client_model::{Model, PlannedStop};
 use glam::DVec3;
 use panels::SceneLabel;
 use panels::theme::Tokens;
-use scene::{Colour, Marker, Polyline, Shape};
+use scene::{Colour, Marker, MarkerShape, Polyline};
 use site_model::{NodeId, Site};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -49,7 +49,7 @@ impl MissionOverlay {
                 id: None,
                 position,
                 ahead: DVec3::ZERO,
-                shape: Shape::Disc,
+                shape: MarkerShape::Disc,
                 radius: CONFIG.stop_radius_px,
                 fill: solid(if stop.problem.is_some() { tokens.bad } else { tokens.accent }),
                 rim: solid(tokens.ground),

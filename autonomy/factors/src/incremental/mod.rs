@@ -16,7 +16,7 @@ mod update;
 
 use crate::error::{FactorError, SolveError};
 use crate::factor::Factor;
-use crate::graph::{Entry, Graph};
+use crate::graph::{Entry, FactorGraph};
 use crate::kernel::Kernel;
 use crate::linear::assembly::Assembly;
 use crate::names::{FactorId, Key};
@@ -68,7 +68,7 @@ pub struct Updated {
 #[derive(Debug, Default)]
 pub struct Incremental {
     config: IncrementalConfig,
-    graph: Graph,
+    graph: FactorGraph,
     /// Linearisation points.
     values: Values,
     /// Solution relative to `values`, all scalars in the keys' order.
@@ -188,7 +188,7 @@ impl Incremental {
     }
 
     /// The factors after the last update.
-    pub fn graph(&self) -> &Graph {
+    pub fn graph(&self) -> &FactorGraph {
         &self.graph
     }
 

@@ -2,14 +2,14 @@
 
 use super::{Incremental, IncrementalConfig};
 use crate::error::SolveError;
-use crate::graph::Graph;
+use crate::graph::FactorGraph;
 use crate::value::{Value, Values};
 
 /// Factors and estimates of an [`Incremental`], without its tree.
 #[derive(Clone, Debug)]
 pub struct IncrementalSnapshot {
     config: IncrementalConfig,
-    graph: Graph,
+    graph: FactorGraph,
     values: Values,
     forgotten: Vec<bool>,
 }

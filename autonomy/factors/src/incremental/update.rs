@@ -9,7 +9,7 @@ use crate::linear::assembly::{packed_len, scalars};
 use crate::linear::factorisation::{Undetermined, scatter, variable_of};
 use crate::linear::ordering::{Adjacency, minimum_degree};
 use crate::linear::symbolic::{Forest, analyse};
-use crate::names::{FactorId, Key, Kind};
+use crate::names::{FactorId, Key, VariableKind};
 use crate::value::Value;
 
 /// State that is restored when an update fails.
@@ -197,8 +197,8 @@ impl Incremental {
             let index = variable as usize;
             let delta = &self.delta[self.starts[index]..self.starts[index + 1]];
             let angles = match self.values.get(Key(variable)).map(Value::kind) {
-                Some(Kind::Pose) => 0..3,
-                Some(Kind::Planar) => 2..3,
+                Some(VariableKind::Pose) => 0..3,
+                Some(VariableKind::Planar) => 2..3,
                 _ => 0..0,
             };
             delta.iter().enumerate().any(|(axis, component)| {

@@ -7,7 +7,7 @@
 use crate::error::FactorError;
 use crate::factor::{Factor, Linearised};
 use crate::information::Whitening;
-use crate::names::{Key, Kind};
+use crate::names::{Key, VariableKind};
 use crate::value::Values;
 use geometry::{Matrix3, Rotation, Vector3, Vector6, so3};
 use nalgebra::{SMatrix, SVector};
@@ -169,8 +169,14 @@ impl Factor for Inertial {
         &self.keys
     }
 
-    fn kinds(&self) -> &[Kind] {
-        &[Kind::Pose, Kind::Vector3, Kind::Pose, Kind::Vector3, Kind::Vector6]
+    fn kinds(&self) -> &[VariableKind] {
+        &[
+            VariableKind::Pose,
+            VariableKind::Vector3,
+            VariableKind::Pose,
+            VariableKind::Vector3,
+            VariableKind::Vector6,
+        ]
     }
 
     fn rows(&self) -> usize {

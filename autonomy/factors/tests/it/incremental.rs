@@ -3,8 +3,8 @@
 use crate::jacobians::{random_information, random_pose};
 use crate::support::{Published, load};
 use factors::{
-    BatchConfig, Between, FactorId, Graph, Incremental, IncrementalConfig, Key, Marginals, PlanarBetween,
-    PlanarPrior, Prior, RelativePose, SolveError, Value, Values, VectorPrior, optimise,
+    BatchConfig, Between, FactorGraph, FactorId, Incremental, IncrementalConfig, Key, Marginals,
+    PlanarBetween, PlanarPrior, Prior, RelativePose, SolveError, Value, Values, VectorPrior, optimise,
 };
 use geometry::{Isometry, Matrix3, Matrix6, Rng, RngTree, Vector3, Vector6, se3};
 
@@ -118,10 +118,10 @@ fn noisy(pose: &Isometry, rng: &mut Rng) -> Isometry {
 }
 
 /// A small random graph: a chain with loops, anchored at its first pose.
-fn random_chain(poses: usize, seed: u64) -> (Graph, Values) {
+fn random_chain(poses: usize, seed: u64) -> (FactorGraph, Values) {
     let mut rng = RngTree::new(seed).child("chain").rng();
     let mut values = Values::default();
-    let mut graph = Graph::default();
+    let mut graph = FactorGraph::default();
     let truth: Vec<Isometry> = (0..poses).map(|_| random_pose(&mut rng, 0.6)).collect();
     for pose in &truth {
         values.insert(Value::Pose(noisy(pose, &mut rng)));
@@ -138,7 +138,7 @@ fn random_chain(poses: usize, seed: u64) -> (Graph, Values) {
 }
 
 /// Builds the same graph in an incremental solver, `chunk` poses at a time.
-fn incremental(graph: &Graph, values: &Values, chunk: usize) -> Incremental {
+fn incremental(graph: &FactorGraph, values: &Values, chunk: usize) -> Incremental {
     let mut solver = Incremental::new(IncrementalConfig::default());
     for (key, value) in values.iter() {
         solver.insert(*value);

@@ -2,7 +2,7 @@
 
 use crate::jacobians::{random_information, random_pose};
 use factors::{
-    BatchConfig, Between, Graph, Incremental, IncrementalConfig, Key, Marginals, Prior, Value, Values,
+    BatchConfig, Between, FactorGraph, Incremental, IncrementalConfig, Key, Marginals, Prior, Value, Values,
     optimise,
 };
 use geometry::{Isometry, Matrix6, Rng, RngTree, Vector6, se3};
@@ -45,8 +45,8 @@ impl Network {
     }
 
     /// Its first pose is fixed at the truth.
-    fn graph<'a>(&self, edges: impl IntoIterator<Item = &'a Edge>) -> Graph {
-        let (mut graph, values) = (Graph::default(), self.values());
+    fn graph<'a>(&self, edges: impl IntoIterator<Item = &'a Edge>) -> FactorGraph {
+        let (mut graph, values) = (FactorGraph::default(), self.values());
         graph.add(Prior::new(Key(0), &self.truth[0], &Matrix6::identity()).unwrap(), &values).unwrap();
         for edge in edges {
             graph.add(between(edge), &values).unwrap();
@@ -105,7 +105,7 @@ proptest! {
     #[test]
     fn relative_measurements_do_not_see_a_motion_of_all_poses(network in networks(0.02), seed in any::<u64>()) {
         let motion = random_pose(&mut RngTree::new(seed).child("motion").rng(), 1.0);
-        let (mut graph, values) = (Graph::default(), network.values());
+        let (mut graph, values) = (FactorGraph::default(), network.values());
         for edge in &network.edges {
             graph.add(between(edge), &values).unwrap();
         }

@@ -3,7 +3,7 @@
 use crate::jacobians::random_pose;
 use crate::support::{Published, load};
 use factors::{
-    BatchConfig, Between, ChordalConfig, FactorId, Graph, Kernel, Key, Method, Planar, PlanarBetween,
+    BatchConfig, Between, ChordalConfig, FactorGraph, FactorId, Kernel, Key, Method, Planar, PlanarBetween,
     RelativePose, RobustConfig, Value, Values, VectorPrior, chordal, optimise, optimise_robustly,
 };
 use geometry::{Isometry, Matrix3, RngTree, Vector3};
@@ -36,7 +36,12 @@ fn is_loop(keys: &[Key]) -> bool {
 }
 
 /// Adds loops between random poses with random relative poses and the information of random real loops.
-fn add_wrong_loops(published: &Published, extent: f64, share: f64, seed: u64) -> (Graph, Vec<FactorId>) {
+fn add_wrong_loops(
+    published: &Published,
+    extent: f64,
+    share: f64,
+    seed: u64,
+) -> (FactorGraph, Vec<FactorId>) {
     let mut rng = RngTree::new(seed).child("wrong").rng();
     let mut graph = published.graph.clone();
     let loops: Vec<FactorId> =
@@ -73,7 +78,7 @@ fn add_wrong_loops(published: &Published, extent: f64, share: f64, seed: u64) ->
 
 /// Initial poses from the odometry alone.
 fn chained(published: &Published) -> Values {
-    let mut graph = Graph::default();
+    let mut graph = FactorGraph::default();
     for (_, entry) in published.graph.iter().filter(|(_, entry)| !is_loop(entry.factor.keys())) {
         let keys = entry.factor.keys();
         match (entry.factor.relative_pose(), entry.factor.anchor()) {
@@ -190,7 +195,7 @@ fn hubers_kernel_turns_a_mean_into_a_median() {
     let estimate = |kernel: Kernel| {
         let mut values = Values::default();
         let key = values.insert(Value::Vector3(Vector3::zeros()));
-        let mut graph = Graph::default();
+        let mut graph = FactorGraph::default();
         for x in [0.0, 0.1, 0.2, 0.3, 100.0] {
             let prior = VectorPrior::space(key, &Vector3::new(x, 0.0, 0.0), &Matrix3::identity()).unwrap();
             graph.add_robust(prior, kernel, &values).unwrap();

@@ -1,10 +1,10 @@
 //! Simulates a walk through a site and keeps the odometry's keyframes in memory.
 
 use geometry::{Isometry, isometry_from_pose, vec_from_plain};
-use mapping::{Edge, KeyframePolicy, PoseGraph, ScanPose, Session, SessionConfig};
+use mapping::{KeyframePolicy, PoseGraph, PoseGraphEdge, ScanPose, Session, SessionConfig};
 use messages::Sensor;
 use odometry::{Mounting, Odometry, OdometryConfig, OdometryEvent, PoseEvent, ScanView};
-use sim::{Route, RouteFollower, SimConfig, Simulator, SiteName};
+use sim::{RouteFollower, SimConfig, Simulator, SiteName, SiteRoute};
 use vocab::{Span, Stamp};
 
 /// A keyframe.
@@ -17,11 +17,11 @@ pub struct Keyframe {
 /// Keyframes in order, and the odometry's edges between them.
 pub struct Walk {
     pub keyframes: Vec<Keyframe>,
-    pub edges: Vec<Edge>,
+    pub edges: Vec<PoseGraphEdge>,
 }
 
 /// Walks a route with 200 LiDAR columns and one person on the site.
-pub fn walk(site: SiteName, route: Route) -> Walk {
+pub fn walk(site: SiteName, route: SiteRoute) -> Walk {
     let mut config = SimConfig { lidar_columns: 200, people: 1, ..SimConfig::new(site, 5) };
     config.start = Some(route.start);
     let mut simulator = Simulator::new(config);

@@ -4,7 +4,7 @@
 //! what stands in the way stands there for both. That the robot is charged is the only proof that it has docked.
 
 use super::interface::{LegKind, LegResult, LegWalk, RouteAttempt, RouteEffect, RouteView};
-use super::journey::{Journey, Leg, Target};
+use super::journey::{Journey, Leg, RouteTarget};
 use super::waits::{hold_of, waits_for};
 use crate::action_time::ActionTimeConfig;
 use crate::graph::{Closure, EdgeBlockConfig, NoRoute, RouteGraph};
@@ -91,8 +91,8 @@ impl RouteExecutor {
     pub fn progress(&self, view: &RouteView<'_>) -> Option<RouteProgress> {
         let journey = self.journey.as_ref()?;
         let target = match journey.target {
-            Target::Node(node) | Target::Dock { node, .. } => node,
-            Target::OutOfDock => return None,
+            RouteTarget::Node(node) | RouteTarget::Dock { node, .. } => node,
+            RouteTarget::OutOfDock => return None,
         };
         let costs = journey.route.iter().filter_map(|edge| view.graph.cost(*edge));
         let (remaining_s, remaining_m) =
@@ -111,15 +111,14 @@ impl RouteExecutor {
         view: &RouteView<'_>,
     ) -> Vec<RouteEffect> {
         self.end(RouteGoalResult::Cancelled);
-        let target = match request {
-            GoalRequest::Route(node) => view.site.node(node).map(|node| Target::Node(node.id)),
-            GoalRequest::Dock(dock) => view
-                .site
-                .docks()
-                .find(|known| known.id == dock)
-                .map(|dock| Target::Dock { dock: dock.id, node: dock.node, approach: dock.approach }),
-            GoalRequest::Undock => Some(Target::OutOfDock),
-        };
+        let target =
+            match request {
+                GoalRequest::Route(node) => view.site.node(node).map(|node| RouteTarget::Node(node.id)),
+                GoalRequest::Dock(dock) => view.site.docks().find(|known| known.id == dock).map(|dock| {
+                    RouteTarget::Dock { dock: dock.id, node: dock.node, approach: dock.approach }
+                }),
+                GoalRequest::Undock => Some(RouteTarget::OutOfDock),
+            };
         match target {
             None => {
                 let missing = RouteGoalResult::Failed(ReachFailure::NoSuchPlace);
@@ -283,7 +282,7 @@ impl RouteExecutor {
         match leg {
             Leg::ToGraph(node) | Leg::OutOfDock(node) => {
                 journey.current = Some(node);
-                if journey.target == Target::OutOfDock {
+                if journey.target == RouteTarget::OutOfDock {
                     return self.end_as_reached();
                 }
             }
@@ -359,7 +358,7 @@ impl RouteExecutor {
         if journey.dock_failure != Some(ReachFailure::NotDocked) {
             journey.dock_failure = Some(reason);
         }
-        let Target::Dock { approach, .. } = journey.target else { return };
+        let RouteTarget::Dock { approach, .. } = journey.target else { return };
         let Some(node) = view.site.node(approach) else {
             return self.end(RouteGoalResult::Failed(ReachFailure::NotDocked));
         };
@@ -388,7 +387,7 @@ impl RouteExecutor {
         let Some(end) = target.route_end() else { return self.end_as_reached() };
         if journey.is_at_end {
             return match target {
-                Target::Dock { node, approach, .. } => self.walk_onto_dock(node, approach, view),
+                RouteTarget::Dock { node, approach, .. } => self.walk_onto_dock(node, approach, view),
                 _ => self.end_as_reached(),
             };
         }
@@ -629,8 +628,8 @@ fn path_walk(map_from_goal: Pose, tolerance: Option<PoseTolerance>) -> LegWalk {
 }
 
 /// Whether the robot is charged in the dock of the target.
-fn is_charged(target: Target, view: &RouteView<'_>) -> bool {
-    matches!(target, Target::Dock { dock, .. } if view.docked == Some(dock))
+fn is_charged(target: RouteTarget, view: &RouteView<'_>) -> bool {
+    matches!(target, RouteTarget::Dock { dock, .. } if view.docked == Some(dock))
 }
 
 fn no_route(reason: NoRoute) -> ReachFailure {

@@ -6,13 +6,13 @@ use vocab::{ActionCallId, GoalId, LegId, Stamp};
 
 /// Where a goal leads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Target {
+pub(super) enum RouteTarget {
     Node(NodeId),
     Dock { dock: DockId, node: NodeId, approach: NodeId },
     OutOfDock,
 }
 
-impl Target {
+impl RouteTarget {
     /// The node to which the route leads.
     pub fn route_end(self) -> Option<NodeId> {
         match self {
@@ -80,7 +80,7 @@ pub(super) struct WalkingCall {
 #[derive(Clone, Debug)]
 pub(super) struct Journey {
     pub goal: GoalId,
-    pub target: Target,
+    pub target: RouteTarget,
     pub leg: Option<(LegId, Leg)>,
     /// When the robot began to stand for the present leg, if it stands.
     pub stands_since: Stamp,
@@ -115,7 +115,7 @@ pub(super) struct Journey {
 }
 
 impl Journey {
-    pub fn new(at: Stamp, goal: GoalId, target: Target) -> Self {
+    pub fn new(at: Stamp, goal: GoalId, target: RouteTarget) -> Self {
         Self {
             goal,
             target,

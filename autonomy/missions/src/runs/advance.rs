@@ -2,7 +2,7 @@
 
 use super::interface::{ActionResult, GoalRequest, MissionNotice};
 use super::records::{Run, TaskRecord};
-use super::runner::{Activity, DockErrand, Leg, MissionRunner, Purpose, Stop};
+use super::runner::{ActionCancelReason, Activity, DockErrand, Leg, MissionRunner, Purpose};
 use super::table::{RunTrigger, TaskTrigger};
 use crate::ids::{errand_goal_id, goal_id};
 use crate::order::{node_of, order_tasks};
@@ -260,10 +260,10 @@ impl MissionRunner {
         {
             let acting = *acting;
             match acting.stop {
-                None => self.cancel_action(Stop::TimedOut),
+                None => self.cancel_action(ActionCancelReason::TimedOut),
                 Some(stop) => {
                     self.notify(MissionNotice::ActionSilent(acting.call));
-                    if stop == Stop::ForInterrupt {
+                    if stop == ActionCancelReason::ForInterrupt {
                         self.activity = None;
                         self.fire_task(acting.run, acting.task, TaskTrigger::OutcomeUnknown, None);
                     } else {

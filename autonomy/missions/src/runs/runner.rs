@@ -53,12 +53,12 @@ pub(super) struct Acting {
     pub call: ActionCallId,
     pub deadline: Stamp,
     /// Why it was cancelled, if it was.
-    pub stop: Option<Stop>,
+    pub stop: Option<ActionCancelReason>,
 }
 
 /// Why an action was cancelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Stop {
+pub(super) enum ActionCancelReason {
     ForSkip,
     ForEnd,
     ForInterrupt,
@@ -328,17 +328,19 @@ impl MissionRunner {
                 self.succeed_task(run, task, result);
                 return;
             }
-            (ActionResult::Cancelled, Some(Stop::TimedOut)) => failed(TaskFailure::ActionTimedOut),
+            (ActionResult::Cancelled, Some(ActionCancelReason::TimedOut)) => {
+                failed(TaskFailure::ActionTimedOut)
+            }
             (ActionResult::Cancelled, Some(_)) => (TaskTrigger::ActionCancelled, None),
             (ActionResult::Cancelled, None) => {
                 failed(TaskFailure::ActionFailed(crate::texts::CANCELLED_BY_PROGRAM.to_owned()))
             }
             // What was cancelled on purpose counts as cancelled, whatever is reported.
-            (ActionResult::Failed(_), Some(Stop::ForSkip | Stop::ForEnd)) => {
+            (ActionResult::Failed(_), Some(ActionCancelReason::ForSkip | ActionCancelReason::ForEnd)) => {
                 (TaskTrigger::ActionCancelled, None)
             }
             (ActionResult::Failed(reason), _) => failed(TaskFailure::ActionFailed(reason)),
-            (ActionResult::Unavailable, Some(Stop::ForSkip | Stop::ForEnd)) => {
+            (ActionResult::Unavailable, Some(ActionCancelReason::ForSkip | ActionCancelReason::ForEnd)) => {
                 (TaskTrigger::ActionCancelled, None)
             }
             (ActionResult::Unavailable, _) => failed(TaskFailure::ActionUnavailable),

@@ -1,7 +1,7 @@
 //! The floor of a site that a robot can reach on its feet, and a round over it. For sites whose makers did not say where to walk.
 
 use crate::bvh::Bvh;
-use crate::route::{Route, Start};
+use crate::route::{SiteRoute, Start};
 use geometry::{Vector3, vec_from_plain};
 use pathfinding::directed::dijkstra::dijkstra;
 use std::collections::BTreeMap;
@@ -119,7 +119,7 @@ impl WalkableFloor {
     }
 
     /// A walk from the start past all of this floor and back.
-    pub(crate) fn round(&self, start: &Start, config: &WalkableConfig) -> Option<Route> {
+    pub(crate) fn round(&self, start: &Start, config: &WalkableConfig) -> Option<SiteRoute> {
         let mut is_seen = vec![false; self.cells.len()];
         let mut path: Vec<u32> = vec![0];
         self.see(0, &mut is_seen, config);
@@ -135,7 +135,7 @@ impl WalkableFloor {
         let back = self.shortest(*path.last()?, config, |cell| cell == 0)?;
         path.extend(&back[1..]);
         let waypoints = self.straighten(&path);
-        (waypoints.len() > 2).then_some(Route { name: "round", start: *start, waypoints, speed: 0.9 })
+        (waypoints.len() > 2).then_some(SiteRoute { name: "round", start: *start, waypoints, speed: 0.9 })
     }
 
     /// Marks the floor near a cell that is reached over seen or near floor.

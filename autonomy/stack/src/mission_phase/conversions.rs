@@ -2,7 +2,7 @@
 
 use super::open_call::TurnEnd;
 use super::platform;
-use executive::{DockGoal, MapZone, Outcome, RouteLeg, RouteRemainder};
+use executive::{BehaviourOutcome, DockGoal, MapZone, RouteLeg, RouteRemainder};
 use messages::{Approach, GoalAttempt, GoalFailure, GoalKind, GoalStatus, PoseGoal, Severity, WaitReason};
 use missions::{
     GoalRequest, LegKind, LegResult, LegWalk, MissionNotice, RouteAttempt, RouteGoalResult, RouteRemaining,
@@ -24,7 +24,7 @@ pub(super) fn map_zone(zone: &Zone) -> Option<MapZone> {
 }
 
 /// How a leg ended.
-pub(super) fn leg_result(outcome: Outcome) -> LegResult {
+pub(super) fn leg_result(outcome: BehaviourOutcome) -> LegResult {
     match outcome {
         Ok(()) => LegResult::Reached,
         Err(reason) => LegResult::Failed(reach_failure(reason)),
@@ -32,7 +32,7 @@ pub(super) fn leg_result(outcome: Outcome) -> LegResult {
 }
 
 /// How a leg by which the body turns ended.
-pub(super) fn turn_end_of_leg(outcome: Outcome) -> TurnEnd {
+pub(super) fn turn_end_of_leg(outcome: BehaviourOutcome) -> TurnEnd {
     if outcome.is_ok() { TurnEnd::Turned } else { TurnEnd::Blocked }
 }
 

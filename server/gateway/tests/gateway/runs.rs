@@ -1,6 +1,6 @@
 //! Runs, results and slots from the core, and the download of a run.
 
-use crate::support::{Core, Gateway};
+use crate::support::{Gateway, TestCore};
 use api::{CoreMessage, GatewayMessage, Query, QueryReply, RunFilter, StoredResult, StoredRun, StoredSlot};
 use site_model::{InspectionPointId, MissionId, RunId, RunState, ScheduleId};
 use uuid::Uuid;
@@ -28,7 +28,7 @@ fn result(number: u64) -> StoredResult {
 }
 
 /// Answers questions until the gateway ends. Returns them.
-async fn play(mut core: Core, questions: usize) -> Vec<Query> {
+async fn play(mut core: TestCore, questions: usize) -> Vec<Query> {
     let mut asked = Vec::new();
     while asked.len() < questions {
         let GatewayMessage::Query { number, query, .. } = core.receive().await else { continue };

@@ -20,7 +20,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
-use summary::Summary;
+use summary::McapSummary;
 use vocab::Stamp;
 
 /// An MCAP file with the index of its blocks.
@@ -79,7 +79,8 @@ impl Container for McapFile {
 
 /// Reads the index from the file's summary; `None` if there is no usable summary.
 fn from_summary(path: &Path, file: &mut File, size: u64) -> Option<IndexedFile> {
-    let Summary { mut channel_table, statistics, chunks, metadata: entries } = Summary::read(file, size)?;
+    let McapSummary { mut channel_table, statistics, chunks, metadata: entries } =
+        McapSummary::read(file, size)?;
     if statistics.messages > 0 && (chunks.is_empty() || channel_table.channels.is_empty()) {
         return None;
     }

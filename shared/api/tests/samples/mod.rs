@@ -123,7 +123,7 @@ fn goals() -> Vec<Goal> {
     statuses.into_iter().map(goal).collect()
 }
 
-fn tile(anchor: Anchor) -> TileEntry {
+fn tile(anchor: TileAnchor) -> TileEntry {
     TileEntry {
         hash: TileHash([0xab; 32]),
         anchor,
@@ -164,7 +164,9 @@ fn executives() -> impl Iterator<Item = Event> {
         ExecutiveEvent::MapReplaced,
     ];
     let pairs = states.into_iter().cycle().zip(causes);
-    pairs.map(|(state, cause)| Event::Executive(Executive { state, since: NOW, cause, goal: Some(GOAL) }))
+    pairs.map(|(state, cause)| {
+        Event::Executive(ExecutiveStatus { state, since: NOW, cause, goal: Some(GOAL) })
+    })
 }
 
 fn states() -> Vec<Event> {
@@ -274,7 +276,7 @@ pub fn events() -> Vec<Event> {
         }),
         Event::Tiles(TilesChanged {
             reset: true,
-            added: vec![tile(Anchor::Map), tile(Anchor::Keyframe(TO))],
+            added: vec![tile(TileAnchor::Map), tile(TileAnchor::Keyframe(TO))],
         }),
         Event::Quality(Quality {
             covered_m2: 100.0,
@@ -334,7 +336,7 @@ pub fn events() -> Vec<Event> {
             expected_energy_j: 300,
             is_idempotent: true,
         }]),
-        Event::Docks(vec![Dock { map: MAP, map_from_base: pose() }]),
+        Event::Docks(vec![MapDock { map: MAP, map_from_base: pose() }]),
         Event::GraphChanged(graph_changed()),
         Event::GraphPart(GraphPart {
             index: 1,

@@ -5,7 +5,7 @@ use crate::containers::merge::BlockSource;
 use crate::containers::{MessageOrder, RawMessage};
 use crate::error::ReadError;
 use crate::texts;
-use formats::cdr::{Encoding, Reader};
+use formats::cdr::{CdrReader, Encoding};
 use formats::{CHUNK_BYTES_MAX, FormatError};
 use mcap::records::op;
 use std::fs::File;
@@ -52,7 +52,7 @@ impl BlockSource for BlockReader {
             |problem| ReadError::Damaged { path: self.index.path.clone(), at: block.offset, problem };
         let (records, warning) = load_block(&mut self.file, self.size, block).map_err(damaged)?;
         let records = Arc::new(records);
-        let mut walk = Records::new(&records);
+        let mut walk = ChunkRecords::new(&records);
         for (opcode, range) in walk.by_ref() {
             if opcode != op::MESSAGE {
                 continue;
@@ -80,7 +80,7 @@ impl MessageHeader {
     const LENGTH: usize = 22;
 
     pub fn read(record: &[u8]) -> Result<Self, FormatError> {
-        let mut reader = Reader::new(Encoding::Ros1, record, "MCAP message")?;
+        let mut reader = CdrReader::new(Encoding::Ros1, record, "MCAP message")?;
         let (channel, _sequence) = (reader.u16()?, reader.u32()?);
         let at = stamp(reader.u64()?);
         reader.u64()?;
@@ -89,14 +89,14 @@ impl MessageHeader {
 }
 
 /// The records in the content of a chunk: opcode and range of each.
-pub(super) struct Records<'a> {
+pub(super) struct ChunkRecords<'a> {
     bytes: &'a [u8],
     at: usize,
     /// Whether the last record was incomplete.
     cut: bool,
 }
 
-impl<'a> Records<'a> {
+impl<'a> ChunkRecords<'a> {
     pub fn new(bytes: &'a [u8]) -> Self {
         Self { bytes, at: 0, cut: false }
     }
@@ -107,7 +107,7 @@ impl<'a> Records<'a> {
     }
 }
 
-impl Iterator for Records<'_> {
+impl Iterator for ChunkRecords<'_> {
     type Item = (u8, std::ops::Range<usize>);
 
     fn next(&mut self) -> Option<Self::Item> {
@@ -147,7 +147,7 @@ pub(super) fn load_block(
 
 fn unpack_chunk(record: &[u8]) -> Result<(Vec<u8>, Option<String>), String> {
     let unreadable = |error: FormatError| error.to_string();
-    let mut reader = Reader::new(Encoding::Ros1, record, "MCAP chunk").map_err(unreadable)?;
+    let mut reader = CdrReader::new(Encoding::Ros1, record, "MCAP chunk").map_err(unreadable)?;
     let mut head = || -> Result<_, FormatError> {
         let (_start, _end, unpacked, checksum) = (reader.u64()?, reader.u64()?, reader.u64()?, reader.u32()?);
         Ok((unpacked, checksum, reader.string()?, reader.u64()?))

@@ -29,7 +29,7 @@ pub use zone_edits::{drawn_area, middle_of};
 use super::Feature;
 use super::history::HistoryStep;
 use super::selection::PointerMode;
-use crate::shared::{Change, Context};
+use crate::shared::{Context, SliceChange};
 use crate::{ClientCommand, ClientEffect, ClientEvent, ClientTime, texts};
 use api::{
     ClientMessage, EditOutcome, EditRefusal, Severity, SiteAssembly, SiteChanged, SiteState,
@@ -357,8 +357,8 @@ impl Feature for SiteFeature {
         }
     }
 
-    fn on_change(&mut self, change: &Change, cx: &mut Context<'_>) {
-        if *change == Change::Connected {
+    fn on_change(&mut self, change: &SliceChange, cx: &mut Context<'_>) {
+        if *change == SliceChange::Connected {
             self.is_requested = false;
             self.retry_at = None;
             self.pending.set_all_unsent();

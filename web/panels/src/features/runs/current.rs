@@ -3,7 +3,7 @@
 use super::exhibit::Exhibit;
 use super::lightbox::Lightbox;
 use super::results::{TaskOfRun, show_results};
-use super::rows::{Row, show_row};
+use super::rows::{ResultRow, show_row};
 use super::{look, texts};
 use crate::button::{Button, Kind};
 use crate::feature_panel::PanelContext;
@@ -154,7 +154,7 @@ impl CurrentRun {
         let time = task_time(cx, task, estimate);
         let name = texts::task_row(&title, state);
         let is_selected = self.open_task == Some(task.task);
-        let row = Row {
+        let row = ResultRow {
             name: &name,
             title: &title,
             facts: &facts,
@@ -205,7 +205,7 @@ pub(super) fn show_summary(
         let title = look::task_name(site, run.mission, task);
         let facts = texts::task_facts(&look::action_name(task), task);
         let state = texts::task_state(task.state);
-        let row = Row {
+        let row = ResultRow {
             name: &texts::task_row(&title, state),
             title: &title,
             facts: &facts,

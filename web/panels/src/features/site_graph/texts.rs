@@ -1,6 +1,6 @@
 //! Texts of the topological map, by key.
 
-use super::moment::Moment;
+use super::moment::EdgeActionTime;
 use crate::feature_panel::DragObstruction;
 use crate::format;
 use crate::name_field::NameFieldTexts;
@@ -143,10 +143,10 @@ pub(super) const NO_POLICY: &str = "The robot takes another way at once.";
 pub(super) const ADD_STEP: &str = "Add a step";
 
 /// When actions are performed, in the order in which it comes.
-pub(super) const MOMENTS: [(Moment, &str); 3] = [
-    (Moment::Enter, "Before setting out"),
-    (Moment::During, "While walking"),
-    (Moment::Leave, "After arriving"),
+pub(super) const MOMENTS: [(EdgeActionTime, &str); 3] = [
+    (EdgeActionTime::Enter, "Before setting out"),
+    (EdgeActionTime::During, "While walking"),
+    (EdgeActionTime::Leave, "After arriving"),
 ];
 
 pub(super) fn add_action(moment: &str) -> String {
