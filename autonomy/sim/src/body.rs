@@ -59,7 +59,7 @@ impl MotionHistory {
 
 /// The body.
 #[derive(Clone, Debug)]
-pub(crate) struct RobotBody {
+pub(crate) struct SimulatedBody {
     locomotion: Locomotion,
     gait: Gait,
     /// Filters of x, y and yaw.
@@ -69,7 +69,7 @@ pub(crate) struct RobotBody {
     motion: MotionHistory,
 }
 
-impl RobotBody {
+impl SimulatedBody {
     /// A body that stands at `x, y` on the first ground below `z` (site frame, metres).
     pub(crate) fn new(site: &SimulatedSite, x: f64, y: f64, z: f64, yaw: f64, rng: Rng) -> Self {
         let locomotion = Locomotion::new(site, x, y, z, yaw);

@@ -1,7 +1,7 @@
 //! The simulator: one world, advanced in blocks of 10 ms. The messages of its sensors come in the order of their arrival.
 
 use crate::battery::SimulatedBattery;
-use crate::body::{RobotBody, STANDING_HEIGHT};
+use crate::body::{STANDING_HEIGHT, SimulatedBody};
 use crate::camera::{CameraAim, CameraConfig, CameraImage, CameraScene, CameraSnapshot, ThermalImage};
 use crate::contacts::{Contact, Contacts, TouchingBody};
 use crate::dock_contact::DockContact;
@@ -157,7 +157,7 @@ pub struct Simulator {
     epoch: Stamp,
     carried: Option<CarriedMotion>,
     site: Arc<SimulatedSite>,
-    body: RobotBody,
+    body: SimulatedBody,
     people: People,
     lidar: Lidar,
     imu: SimulatedImu,
@@ -201,7 +201,7 @@ impl Simulator {
         let errors = |name: &str| (!config.ideal).then(|| tree.child(name).rng());
         let start = config.start.unwrap_or_else(|| site.start());
         let Vec3 { x, y, z } = start.position;
-        let body = RobotBody::new(&site, x, y, z, start.yaw, tree.child("gait").rng());
+        let body = SimulatedBody::new(&site, x, y, z, start.yaw, tree.child("gait").rng());
         let contact_rng = tree.child("dock contact").rng();
         let place = body.motion().at(0);
         Self {

@@ -58,7 +58,7 @@ pub use mutex_hold::MutexHold;
 pub use object::{Object, Revision, Versioned};
 pub use parameters::{Parameter, Parameters};
 pub use plan_file::{PLAN_FILE_VERSION, PlanFile, PlanFileError};
-pub use problem::{Problem, ProblemKind, Severity};
+pub use problem::{ProblemKind, ProblemSeverity, SiteProblem};
 pub use route_action::{EdgeStage, RouteActionEnd, RouteActionPlace, RouteActionStep};
 pub use run::{
     EndPlace, MissionCommand, MissionCommandKind, PlannedTask, QuestionAnswer, RunCause, RunId, RunPlan,

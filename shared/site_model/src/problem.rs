@@ -6,7 +6,7 @@ use std::fmt;
 
 /// Something that is wrong with an object.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Problem {
+pub struct SiteProblem {
     /// Which object.
     pub object: ObjectId,
     /// What is wrong.
@@ -16,7 +16,7 @@ pub struct Problem {
 /// Whether a site can be used with a problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Severity {
+pub enum ProblemSeverity {
     /// It can, but somebody should look at it.
     Warning,
     /// The object cannot be used.
@@ -80,7 +80,7 @@ pub enum ProblemKind {
 
 impl ProblemKind {
     /// Whether the object can be used.
-    pub fn severity(&self) -> Severity {
+    pub fn severity(&self) -> ProblemSeverity {
         match self {
             Self::NoName
             | Self::SameName(_)
@@ -89,8 +89,8 @@ impl ProblemKind {
             | Self::NoEdgeFrom(_)
             | Self::WrongNodeKind(_)
             | Self::NoTasks
-            | Self::NeverDue => Severity::Warning,
-            _ => Severity::Error,
+            | Self::NeverDue => ProblemSeverity::Warning,
+            _ => ProblemSeverity::Error,
         }
     }
 }
@@ -125,7 +125,7 @@ impl fmt::Display for ProblemKind {
     }
 }
 
-impl fmt::Display for Problem {
+impl fmt::Display for SiteProblem {
     /// A sentence without its full stop.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.object, self.kind)

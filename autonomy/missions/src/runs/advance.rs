@@ -2,7 +2,7 @@
 
 use super::interface::{ActionResult, GoalRequest, MissionNotice};
 use super::records::{Run, TaskRecord};
-use super::runner::{ActionCancelReason, Activity, DockErrand, Leg, MissionRunner, Purpose};
+use super::runner::{ActionCancelReason, Activity, DockErrand, MissionRunner, Purpose, RunLeg};
 use super::table::{RunTrigger, TaskTrigger};
 use crate::ids::{errand_goal_id, goal_id};
 use crate::order::{node_of, order_tasks};
@@ -50,7 +50,7 @@ impl MissionRunner {
     fn advance_once(&mut self) -> bool {
         let active = self.records.active().map(|run| (run.id, run.state, run.ending));
         let is_on_errand =
-            matches!(&self.activity, Some(Activity::Leg(Leg { purpose: Purpose::Errand(_), .. })));
+            matches!(&self.activity, Some(Activity::Leg(RunLeg { purpose: Purpose::Errand(_), .. })));
         if let (true, Some((run, RunState::Ending, Some((_, EndPlace::Here))))) = (is_on_errand, active) {
             // The robot goes to a dock for a monitor, and the run ends without it.
             self.fire_run(run, RunTrigger::EndReached);
@@ -142,7 +142,7 @@ impl MissionRunner {
             (_, None, EndPlace::Here | EndPlace::NearestDock) => return,
         };
         self.emit(MissionEventKind::RunSetOutToEnd { run, goal, dock });
-        self.begin_leg(Leg { goal, purpose: Purpose::End(run, place), is_undocking }, request);
+        self.begin_leg(RunLeg { goal, purpose: Purpose::End(run, place), is_undocking }, request);
     }
 
     /// Sends the robot to a dock for a monitor. Whether it set out.
@@ -168,7 +168,7 @@ impl MissionRunner {
         let number = self.records.dockings;
         let goal = errand_goal_id(number);
         self.emit(MissionEventKind::DockingBegan { number, dock, goal });
-        let leg = Leg { goal, purpose: Purpose::Errand(dock), is_undocking: false };
+        let leg = RunLeg { goal, purpose: Purpose::Errand(dock), is_undocking: false };
         self.begin_leg(leg, GoalRequest::Dock(dock));
         true
     }

@@ -5,7 +5,7 @@
 
 use super::interface::{ActionResult, MissionEffect};
 use super::records::RouteActionRecord;
-use super::runner::{Activity, Leg, MissionRunner, Purpose};
+use super::runner::{Activity, MissionRunner, Purpose, RunLeg};
 use super::table::TaskTrigger;
 use crate::texts;
 use site_model::{
@@ -34,7 +34,7 @@ impl MissionRunner {
         request: ActionRequest,
     ) {
         let purpose = match &self.activity {
-            Some(Activity::Leg(Leg { goal: known, purpose, .. })) if *known == goal => *purpose,
+            Some(Activity::Leg(RunLeg { goal: known, purpose, .. })) if *known == goal => *purpose,
             // The goal has ended meanwhile.
             _ => return,
         };

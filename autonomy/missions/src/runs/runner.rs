@@ -22,14 +22,14 @@ use vocab::{ActionCallId, CommandId, GoalId, Stamp};
 #[derive(Clone, Debug)]
 pub(super) enum Activity {
     /// It goes somewhere.
-    Leg(Leg),
+    Leg(RunLeg),
     /// It performs the action of a task.
     Action(Acting),
 }
 
 /// A goal that was requested, or waits for its commit.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Leg {
+pub(super) struct RunLeg {
     pub goal: GoalId,
     pub purpose: Purpose,
     /// Whether the robot leaves its dock first.
@@ -369,7 +369,7 @@ impl MissionRunner {
     }
 
     /// Requests a goal once that is durable. It is what the robot does now.
-    pub(super) fn begin_leg(&mut self, leg: Leg, request: GoalRequest) {
+    pub(super) fn begin_leg(&mut self, leg: RunLeg, request: GoalRequest) {
         self.activity = Some(Activity::Leg(leg));
         self.act(MissionEffect::RequestGoal { goal: leg.goal, request });
     }

@@ -2,7 +2,7 @@
 
 use super::interface::{ActionInfo, GoalRequest, MissionEffect, MissionNotice};
 use super::records::{Run, TaskRecord};
-use super::runner::{Acting, ActionCancelReason, Activity, Leg, MissionRunner, Purpose};
+use super::runner::{Acting, ActionCancelReason, Activity, MissionRunner, Purpose, RunLeg};
 use super::table::{RunTrigger, TASK_TABLE, TaskAction, TaskGuard, TaskTransition, TaskTrigger};
 use crate::graph::{NoRoute, RouteTree};
 use crate::ids::{call_id, goal_id};
@@ -168,11 +168,11 @@ impl MissionRunner {
             return self.fire_task(run, task, TaskTrigger::Reached, None);
         }
         if self.situation.docked.is_some() && !is_undocked {
-            return self.begin_leg(Leg { goal, purpose, is_undocking: true }, GoalRequest::Undock);
+            return self.begin_leg(RunLeg { goal, purpose, is_undocking: true }, GoalRequest::Undock);
         }
         match self.find_closed(node) {
             Some(failure) => fail(self, failure),
-            None => self.begin_leg(Leg { goal, purpose, is_undocking: false }, request),
+            None => self.begin_leg(RunLeg { goal, purpose, is_undocking: false }, request),
         }
     }
 

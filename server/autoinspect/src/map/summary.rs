@@ -24,7 +24,7 @@ pub struct MappingReport {
     pub distance_m: f64,
     pub keyframes: usize,
     pub map_points: u64,
-    pub loops: LoopCounts,
+    pub loops: LoopSummary,
     pub degenerate: Vec<Degenerate>,
     /// Warnings of the stack, in order.
     pub notices: Vec<String>,
@@ -43,7 +43,7 @@ pub struct MappingReport {
 
 /// Loop closures.
 #[derive(Debug, Default, Serialize)]
-pub struct LoopCounts {
+pub struct LoopSummary {
     /// Pairs of keyframes that were proposed.
     pub proposed: u64,
     /// Loops that became edges of the graph.
@@ -165,11 +165,11 @@ impl MappingReport {
 }
 
 /// Counts pairs by their latest decision.
-fn loops(finished: &FinishedMap) -> LoopCounts {
+fn loops(finished: &FinishedMap) -> LoopSummary {
     let decisions = finished.decisions.iter();
     let last: BTreeMap<_, _> = decisions.map(|d| ((d.task.from, d.task.to), d.verdict)).collect();
     let count = |verdict| last.values().filter(|&&v| v == verdict).count() as u64;
-    LoopCounts {
+    LoopSummary {
         proposed: last.len() as u64 + finished.unverified,
         accepted: finished.graph.edges.iter().filter(|edge| edge.kind == EdgeKind::Loop).count() as u64,
         rejected: count(LoopVerdict::Rejected),

@@ -3,7 +3,7 @@
 use super::child_report::ChildReport;
 use super::core_process::wall_clock;
 use super::process_watch::{SupervisionArgs, thread_failed, watch_process, watchdog};
-use super::stop::StopSignal;
+use super::stop::ShutdownSignal;
 use crate::failure::Failure;
 use crate::robot::{RobotArgs, RobotName};
 use crate::texts;
@@ -49,7 +49,7 @@ const SIMULATION_THREAD: &str = "simulation";
 pub fn run_robot(args: &SimulatedRobotArgs) -> Result<(), Failure> {
     let watchdog = watchdog();
     let failed = watch_process(&watchdog, SIMULATION_THREAD, &args.supervision)?;
-    let stop = StopSignal::on_signals_or_end_of_input(&watchdog)?;
+    let stop = ShutdownSignal::on_signals_or_end_of_input(&watchdog)?;
     let RobotName::Sim(source) = &args.robot.robot else {
         return Err(Failure::usage(texts::ONLY_SITES_ARE_SIMULATED));
     };

@@ -12,7 +12,7 @@
 use super::health::{is_healthy, reachable};
 use super::process::Process;
 use super::role::ProcessRole;
-use super::stop::StopSignal;
+use super::stop::ShutdownSignal;
 use crate::failure::Failure;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -71,7 +71,7 @@ impl Supervisor {
     }
 
     /// Runs them until `stop`. Calls `on_ready` once with the address when browsers can use it.
-    pub fn run(&mut self, stop: &StopSignal, on_ready: impl Fn(SocketAddr)) -> Result<(), Failure> {
+    pub fn run(&mut self, stop: &ShutdownSignal, on_ready: impl Fn(SocketAddr)) -> Result<(), Failure> {
         let outcome = loop {
             if let Err(failure) = self.check_processes(&on_ready) {
                 break Err(failure);

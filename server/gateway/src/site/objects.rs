@@ -88,8 +88,8 @@ pub(crate) async fn get_site(State(app): State<Arc<App>>) -> Answer {
     let problems = problems.into_iter().take(api::MAX_PAGE as usize).map(|problem| SiteProblemDocument {
         path: super::paths::path_of(problem.object),
         severity: match problem.kind.severity() {
-            site_model::Severity::Warning => "warning".to_owned(),
-            site_model::Severity::Error => "error".to_owned(),
+            site_model::ProblemSeverity::Warning => "warning".to_owned(),
+            site_model::ProblemSeverity::Error => "error".to_owned(),
         },
         detail: format!("{}.", problem.kind),
     });

@@ -1,7 +1,7 @@
 //! The side card while a schedule is open: its name, mission, times and policies, and the occurrence that is selected.
 
 use super::fields::{StepperField, StepperInput};
-use super::plan_cache::{MINUTE_NS, SchedulePlan};
+use super::plan_cache::{CachedPlan, MINUTE_NS};
 use super::state::{Question, SchedulePanel};
 use super::texts;
 use crate::button::{Button, Kind};
@@ -20,7 +20,7 @@ impl SchedulePanel {
         &mut self,
         ui: &mut Ui,
         cx: &mut PanelContext<'_>,
-        plan: &SchedulePlan,
+        plan: &CachedPlan,
         site: &Site,
         open: ScheduleSelection,
     ) {
@@ -57,7 +57,7 @@ impl SchedulePanel {
         &mut self,
         ui: &mut Ui,
         cx: &mut PanelContext<'_>,
-        plan: &SchedulePlan,
+        plan: &CachedPlan,
         schedule: &Schedule,
         slot: Option<LocalDateTime>,
     ) {

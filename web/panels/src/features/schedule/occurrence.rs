@@ -1,7 +1,7 @@
 //! The occurrence that is selected: when it is due, moved by date and time, skipped, or the first of a schedule of its own.
 
 use super::fields::{StepperField, stepped_date, stepped_time};
-use super::plan_cache::SchedulePlan;
+use super::plan_cache::CachedPlan;
 use super::state::SchedulePanel;
 use super::{drag, texts};
 use crate::button::Button;
@@ -18,7 +18,7 @@ impl SchedulePanel {
         &mut self,
         ui: &mut Ui,
         cx: &mut PanelContext<'_>,
-        plan: &SchedulePlan,
+        plan: &CachedPlan,
         schedule: &Schedule,
         slot: LocalDateTime,
     ) {

@@ -1,7 +1,7 @@
 //! The question which occurrences of a schedule are meant: one, it and those after it, or all.
 
 use super::drag::apply_move;
-use super::plan_cache::SchedulePlan;
+use super::plan_cache::CachedPlan;
 use super::state::{Question, SchedulePanel};
 use super::texts;
 use crate::button::{Button, Kind};
@@ -50,7 +50,7 @@ impl SchedulePanel {
 fn show_choices(
     ui: &mut Ui,
     cx: &mut PanelContext<'_>,
-    plan: &SchedulePlan,
+    plan: &CachedPlan,
     schedule: &Schedule,
     question: Question,
 ) -> bool {
@@ -88,7 +88,7 @@ fn show_choices(
 /// Whether a scope is offered, and a sentence that says what it leads to.
 fn result_of(
     cx: &PanelContext<'_>,
-    plan: &SchedulePlan,
+    plan: &CachedPlan,
     schedule: &Schedule,
     question: Question,
     scope: ChangeScope,

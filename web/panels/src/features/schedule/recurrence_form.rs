@@ -2,7 +2,7 @@
 
 use super::fields::{StepperField, TypedFields, stepped_date, stepped_interval, stepped_time};
 use super::form::{FIRST_TIME, change};
-use super::plan_cache::{MINUTE_NS, SchedulePlan};
+use super::plan_cache::{CachedPlan, MINUTE_NS};
 use super::state::SchedulePanel;
 use super::texts;
 use crate::button::{Button, Kind};
@@ -47,7 +47,7 @@ impl SchedulePanel {
         &mut self,
         ui: &mut Ui,
         cx: &mut PanelContext<'_>,
-        plan: &SchedulePlan,
+        plan: &CachedPlan,
         schedule: &Schedule,
     ) {
         let tokens = cx.tokens;
@@ -84,7 +84,7 @@ impl SchedulePanel {
 }
 
 /// The recurrence of another kind that is nearest to that of a schedule.
-fn converted(schedule: &Schedule, kind: RecurrenceKind, plan: &SchedulePlan) -> Recurrence {
+fn converted(schedule: &Schedule, kind: RecurrenceKind, plan: &CachedPlan) -> Recurrence {
     let next = plan.next_of(schedule.id).map(|next| next.slot).or_else(|| first_slot(&schedule.recurrence));
     let first = next.unwrap_or(LocalDateTime { date: plan.zone.to_local(plan.now).date, time: FIRST_TIME });
     match kind {
@@ -228,7 +228,7 @@ fn show_end(
     ui: &mut Ui,
     cx: &mut PanelContext<'_>,
     typed: &mut TypedFields,
-    plan: &SchedulePlan,
+    plan: &CachedPlan,
     schedule: &Schedule,
 ) {
     // Whether an end can be said at all.

@@ -1,7 +1,7 @@
 //! The week as a grid: days side by side, hours from top to bottom, in the time of the site.
 
 use super::grid::{GUTTER_WIDTH, HOUR_HEIGHT, WeekGrid};
-use super::plan_cache::{MINUTE_NS, SchedulePlan};
+use super::plan_cache::{CachedPlan, MINUTE_NS};
 use super::state::{Drag, Dragged, Question, SchedulePanel};
 use super::week_paint::{BlockLook, paint_block, paint_ghost, paint_hours, paint_now};
 use super::{drag, texts};
@@ -34,7 +34,7 @@ impl SchedulePanel {
         &mut self,
         ui: &mut Ui,
         cx: &mut PanelContext<'_>,
-        plan: &SchedulePlan,
+        plan: &CachedPlan,
         site: &Site,
     ) {
         let gutter = if plan.your_zone.is_some() { 2.0 * GUTTER_WIDTH } else { GUTTER_WIDTH };
@@ -60,7 +60,7 @@ impl SchedulePanel {
         &mut self,
         ui: &mut Ui,
         cx: &mut PanelContext<'_>,
-        plan: &SchedulePlan,
+        plan: &CachedPlan,
         site: &Site,
         grid: &WeekGrid,
     ) {
@@ -80,7 +80,7 @@ impl SchedulePanel {
         &mut self,
         ui: &mut Ui,
         cx: &mut PanelContext<'_>,
-        plan: &SchedulePlan,
+        plan: &CachedPlan,
         site: &Site,
         occurrence: &Occurrence,
         segment: &DaySegment,
@@ -136,7 +136,7 @@ impl SchedulePanel {
         &mut self,
         ui: &mut Ui,
         cx: &mut PanelContext<'_>,
-        plan: &SchedulePlan,
+        plan: &CachedPlan,
         occurrence: &Occurrence,
         response: &Response,
         rect: Rect,
@@ -181,13 +181,7 @@ impl SchedulePanel {
     }
 
     /// Moves what the pointer drags, scrolls at the edges, and drops it where the pointer lets go.
-    fn follow_pointer(
-        &mut self,
-        ui: &mut Ui,
-        cx: &mut PanelContext<'_>,
-        plan: &SchedulePlan,
-        grid: &WeekGrid,
-    ) {
+    fn follow_pointer(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &CachedPlan, grid: &WeekGrid) {
         let Some(drag) = self.drag.as_mut().filter(|drag| !drag.by_keys) else { return };
         let visible = ui.clip_rect();
         let (position, is_released) =
@@ -218,7 +212,7 @@ impl SchedulePanel {
         &self,
         ui: &mut Ui,
         cx: &PanelContext<'_>,
-        plan: &SchedulePlan,
+        plan: &CachedPlan,
         site: &Site,
         grid: &WeekGrid,
     ) {
@@ -253,7 +247,7 @@ impl SchedulePanel {
 }
 
 /// Where an occurrence is drawn.
-fn span_of(plan: &SchedulePlan, occurrence: &Occurrence) -> ShownSpan {
+fn span_of(plan: &CachedPlan, occurrence: &Occurrence) -> ShownSpan {
     let begin = minute_number(plan.local(occurrence)) - day_number(plan.week) * MINUTES_A_DAY;
     let length_min = plan.duration(occurrence.mission).nanos() / MINUTE_NS;
     ShownSpan { start_min: begin, length_min: length_min.max(MIN_SHOWN_MIN) }
@@ -271,7 +265,7 @@ fn pressed_step(ui: &Ui) -> Option<(i64, i64)> {
 }
 
 /// The row of days above the grid.
-fn show_days(ui: &mut Ui, tokens: &Tokens, plan: &SchedulePlan, gutter: f32) {
+fn show_days(ui: &mut Ui, tokens: &Tokens, plan: &CachedPlan, gutter: f32) {
     // The grid below has a scroll bar at its right.
     let scroll_bar = ui.spacing().scroll.allocated_width();
     let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), HEAD_HEIGHT), Sense::hover());

@@ -5,7 +5,7 @@ use crate::feature_panel::DragObstruction;
 use crate::format;
 use crate::name_field::NameFieldTexts;
 use api::TopomapSummary;
-use site_model::{EdgeFailStep, NodeKind, Problem, Severity, TravelDirection, Traversal};
+use site_model::{EdgeFailStep, NodeKind, ProblemSeverity, SiteProblem, TravelDirection, Traversal};
 
 pub(super) const TAB: &str = "Topological map";
 pub(super) const HEAD: &str = "Topological map";
@@ -239,10 +239,10 @@ pub(super) fn needed_by(missions: &[&str]) -> String {
 }
 
 /// A sentence on a problem. `name`: of its object.
-pub(super) fn problem(problem: &Problem, name: &str) -> String {
+pub(super) fn problem(problem: &SiteProblem, name: &str) -> String {
     let weight = match problem.kind.severity() {
-        Severity::Error => "Error",
-        Severity::Warning => "Warning",
+        ProblemSeverity::Error => "Error",
+        ProblemSeverity::Warning => "Warning",
     };
     format!("{weight} · {name}: {}", problem.kind)
 }
