@@ -573,7 +573,7 @@ impl Executive {
             Action::SucceedGoal => {
                 if let Some(goal) = self.goal.take() {
                     let map_from_base = pose_from_isometry(&situation.frames.map_from_base());
-                    let result = GoalResult { map_from_base, took: at - goal.accepted };
+                    let result = GoalResult { map_from_base, duration: at - goal.accepted };
                     self.end(goal, GoalStatus::Succeeded(result), effects);
                 }
             }

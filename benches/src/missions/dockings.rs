@@ -40,9 +40,9 @@ pub(super) fn print(name: &str, mapped: &MissionSite, arguments: &Arguments) -> 
         let mut failures = Vec::new();
         for outcome in dock_again_and_again(mapped, scenario, number as u64 + 1, arguments)? {
             match outcome {
-                Ok((error, took_s)) => {
+                Ok((error, duration_s)) => {
                     errors.push(error);
-                    times_s.push(took_s);
+                    times_s.push(duration_s);
                 }
                 Err(failure) => failures.push(failure),
             }

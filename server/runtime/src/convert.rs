@@ -332,7 +332,7 @@ fn goal_status(status: messages::GoalStatus) -> api::GoalStatus {
             }),
         }),
         GoalStatus::Succeeded(result) => {
-            api::GoalStatus::Succeeded { map_from_base: result.map_from_base, took: result.took }
+            api::GoalStatus::Succeeded { map_from_base: result.map_from_base, duration: result.duration }
         }
         GoalStatus::Failed { reason, tried } => api::GoalStatus::Failed {
             reason: match reason {

@@ -49,7 +49,7 @@ pub enum GoalStatus {
         /// Base in the map at the end.
         map_from_base: Pose,
         /// From acceptance to the end.
-        took: Span,
+        duration: Span,
     },
     /// It was not reached.
     Failed {

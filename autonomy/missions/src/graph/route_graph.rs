@@ -50,10 +50,10 @@ pub struct LearnedTime {
 
 impl LearnedTime {
     /// Adds a traversal.
-    pub fn add(&mut self, took_s: f64, config: &RouteConfig) {
+    pub fn add(&mut self, duration_s: f64, config: &RouteConfig) {
         // The plain mean until the weight of the newest would be smaller than the learning rate.
         let weight = config.learning_rate.max(1.0 / f64::from(self.count + 1));
-        let difference = took_s - self.mean_s;
+        let difference = duration_s - self.mean_s;
         self.mean_s += weight * difference;
         self.variance_s2 = (1.0 - weight) * (self.variance_s2 + weight * difference * difference);
         self.count += 1;

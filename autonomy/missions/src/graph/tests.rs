@@ -61,8 +61,8 @@ fn fixed_costs_stairs_and_learned_times_count() {
 #[test]
 fn learned_times_have_mean_and_variance() {
     let mut learned = LearnedTime::default();
-    for took_s in [10.0, 12.0, 14.0] {
-        learned.add(took_s, &RouteConfig::default());
+    for duration_s in [10.0, 12.0, 14.0] {
+        learned.add(duration_s, &RouteConfig::default());
     }
     assert!((learned.mean_s - 12.0).abs() < 1e-9 && learned.count == 3);
     assert!((learned.variance_s2 - 8.0 / 3.0).abs() < 1e-9, "{learned:?}");

@@ -180,8 +180,8 @@ impl MissionRunner {
             }
             MissionInput::RouteActionEnded { call, result } => self.handle_route_action_end(call, result),
             MissionInput::RouteActionCancelled(call) => self.cancel_route_action(call),
-            MissionInput::Traversed { edge, took } => {
-                self.learned.entry(edge).or_default().add(took.secs_f64(), &self.config.routes);
+            MissionInput::Traversed { edge, duration } => {
+                self.learned.entry(edge).or_default().add(duration.secs_f64(), &self.config.routes);
             }
         }
         self.update_route_site();

@@ -166,8 +166,8 @@ impl Running {
                     let write = SiteWrite { put: Vec::new(), removed: vec![ObjectId::EdgeBlock(edge)] };
                     self.commit_site_write(write, effects);
                 }
-                RouteEffect::Traversed(edge, took) => {
-                    self.missions.pending.push_back(MissionInput::Traversed { edge, took });
+                RouteEffect::Traversed(edge, duration) => {
+                    self.missions.pending.push_back(MissionInput::Traversed { edge, duration });
                 }
                 RouteEffect::CallAction(call, place, request) => {
                     self.call_route_action(call, place, request, effects);

@@ -105,7 +105,7 @@ fn goals() -> Vec<Goal> {
         progress(Some(WaitReason::Sight)),
         progress(Some(WaitReason::FreePath)),
         progress(Some(WaitReason::Relocalisation)),
-        GoalStatus::Succeeded { map_from_base: pose(), took: SECOND },
+        GoalStatus::Succeeded { map_from_base: pose(), duration: SECOND },
         failed(GoalFailure::PathBlocked, GoalAttempt::PlannedPaths(7)),
         failed(GoalFailure::PathBlocked, GoalAttempt::WaitedForPath(SECOND)),
         failed(GoalFailure::PoseNotFound, GoalAttempt::SearchedForPose(SECOND)),

@@ -197,7 +197,7 @@ fn show_content(
         let task = look::status_of(attempt);
         let title = look::attempt_name(site, run.mission, attempt);
         let state = texts::task_state(task.state);
-        let took_s = attempt.done.map(|done| (done.0 - attempt.intended.0) as f64 * 1e-9);
+        let duration_s = attempt.done.map(|done| (done.0 - attempt.intended.0) as f64 * 1e-9);
         let action = look::action_name(&task);
         let facts = texts::task_facts(&action, &task);
         let row = ResultRow {
@@ -205,7 +205,7 @@ fn show_content(
             title: &title,
             facts: &facts,
             state,
-            time: &took_s.map(format::elapsed).unwrap_or_default(),
+            time: &duration_s.map(format::elapsed).unwrap_or_default(),
             look: look::of_task(tokens, task.state),
             is_selected: false,
         };
