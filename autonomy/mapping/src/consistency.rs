@@ -10,7 +10,7 @@ use crate::clique::{bits, largest_clique};
 use crate::graph_element::{PoseGraphEdge, index};
 use crate::pose_graph::PoseGraph;
 use crate::uncertain_pose::CHI_SQUARED_6_999;
-use crate::verification::{LoopEvidence, RejectionReason, VerifiedPair};
+use crate::verification::{PairEvidence, RejectionReason, VerifiedPair};
 use crate::{PoseCertaintyConfig, UncertainPose};
 use geometry::{Isometry, Vector3};
 use vocab::KeyframeId;
@@ -76,7 +76,7 @@ pub struct Decision {
     /// The loop.
     pub edge: PoseGraphEdge,
     /// The figures of its verification.
-    pub evidence: LoopEvidence,
+    pub evidence: PairEvidence,
     /// The outcome.
     pub verdict: Verdict,
     /// Number of loops that agree with it, itself included.
@@ -94,7 +94,7 @@ pub struct LoopConsistencyCheck {
 #[derive(Clone, Copy, Debug)]
 struct HeldLoop {
     edge: PoseGraphEdge,
-    evidence: LoopEvidence,
+    evidence: PairEvidence,
     /// Bit set of the held loops that agree with it, by index.
     agreeing: u64,
 }
@@ -241,7 +241,7 @@ impl LoopConsistencyCheck {
     }
 
     /// Holds a loop, and notes which held loops agree with it. Cost: two searches of the graph, however many are held.
-    fn hold(&mut self, graph: &PoseGraph, edge: PoseGraphEdge, evidence: LoopEvidence) {
+    fn hold(&mut self, graph: &PoseGraph, edge: PoseGraphEdge, evidence: PairEvidence) {
         let own = self.held.len();
         let mut agreeing = 0_u64;
         let mut ends = [edge.from, edge.to].map(|keyframe| RelativePoses { graph, keyframe, by_loops: None });

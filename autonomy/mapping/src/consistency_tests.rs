@@ -13,7 +13,7 @@ const STEP: (f64, f64) = (1e-3, 5e-3);
 const LOOP: (f64, f64) = (3e-3, 0.02);
 
 fn verified(edge: PoseGraphEdge) -> VerifiedPair {
-    let evidence = LoopEvidence {
+    let evidence = PairEvidence {
         source: CandidateSource::Geometry,
         score: 0.9,
         overlap: [0.9; 2],

@@ -73,7 +73,7 @@ pub use session::{
 pub use submap::SubmapConfig;
 pub use uncertain_pose::{CHI_SQUARED_6_999, PoseCertaintyConfig, UncertainPose};
 pub use verification::{
-    CandidateSource, Comparison, ComparisonResult, LoopEvidence, RejectionReason, VerificationConfig,
+    CandidateSource, Comparison, ComparisonResult, PairEvidence, RejectionReason, VerificationConfig,
     VerificationTask, VerifiedPair, compare, verify,
 };
 pub use verification_queue::{QueuedComparison, VerificationQueueConfig};

@@ -11,7 +11,7 @@ use crate::quality::MapQualityData;
 use crate::revisits::{Novelty, RevisitResult};
 use crate::session::{Session, Waypoint};
 use crate::verification::{
-    CandidateSource, Comparison, ComparisonResult, LoopEvidence, RejectionReason, VerificationTask,
+    CandidateSource, Comparison, ComparisonResult, PairEvidence, RejectionReason, VerificationTask,
     VerifiedPair,
 };
 use crate::verification_queue::{QueuedComparison, VerificationQueue, VerificationQueueConfig};
@@ -69,7 +69,7 @@ pub struct ComparedPair {
     /// The pose found.
     pub edge: PoseGraphEdge,
     /// The figures of its verification.
-    pub evidence: LoopEvidence,
+    pub evidence: PairEvidence,
 }
 
 /// A decision about a pair. A pair may get several; the last one counts.
@@ -172,7 +172,7 @@ impl LoopClosing {
         // The map's loops are known, so that a person may reject and accept them again.
         let compared = |edge: &PoseGraphEdge| {
             let (source, guess) = (CandidateSource::Geometry, edge.from_from_to);
-            let evidence = LoopEvidence::empty(source);
+            let evidence = PairEvidence::empty(source);
             let pair = ComparedPair { source, guess, edge: *edge, evidence };
             ((edge.from, edge.to), (pair, Some(LoopOutcome::Decided(Verdict::Accepted))))
         };

@@ -173,7 +173,7 @@ pub enum RejectionReason {
 
 /// The figures on which a pair is decided. They are recorded and shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LoopEvidence {
+pub struct PairEvidence {
     /// Why the pair was proposed.
     pub source: CandidateSource,
     /// Registration score of the whole cloud, 0 to 1.
@@ -199,7 +199,7 @@ pub struct LoopEvidence {
     pub mahalanobis_squared: Option<f64>,
 }
 
-impl LoopEvidence {
+impl PairEvidence {
     /// Without any figures.
     pub fn empty(source: CandidateSource) -> Self {
         Self {
@@ -226,7 +226,7 @@ pub struct ComparisonResult {
     /// Its inverse covariance, `[rotation; translation]`.
     pub information: Matrix6,
     /// The figures on which it is decided.
-    pub evidence: LoopEvidence,
+    pub evidence: PairEvidence,
     /// Why it is rejected, if it is.
     pub rejection: Option<RejectionReason>,
 }
@@ -237,7 +237,7 @@ pub struct VerifiedPair {
     /// The relative pose found, as an edge of the graph.
     pub edge: PoseGraphEdge,
     /// The figures on which it is decided.
-    pub evidence: LoopEvidence,
+    pub evidence: PairEvidence,
     /// Why it is rejected, if it is.
     pub rejection: Option<RejectionReason>,
 }
@@ -282,7 +282,7 @@ pub fn compare(comparison: &Comparison, config: &VerificationConfig) -> Comparis
         .fold(0.0, f64::max);
     let measured = UncertainPose::from_information(pose, &information);
     let (correction_m, correction_rad) = correction(guesses, &pose);
-    let evidence = LoopEvidence {
+    let evidence = PairEvidence {
         source: *source,
         score: score_from_viewpoint(&older.map, &newer.points, &newer.viewpoint, &pose, &config.fine),
         overlap: [forth_overlap, back_overlap],
@@ -305,13 +305,13 @@ fn no_fit(comparison: &Comparison) -> ComparisonResult {
     ComparisonResult {
         pose: comparison.guesses.first().copied().unwrap_or_else(Isometry::identity),
         information: Matrix6::zeros(),
-        evidence: LoopEvidence { degenerate_directions: 3, ..LoopEvidence::empty(comparison.source) },
+        evidence: PairEvidence { degenerate_directions: 3, ..PairEvidence::empty(comparison.source) },
         rejection: Some(RejectionReason::NoFit),
     }
 }
 
 fn rejection(
-    evidence: &LoopEvidence,
+    evidence: &PairEvidence,
     comparison: &Comparison,
     config: &VerificationConfig,
 ) -> Option<RejectionReason> {

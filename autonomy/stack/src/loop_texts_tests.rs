@@ -13,7 +13,7 @@ fn record(outcome: LoopOutcome, agreeing: usize, mahalanobis_squared: Option<f64
         from_from_to: Isometry::identity(),
         information: Matrix6::identity(),
     };
-    let evidence = Evidence {
+    let evidence = PairEvidence {
         source,
         score: 0.5,
         overlap: [0.2, 0.31],

@@ -5,8 +5,8 @@ use geometry::{
     Isometry, Matrix6, isometry_from_pose, isometry_from_unit_pose, pose_from_isometry, vec_to_plain,
 };
 use mapping::{
-    AlignmentError, CandidateSource, ComparisonResult, GraphChanges, LoopEvidence, LoopOutcome, LoopRecord,
-    MapAlignment, MapSearchFix, PoseGraphEdge, QueuedComparison, RejectionReason, Session, UncertainPose,
+    AlignmentError, CandidateSource, ComparisonResult, GraphChanges, LoopOutcome, LoopRecord, MapAlignment,
+    MapSearchFix, PairEvidence, PoseGraphEdge, QueuedComparison, RejectionReason, Session, UncertainPose,
     Verdict, VerificationConfig,
 };
 use messages::{
@@ -242,7 +242,7 @@ pub(crate) fn from_rows(rows: &[[f64; 6]; 6]) -> Matrix6 {
 }
 
 /// The figures without the source, which is in the task.
-fn evidence_to_plain(evidence: &LoopEvidence) -> LoopEvidence {
+fn evidence_to_plain(evidence: &PairEvidence) -> LoopEvidence {
     LoopEvidence {
         score: evidence.score,
         overlap: evidence.overlap,
@@ -259,8 +259,8 @@ fn evidence_to_plain(evidence: &LoopEvidence) -> LoopEvidence {
     }
 }
 
-fn evidence_from_plain(evidence: &LoopEvidence, source: LoopSource) -> LoopEvidence {
-    LoopEvidence {
+fn evidence_from_plain(evidence: &LoopEvidence, source: LoopSource) -> PairEvidence {
+    PairEvidence {
         source: source_from_plain(source),
         score: evidence.score,
         overlap: evidence.overlap,

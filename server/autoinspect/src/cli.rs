@@ -43,7 +43,7 @@ enum Command {
     /// Make a new version of a map with the changes that later recordings show.
     Patch(patch::PatchArgs),
     /// Write a saved map as one file for other programs, or as a picture from above.
-    Export(export::SiteExportArgs),
+    Export(export::ExportArgs),
     /// Make a map of another program's point cloud, for a robot to localise in.
     Import(import::ImportArgs),
     /// Give a saved map the frame of another one of the same site.

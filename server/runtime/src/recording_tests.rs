@@ -254,6 +254,6 @@ fn the_start_after_an_interruption_is_pinned() {
     let (mut queue, mut next) =
         Recorder::new(RecorderConfig::default(), target, Arc::default(), Arc::default());
     queue.record(Stamp::EPOCH, &Input::Tick);
-    next.take(next.inputs.recv().expect("queued"));
+    next.record(next.inputs.recv().expect("queued"));
     assert!(pinned(run.segment(0)));
 }

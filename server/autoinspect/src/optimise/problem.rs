@@ -30,12 +30,12 @@ pub struct GraphProblem {
     pub has_start: bool,
     /// The file's number of each variable, ascending.
     pub ids: Vec<u64>,
-    file: g2o::Graph,
+    file: g2o::G2oGraph,
 }
 
 impl GraphProblem {
     /// Checks the file and makes the factors. The error is a sentence.
-    pub fn new(file: g2o::Graph) -> Result<Self, String> {
+    pub fn new(file: g2o::G2oGraph) -> Result<Self, String> {
         let has_start = !(file.vertices.is_empty() && file.planar_vertices.is_empty());
         let mut poses: BTreeMap<u64, Value> = BTreeMap::new();
         for vertex in &file.vertices {
@@ -156,14 +156,14 @@ impl GraphProblem {
     }
 
     /// The file with the given poses and without the rejected edges.
-    pub fn result(&self, values: &Values, rejected: &[usize]) -> g2o::Graph {
-        let mut out = g2o::Graph { fixed: self.file.fixed.clone(), ..g2o::Graph::default() };
+    pub fn result(&self, values: &Values, rejected: &[usize]) -> g2o::G2oGraph {
+        let mut out = g2o::G2oGraph { fixed: self.file.fixed.clone(), ..g2o::G2oGraph::default() };
         for (&id, (_, value)) in self.ids.iter().zip(values.iter()) {
             match value {
-                Value::Pose(pose) => out.vertices.push(g2o::Vertex { id, pose: pose_from_isometry(pose) }),
+                Value::Pose(pose) => out.vertices.push(g2o::G2oVertex { id, pose: pose_from_isometry(pose) }),
                 Value::Planar(pose) => {
                     let (x, y, yaw) = (pose.translation.x, pose.translation.y, pose.rotation.angle());
-                    out.planar_vertices.push(g2o::Vertex { id, pose: g2o::PlanarPose { x, y, yaw } });
+                    out.planar_vertices.push(g2o::G2oVertex { id, pose: g2o::PlanarPose { x, y, yaw } });
                 }
                 _ => {}
             }
