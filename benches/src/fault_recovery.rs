@@ -7,7 +7,7 @@ use crate::stack_walk::{StackWalk, WalkPlan};
 use anyhow::{Context, Result};
 use geometry::{Isometry, Rng, RngTree, Vector3, isometry_from_pose, pose_from_isometry};
 use messages::{CommandKind, GoalKind, LocalisationState, Publication, StackEffect, TICK_PERIOD};
-use sim::{ScheduledFault, Site, Start};
+use sim::{ScheduledFault, SimulatedSite, Start};
 use std::sync::Arc;
 use uuid::Uuid;
 use vocab::{GoalId, Pose, Span, Vec3};
@@ -246,7 +246,7 @@ impl FaultyWalk<'_> {
 }
 
 /// Height of the floor under the base, site frame, metres.
-fn floor_height(site: &Site, base: &Vector3) -> f64 {
+fn floor_height(site: &SimulatedSite, base: &Vector3) -> f64 {
     base.z - site.cast_ray(base, &-Vector3::z(), 2.0).map_or(0.0, |(down, _)| down)
 }
 

@@ -5,7 +5,7 @@ use geometry::{Isometry, Matrix6, Vector3, so3};
 use mapping::{Decision, UncertainPose, Verdict};
 use messages::{EdgeKind, GraphEdge, LoopDecision, LoopVerdict};
 use nalgebra::SymmetricEigen;
-use sim::Site;
+use sim::SimulatedSite;
 
 /// Greatest horizontal distance between the two positions of a revisit, metres.
 const REVISIT_DISTANCE_MAX_M: f64 = 2.0;
@@ -146,7 +146,7 @@ pub fn is_closed(walked: f64, closed_at: &[f64]) -> bool {
 /// Scores the decisions of a walk.
 ///
 /// - `truth`: true pose of the base in the site at every keyframe.
-pub fn score(site: &Site, truth: &[Isometry], decisions: &[JudgedLoop]) -> Score {
+pub fn score(site: &SimulatedSite, truth: &[Isometry], decisions: &[JudgedLoop]) -> Score {
     let walked = walked(truth);
     let mut score = Score { keyframes: truth.len(), ..Score::default() };
     let mut closed_at = Vec::new();
@@ -204,7 +204,7 @@ pub fn walked(truth: &[Isometry]) -> Vec<f64> {
 }
 
 /// The keyframes that are true revisits: near an older keyframe, on its floor and in its sight.
-pub fn revisits(site: &Site, truth: &[Isometry]) -> Vec<usize> {
+pub fn revisits(site: &SimulatedSite, truth: &[Isometry]) -> Vec<usize> {
     let walked = walked(truth);
     let eye = |pose: &Isometry| pose.translation.vector + Vector3::z() * 0.3;
     (0..truth.len())

@@ -8,7 +8,7 @@ use crate::stack_walk::GroundTruthTrack;
 use anyhow::{Context, Result};
 use geometry::{Isometry, Matrix6, Vector3, aligned_rmse, isometry_from_pose};
 use messages::{FinishedMap, Reanchored};
-use sim::Site;
+use sim::SimulatedSite;
 use vocab::Stamp;
 
 /// Spacing of the points of the walk that are checked for revisits, metres.
@@ -42,7 +42,7 @@ pub struct MapScore {
 /// # Errors
 /// When a pose is invalid, or there is no ground truth.
 pub fn score_map(
-    site: &Site,
+    site: &SimulatedSite,
     map: &FinishedMap,
     truth: &GroundTruthTrack,
     reanchored: &[Reanchored],
@@ -92,7 +92,7 @@ pub fn score_map(
 }
 
 /// The number of true revisits along the walk, and the number of those that a loop at one of the given times closes.
-fn count_revisits(site: &Site, truth: &GroundTruthTrack, closed: &[Stamp]) -> (usize, usize) {
+fn count_revisits(site: &SimulatedSite, truth: &GroundTruthTrack, closed: &[Stamp]) -> (usize, usize) {
     let samples = truth.sample(CHECK_SPACING_M);
     let (stamps, poses): (Vec<Stamp>, Vec<Isometry>) = samples.into_iter().unzip();
     let walked = walked(&poses);

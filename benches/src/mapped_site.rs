@@ -8,14 +8,14 @@ use geometry::{Isometry, isometry_from_pose};
 use localisation::LocalisationMap;
 use mapping::{KeyframeDescriptor, KeyframeDescriptorParts};
 use messages::{PriorKeyframe, PriorMap, StackEffect};
-use sim::Site;
+use sim::SimulatedSite;
 use std::sync::Arc;
 use vocab::Span;
 
 /// A site with its map.
 pub struct MappedSite {
     /// The site.
-    pub site: Arc<Site>,
+    pub site: Arc<SimulatedSite>,
     /// The map, to localise in.
     pub localisation_map: Arc<LocalisationMap>,
     /// The map in the form in which the stack reads it from disk.
@@ -31,7 +31,7 @@ impl MappedSite {
     ///
     /// # Errors
     /// When the site has no round, or the stack makes no map.
-    pub fn new(site: Arc<Site>, plan: &WalkPlan, duration: Span) -> Result<Self> {
+    pub fn new(site: Arc<SimulatedSite>, plan: &WalkPlan, duration: Span) -> Result<Self> {
         let plan = WalkPlan { keep_ground_truth: true, ..*plan };
         let (mut builder, mut reanchored) = (PriorMapBuilder::default(), Vec::new());
         let mut observer = |_: StepKind, _: f64, effects: &[StackEffect]| {

@@ -7,7 +7,7 @@ use messages::{
     BootRecord, Command, CommandKind, Drive, FinishedMap, Input, Job, JobId, Principal, PriorMap,
     Publication, StackEffect, TICK_PERIOD,
 };
-use sim::{Route, RouteFollower, SimConfig, Simulator, Site};
+use sim::{RouteFollower, SimConfig, SimulatedSite, Simulator, SiteRoute};
 use stack::{ComputeJob, Stack};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -53,7 +53,7 @@ enum PendingJob {
 /// A robot with the whole stack that walks a route of its site repeatedly.
 pub struct StackWalk {
     simulator: Simulator,
-    route: Route,
+    route: SiteRoute,
     walker: RouteFollower,
     stack: Stack,
     effects: Vec<StackEffect>,
@@ -75,7 +75,12 @@ impl StackWalk {
     ///
     /// # Errors
     /// When the site has no such route.
-    pub fn new(site: &Arc<Site>, route: &str, plan: &WalkPlan, observer: StepObserver<'_>) -> Result<Self> {
+    pub fn new(
+        site: &Arc<SimulatedSite>,
+        route: &str,
+        plan: &WalkPlan,
+        observer: StepObserver<'_>,
+    ) -> Result<Self> {
         let mut walk = Self::prepared(site, route, plan)?;
         walk.boot(Some(SessionId(Uuid::from_u128(1))), observer);
         Ok(walk)
@@ -86,7 +91,7 @@ impl StackWalk {
     /// # Errors
     /// When the site has no such route.
     pub fn localised(
-        site: &Arc<Site>,
+        site: &Arc<SimulatedSite>,
         route: &str,
         plan: &WalkPlan,
         prior_map: Arc<PriorMap>,
@@ -107,7 +112,7 @@ impl StackWalk {
         Ok(walk)
     }
 
-    fn prepared(site: &Arc<Site>, route: &str, plan: &WalkPlan) -> Result<Self> {
+    fn prepared(site: &Arc<SimulatedSite>, route: &str, plan: &WalkPlan) -> Result<Self> {
         let route = site.route(route).cloned().with_context(|| format!("the site has no route {route}"))?;
         let config = SimConfig {
             lidar_columns: plan.columns,
@@ -184,8 +189,8 @@ impl StackWalk {
     }
 
     /// Sends the stack a command.
-    pub fn send_command(&mut self, order: CommandKind, observer: StepObserver<'_>) {
-        self.send([order], observer);
+    pub fn send_command(&mut self, kind: CommandKind, observer: StepObserver<'_>) {
+        self.send([kind], observer);
     }
 
     /// The simulator, for its clock and its faults.

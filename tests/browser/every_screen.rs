@@ -8,7 +8,7 @@ mod nightly {
     use crate::browser::mapping::wait_for_drawn_map;
     use crate::support::chromium::Chromium;
     use crate::support::operator::Operator;
-    use crate::support::page::{Key, Page};
+    use crate::support::page::{KeyPress, Page};
     use crate::support::server::Server;
     use crate::support::wait_for;
     use serde_json::Value;
@@ -36,7 +36,7 @@ mod nightly {
             operator.click("button", "Live");
             operator.click("button", "Theme");
             operator.click("button", &format!("{theme} theme"));
-            operator.press(Key::ESCAPE);
+            operator.press(KeyPress::ESCAPE);
             show_details(&mut operator, &theme.to_lowercase());
             for [width, height] in SIZES {
                 operator.page.resize(width, height);

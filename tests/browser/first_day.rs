@@ -8,7 +8,7 @@ mod wall_targets;
 use super::mapping::{WALK_LIMIT, number, wait_for_drawn_map};
 use crate::support::chromium::Chromium;
 use crate::support::operator::{Operator, WaitsFor};
-use crate::support::page::{At, Key, Page};
+use crate::support::page::{At, KeyPress, Page};
 use crate::support::picture::Picture;
 use crate::support::server::Server;
 use crate::support::{wait_for, workspace_root};
@@ -119,7 +119,7 @@ fn make_map(operator: &mut Operator) {
     operator.wait(WaitsFor::Platform, "mapping to begin", WALK_LIMIT, |page| {
         (page.status("Mapping")? == "Mapping").then_some(())
     });
-    operator.hold(Key::W, "the robot to walk", WALK_LIMIT, |page| {
+    operator.hold(KeyPress::W, "the robot to walk", WALK_LIMIT, |page| {
         (number(page, "Distance")? >= DRIVEN_M).then_some(())
     });
     for _ in 0..WALKS {
@@ -194,7 +194,7 @@ fn make_graph(operator: &mut Operator) {
     operator.wait(WaitsFor::Platform, "another node", PLATFORM_LIMIT, |page| {
         (number(page, "Nodes")? == count + 1.0).then_some(())
     });
-    operator.press(Key::ESCAPE);
+    operator.press(KeyPress::ESCAPE);
     save(&mut operator.page, "graph-corrected");
 }
 
@@ -233,7 +233,7 @@ fn make_points(operator: &mut Operator) {
         page.status("Camera view")
     });
     save(&mut operator.page, "points");
-    operator.press(Key::ESCAPE);
+    operator.press(KeyPress::ESCAPE);
 }
 
 /// Makes a mission of the points, and takes the shortest order if that is another one.

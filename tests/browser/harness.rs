@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use crate::support::chromium::Chromium;
-use crate::support::page::{Key, Page};
+use crate::support::page::{KeyPress, Page};
 use crate::support::picture::Area;
 use crate::support::wait_for;
 
@@ -31,7 +31,7 @@ fn roles_names_keys_and_pixels_of_a_page_are_read() {
     };
     page.click("button", "Start");
     expect_message(&mut page, "clicked");
-    page.key_down(Key::W);
+    page.key_down(KeyPress::W);
     expect_message(&mut page, "down KeyW");
     assert!(page.find("button", "Stop").unwrap().disabled);
     assert!(page.find("button", "Nothing").is_none());

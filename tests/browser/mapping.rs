@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use crate::support::chromium::{Chromium, LAN_HOST};
-use crate::support::page::{At, Control, Key, Page};
+use crate::support::page::{At, KeyPress, Page, PageControl};
 use crate::support::server::Server;
 use crate::support::wait_for;
 
@@ -158,7 +158,7 @@ fn set_pose(page: &mut Page, map: &str) {
     page.click("button", "Top view");
     let mut last = None;
     let (newest, before) = wait_for("two keyframes to rest on the screen", DRAW_LIMIT, || {
-        let mut keyframes: Vec<(u32, Control)> = page
+        let mut keyframes: Vec<(u32, PageControl)> = page
             .all("button")
             .into_iter()
             .filter_map(|(name, control)| Some((name.strip_prefix("Keyframe ")?.parse().ok()?, control)))
@@ -211,13 +211,13 @@ fn start_adding_a_loop(page: &mut Page) {
 #[track_caller]
 pub(super) fn drive_by_keys(page: &mut Page, distance_m: f64) {
     let goal = number(page, "Distance").unwrap_or(0.0) + distance_m;
-    page.key_down(Key::W);
+    page.key_down(KeyPress::W);
     wait_for("the robot to walk by keyboard", WALK_LIMIT, || {
         (number(page, "Distance")? >= goal).then_some(())
     });
-    page.key_down(Key::Q);
-    page.key_up(Key::Q);
-    page.key_up(Key::W);
+    page.key_down(KeyPress::Q);
+    page.key_up(KeyPress::Q);
+    page.key_up(KeyPress::W);
 }
 
 /// Drags the joystick on the screen ahead until the robot has walked `distance_m` more.

@@ -2,7 +2,7 @@
 
 use super::mapping::{NEXT_PICTURES, wait_for_drawn_map};
 use crate::support::chromium::Chromium;
-use crate::support::page::{At, Key, Page};
+use crate::support::page::{At, KeyPress, Page};
 use crate::support::server::Server;
 use crate::support::{wait_for, workspace_root};
 use serde_json::{Value, json};
@@ -62,8 +62,8 @@ fn a_mission_is_dragged_together_by_mouse_keys_and_touch_and_is_on_the_robot() {
 
     // Escape puts a dragged task back, and the robot is not stopped.
     drag(&mut page, "Move task 1 Gate valve", "Task 4 Switchboard");
-    page.key_down(Key::ESCAPE);
-    page.key_up(Key::ESCAPE);
+    page.key_down(KeyPress::ESCAPE);
+    page.key_up(KeyPress::ESCAPE);
     wait_for("the task to be back", LIMIT, || page.find("button", "Task 1 Gate valve"));
     page.release(At { x: 700.0, y: 500.0 });
     expect_tasks(&mut page, &["Gate valve", "Cable tray", "Pump 7", "Switchboard"]);

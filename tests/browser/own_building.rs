@@ -2,7 +2,7 @@
 
 use super::mapping::{WALK_LIMIT, drive_by_keys, number, wait_for_drawn_map};
 use crate::support::chromium::Chromium;
-use crate::support::page::{Key, Page};
+use crate::support::page::{KeyPress, Page};
 use crate::support::server::Server;
 use crate::support::{wait_for, workspace_root};
 
@@ -44,9 +44,9 @@ fn a_building_in_a_gltf_file_is_walked_and_mapped() {
 #[track_caller]
 fn drive_in_an_arc(page: &mut Page, distance_m: f64) {
     let goal = number(page, "Distance").unwrap_or(0.0) + distance_m;
-    page.key_down(Key::W);
-    page.key_down(Key::Q);
+    page.key_down(KeyPress::W);
+    page.key_down(KeyPress::Q);
     wait_for("the robot to walk in an arc", WALK_LIMIT, || (number(page, "Distance")? >= goal).then_some(()));
-    page.key_up(Key::Q);
-    page.key_up(Key::W);
+    page.key_up(KeyPress::Q);
+    page.key_up(KeyPress::W);
 }

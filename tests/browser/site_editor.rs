@@ -3,7 +3,7 @@
 use super::mapping::{NEXT_PICTURES, wait_for_drawn_map};
 use super::missions::{copy, get, make_site, middle};
 use crate::support::chromium::Chromium;
-use crate::support::page::{At, Key, Page};
+use crate::support::page::{At, KeyPress, Page};
 use crate::support::server::Server;
 use crate::support::{wait_for, workspace_root};
 use serde_json::Value;
@@ -50,8 +50,8 @@ fn nodes_are_boxed_moved_and_taken_back() {
     let before = places(&mut page);
     let to = At { x: a.x + 40.0, y: a.y - 60.0 };
     drag(&mut page, a, to);
-    page.key_down(Key::ESCAPE);
-    page.key_up(Key::ESCAPE);
+    page.key_down(KeyPress::ESCAPE);
+    page.key_up(KeyPress::ESCAPE);
     page.release(to);
     assert_eq!(page.evaluate(NEXT_PICTURES), true);
     assert_eq!(places(&mut page), before);
@@ -100,8 +100,8 @@ fn a_zone_is_drawn_and_changed_and_a_click_makes_an_inspection_point() {
     // A corner; Escape puts it back.
     let corner = At { x: to.x + 50.0, y: to.y + 30.0 };
     drag(&mut page, to, corner);
-    page.key_down(Key::ESCAPE);
-    page.key_up(Key::ESCAPE);
+    page.key_down(KeyPress::ESCAPE);
+    page.key_up(KeyPress::ESCAPE);
     page.release(corner);
     assert_eq!(page.evaluate(NEXT_PICTURES), true);
     assert_eq!(corners(&mut page), drawn);

@@ -15,12 +15,12 @@ const ANSWER_LIMIT: Duration = Duration::from_secs(90);
 pub struct DevTools {
     socket: WebSocket<TcpStream>,
     calls: u64,
-    events: VecDeque<Event>,
+    events: VecDeque<DevtoolsEvent>,
 }
 
 /// A message of the browser that is not a response.
 #[derive(Debug)]
-pub struct Event {
+pub struct DevtoolsEvent {
     pub method: String,
     pub params: Value,
 }
@@ -60,14 +60,14 @@ impl DevTools {
     }
 
     /// The events since the last call of this function.
-    pub fn take_events(&mut self) -> Vec<Event> {
+    pub fn take_events(&mut self) -> Vec<DevtoolsEvent> {
         self.events.drain(..).collect()
     }
 
     fn keep(&mut self, mut message: Value) {
         if let Some(method) = message["method"].as_str() {
             let method = method.to_owned();
-            self.events.push_back(Event { method, params: message["params"].take() });
+            self.events.push_back(DevtoolsEvent { method, params: message["params"].take() });
         }
     }
 

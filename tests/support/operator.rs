@@ -2,7 +2,7 @@
 //! are measured apart.
 
 use super::effort::{Effort, KeystrokeTimes};
-use super::page::{At, Key, Page};
+use super::page::{At, KeyPress, Page};
 use super::wait_for;
 use std::time::{Duration, Instant};
 
@@ -80,7 +80,7 @@ impl Operator {
         self.step().effort += effort;
     }
 
-    fn take(&mut self, hand: Hand) {
+    fn move_hand_to(&mut self, hand: Hand) {
         if self.hand != hand {
             self.hand = hand;
             self.spend(Effort { homings: 1, ..Effort::default() });
@@ -96,7 +96,7 @@ impl Operator {
 
     /// Clicks a place.
     pub fn click_at(&mut self, at: At) {
-        self.take(Hand::Pointer);
+        self.move_hand_to(Hand::Pointer);
         self.spend(Effort { thoughts: 1, points: 1, buttons: 2, clicks: 1, ..Effort::default() });
         self.page.move_to(at);
         self.page.press(at);
@@ -105,7 +105,7 @@ impl Operator {
 
     /// Drags something from one place to another, and lets go after `before_release`.
     pub fn drag(&mut self, from: At, to: At, before_release: impl FnOnce(&mut Page)) {
-        self.take(Hand::Pointer);
+        self.move_hand_to(Hand::Pointer);
         self.spend(Effort { thoughts: 1, points: 2, buttons: 2, drags: 1, ..Effort::default() });
         self.page.move_to(from);
         self.page.press(from);
@@ -147,26 +147,26 @@ impl Operator {
     #[track_caller]
     pub fn write(&mut self, field: &str, text: &str) {
         let at = self.reveal("textbox", field);
-        self.take(Hand::Pointer);
+        self.move_hand_to(Hand::Pointer);
         // Three clicks select what is there.
         self.spend(Effort { thoughts: 1, points: 1, buttons: 6, clicks: 3, ..Effort::default() });
         self.page.move_to(at);
         self.page.triple_click(at);
-        self.take(Hand::Keyboard);
+        self.move_hand_to(Hand::Keyboard);
         let keys = text.chars().count() as u32 + 1;
         self.spend(Effort { keys, ..Effort::default() });
         self.page.type_text(text);
-        self.press_uncounted(Key::ENTER);
+        self.press_uncounted(KeyPress::ENTER);
     }
 
     /// Presses a key.
-    pub fn press(&mut self, key: Key) {
-        self.take(Hand::Keyboard);
+    pub fn press(&mut self, key: KeyPress) {
+        self.move_hand_to(Hand::Keyboard);
         self.spend(Effort { thoughts: 1, keys: 1, ..Effort::default() });
         self.press_uncounted(key);
     }
 
-    fn press_uncounted(&mut self, key: Key) {
+    fn press_uncounted(&mut self, key: KeyPress) {
         self.page.key_down(key);
         self.page.key_up(key);
     }
@@ -175,12 +175,12 @@ impl Operator {
     #[track_caller]
     pub fn hold<T>(
         &mut self,
-        key: Key,
+        key: KeyPress,
         what: &str,
         limit: Duration,
         done: impl FnMut(&mut Page) -> Option<T>,
     ) {
-        self.take(Hand::Keyboard);
+        self.move_hand_to(Hand::Keyboard);
         self.spend(Effort { thoughts: 1, keys: 1, ..Effort::default() });
         self.page.key_down(key);
         self.wait(WaitsFor::Robot, what, limit, done);

@@ -27,13 +27,13 @@ const NEXT_PICTURES: &str =
 
 /// A key in the form of the protocol.
 #[derive(Clone, Copy)]
-pub struct Key {
+pub struct KeyPress {
     code: &'static str,
     key: &'static str,
     number: u8,
 }
 
-impl Key {
+impl KeyPress {
     pub const W: Self = Self { code: "KeyW", key: "w", number: b'W' };
     pub const ESCAPE: Self = Self { code: "Escape", key: "Escape", number: 27 };
     pub const ENTER: Self = Self { code: "Enter", key: "Enter", number: 13 };
@@ -42,7 +42,7 @@ impl Key {
 
 /// An element of the page with a role and a name.
 #[derive(Debug, Clone)]
-pub struct Control {
+pub struct PageControl {
     /// The browser's number of the element.
     node: i64,
     pub disabled: bool,
@@ -141,17 +141,17 @@ impl Page {
 
     /// Waits for the control with this role and exact name.
     #[track_caller]
-    pub fn control(&mut self, role: &str, name: &str) -> Control {
+    pub fn control(&mut self, role: &str, name: &str) -> PageControl {
         wait_for(&format!("{role} “{name}”"), CONTROL_LIMIT, || self.find(role, name))
     }
 
     /// The control with this role and exact name, if it exists now.
-    pub fn find(&mut self, role: &str, name: &str) -> Option<Control> {
+    pub fn find(&mut self, role: &str, name: &str) -> Option<PageControl> {
         self.all(role).into_iter().find_map(|(found, control)| (found == name).then_some(control))
     }
 
     /// All controls with this role and their names, in document order.
-    pub fn all(&mut self, role: &str) -> Vec<(String, Control)> {
+    pub fn all(&mut self, role: &str) -> Vec<(String, PageControl)> {
         // Between two documents the page has no controls.
         let Ok(document) = self.try_call("DOM.getDocument", json!({ "depth": 0 })) else { return Vec::new() };
         let root = document["root"]["nodeId"].clone();
@@ -172,7 +172,7 @@ impl Page {
                         .iter()
                         .any(|property| property["name"] == "disabled" && property["value"]["value"] == true)
                 });
-                Some((name, Control { node: node["backendDOMNodeId"].as_i64()?, disabled }))
+                Some((name, PageControl { node: node["backendDOMNodeId"].as_i64()?, disabled }))
             })
             .collect()
     }
@@ -184,7 +184,7 @@ impl Page {
     }
 
     /// The text content of a control.
-    pub fn text(&mut self, control: &Control) -> Option<String> {
+    pub fn text(&mut self, control: &PageControl) -> Option<String> {
         let object = self.try_call("DOM.resolveNode", json!({ "backendNodeId": control.node })).ok()?;
         let answer = self
             .try_call(
@@ -200,7 +200,7 @@ impl Page {
     }
 
     /// The centre of a control, if it is still on the page.
-    pub fn middle(&mut self, control: &Control) -> Option<At> {
+    pub fn middle(&mut self, control: &PageControl) -> Option<At> {
         let answer = self.try_call("DOM.getBoxModel", json!({ "backendNodeId": control.node })).ok()?;
         let corners: Vec<f64> =
             answer["model"]["border"].as_array()?.iter().filter_map(Value::as_f64).collect();
@@ -268,15 +268,15 @@ impl Page {
         self.call("Input.dispatchTouchEvent", json!({ "type": kind, "touchPoints": points }));
     }
 
-    pub fn key_down(&mut self, key: Key) {
+    pub fn key_down(&mut self, key: KeyPress) {
         self.key("rawKeyDown", key);
     }
 
-    pub fn key_up(&mut self, key: Key) {
+    pub fn key_up(&mut self, key: KeyPress) {
         self.key("keyUp", key);
     }
 
-    fn key(&mut self, kind: &str, key: Key) {
+    fn key(&mut self, kind: &str, key: KeyPress) {
         self.call(
             "Input.dispatchKeyEvent",
             json!({ "type": kind, "code": key.code, "key": key.key, "windowsVirtualKeyCode": key.number }),

@@ -13,13 +13,13 @@ enum Outcome {
 
 struct Stage {
     name: &'static str,
-    took: Duration,
+    duration: Duration,
     outcome: Outcome,
 }
 
 /// Report of a stage that ran.
 #[derive(Default)]
-pub(crate) struct Report {
+pub(crate) struct StageReport {
     /// Counts of the stage's tests; zero if it counts none.
     pub(crate) tests: Tests,
     /// Parts that did not run, each with its reason.
@@ -47,17 +47,17 @@ impl Stages {
     }
 
     /// Runs one stage, also if an earlier one failed, so that one run shows all failures.
-    pub(crate) fn run(&mut self, name: &'static str, stage: impl FnOnce() -> Result<Report>) {
+    pub(crate) fn run(&mut self, name: &'static str, stage: impl FnOnce() -> Result<StageReport>) {
         eprintln!("\n── {name}");
-        let (result, took) = timed(stage);
-        self.add(name, result, took);
+        let (result, duration) = timed(stage);
+        self.add(name, result, duration);
     }
 
     /// Runs two independent stages at the same time, because long parts of each use one core only. The first one runs on another thread.
     pub(crate) fn run_together(
         &mut self,
-        (first_name, first): (&'static str, impl FnOnce() -> Result<Report> + Send),
-        (second_name, second): (&'static str, impl FnOnce() -> Result<Report>),
+        (first_name, first): (&'static str, impl FnOnce() -> Result<StageReport> + Send),
+        (second_name, second): (&'static str, impl FnOnce() -> Result<StageReport>),
     ) {
         eprintln!("\n── {first_name}, {second_name}");
         let (first, second) = std::thread::scope(|scope| {
@@ -70,7 +70,7 @@ impl Stages {
         self.add(second_name, second.0, second.1);
     }
 
-    fn add(&mut self, name: &'static str, result: Result<Report>, took: Duration) {
+    fn add(&mut self, name: &'static str, result: Result<StageReport>, duration: Duration) {
         let outcome = match result {
             Ok(report) => {
                 self.tests.passed += report.tests.passed;
@@ -87,13 +87,17 @@ impl Stages {
                 Outcome::Failed(format!("{error:#}"))
             }
         };
-        self.stages.push(Stage { name, took, outcome });
+        self.stages.push(Stage { name, duration, outcome });
     }
 
     /// Records that a stage is left out, with the reason.
     pub(crate) fn skip(&mut self, name: &'static str, reason: &str) {
         eprintln!("\n── {name}: skipped, {reason}");
-        self.stages.push(Stage { name, took: Duration::ZERO, outcome: Outcome::Skipped(reason.to_owned()) });
+        self.stages.push(Stage {
+            name,
+            duration: Duration::ZERO,
+            outcome: Outcome::Skipped(reason.to_owned()),
+        });
     }
 
     /// Prints the table, the selection and the summary; true if nothing failed.
@@ -105,7 +109,7 @@ impl Stages {
                 Outcome::Failed(why) => format!("FAILED: {}", why.lines().next().unwrap_or_default()),
                 Outcome::Skipped(why) => format!("skipped: {why}"),
             };
-            println!("{:<28} {:>8.1}  {result}", stage.name, stage.took.as_secs_f64());
+            println!("{:<28} {:>8.1}  {result}", stage.name, stage.duration.as_secs_f64());
         }
         println!("{:<28} {:>8.1}", "in all", self.started.elapsed().as_secs_f64());
         for skipped in &self.skipped {
@@ -127,7 +131,7 @@ impl Stages {
     }
 }
 
-fn timed(stage: impl FnOnce() -> Result<Report>) -> (Result<Report>, Duration) {
+fn timed(stage: impl FnOnce() -> Result<StageReport>) -> (Result<StageReport>, Duration) {
     let started = Instant::now();
     (stage(), started.elapsed())
 }

@@ -18,7 +18,7 @@ use std::process::{Command, ExitCode, Stdio};
 
 use anyhow::{Context, Result, bail};
 
-use crate::stages::{Report, Stages, Tests};
+use crate::stages::{StageReport, Stages, Tests};
 use crate::toolchain::{TARGET, Toolchain};
 use crate::web::{self, Flavour};
 use crate::{bench, crash, security, setup, shell};
@@ -72,7 +72,7 @@ pub(crate) fn command(arguments: Vec<OsString>) -> Result<ExitCode> {
         );
         browser_tests(&mut stages, tier, &shell::target().join("release/autoinspect"));
         for (name, benchmark, arguments) in bench::WITH_BARS {
-            stages.run(name, || bench::run(benchmark, arguments).map(|()| Report::default()));
+            stages.run(name, || bench::run(benchmark, arguments).map(|()| StageReport::default()));
         }
     } else {
         // The server is the one that the earlier tests have built. Building its package alone selects other features, and half of all
@@ -144,8 +144,8 @@ impl Options {
     }
 }
 
-fn checked_bundle(least: Flavour) -> Result<Report> {
-    web::build_if_stale(least).map(|()| Report::default())
+fn checked_bundle(least: Flavour) -> Result<StageReport> {
+    web::build_if_stale(least).map(|()| StageReport::default())
 }
 
 fn browser_tests(stages: &mut Stages, tier: Tier, autoinspect: &Path) {
@@ -156,8 +156,8 @@ fn browser_tests(stages: &mut Stages, tier: Tier, autoinspect: &Path) {
     }
 }
 
-fn checked(command: &mut Command) -> Result<Report> {
-    shell::run(command).map(|()| Report::default())
+fn checked(command: &mut Command) -> Result<StageReport> {
+    shell::run(command).map(|()| StageReport::default())
 }
 
 fn clippy(packages: &str, what: &str) -> Command {
@@ -260,7 +260,7 @@ impl Selection<'_> {
 }
 
 /// Runs tests, prints their output and counts them.
-fn tests(selection: &Selection<'_>) -> Result<Report> {
+fn tests(selection: &Selection<'_>) -> Result<StageReport> {
     let mut command = selection.command(shell::on_path("cargo-nextest"));
     // nextest reports on standard error, the standard harness on standard output; one pipe for both keeps their order.
     let (reader, writer) = std::io::pipe().context("could not make a pipe")?;
@@ -316,10 +316,10 @@ impl Counter {
         }
     }
 
-    fn report(mut self) -> Report {
+    fn report(mut self) -> StageReport {
         self.tests.passed = self.tests.passed.saturating_sub(self.skipped.len());
         let skipped = self.skipped.iter().map(|(test, reason)| format!("{SKIPPED}{test}: {reason}"));
-        Report { tests: self.tests, skipped: skipped.collect() }
+        StageReport { tests: self.tests, skipped: skipped.collect() }
     }
 }
 

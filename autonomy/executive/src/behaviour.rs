@@ -9,12 +9,12 @@ use std::task::Poll;
 use vocab::{Stamp, Twist};
 
 /// Outcome of a behaviour.
-pub type Outcome = Result<(), GoalFailure>;
+pub type BehaviourOutcome = Result<(), GoalFailure>;
 
 /// A behaviour. The executive updates one at a time. It ends a behaviour by dropping it.
 pub trait Behaviour: Debug + Send + Sync {
     /// One step, at 20 Hz. Sets [`BehaviourContext::velocity`]. With zero velocity the robot stands.
-    fn update(&mut self, context: &mut BehaviourContext<'_>) -> Poll<Outcome>;
+    fn update(&mut self, context: &mut BehaviourContext<'_>) -> Poll<BehaviourOutcome>;
 
     /// A scan was located, in the base frame, metres. Only behaviours that look for something need it.
     fn observe_scan(&mut self, _at: Stamp, _odom_from_base: &Isometry, _points: &[[f32; 3]]) {}

@@ -3,7 +3,7 @@
 //! The map says only where to look. The dock found by [`DockDetector`] is kept in the odometry frame, which does not jump, and every further detection corrects
 //! it. Where the dock is not seen for a while, the robot goes on by odometry. Whether it is charged is for others to say.
 
-use crate::{Behaviour, BehaviourContext, Outcome, PoseControlConfig};
+use crate::{Behaviour, BehaviourContext, BehaviourOutcome, PoseControlConfig};
 use geometry::{Isometry, Rotation, Vector3, isometry_from_pose};
 use messages::{GoalFailure, GoalProgress, SpeedLimits, WaitReason};
 use navigation::{DockDetector, DockDetectorConfig, DockScans};
@@ -58,7 +58,7 @@ pub struct DockingConfig {
     /// Greatest speed into the dock, m/s.
     pub speed_m_s: f64,
     /// Greatest turning speed, rad/s.
-    pub turn_max_radps: f64,
+    pub turn_max_rad_s: f64,
     /// Gains, and when the robot has come to rest.
     pub control: PoseControlConfig,
     /// Heading for each metre of lateral error, rad/m, of a robot that cannot walk sideways.
@@ -99,7 +99,7 @@ impl Default for DockingConfig {
             settled_share: 0.8,
             staging_speed_m_s: 0.25,
             speed_m_s: 0.15,
-            turn_max_radps: 0.5,
+            turn_max_rad_s: 0.5,
             control: PoseControlConfig::default(),
             steering_gain_rad_per_m: 3.0,
             steering_max_rad: 0.35,
@@ -235,7 +235,7 @@ impl DockingBehaviour {
     }
 
     fn can_walk_sideways(&self) -> bool {
-        self.limits.sideways_mps >= self.config.min_sideways_m_s
+        self.limits.sideways_m_s >= self.config.min_sideways_m_s
     }
 
     fn staging_m(&self) -> f64 {
@@ -287,10 +287,10 @@ impl DockingBehaviour {
             Phase::Staging => (self.staging_m(), config.staging_speed_m_s),
             _ => (0.0, config.speed_m_s),
         };
-        let forward_m_s = speed_m_s.min(self.limits.forward_mps);
+        let forward_m_s = speed_m_s.min(self.limits.forward_m_s);
         let mut out_m_s =
             (config.control.position_gain_per_s * (target_m - offset.out_m)).clamp(-forward_m_s, forward_m_s);
-        let turn_max = config.turn_max_radps.min(self.limits.turn_radps);
+        let turn_max = config.turn_max_rad_s.min(self.limits.turn_rad_s);
         let turn =
             |error_rad: f64| (config.control.heading_gain_per_s * error_rad).clamp(-turn_max, turn_max);
         let sign = if self.is_facing { -1.0 } else { 1.0 };
@@ -303,7 +303,7 @@ impl DockingBehaviour {
             let turn = turn(wanted_rad - offset.turned_rad);
             return twist(sign * out_m_s, 0.0, turn);
         }
-        let sideways = config.staging_speed_m_s.min(self.limits.sideways_mps);
+        let sideways = config.staging_speed_m_s.min(self.limits.sideways_m_s);
         let across_m_s = (-config.control.position_gain_per_s * offset.across_m).clamp(-sideways, sideways);
         // Nearer to the dock the robot goes in only while it is on the line.
         let is_off = offset.across_m.abs() > config.entering_ratio * config.staging_across_m
@@ -318,7 +318,7 @@ impl DockingBehaviour {
 }
 
 impl Behaviour for DockingBehaviour {
-    fn update(&mut self, context: &mut BehaviourContext<'_>) -> Poll<Outcome> {
+    fn update(&mut self, context: &mut BehaviourContext<'_>) -> Poll<BehaviourOutcome> {
         let at = context.at;
         let frames = context.frames;
         if self.odom_from_expected.is_none() || matches!(self.phase, Phase::Looking { .. }) {

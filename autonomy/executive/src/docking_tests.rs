@@ -2,7 +2,7 @@
 
 use crate::docking::{DockGoal, DockingBehaviour, DockingConfig};
 use crate::tests::room;
-use crate::{Behaviour, BehaviourContext, Frames, Outcome};
+use crate::{Behaviour, BehaviourContext, BehaviourOutcome, Frames};
 use geometry::{Isometry, RngTree, Rotation, Vector3, pose_from_isometry};
 use localisation::ExplorationHint;
 use messages::{GoalFailure, SpeedLimits};
@@ -68,10 +68,10 @@ impl Rig {
         points
     }
 
-    fn run(&mut self) -> Outcome {
+    fn run(&mut self) -> BehaviourOutcome {
         let elevation_map = ElevationMap::new(
             0.1,
-            RobotShape { radius: 0.38, standing_height: HEIGHT_M, clearance: 0.9, step: 0.2 },
+            RobotShape { radius_m: 0.38, standing_height_m: HEIGHT_M, clearance_m: 0.9, step_m: 0.2 },
         );
         let hint = ExplorationHint::default();
         let guard = MotionGuard::new(
@@ -117,8 +117,8 @@ impl Rig {
     }
 }
 
-const STRAFING: SpeedLimits = SpeedLimits { forward_mps: 0.9, sideways_mps: 0.25, turn_radps: 0.9 };
-const STEERING: SpeedLimits = SpeedLimits { sideways_mps: 0.0, ..STRAFING };
+const STRAFING: SpeedLimits = SpeedLimits { forward_m_s: 0.9, sideways_m_s: 0.25, turn_rad_s: 0.9 };
+const STEERING: SpeedLimits = SpeedLimits { sideways_m_s: 0.0, ..STRAFING };
 
 #[test]
 fn the_robot_walks_into_a_dock_that_was_moved() {

@@ -4,9 +4,9 @@ use crate::running_goal::RunningGoal;
 use crate::table::{Action, Guard, TABLE};
 use crate::texts;
 use crate::{
-    Behaviour, BehaviourContext, DockingConfig, Frames, GoalEvent, ManualDriving, MapZone, MapZones, Outcome,
-    PoseWalkConfig, RelocalisationBehaviour, RelocalisationConfig, RouteRemainder, StandStill, Surroundings,
-    SurroundingsConfig, WalkBehaviour, WalkConfig,
+    Behaviour, BehaviourContext, BehaviourOutcome, DockingConfig, Frames, GoalEvent, ManualDriving, MapZone,
+    MapZones, PoseWalkConfig, RelocalisationBehaviour, RelocalisationConfig, RouteRemainder, StandStill,
+    Surroundings, SurroundingsConfig, WalkBehaviour, WalkConfig,
 };
 use geometry::{Isometry, Vector3, pose_from_isometry, vec_from_plain, vec_to_plain};
 use localisation::ExplorationHint;
@@ -338,7 +338,7 @@ impl Executive {
     pub(crate) fn end_behaviour(
         &mut self,
         at: Stamp,
-        outcome: Outcome,
+        outcome: BehaviourOutcome,
         situation: &Situation,
         effects: &mut Vec<StackEffect>,
     ) {
@@ -573,7 +573,7 @@ impl Executive {
             Action::SucceedGoal => {
                 if let Some(goal) = self.goal.take() {
                     let map_from_base = pose_from_isometry(&situation.frames.map_from_base());
-                    let result = GoalResult { map_from_base, took: at - goal.accepted };
+                    let result = GoalResult { map_from_base, duration: at - goal.accepted };
                     self.end(goal, GoalStatus::Succeeded(result), effects);
                 }
             }

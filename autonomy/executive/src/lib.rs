@@ -28,7 +28,7 @@ mod transcript_tests;
 mod walk;
 mod zones;
 
-pub use behaviour::{Behaviour, BehaviourContext, Frames, Outcome};
+pub use behaviour::{Behaviour, BehaviourContext, BehaviourOutcome, Frames};
 pub use docking::{DockGoal, DockingBehaviour, DockingConfig};
 pub use executive::{Executive, ExecutiveConfig, Situation};
 pub use look_again::LookAgainConfig;

@@ -2,7 +2,9 @@
 //! last steps, it steps back once and looks whether it still stands there.
 
 use crate::look_again::{LookAgainConfig, look_point};
-use crate::{Behaviour, BehaviourContext, Frames, Outcome, PoseControlConfig, WalkBehaviour, WalkConfig};
+use crate::{
+    Behaviour, BehaviourContext, BehaviourOutcome, Frames, PoseControlConfig, WalkBehaviour, WalkConfig,
+};
 use geometry::{Isometry, Vector3, isometry_from_pose};
 use messages::{Approach, GoalAttempt, GoalFailure, GoalProgress, PoseGoal, SpeedLimits, WaitReason};
 use navigation::ElevationMap;
@@ -22,7 +24,7 @@ pub struct PoseWalkConfig {
     /// Greatest speed of the last steps, m/s.
     pub step_speed_max_m_s: f64,
     /// Greatest turning speed of the last steps, rad/s.
-    pub step_turn_max_radps: f64,
+    pub step_turn_max_rad_s: f64,
     /// Beyond this distance the robot walks on a path again, metres. It may have been pushed.
     pub walk_again_m: f64,
     /// Time for the last steps, and in straight approaches for each metre.
@@ -38,7 +40,7 @@ impl Default for PoseWalkConfig {
             tolerance_share: 0.4,
             control: PoseControlConfig::default(),
             step_speed_max_m_s: 0.25,
-            step_turn_max_radps: 0.8,
+            step_turn_max_rad_s: 0.8,
             walk_again_m: 0.6,
             step_time_limit: Span::from_millis(20_000),
             look_again: LookAgainConfig::default(),
@@ -108,10 +110,10 @@ impl PoseWalkBehaviour {
     ) -> Option<Self> {
         let map_from_goal = isometry_from_pose(&goal.map_from_goal)?;
         let speed_m_s = goal.speed_max_m_s.filter(|speed| *speed > 0.0).unwrap_or(f64::INFINITY);
-        walk_config.follower.speed_max_mps = walk_config.follower.speed_max_mps.min(speed_m_s);
+        walk_config.follower.speed_max_m_s = walk_config.follower.speed_max_m_s.min(speed_m_s);
         config.step_speed_max_m_s = config.step_speed_max_m_s.min(speed_m_s);
         if goal.tolerance.is_none() {
-            walk_config.follower.end_speed_mps = walk_config.follower.speed_max_mps;
+            walk_config.follower.end_speed_m_s = walk_config.follower.speed_max_m_s;
             walk_config.follower.goal_tolerance_m = config.passing_distance_m;
         }
         let mut behaviour = Self {
@@ -165,7 +167,7 @@ impl PoseWalkBehaviour {
         radius <= 1.0 && offset.turn_rad.abs() <= tolerance.yaw_rad * share
     }
 
-    fn update_steps(&mut self, context: &mut BehaviourContext<'_>) -> Poll<Outcome> {
+    fn update_steps(&mut self, context: &mut BehaviourContext<'_>) -> Poll<BehaviourOutcome> {
         let offset = self.offset(&context.frames);
         let (is_ending, is_in_pose) =
             (self.is_in_pose(&offset, self.config.tolerance_share), self.is_in_pose(&offset, 1.0));
@@ -224,7 +226,7 @@ impl PoseWalkBehaviour {
     }
 
     /// Stands and looks, and walks to the pose again when it is free or has been looked at for long enough.
-    fn look(&mut self, context: &mut BehaviourContext<'_>, until: Stamp) -> Poll<Outcome> {
+    fn look(&mut self, context: &mut BehaviourContext<'_>, until: Stamp) -> Poll<BehaviourOutcome> {
         let goal = context.frames.to_odom(&self.map_from_goal.translation.vector);
         let is_free = context.elevation_map.is_free(context.elevation_map.index(goal.x, goal.y));
         if is_free || context.at >= until {
@@ -240,16 +242,16 @@ impl PoseWalkBehaviour {
             let limit = limit.min(own);
             value.clamp(-limit, limit)
         };
-        let (speed_m_s, turn_radps) = (self.config.step_speed_max_m_s, self.config.step_turn_max_radps);
-        let forward = clamp(position_gain_per_s * offset.forward_m, speed_m_s, self.limits.forward_mps);
-        let left = clamp(position_gain_per_s * offset.left_m, speed_m_s, self.limits.sideways_mps);
-        let turn = clamp(heading_gain_per_s * offset.turn_rad, turn_radps, self.limits.turn_radps);
+        let (speed_m_s, turn_rad_s) = (self.config.step_speed_max_m_s, self.config.step_turn_max_rad_s);
+        let forward = clamp(position_gain_per_s * offset.forward_m, speed_m_s, self.limits.forward_m_s);
+        let left = clamp(position_gain_per_s * offset.left_m, speed_m_s, self.limits.sideways_m_s);
+        let turn = clamp(heading_gain_per_s * offset.turn_rad, turn_rad_s, self.limits.turn_rad_s);
         Twist { linear: Vec3::new(forward, left, 0.0), angular: Vec3::new(0.0, 0.0, turn) }
     }
 }
 
 impl Behaviour for PoseWalkBehaviour {
-    fn update(&mut self, context: &mut BehaviourContext<'_>) -> Poll<Outcome> {
+    fn update(&mut self, context: &mut BehaviourContext<'_>) -> Poll<BehaviourOutcome> {
         match &mut self.phase {
             Phase::Stepping { .. } => self.update_steps(context),
             Phase::Walking(walk) => match walk.update(context) {

@@ -5,7 +5,7 @@
 //! localisation has planned for this. It walks only to points of that path where it has seen the ground.
 
 use crate::walk::{WalkConfig, twist};
-use crate::{Behaviour, BehaviourContext, Outcome};
+use crate::{Behaviour, BehaviourContext, BehaviourOutcome};
 use geometry::{Isometry, Vector3};
 use localisation::ExplorationHint;
 use messages::{GoalAttempt, GoalFailure, GoalProgress, WaitReason};
@@ -253,7 +253,7 @@ impl RelocalisationBehaviour {
 }
 
 impl Behaviour for RelocalisationBehaviour {
-    fn update(&mut self, context: &mut BehaviourContext<'_>) -> Poll<Outcome> {
+    fn update(&mut self, context: &mut BehaviourContext<'_>) -> Poll<BehaviourOutcome> {
         let at = context.at;
         if context.is_localised {
             return Poll::Ready(Ok(()));

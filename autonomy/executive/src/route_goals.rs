@@ -1,11 +1,11 @@
-//! Goals on the topological map. The executive has the goal: its identity, its state and its one outcome. Whoever knows that map decides the legs of the way, and when
+//! Goals on the topological map. The executive has the goal: its identity, its state and its one outcome. Whoever knows that map decides the legs of the route, and when
 //! the goal has ended. Between two legs the robot stands and the goal is still executed, so that a stop, a person who drives, another goal and another map end it by the
 //! same rows of the table as any goal.
 
 use crate::running_goal::RunningGoal;
 use crate::{
-    Behaviour, DockingBehaviour, Executive, GoalEvent, Outcome, PoseWalkBehaviour, RouteLeg, RouteRemainder,
-    Situation, StandStill,
+    Behaviour, BehaviourOutcome, DockingBehaviour, Executive, GoalEvent, PoseWalkBehaviour, RouteLeg,
+    RouteRemainder, Situation, StandStill,
 };
 use messages::{Drive, ExecutiveEvent, ExecutiveState, GoalAttempt, GoalFailure, PoseGoal, StackEffect};
 use vocab::{GoalId, LegId, Stamp};
@@ -50,7 +50,7 @@ impl Executive {
         &mut self,
         at: Stamp,
         goal: GoalId,
-        outcome: Outcome,
+        outcome: BehaviourOutcome,
         situation: &Situation,
         effects: &mut Vec<StackEffect>,
     ) {
@@ -79,7 +79,7 @@ impl Executive {
     }
 
     /// The behaviour of the present leg has ended.
-    pub(crate) fn finish_leg(&mut self, outcome: Outcome, effects: &mut Vec<StackEffect>) {
+    pub(crate) fn finish_leg(&mut self, outcome: BehaviourOutcome, effects: &mut Vec<StackEffect>) {
         let Some(leg) = self.goal.as_mut().and_then(|goal| goal.leg.take()) else { return };
         self.stand_between_legs(effects);
         self.events.push(GoalEvent::LegEnded(leg.id, outcome));

@@ -1,6 +1,6 @@
 //! The goal that the executive executes or keeps while its pose is searched for, and what has become of goals and their legs.
 
-use crate::{DockGoal, Frames, Outcome};
+use crate::{BehaviourOutcome, DockGoal, Frames};
 use geometry::vec_from_plain;
 use messages::{
     GoalAttempt, GoalKind, GoalProgress, GoalStatus, GoalUpdate, PoseGoal, Principal, Publication,
@@ -8,7 +8,7 @@ use messages::{
 };
 use vocab::{GoalId, LegId, Span, Stamp, Vec3};
 
-/// A part of the way to a goal on the topological map, which the robot walks in one go.
+/// A part of the route to a goal on the topological map, which the robot walks in one go.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RouteLeg {
     /// Its id, which no other leg has.
@@ -32,7 +32,7 @@ pub struct RouteRemainder {
 #[derive(Clone, Debug, PartialEq)]
 pub enum GoalEvent {
     /// A leg has ended by itself. The goal goes on, and the robot stands until the next leg begins or the goal ends.
-    LegEnded(LegId, Outcome),
+    LegEnded(LegId, BehaviourOutcome),
     /// A goal has ended, with this outcome.
     Ended(GoalUpdate),
 }

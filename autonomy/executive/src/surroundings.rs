@@ -35,10 +35,10 @@ impl Surroundings {
     /// An empty map, for a robot of this profile.
     pub fn new(config: SurroundingsConfig, profile: &RobotProfile) -> Self {
         let shape = RobotShape {
-            radius: profile.footprint_radius_m,
-            standing_height: profile.standing_height_m,
-            clearance: profile.clearance_height_m,
-            step: profile.step_height_m,
+            radius_m: profile.footprint_radius_m,
+            standing_height_m: profile.standing_height_m,
+            clearance_m: profile.clearance_height_m,
+            step_m: profile.step_height_m,
         };
         Self { config, elevation_map: ElevationMap::new(config.cell_size_m, shape), seen: None }
     }
@@ -62,7 +62,7 @@ impl Surroundings {
 
     /// Removes everything, because the odometry frame has changed.
     pub fn clear(&mut self) {
-        self.elevation_map = ElevationMap::new(self.elevation_map.cell_size(), *self.elevation_map.shape());
+        self.elevation_map = ElevationMap::new(self.elevation_map.cell_size_m(), *self.elevation_map.shape());
         self.seen = None;
     }
 
@@ -83,7 +83,7 @@ impl Surroundings {
             config,
             &self.elevation_map,
             &position,
-            limits.forward_mps.hypot(limits.sideways_mps),
+            limits.forward_m_s.hypot(limits.sideways_m_s),
         )
     }
 

@@ -332,7 +332,7 @@ fn two_hypotheses() -> ExplorationHint {
 #[test]
 fn a_search_with_two_hypotheses_walks_the_distinguishing_path_without_standing() {
     let track = searching_by(two_hypotheses()).run(12.0, &|_| true);
-    // First it turns on the spot, by 135 degrees.
+    // First it turns in place, by 135 degrees.
     assert!(
         track[40..].windows(10).take(80).all(|part| part[0] != part[9]),
         "the robot must not stand on its path"

@@ -3,7 +3,7 @@
 //! The path is kept in the odometry frame, which does not jump. When a loop closure moves the map, obstacles stay, the goal moves, and the path
 //! is planned again.
 
-use crate::{Behaviour, BehaviourContext, Frames, Outcome};
+use crate::{Behaviour, BehaviourContext, BehaviourOutcome, Frames};
 use geometry::{Isometry, Vector3};
 use messages::{GoalAttempt, GoalFailure, GoalProgress, SpeedLimits, WaitReason};
 use navigation::{ElevationMap, PathFollower, PathFollowerConfig, PlanError, PlannerConfig, Velocity, plan};
@@ -21,7 +21,7 @@ pub struct WalkConfig {
     pub blocked_timeout: Span,
     /// A robot that has moved less than this within `blocked_timeout` is held by what stands beside its path, metres: the walk fails. Below the slowest walk.
     pub held_distance_m: f64,
-    /// A robot that has moved less than this distance for this time waits for a free path, as people are told. Half a turn on the spot takes 3.5 s.
+    /// A robot that has moved less than this distance for this time waits for a free path, as people are told. Half a turn in place takes 3.5 s.
     pub held_report_time: Span,
     /// Parameters of path planning.
     pub planner: PlannerConfig,
@@ -39,7 +39,7 @@ impl WalkConfig {
             held_distance_m: 0.1,
             held_report_time: Span::from_millis(4_000),
             planner: PlannerConfig::default(),
-            follower: PathFollowerConfig::new(limits.forward_mps, limits.turn_radps),
+            follower: PathFollowerConfig::new(limits.forward_m_s, limits.turn_rad_s),
         }
     }
 }
@@ -140,7 +140,7 @@ impl WalkBehaviour {
 }
 
 impl Behaviour for WalkBehaviour {
-    fn update(&mut self, context: &mut BehaviourContext<'_>) -> Poll<Outcome> {
+    fn update(&mut self, context: &mut BehaviourContext<'_>) -> Poll<BehaviourOutcome> {
         let at = context.at;
         self.is_blind = !context.sees_ground;
         if self.is_blind {

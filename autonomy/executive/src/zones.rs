@@ -8,7 +8,7 @@ use vocab::Twist;
 /// Parameters of [`MapZones`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ZonesConfig {
-    /// Factor on the cost of paths in a keep-out zone in which the robot stands: it leaves the zone by a short way.
+    /// Factor on the cost of paths in a keep-out zone in which the robot stands: it leaves the zone by a short path.
     pub leaving_cost_factor: f64,
     /// A speed limit holds this far before its zone, metres: a legged robot slows down within it.
     pub look_ahead_m: f64,

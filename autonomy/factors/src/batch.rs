@@ -6,9 +6,9 @@
 
 use crate::error::SolveError;
 use crate::factor::Linearised;
-use crate::graph::Graph;
+use crate::graph::FactorGraph;
 use crate::linear::dense::{Stored, dot};
-use crate::linear::factorisation::{Factorisation, Plan, System, products};
+use crate::linear::factorisation::{EliminationPlan, Factorisation, System, products};
 use crate::names::{FactorId, Key};
 use crate::value::Values;
 use nalgebra::DMatrix;
@@ -83,7 +83,7 @@ impl Default for TrustRegionConfig {
 
 /// Step rule, its parameters and stopping criteria of [`optimise`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Options {
+pub struct BatchConfig {
     /// Step rule.
     pub method: Method,
     /// Greatest number of linearisations.
@@ -103,7 +103,7 @@ pub struct Options {
     pub trust_region: TrustRegionConfig,
 }
 
-impl Default for Options {
+impl Default for BatchConfig {
     fn default() -> Self {
         Self {
             method: Method::default(),
@@ -140,45 +140,45 @@ pub struct Solution {
 ///
 /// # Errors
 /// When a variable is not determined, or a factor cannot be evaluated at an estimate.
-pub fn optimise(graph: &Graph, start: &Values, options: &Options) -> Result<Solution, SolveError> {
-    if start.len() < options.single_precision_variables {
-        optimise_with::<f64>(graph, start, options)
+pub fn optimise(graph: &FactorGraph, start: &Values, config: &BatchConfig) -> Result<Solution, SolveError> {
+    if start.len() < config.single_precision_variables {
+        optimise_with::<f64>(graph, start, config)
     } else {
-        optimise_with::<f32>(graph, start, options)
+        optimise_with::<f32>(graph, start, config)
     }
 }
 
 fn optimise_with<T: Stored>(
-    graph: &Graph,
+    graph: &FactorGraph,
     start: &Values,
-    options: &Options,
+    config: &BatchConfig,
 ) -> Result<Solution, SolveError> {
-    let mut problem = Problem::<T>::new(graph, start);
+    let mut problem = LinearisedProblem::<T>::new(graph, start);
     let initial_cost = problem.linearise(start)?;
     let state =
         State { values: start.clone(), cost: initial_cost, initial_cost, iterations: 0, converged: false };
     if start.is_empty() {
         return Ok(Solution { converged: true, ..state });
     }
-    match options.method {
-        Method::GaussNewton => gauss_newton(&mut problem, state, options),
-        Method::LevenbergMarquardt => levenberg_marquardt(&mut problem, state, options),
-        Method::Dogleg => dogleg(&mut problem, state, options),
+    match config.method {
+        Method::GaussNewton => gauss_newton(&mut problem, state, config),
+        Method::LevenbergMarquardt => levenberg_marquardt(&mut problem, state, config),
+        Method::Dogleg => dogleg(&mut problem, state, config),
     }
 }
 
 type State = Solution;
 
 fn gauss_newton<T: Stored>(
-    problem: &mut Problem<T>,
+    problem: &mut LinearisedProblem<T>,
     mut state: State,
-    options: &Options,
+    config: &BatchConfig,
 ) -> Result<Solution, SolveError> {
-    while state.iterations < options.iterations_max {
+    while state.iterations < config.iterations_max {
         let step = problem.step(&[])?;
         state.iterations += 1;
         state.values = state.values.retract(&step.errors);
-        if step.promised <= options.relative_decrease_min * state.cost + options.zero_cost {
+        if step.promised <= config.relative_decrease_min * state.cost + config.zero_cost {
             // The remaining decrease is of second order in the predicted one, so the factors need not be linearised again.
             state.cost = problem.cost(&state.values)?;
             state.converged = true;
@@ -187,7 +187,7 @@ fn gauss_newton<T: Stored>(
         let cost = problem.linearise(&state.values)?;
         let gain = (state.cost - cost).abs();
         state.cost = cost;
-        if gain <= options.relative_decrease_min * cost {
+        if gain <= config.relative_decrease_min * cost {
             state.converged = true;
             break;
         }
@@ -196,22 +196,22 @@ fn gauss_newton<T: Stored>(
 }
 
 fn levenberg_marquardt<T: Stored>(
-    problem: &mut Problem<T>,
+    problem: &mut LinearisedProblem<T>,
     mut state: State,
-    options: &Options,
+    config: &BatchConfig,
 ) -> Result<Solution, SolveError> {
-    let config = &options.damping;
-    let mut damping = config.initial;
-    let mut growth = config.first_growth;
+    let rule = &config.damping;
+    let mut damping = rule.initial;
+    let mut growth = rule.first_growth;
     let mut diagonal = problem.system.diagonal();
-    while state.iterations < options.iterations_max && damping < config.max {
+    while state.iterations < config.iterations_max && damping < rule.max {
         let extra: Vec<f64> = diagonal.iter().map(|entry| entry * damping).collect();
         let step = match problem.step(&extra) {
             Ok(step) => step,
-            Err(SolveError::Undetermined { key }) if damping < config.max_singular => {
+            Err(SolveError::Undetermined { key }) if damping < rule.max_singular => {
                 // The system is numerically singular, perhaps only at this estimate.
                 let _ = key;
-                damping *= config.singular_growth;
+                damping *= rule.singular_growth;
                 continue;
             }
             Err(error) => return Err(error),
@@ -221,23 +221,23 @@ fn levenberg_marquardt<T: Stored>(
         problem.keep_system();
         let cost = problem.linearise(&candidate)?;
         let gain = state.cost - cost;
-        if gain >= -options.relative_rounding * state.cost {
+        if gain >= -config.relative_rounding * state.cost {
             // The gain ratio (docs/maths/factors.md, equation 9).
             let quality = if step.promised > 0.0 { gain / step.promised } else { 1.0 };
             (state.values, state.cost) = (candidate, cost);
-            let least = options.relative_decrease_min * cost + options.zero_cost;
+            let least = config.relative_decrease_min * cost + config.zero_cost;
             if gain <= least || step.promised <= least {
                 state.converged = true;
                 break;
             }
             // Equation 10.
             let factor = 1.0 - (2.0 * quality - 1.0).powi(3);
-            damping = (damping * factor.clamp(config.min_decrease, config.max_increase)).max(config.min);
-            growth = config.first_growth;
+            damping = (damping * factor.clamp(rule.min_decrease, rule.max_increase)).max(rule.min);
+            growth = rule.first_growth;
             diagonal = problem.system.diagonal();
         } else {
             problem.restore_system();
-            if step.promised <= options.relative_decrease_min * state.cost {
+            if step.promised <= config.relative_decrease_min * state.cost {
                 state.converged = true;
                 break;
             }
@@ -249,14 +249,14 @@ fn levenberg_marquardt<T: Stored>(
 }
 
 fn dogleg<T: Stored>(
-    problem: &mut Problem<T>,
+    problem: &mut LinearisedProblem<T>,
     mut state: State,
-    options: &Options,
+    config: &BatchConfig,
 ) -> Result<Solution, SolveError> {
-    let config = &options.trust_region;
+    let rule = &config.trust_region;
     let length = |vector: &[f64]| dot(vector, vector).sqrt();
     let mut radius = f64::INFINITY;
-    'linearised: while state.iterations < options.iterations_max {
+    'linearised: while state.iterations < config.iterations_max {
         let newton = problem.step(&[])?;
         state.iterations += 1;
         let gradient = problem.system.gradient();
@@ -270,17 +270,17 @@ fn dogleg<T: Stored>(
             problem.keep_system();
             let cost = problem.linearise(&candidate)?;
             let gain = state.cost - cost;
-            let least = options.relative_decrease_min * state.cost + options.zero_cost;
-            if gain >= -options.relative_rounding * state.cost {
+            let least = config.relative_decrease_min * state.cost + config.zero_cost;
+            if gain >= -config.relative_rounding * state.cost {
                 (state.values, state.cost) = (candidate, cost);
                 if gain <= least || promised <= least {
                     state.converged = true;
                     break 'linearised;
                 }
-                if gain > config.good_ratio * promised {
-                    radius = radius.max(config.growth * length(&errors));
-                } else if gain < config.poor_ratio * promised {
-                    radius = config.shrinkage * length(&errors);
+                if gain > rule.good_ratio * promised {
+                    radius = radius.max(rule.growth * length(&errors));
+                } else if gain < rule.poor_ratio * promised {
+                    radius = rule.shrinkage * length(&errors);
                 }
                 break;
             }
@@ -289,7 +289,7 @@ fn dogleg<T: Stored>(
                 state.converged = true;
                 break 'linearised;
             }
-            radius = config.shrinkage * length(&errors);
+            radius = rule.shrinkage * length(&errors);
         }
     }
     Ok(state)
@@ -322,18 +322,18 @@ struct Step {
 
 /// A graph with the buffers that its iterations share.
 #[derive(Debug)]
-pub(crate) struct Problem<'a, T = f64> {
-    graph: &'a Graph,
+pub(crate) struct LinearisedProblem<'a, T = f64> {
+    graph: &'a FactorGraph,
     ids: Vec<FactorId>,
     system: System,
     other_system: Option<System>,
-    plan: Plan,
+    plan: EliminationPlan,
     factorisation: Factorisation<T>,
     scratch: Linearised,
 }
 
-impl<'a, T: Stored> Problem<'a, T> {
-    pub(crate) fn new(graph: &'a Graph, values: &Values) -> Self {
+impl<'a, T: Stored> LinearisedProblem<'a, T> {
+    pub(crate) fn new(graph: &'a FactorGraph, values: &Values) -> Self {
         let dimensions = values.iter().map(|(_, value)| value.kind().dimension() as u8).collect();
         let mut system = System::new(dimensions, 1);
         let mut ids = Vec::with_capacity(graph.ids());
@@ -344,7 +344,7 @@ impl<'a, T: Stored> Problem<'a, T> {
             system.push(&variables);
             ids.push(id);
         }
-        let plan = Plan::new(&system);
+        let plan = EliminationPlan::new(&system);
         Self {
             graph,
             ids,
@@ -431,7 +431,7 @@ impl<'a, T: Stored> Problem<'a, T> {
     }
 }
 
-fn not_finite(graph: &Graph, factor: FactorId) -> SolveError {
+fn not_finite(graph: &FactorGraph, factor: FactorId) -> SolveError {
     let key = graph.get(factor).and_then(|entry| entry.factor.keys().first().copied());
     SolveError::NotFinite { factor, key: key.unwrap_or(Key(0)) }
 }

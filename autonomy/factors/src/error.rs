@@ -1,6 +1,6 @@
 //! Why a graph cannot be built or solved. Every error names the variable or factor it is about; the texts stand in `texts.rs`.
 
-use crate::names::{FactorId, Key, Kind};
+use crate::names::{FactorId, Key, VariableKind};
 use crate::texts;
 
 /// A factor that cannot be made or evaluated.
@@ -24,9 +24,9 @@ pub enum FactorError {
         /// The variable.
         key: Key,
         /// What it is.
-        found: Kind,
+        found: VariableKind,
         /// What it should be.
-        needed: Kind,
+        needed: VariableKind,
     },
     /// There is no such variable.
     #[error("{}", texts::unknown_variable(*key))]

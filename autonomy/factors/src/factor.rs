@@ -1,7 +1,7 @@
 //! Factors: a whitened residual of a few variables, with its Jacobians.
 
 use crate::error::FactorError;
-use crate::names::{Key, Kind};
+use crate::names::{Key, VariableKind};
 use crate::value::{Planar, Value, Values};
 use geometry::{Isometry, Matrix3, Matrix6};
 use nalgebra::{SMatrix, SVector};
@@ -16,7 +16,7 @@ pub trait Factor: Debug + Send + Sync {
     fn keys(&self) -> &[Key];
 
     /// The kind that each variable must have, in the order of [`Self::keys`].
-    fn kinds(&self) -> &[Kind];
+    fn kinds(&self) -> &[VariableKind];
 
     /// Length of the residual.
     fn rows(&self) -> usize;

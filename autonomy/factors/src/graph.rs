@@ -28,7 +28,7 @@ impl Entry {
 
 /// The factors of a problem.
 #[derive(Clone, Debug, Default)]
-pub struct Graph {
+pub struct FactorGraph {
     entries: Vec<Option<Entry>>,
 }
 
@@ -50,7 +50,7 @@ pub fn check(factor: &dyn Factor, values: &Values) -> Result<(), FactorError> {
     Ok(())
 }
 
-impl Graph {
+impl FactorGraph {
     /// Adds a factor over variables of `values`.
     ///
     /// # Errors

@@ -6,10 +6,10 @@
 
 use crate::error::SolveError;
 use crate::factor::RelativePose;
-use crate::graph::Graph;
-use crate::linear::factorisation::{Factorisation, Plan, System, fill_reducing};
+use crate::graph::FactorGraph;
+use crate::linear::factorisation::{EliminationPlan, Factorisation, System, fill_reducing};
 use crate::linear::ordering::Adjacency;
-use crate::names::{Key, Kind};
+use crate::names::{Key, VariableKind};
 use crate::value::{Planar, Value, Values};
 use geometry::{Isometry, Matrix3, Rotation, Vector3};
 use nalgebra::{Matrix2, SMatrix, SVector, UnitComplex, Vector2};
@@ -43,7 +43,7 @@ impl ChordalConfig {
 ///
 /// # Errors
 /// When relative poses do not connect every pose to one with a prior.
-pub fn chordal(graph: &Graph, values: &Values, config: &ChordalConfig) -> Result<Values, SolveError> {
+pub fn chordal(graph: &FactorGraph, values: &Values, config: &ChordalConfig) -> Result<Values, SolveError> {
     let measurements = Measurements::collect(graph, values);
     measurements.check_connected(values)?;
     let mut out = values.clone();
@@ -69,7 +69,7 @@ struct Measurements {
 }
 
 impl Measurements {
-    fn collect(graph: &Graph, values: &Values) -> Self {
+    fn collect(graph: &FactorGraph, values: &Values) -> Self {
         let mut out = Self::default();
         for (_, entry) in graph.iter().filter(|(_, entry)| entry.weight > 0.0) {
             let keys = entry.factor.keys();
@@ -123,9 +123,9 @@ impl Measurements {
                 waiting.extend(adjacency.of(key as usize));
             }
         }
-        let lost = values
-            .iter()
-            .find(|(key, value)| matches!(value.kind(), Kind::Planar | Kind::Pose) && !reached[key.index()]);
+        let lost = values.iter().find(|(key, value)| {
+            matches!(value.kind(), VariableKind::Planar | VariableKind::Pose) && !reached[key.index()]
+        });
         lost.map_or(Ok(()), |(key, _)| Err(SolveError::Disconnected { key }))
     }
 }
@@ -139,7 +139,7 @@ struct Part {
 }
 
 impl Part {
-    fn new<P>(values: &Values, kind: Kind, edges: &[Edge<P>]) -> Self {
+    fn new<P>(values: &Values, kind: VariableKind, edges: &[Edge<P>]) -> Self {
         let mut number = vec![u32::MAX; values.len()];
         let mut keys = Vec::new();
         for (key, _) in values.iter().filter(|(_, value)| value.kind() == kind) {
@@ -154,7 +154,7 @@ impl Part {
 
     /// Solves a system over these variables. Each solution holds the unknowns for one right-hand side.
     fn solve(&self, system: &System, right_hand_sides: usize) -> Result<Vec<Vec<f64>>, SolveError> {
-        let plan = Plan::with_order(system, &self.order);
+        let plan = EliminationPlan::with_order(system, &self.order);
         let mut factorisation = Factorisation::<f64>::new();
         factorisation
             .factorise(&plan, system, &[])
@@ -254,7 +254,7 @@ fn solve_space(
     config: &ChordalConfig,
     out: &mut Values,
 ) -> Result<(), SolveError> {
-    let part = Part::new(values, Kind::Pose, &measurements.space);
+    let part = Part::new(values, VariableKind::Pose, &measurements.space);
     let anchors: Vec<(u32, Isometry)> = measurements
         .anchors
         .iter()
@@ -284,7 +284,7 @@ fn solve_plane(
     config: &ChordalConfig,
     out: &mut Values,
 ) -> Result<(), SolveError> {
-    let part = Part::new(values, Kind::Planar, &measurements.plane);
+    let part = Part::new(values, VariableKind::Planar, &measurements.plane);
     let anchors: Vec<(u32, Planar)> = measurements
         .anchors
         .iter()

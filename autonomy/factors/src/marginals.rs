@@ -1,8 +1,8 @@
 //! Marginal covariances of a whole graph.
 
-use crate::batch::Problem;
+use crate::batch::LinearisedProblem;
 use crate::error::SolveError;
-use crate::graph::Graph;
+use crate::graph::FactorGraph;
 use crate::names::Key;
 use crate::value::Values;
 use nalgebra::DMatrix;
@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 /// Marginal covariances of a graph at some values.
 #[derive(Debug)]
 pub struct Marginals<'a> {
-    problem: Problem<'a>,
+    problem: LinearisedProblem<'a>,
     variables: usize,
 }
 
@@ -19,8 +19,8 @@ impl<'a> Marginals<'a> {
     ///
     /// # Errors
     /// When a variable is not determined, or a factor cannot be evaluated.
-    pub fn new(graph: &'a Graph, values: &Values) -> Result<Self, SolveError> {
-        let mut problem = Problem::<f64>::new(graph, values);
+    pub fn new(graph: &'a FactorGraph, values: &Values) -> Result<Self, SolveError> {
+        let mut problem = LinearisedProblem::<f64>::new(graph, values);
         problem.linearise(values)?;
         problem.factorise(&[])?;
         Ok(Self { problem, variables: values.len() })

@@ -21,7 +21,7 @@ impl fmt::Display for Key {
 
 /// Kind of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum VariableKind {
     /// SE(2), error `[x; y; yaw]` in its own frame: `(t + R v, R exp(w))`.
     Planar,
     /// SE(3), error `[rotation; translation]` in its own frame: `(R exp(w), t + R v)`.
@@ -34,7 +34,7 @@ pub enum Kind {
     Vector6,
 }
 
-impl Kind {
+impl VariableKind {
     /// Length of the error vector.
     pub const fn dimension(self) -> usize {
         match self {

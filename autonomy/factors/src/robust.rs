@@ -6,10 +6,10 @@
 //! The threshold follows the measured noise, because information matrices in files are often too small. Source: Yang, Antonante, Tzoumas,
 //! Carlone, *Graduated non-convexity for robust spatial perception*, RA-L 5, 2020.
 
-use crate::batch::{Method, Options, optimise};
+use crate::batch::{BatchConfig, Method, optimise};
 use crate::error::SolveError;
 use crate::factor::{Factor, Linearised};
-use crate::graph::Graph;
+use crate::graph::FactorGraph;
 use crate::kernel::Kernel;
 use crate::marginals::Marginals;
 use crate::names::FactorId;
@@ -89,7 +89,7 @@ pub struct RobustSolution {
 /// # Errors
 /// As for [`optimise`].
 pub fn optimise_robustly(
-    graph: &Graph,
+    graph: &FactorGraph,
     start: &Values,
     suspect: impl Fn(FactorId, &dyn Factor) -> bool,
     config: &RobustConfig,
@@ -109,13 +109,13 @@ pub fn optimise_robustly(
     }
     let scale = if config.learn_scale { rounds.typical_scale(&values)? } else { 1.0 };
     // All accepted factors, at full weight, until convergence.
-    let mut solution = optimise(&rounds.graph, &values, &Options::default())?;
+    let mut solution = optimise(&rounds.graph, &values, &BatchConfig::default())?;
     for _ in 0..config.reviews_max {
         if !rounds.review(&solution.values, scale)? {
             break;
         }
         rounds.iterations += solution.iterations;
-        solution = optimise(&rounds.graph, &solution.values, &Options::default())?;
+        solution = optimise(&rounds.graph, &solution.values, &BatchConfig::default())?;
     }
     let rejected =
         rounds.suspects.iter().filter(|suspect| suspect.weight < 0.5).map(|suspect| suspect.id).collect();
@@ -142,9 +142,9 @@ impl Suspect {
 
 struct Rounds<'a> {
     config: RobustConfig,
-    full: &'a Graph,
+    full: &'a FactorGraph,
     /// The factors in use, with their weights.
-    graph: Graph,
+    graph: FactorGraph,
     suspects: Vec<Suspect>,
     iterations: usize,
 }
@@ -158,23 +158,23 @@ impl Rounds<'_> {
                 entry.kernel = Kernel::Cauchy(self.config.first_guess_kernel);
             }
         }
-        let options = Options {
+        let batch = BatchConfig {
             relative_decrease_min: self.config.stage_decrease_min,
             iterations_max: self.config.first_guess_iterations_max,
-            ..Options::default()
+            ..BatchConfig::default()
         };
-        let solution = optimise(&graph, start, &options)?;
+        let solution = optimise(&graph, start, &batch)?;
         self.iterations += solution.iterations;
         Ok(solution.values)
     }
 
     /// Runs the stages until each suspect is either accepted or rejected.
     fn anneal(&mut self, mut values: Values, scale: f64) -> Result<Values, SolveError> {
-        let inner = Options {
+        let inner = BatchConfig {
             method: Method::LevenbergMarquardt,
             iterations_max: self.config.stage_iterations,
             relative_decrease_min: self.config.stage_decrease_min,
-            ..Options::default()
+            ..BatchConfig::default()
         };
         let squares = self.squares(&values)?;
         let excess = |(suspect, square): (&Suspect, &f64)| square / (suspect.limit * scale);

@@ -1,6 +1,6 @@
 //! Clauses for people, by key: why a graph cannot be built or solved.
 
-use crate::names::{FactorId, Key, Kind};
+use crate::names::{FactorId, Key, VariableKind};
 
 pub(crate) fn information(problem: &str) -> String {
     format!("the information matrix {problem}")
@@ -8,7 +8,7 @@ pub(crate) fn information(problem: &str) -> String {
 pub(crate) fn not_usable(what: &str) -> String {
     format!("{what} is not a usable number")
 }
-pub(crate) fn wrong_kind(key: Key, found: Kind, needed: Kind) -> String {
+pub(crate) fn wrong_kind(key: Key, found: VariableKind, needed: VariableKind) -> String {
     format!("variable {key} is a {found:?}, but the factor needs a {needed:?}")
 }
 pub(crate) fn unknown_variable(key: Key) -> String {

@@ -1,7 +1,7 @@
 //! Variables: their kinds, their estimates, and how an error vector moves them.
 
 use crate::error::FactorError;
-use crate::names::{Key, Kind};
+use crate::names::{Key, VariableKind};
 use geometry::{Isometry, Matrix6, Vector3, Vector6, se3, so3};
 use nalgebra::{Isometry2, UnitComplex, Vector2};
 
@@ -11,27 +11,27 @@ pub type Planar = Isometry2<f64>;
 /// A variable's estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Value {
-    /// See [`Kind::Planar`].
+    /// See [`VariableKind::Planar`].
     Planar(Planar),
-    /// See [`Kind::Pose`].
+    /// See [`VariableKind::Pose`].
     Pose(Isometry),
-    /// See [`Kind::Vector2`].
+    /// See [`VariableKind::Vector2`].
     Vector2(Vector2<f64>),
-    /// See [`Kind::Vector3`].
+    /// See [`VariableKind::Vector3`].
     Vector3(Vector3),
-    /// See [`Kind::Vector6`].
+    /// See [`VariableKind::Vector6`].
     Vector6(Vector6),
 }
 
 impl Value {
     /// The kind of this value.
-    pub const fn kind(&self) -> Kind {
+    pub const fn kind(&self) -> VariableKind {
         match self {
-            Self::Planar(_) => Kind::Planar,
-            Self::Pose(_) => Kind::Pose,
-            Self::Vector2(_) => Kind::Vector2,
-            Self::Vector3(_) => Kind::Vector3,
-            Self::Vector6(_) => Kind::Vector6,
+            Self::Planar(_) => VariableKind::Planar,
+            Self::Pose(_) => VariableKind::Pose,
+            Self::Vector2(_) => VariableKind::Vector2,
+            Self::Vector3(_) => VariableKind::Vector3,
+            Self::Vector6(_) => VariableKind::Vector6,
         }
     }
 
@@ -201,7 +201,7 @@ impl Values {
     pub fn planar(&self, key: Key) -> Result<&Planar, FactorError> {
         match self.value(key)? {
             Value::Planar(pose) => Ok(pose),
-            other => Err(FactorError::Kind { key, found: other.kind(), needed: Kind::Planar }),
+            other => Err(FactorError::Kind { key, found: other.kind(), needed: VariableKind::Planar }),
         }
     }
 
@@ -209,7 +209,7 @@ impl Values {
     pub fn pose(&self, key: Key) -> Result<&Isometry, FactorError> {
         match self.value(key)? {
             Value::Pose(pose) => Ok(pose),
-            other => Err(FactorError::Kind { key, found: other.kind(), needed: Kind::Pose }),
+            other => Err(FactorError::Kind { key, found: other.kind(), needed: VariableKind::Pose }),
         }
     }
 
@@ -217,7 +217,7 @@ impl Values {
     pub fn vector2(&self, key: Key) -> Result<&Vector2<f64>, FactorError> {
         match self.value(key)? {
             Value::Vector2(vector) => Ok(vector),
-            other => Err(FactorError::Kind { key, found: other.kind(), needed: Kind::Vector2 }),
+            other => Err(FactorError::Kind { key, found: other.kind(), needed: VariableKind::Vector2 }),
         }
     }
 
@@ -225,7 +225,7 @@ impl Values {
     pub fn vector3(&self, key: Key) -> Result<&Vector3, FactorError> {
         match self.value(key)? {
             Value::Vector3(vector) => Ok(vector),
-            other => Err(FactorError::Kind { key, found: other.kind(), needed: Kind::Vector3 }),
+            other => Err(FactorError::Kind { key, found: other.kind(), needed: VariableKind::Vector3 }),
         }
     }
 
@@ -233,7 +233,7 @@ impl Values {
     pub fn vector6(&self, key: Key) -> Result<&Vector6, FactorError> {
         match self.value(key)? {
             Value::Vector6(vector) => Ok(vector),
-            other => Err(FactorError::Kind { key, found: other.kind(), needed: Kind::Vector6 }),
+            other => Err(FactorError::Kind { key, found: other.kind(), needed: VariableKind::Vector6 }),
         }
     }
 }

@@ -30,7 +30,7 @@ impl Default for DockRegistryConfig {
 
 /// A dock of a map.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Dock {
+pub struct MapDock {
     /// The map.
     pub map: MapId,
     /// Pose of the base at the dock.
@@ -41,7 +41,7 @@ pub struct Dock {
 #[derive(Debug)]
 pub struct DockRegistry {
     config: DockRegistryConfig,
-    docks: Vec<Dock>,
+    docks: Vec<MapDock>,
     is_charging: bool,
     /// Start of charging at a known pose, and that pose.
     charging_pose: Option<(Stamp, MapId, Isometry)>,
@@ -49,12 +49,12 @@ pub struct DockRegistry {
 
 impl DockRegistry {
     /// A registry of these docks.
-    pub fn new(config: DockRegistryConfig, docks: Vec<Dock>) -> Self {
+    pub fn new(config: DockRegistryConfig, docks: Vec<MapDock>) -> Self {
         Self { config, docks, is_charging: false, charging_pose: None }
     }
 
     /// All docks, the oldest first.
-    pub fn docks(&self) -> &[Dock] {
+    pub fn docks(&self) -> &[MapDock] {
         &self.docks
     }
 
@@ -80,7 +80,7 @@ impl DockRegistry {
     }
 
     fn learn(&mut self, map: MapId, map_from_base: &Isometry) -> bool {
-        let distance_m = |dock: &Dock| {
+        let distance_m = |dock: &MapDock| {
             let pose = isometry_from_pose(&dock.map_from_base)?;
             (dock.map == map).then(|| (pose.translation.vector - map_from_base.translation.vector).norm())
         };
@@ -90,7 +90,7 @@ impl DockRegistry {
         }
         let min_separation_m = self.config.min_separation_m;
         self.docks.retain(|dock| distance_m(dock).is_none_or(|distance_m| distance_m > min_separation_m));
-        self.docks.push(Dock { map, map_from_base: pose_from_isometry(map_from_base) });
+        self.docks.push(MapDock { map, map_from_base: pose_from_isometry(map_from_base) });
         self.docks.drain(..self.docks.len().saturating_sub(self.config.max_docks));
         true
     }

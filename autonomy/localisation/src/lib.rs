@@ -31,7 +31,7 @@ pub use adaptive_voxel_filter::{AdaptiveVoxelFilter, AdaptiveVoxelFilterConfig};
 pub use correlative_matcher::CorrelativeMatcherConfig;
 pub use disambiguation::{DisambiguationConfig, plan_disambiguation};
 pub use disambiguation_schedule::{DisambiguationWork, ExplorationHint};
-pub use dock_registry::{Dock, DockRegistry, DockRegistryConfig};
+pub use dock_registry::{DockRegistry, DockRegistryConfig, MapDock};
 pub use global_localiser::{GlobalLocaliser, GlobalLocaliserConfig, PosePrior};
 pub use localisation_map::{FreeSpaceCheck, FreeSpaceCheckConfig, LocalisationMap, LocalisationMapConfig};
 pub use localisation_monitor::{

@@ -7,7 +7,7 @@ use messages::{
     MappingState, MotionState, PoseGraph, PoseInMap, Principal, PriorMap, Publication, RelocalisationTask,
     StackEffect,
 };
-use sim::{Route, RouteFollower, SimConfig, Site, SiteName, Start};
+use sim::{RouteFollower, SimConfig, SimulatedSite, SiteName, SiteRoute, Start};
 use site_model::{MissionStatus, RouteStatus};
 use std::sync::{Arc, OnceLock};
 use uuid::Uuid;
@@ -55,7 +55,7 @@ impl Day {
 
     /// On any site.
     pub(crate) fn on(
-        site: impl Into<Arc<Site>>,
+        site: impl Into<Arc<SimulatedSite>>,
         people: u32,
         start: Start,
         seed: u64,
@@ -90,13 +90,13 @@ impl Day {
         }
     }
 
-    pub(crate) fn order(&mut self, order: CommandKind) {
+    pub(crate) fn command(&mut self, kind: CommandKind) {
         self.commands += 1;
         let id = CommandId(Uuid::from_u128(self.commands));
-        self.lockstep.give(Input::Command(Command { id, by: self.operator(), kind: order }));
+        self.lockstep.give(Input::Command(Command { id, by: self.operator(), kind }));
     }
 
-    /// Who gives the orders.
+    /// Who gives the commands.
     pub(crate) fn operator(&self) -> Principal {
         Principal::operator(ClientId(Uuid::from_u128(1)))
     }
@@ -104,7 +104,7 @@ impl Day {
     /// Starts a goal with a new id.
     pub(crate) fn start_goal(&mut self, kind: GoalKind) -> GoalId {
         let goal = GoalId(Uuid::from_u128(self.commands + 1));
-        self.order(CommandKind::StartGoal { goal, kind });
+        self.command(CommandKind::StartGoal { goal, kind });
         goal
     }
 
@@ -166,18 +166,18 @@ impl Day {
 
     /// Drives like an operator who sees the robot.
     pub(crate) fn drive(&mut self, start: Start, waypoints: &[[f64; 2]]) {
-        let route = Route { name: "day", start, waypoints: waypoints.to_vec(), speed: 0.9 };
+        let route = SiteRoute { name: "day", start, waypoints: waypoints.to_vec(), speed: 0.9 };
         let mut walker = RouteFollower::new(route);
         while let Some(drive) = walker.drive(&self.lockstep.simulator().truth()) {
             if drive.velocity != vocab::Twist::default() {
-                self.order(CommandKind::Teleoperate(drive.velocity));
+                self.command(CommandKind::Teleoperate(drive.velocity));
             }
             self.run(0.1);
         }
     }
 
     pub(crate) fn finish(&mut self, map: MapId) -> Arc<FinishedMap> {
-        self.order(CommandKind::FinishMapping { map, name: "Hall".to_owned() });
+        self.command(CommandKind::FinishMapping { map, name: "Hall".to_owned() });
         for _ in 0..200 {
             self.run(0.1);
             if self.mapping == MappingState::Idle {
@@ -202,7 +202,9 @@ impl Day {
 pub(crate) fn first() -> &'static (Arc<PriorMap>, Arc<FinishedMap>, Vector3) {
     static FIRST_DAY: OnceLock<(Arc<PriorMap>, Arc<FinishedMap>, Vector3)> = OnceLock::new();
     FIRST_DAY.get_or_init(|| {
-        let Some(route) = Site::new(SiteName::B1).route("short").cloned() else { panic!("no such route") };
+        let Some(route) = SimulatedSite::new(SiteName::B1).route("short").cloned() else {
+            panic!("no such route")
+        };
         let mut day = Day::begin(route.start, 3, Some(SessionId(Uuid::from_u128(1))));
         day.run(1.0);
         let origin = day.true_position();

@@ -52,7 +52,7 @@ fn in_one_of_two_equal_rooms_the_robot_leaves_by_itself_and_finds_its_pose() {
     let (prior_map, origin) = twins();
     let mut day = Day::on(SiteName::Twins, 0, at([47.0, 8.0], 0.0), 44, None);
     day.lockstep.keep_map(Arc::clone(prior_map));
-    day.order(CommandKind::Localise { map: FIRST, at: None });
+    day.command(CommandKind::Localise { map: FIRST, at: None });
     day.start_goal(GoalKind::Relocalise);
     let mut tenths = 0;
     while day.localisation != LOCALISED && tenths < 350 {
@@ -85,7 +85,7 @@ fn charging_at_a_known_dock_decides_between_two_equal_rooms() {
     };
 
     let mut day = another_day(Arc::default());
-    day.order(CommandKind::Localise { map: FIRST, at: None });
+    day.command(CommandKind::Localise { map: FIRST, at: None });
     charged(&mut day, 60);
     let LocalisationState::Relocalising { hypotheses: 2.., .. } = day.localisation else {
         panic!("no dock is stored: {:?}", day.localisation)
@@ -94,7 +94,7 @@ fn charging_at_a_known_dock_decides_between_two_equal_rooms() {
     let position = Vec3::new(47.2 - origin.x, 3.4 - origin.y, 0.0);
     let dock = PoseInMap { map: FIRST, map_from_base: Pose { position, ..Pose::IDENTITY } };
     let mut day = another_day(Arc::from([dock]));
-    day.order(CommandKind::Localise { map: FIRST, at: None });
+    day.command(CommandKind::Localise { map: FIRST, at: None });
     day.run(3.0);
     assert!(matches!(day.localisation, LocalisationState::Relocalising { .. }), "not charged yet");
     day.start_goal(GoalKind::Relocalise);
@@ -113,7 +113,7 @@ fn a_localised_robot_learns_the_dock_at_which_it_charges() {
     day.lockstep.keep_map(Arc::clone(prior_map));
     day.run(6.0);
     assert!(day.docks.is_empty(), "no dock must be learnt without a map");
-    day.order(CommandKind::Localise { map: FIRST, at: None });
+    day.command(CommandKind::Localise { map: FIRST, at: None });
     day.run(8.0);
     assert_eq!(day.localisation, LOCALISED);
     let [learnt] = day.docks[..] else { panic!("{:?}", day.docks) };

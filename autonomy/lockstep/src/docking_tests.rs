@@ -20,12 +20,12 @@ const OTHER_PLACE: [f64; 2] = [27.6, 20.0];
 const NORTH: f64 = std::f64::consts::FRAC_PI_2;
 
 /// The site of the simulator.
-fn hall() -> sim::Site {
-    sim::Site::new(SiteName::B1)
+fn hall() -> sim::SimulatedSite {
+    sim::SimulatedSite::new(SiteName::B1)
 }
 
 /// A robot that stands beside the approach node of the dock, on a site that may differ from the map.
-fn day(site: sim::Site, seed: u64, contact_failure_share: f64) -> Day {
+fn day(site: sim::SimulatedSite, seed: u64, contact_failure_share: f64) -> Day {
     let start = Start { position: Vec3::new(18.9, 23.1, 0.0), yaw: 0.4 };
     let config = SimConfig {
         lidar_columns: 200,
@@ -38,7 +38,7 @@ fn day(site: sim::Site, seed: u64, contact_failure_share: f64) -> Day {
 }
 
 /// Position (m) and heading (rad) of the robot from a docked pose, by the truth.
-fn error(day: &mut Day, dock: &sim::Dock) -> (f64, f64) {
+fn error(day: &mut Day, dock: &sim::SimulatedDock) -> (f64, f64) {
     let truth = day.lockstep.simulator().truth().site_from_base;
     let ahead = isometry_from_pose(&truth).map_or_else(Vector3::zeros, |pose| pose.rotation * Vector3::x());
     let turned = ahead.y.atan2(ahead.x) - dock.yaw;
@@ -60,7 +60,7 @@ fn go_to_dock(day: &mut Day, dock: DockId) -> GoalStatus {
 }
 
 #[track_caller]
-fn assert_docked(day: &mut Day, dock: &sim::Dock) {
+fn assert_docked(day: &mut Day, dock: &sim::SimulatedDock) {
     let outcome = go_to_dock(day, DOCK);
     let (off_m, off_rad) = error(day, dock);
     assert!(matches!(outcome, GoalStatus::Succeeded(_)), "{outcome:?}, {off_m} m, {off_rad} rad");
@@ -121,16 +121,16 @@ fn contacts_that_fail_once_work_at_the_second_attempt() {
 #[test]
 fn without_its_dock_the_robot_says_so_and_a_mission_ends_in_the_other_one() {
     let (_, _, origin) = first();
-    let other = sim::Dock { position: Vec3::new(OTHER_PLACE[0], OTHER_PLACE[1], 0.0), yaw: NORTH };
+    let other = sim::SimulatedDock { position: Vec3::new(OTHER_PLACE[0], OTHER_PLACE[1], 0.0), yaw: NORTH };
     let hall = hall().without_dock(0).with_dock(other);
     let mut day = localised(day(hall, 64, 0.0), with_other_dock(origin));
     let outcome = go_to_dock(&mut day, DOCK);
     assert!(matches!(outcome, GoalStatus::Failed { reason: GoalFailure::DockNotSeen, .. }), "{outcome:?}");
-    let told = day.notices.iter().filter(|text| text.contains("saw no dock"));
-    assert_eq!(told.count(), 1, "{:?}", day.notices);
+    let notices = day.notices.iter().filter(|text| text.contains("saw no dock"));
+    assert_eq!(notices.count(), 1, "{:?}", day.notices);
 
     let start = MissionCommandKind::Start { run: RUN, mission: MISSION, mode: StartMode::Now };
-    day.order(CommandKind::Mission(start));
+    day.command(CommandKind::Mission(start));
     assert_eq!(until_ended(&mut day, 400), Some(RunState::Succeeded), "{:?} {:?}", day.missions, day.notices);
     let place = day.true_position();
     assert_eq!(day.route.docked, Some(OTHER_DOCK), "{place} {:?} {:?}", day.notices, day.outcomes);

@@ -65,7 +65,7 @@ fn the_body_turns_where_the_head_does_not_pan_so_far_and_the_action_is_called_ag
     let mut day = before_the_dock(61, site(origin));
     day.lockstep.demand_turns(&[0.8]);
     let start = MissionCommandKind::Start { run: RUN, mission: MISSION, mode: StartMode::Now };
-    day.order(CommandKind::Mission(start));
+    day.command(CommandKind::Mission(start));
     assert_eq!(until_ended(&mut day, 240), Some(RunState::Succeeded), "{:?} {:?}", day.missions, day.notices);
     let calls = day.lockstep.calls();
     assert_eq!(calls.len(), 3, "the first photo twice");
@@ -97,7 +97,7 @@ fn actions_of_an_edge_are_performed_at_its_ends() {
 }
 
 #[test]
-fn actions_on_the_way_of_a_run_stand_in_it_like_those_of_tasks() {
+fn route_actions_of_a_run_stand_in_it_like_those_of_tasks() {
     let (_, _, origin) = first();
     let mut site = site(origin);
     let request = |action: &str| ActionRequest { action: action.to_owned(), parameters: Parameters::new() };
@@ -106,7 +106,7 @@ fn actions_on_the_way_of_a_run_stand_in_it_like_those_of_tasks() {
     put(&mut site, zone([[20.0, 22.0], [20.0, 26.0]], ZoneEffect::Action(request("message"))));
     let mut day = before_the_dock(65, site);
     let start = MissionCommandKind::Start { run: RUN, mission: MISSION, mode: StartMode::Now };
-    day.order(CommandKind::Mission(start));
+    day.command(CommandKind::Mission(start));
     assert_eq!(until_ended(&mut day, 240), Some(RunState::Succeeded), "{:?} {:?}", day.missions, day.notices);
     // The mission has two tasks, and the actions on the way follow.
     let steps = day.lockstep.rows().iter().filter_map(|row| match row {
@@ -190,8 +190,8 @@ fn whatever_takes_the_robot_from_a_goal_that_waits_keeps_it() {
     let moved_m = |day: &mut Day| (day.true_position() - start).xy().norm();
 
     start_before_blocked_edges(&mut day);
-    day.order(CommandKind::StopMotion);
-    day.order(CommandKind::AllowMotion);
+    day.command(CommandKind::StopMotion);
+    day.command(CommandKind::AllowMotion);
     day.run(9.0);
     let stopped = [GoalStatus::Cancelled { by: day.operator(), cause: CancelCause::MotionStopped }];
     assert_eq!(day.outcomes, stopped);
@@ -199,7 +199,7 @@ fn whatever_takes_the_robot_from_a_goal_that_waits_keeps_it() {
 
     start_before_blocked_edges(&mut day);
     for _ in 0..45 {
-        day.order(CommandKind::Teleoperate(vocab::Twist::default()));
+        day.command(CommandKind::Teleoperate(vocab::Twist::default()));
         day.run(0.2);
     }
     let driven = [GoalStatus::Cancelled { by: day.operator(), cause: CancelCause::DrivenByHand }];
@@ -207,7 +207,7 @@ fn whatever_takes_the_robot_from_a_goal_that_waits_keeps_it() {
     assert!(moved_m(&mut day) < 0.1, "it was taken from the person who drives");
 
     start_before_blocked_edges(&mut day);
-    day.order(CommandKind::LeaveMap);
+    day.command(CommandKind::LeaveMap);
     day.run(9.0);
     let replaced = GoalFailure::MapReplaced;
     assert!(

@@ -4,7 +4,7 @@ use crate::day::{Day, FIRST, first};
 use crate::replay;
 use geometry::vec_from_plain;
 use messages::{CommandKind, MappingState};
-use sim::{Site, SiteName, Start};
+use sim::{SimulatedSite, SiteName, Start};
 use stack::Stack;
 use std::sync::Arc;
 use uuid::Uuid;
@@ -20,11 +20,11 @@ fn on_another_day_the_robot_localises_in_the_map_and_adds_only_new_ground() {
     let start = Start { position: Vec3::new(29.0, 21.5, 0.0), yaw: -1.5 };
     let mut day = Day::begin(start, 4, None);
     day.lockstep.keep_map(Arc::clone(prior_map));
-    day.order(CommandKind::ExtendMap { session: SessionId(Uuid::from_u128(2)), map: FIRST });
+    day.command(CommandKind::ExtendMap { session: SessionId(Uuid::from_u128(2)), map: FIRST });
     day.run(3.0);
     assert!(matches!(day.mapping, MappingState::Finding { map: FIRST, .. }), "{:?}", day.mapping);
     assert!(day.states.iter().any(|state| matches!(state, MappingState::Loading { map: FIRST, .. })));
-    day.order(CommandKind::FinishMapping { map: LARGER, name: "Early".to_owned() });
+    day.command(CommandKind::FinishMapping { map: LARGER, name: "Early".to_owned() });
     day.run(0.2);
     assert_eq!(day.refusals.len(), 1, "finishing must be refused before localisation");
     assert!(day.refusals.drain(..).all(|reason| reason.contains("not localised in that map")));
@@ -57,12 +57,14 @@ fn on_another_day_the_robot_localises_in_the_map_and_adds_only_new_ground() {
 
 #[test]
 fn a_map_that_was_just_saved_is_extended_without_relocalisation() {
-    let Some(route) = Site::new(SiteName::B1).route("short").cloned() else { panic!("no such route") };
+    let Some(route) = SimulatedSite::new(SiteName::B1).route("short").cloned() else {
+        panic!("no such route")
+    };
     let mut day = Day::begin(route.start, 5, Some(SessionId(Uuid::from_u128(1))));
     day.drive(route.start, &route.waypoints[..1]);
     let keyframes = day.finish(FIRST).graph.nodes.len();
     let position = day.estimate.position;
-    day.order(CommandKind::ExtendMap { session: SessionId(Uuid::from_u128(2)), map: FIRST });
+    day.command(CommandKind::ExtendMap { session: SessionId(Uuid::from_u128(2)), map: FIRST });
     day.run(1.5);
     assert!(matches!(day.mapping, MappingState::Mapping { extends: Some(FIRST), .. }), "{:?}", day.mapping);
     assert!((vec_from_plain(day.estimate.position) - vec_from_plain(position)).norm() < 0.03);
@@ -79,7 +81,7 @@ fn a_map_that_cannot_be_read_starts_no_session() {
     broken.keyframes.pop();
     day.lockstep.keep_map(Arc::new(broken));
     for map in [FIRST, LARGER] {
-        day.order(CommandKind::ExtendMap { session: SessionId(Uuid::from_u128(2)), map });
+        day.command(CommandKind::ExtendMap { session: SessionId(Uuid::from_u128(2)), map });
         day.run(1.0);
         assert_eq!(day.mapping, MappingState::Idle);
     }

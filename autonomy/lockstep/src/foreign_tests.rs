@@ -68,7 +68,7 @@ fn a_robot_localises_in_an_imported_cloud_and_keeps_its_pose() {
     let start = Start { position: Vec3::new(29.0, 21.5, 0.0), yaw: -1.5 };
     let mut day = Day::among(6, start, 21, None);
     day.lockstep.keep_map(Arc::new(map_of(&cloud())));
-    day.order(CommandKind::Localise { map: FOREIGN, at: None });
+    day.command(CommandKind::Localise { map: FOREIGN, at: None });
     day.run(4.0);
     let localised = LocalisationState::Localised { map: FOREIGN, degradation: None };
     assert_eq!(day.localisation, localised);

@@ -4,7 +4,7 @@
 use crate::day::{Day, FIRST};
 use geometry::{Isometry, Vector3, aligned_rmse, isometry_from_pose, vec_from_plain};
 use messages::{CommandKind, GoalKind, LocalisationState, LoopVerdict, MotionState, PriorMap};
-use sim::{GroundTruth, RouteFollower, ScheduledFault, Site, SiteName, Start};
+use sim::{GroundTruth, RouteFollower, ScheduledFault, SimulatedSite, SiteName, Start};
 use std::sync::Arc;
 use uuid::Uuid;
 use vocab::{SessionId, Span, Stamp, Vec3};
@@ -25,7 +25,7 @@ const RECOVERY_MAX_S: f64 = 20.0;
 #[track_caller]
 fn check_short_walk(seed: u64) {
     let name = SiteName::Generated(seed);
-    let Some(route) = Site::new(name).route("short").cloned() else { panic!("no such route") };
+    let Some(route) = SimulatedSite::new(name).route("short").cloned() else { panic!("no such route") };
     let session = Some(SessionId(Uuid::from_u128(1)));
     let mut day = Day::on(name, 2, route.start, seed, session);
     let (mut walker, mut track) = (RouteFollower::new(route), Vec::new());
@@ -65,11 +65,11 @@ fn check_short_walk(seed: u64) {
 #[track_caller]
 fn check_recovery(seed: u64, prior_map: Arc<PriorMap>, pairs: &[(Vector3, Vector3)]) {
     let Some(alignment) = geometry::umeyama(pairs, false) else { panic!("seed {seed}: no alignment") };
-    let site = Arc::new(Site::new(SiteName::Generated(seed)).on_another_day(5, 0.25));
+    let site = Arc::new(SimulatedSite::new(SiteName::Generated(seed)).on_another_day(5, 0.25));
     let start = site.start();
     let mut day = Day::on(Arc::clone(&site), 3, start, seed + 100, None);
     day.lockstep.keep_map(prior_map);
-    day.order(CommandKind::Localise { map: FIRST, at: None });
+    day.command(CommandKind::Localise { map: FIRST, at: None });
     let wait = |day: &mut Day, what: &str| {
         let since = day.lockstep.now();
         loop {

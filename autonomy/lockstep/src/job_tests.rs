@@ -15,7 +15,7 @@ fn take(run: &mut StackRun, owner: JobOwner) -> Option<JobDone> {
 /// Ends a session with loops. Returns the result of relinearising its graph, which the session waits for.
 fn end(run: &mut StackRun) -> JobDone {
     run.finished = None;
-    assert_eq!(run.order(finish()), None);
+    assert_eq!(run.command(finish()), None);
     let done = take(run, JobOwner::Relinearisation).expect("the graph is relinearised");
     assert!(run.finished.is_none(), "the map is saved after that");
     done
@@ -84,7 +84,7 @@ fn a_session_goes_on_only_when_its_own_save_fails() {
     let done = end(&mut run);
     // Loops are not changed any more while the graph is relinearised.
     let (from, to) = (vocab::KeyframeId(0), vocab::KeyframeId(5));
-    assert!(run.order(CommandKind::RejectLoop { from, to }).is_some_and(|text| text.contains("No map")));
+    assert!(run.command(CommandKind::RejectLoop { from, to }).is_some_and(|text| text.contains("No map")));
     give(&mut run, done);
     let job = run.saving.expect("the map is saved");
     for other in [
@@ -93,11 +93,11 @@ fn a_session_goes_on_only_when_its_own_save_fails() {
     ] {
         give(&mut run, other);
     }
-    assert!(run.order(CommandKind::StartMapping(SESSION)).is_some(), "it is still being saved");
+    assert!(run.command(CommandKind::StartMapping(SESSION)).is_some(), "it is still being saved");
     saved_graph(&mut run);
     assert!(run.notices.last().is_some_and(|text| text.contains("the disk is full")), "{:?}", run.notices);
     assert!(run.notices.iter().all(|text| !text.contains("of another")), "{:?}", run.notices);
-    assert_eq!(run.order(CommandKind::StartMapping(SESSION)), None, "it runs");
+    assert_eq!(run.command(CommandKind::StartMapping(SESSION)), None, "it runs");
 }
 
 #[test]
@@ -114,7 +114,7 @@ fn quality_is_computed_by_one_job_at_a_time_and_forgotten_with_its_session() {
     assert_eq!(count(&late), 1);
     let Some(done) = take(&mut late, JobOwner::MapQuality) else { panic!("not started") };
     late.done.clear();
-    assert_eq!(late.order(CommandKind::DiscardMapping), None);
+    assert_eq!(late.command(CommandKind::DiscardMapping), None);
     let before = late.digest.hex();
     give(&mut late, done);
     assert_eq!((late.digest.hex(), late.qualities.len()), (before, 0));

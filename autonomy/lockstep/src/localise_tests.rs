@@ -30,7 +30,7 @@ fn a_robot_switched_on_in_its_map_localises_and_keeps_its_pose_among_people() {
     let origin = first().2;
     let start = at([29.0, 21.5], -1.5);
     let mut day = another_day(start, 14);
-    day.order(CommandKind::Localise { map: FIRST, at: None });
+    day.command(CommandKind::Localise { map: FIRST, at: None });
     day.run(0.5);
     assert!(
         matches!(day.localisation, LocalisationState::Relocalising { map: FIRST, .. }),
@@ -59,7 +59,7 @@ fn a_roughly_given_pose_is_refined() {
     let mut day = another_day(start, 15);
     let position = Vec3::new(start.position.x - origin.x + 0.4, start.position.y - origin.y - 0.3, 0.0);
     let orientation = Quat { x: 0.0, y: 0.0, z: 0.05, w: (1.0 - 0.05_f64 * 0.05).sqrt() };
-    day.order(CommandKind::Localise { map: FIRST, at: Some(Pose { position, orientation }) });
+    day.command(CommandKind::Localise { map: FIRST, at: Some(Pose { position, orientation }) });
     day.run(2.0);
     assert_eq!(day.localisation, LOCALISED);
     assert!(day.error(&origin) < 0.05, "{} m", day.error(&origin));
@@ -92,7 +92,7 @@ fn a_wrong_pose_at_a_place_that_looks_alike_is_not_accepted() {
         position: Vec3::new(x - origin.x, y - origin.y, 0.0),
         orientation: Quat { x: 0.0, y: 0.0, z: half.sin(), w: half.cos() },
     };
-    day.order(CommandKind::Localise { map: FIRST, at: Some(wrong) });
+    day.command(CommandKind::Localise { map: FIRST, at: Some(wrong) });
     for tenth in 0..40 {
         day.run(0.1);
         let error = day.error(&origin);
@@ -108,7 +108,7 @@ fn a_better_fitting_pose_makes_localisation_undecided_until_one_is_rejected() {
     let origin = first().2;
     let start = at([29.0, 21.5], -1.5);
     let mut day = another_day(start, 21);
-    day.order(CommandKind::Localise { map: FIRST, at: None });
+    day.command(CommandKind::Localise { map: FIRST, at: None });
     day.run(3.0);
     assert_eq!(day.localisation, LOCALISED);
     let found_by = day.asked.take();
@@ -155,7 +155,7 @@ fn thinned_sweeps(day: &Day) -> usize {
 #[test]
 fn a_standing_robot_with_thinned_sweeps_notices_that_its_lidar_is_covered() {
     let mut day = thin(another_day(at([29.0, 21.5], -1.5), 17));
-    day.order(CommandKind::Localise { map: FIRST, at: None });
+    day.command(CommandKind::Localise { map: FIRST, at: None });
     day.run(6.0);
     assert_eq!(day.localisation, LOCALISED);
     assert!(thinned_sweeps(&day) > 20, "{}", thinned_sweeps(&day));
@@ -174,7 +174,7 @@ fn after_twenty_seconds_with_a_blind_lidar_the_robot_is_localised_again() {
     let origin = first().2;
     let start = at([29.0, 21.5], -1.5);
     let mut day = another_day(start, 17);
-    day.order(CommandKind::Localise { map: FIRST, at: None });
+    day.command(CommandKind::Localise { map: FIRST, at: None });
     day.run(3.0);
     assert_eq!(day.localisation, LOCALISED);
     let now = day.lockstep.simulator().elapsed();
@@ -205,7 +205,7 @@ fn a_standing_robot_with_thinned_sweeps_notices_that_it_is_carried_away() {
 
 fn is_relocalised_after_being_carried(day: &mut Day) {
     let origin = first().2;
-    day.order(CommandKind::Localise { map: FIRST, at: None });
+    day.command(CommandKind::Localise { map: FIRST, at: None });
     day.run(3.0);
     assert_eq!(day.localisation, LOCALISED);
     day.lockstep.simulator().carry(at([18.6, 23.3], 1.0), Span::from_millis(10_000));
@@ -239,7 +239,7 @@ fn a_robot_that_is_carried_along_a_featureless_corridor_reports_that_it_is_lost(
 
     let mut day = Day::on(SiteName::Twins, 0, start, 52, None);
     day.lockstep.keep_map(prior_map);
-    day.order(CommandKind::Localise { map: FIRST, at: None });
+    day.command(CommandKind::Localise { map: FIRST, at: None });
     day.run(3.0);
     day.drive(start, &[[12.0, -1.5]]);
     assert_eq!(day.localisation, LOCALISED);
@@ -268,7 +268,7 @@ fn until_it_stands(day: &mut Day, seconds: u32) {
 fn a_robot_that_is_carried_away_during_a_walk_relocalises_and_reaches_its_goal_by_itself() {
     let origin = first().2;
     let mut day = another_day(at([29.0, 17.2], 3.0), 18);
-    day.order(CommandKind::Localise { map: FIRST, at: None });
+    day.command(CommandKind::Localise { map: FIRST, at: None });
     day.run(3.0);
     assert_eq!(day.localisation, LOCALISED);
     let goal = Vec3::new(21.5 - origin.x, 17.2 - origin.y, 0.0);
@@ -297,7 +297,7 @@ fn a_robot_that_is_carried_away_during_a_walk_relocalises_and_reaches_its_goal_b
 fn a_walk_waits_while_the_lidar_is_blind_and_then_goes_on() {
     let origin = first().2;
     let mut day = another_day(at([29.0, 17.2], 3.0), 19);
-    day.order(CommandKind::Localise { map: FIRST, at: None });
+    day.command(CommandKind::Localise { map: FIRST, at: None });
     day.run(3.0);
     let goal = Vec3::new(21.5 - origin.x, 17.2 - origin.y, 0.0);
     day.start_goal(GoalKind::WalkTo(goal));
@@ -344,12 +344,12 @@ fn localisation_in_an_absent_map_stays_idle_and_leaving_a_map_ends_it() {
         (MotionState::Idle, 1),
         "relocalisation must be refused without a map"
     );
-    day.order(CommandKind::Localise { map: absent, at: None });
+    day.command(CommandKind::Localise { map: absent, at: None });
     day.run(0.5);
     assert_eq!(day.localisation, LocalisationState::Idle);
-    day.order(CommandKind::Localise { map: FIRST, at: None });
+    day.command(CommandKind::Localise { map: FIRST, at: None });
     day.run(0.3);
-    day.order(CommandKind::LeaveMap);
+    day.command(CommandKind::LeaveMap);
     day.run(0.3);
     assert_eq!((day.localisation, day.refusals.len()), (LocalisationState::Idle, 1));
 }
@@ -358,7 +358,7 @@ fn localisation_in_an_absent_map_stays_idle_and_leaving_a_map_ends_it() {
 fn push(day: &mut Day, forward: f64, turn: f64, tenths: u32) {
     let [linear, angular] = [Vec3::new(forward, 0.0, 0.0), Vec3::new(0.0, 0.0, turn)];
     for _ in 0..tenths {
-        day.order(CommandKind::Teleoperate(Twist { linear, angular }));
+        day.command(CommandKind::Teleoperate(Twist { linear, angular }));
         day.run(0.1);
     }
     day.run(0.5);
@@ -379,7 +379,7 @@ fn past_the_end_of_a_short_map() -> (Day, Vector3) {
 #[test]
 fn in_a_map_that_was_just_made_the_robot_is_localised_within_two_seconds() {
     let (mut day, origin) = past_the_end_of_a_short_map();
-    day.order(CommandKind::Localise { map: FIRST, at: None });
+    day.command(CommandKind::Localise { map: FIRST, at: None });
     day.run(1.5);
     assert_eq!(day.localisation, LOCALISED);
     assert!(day.error(&origin) < 0.05, "{} m", day.error(&origin));
@@ -393,7 +393,7 @@ fn beyond_the_end_of_a_map_the_robot_localises_after_walking() {
     let yaw = 2.0 * truth.orientation.z.atan2(truth.orientation.w);
     let mut other = Day::among(2, Start { position: Vec3 { z: 0.0, ..truth.position }, yaw }, 7, None);
     other.lockstep.keep_map(prior_map.unwrap_or_else(|| panic!("the map was not kept")));
-    other.order(CommandKind::Localise { map: FIRST, at: None });
+    other.command(CommandKind::Localise { map: FIRST, at: None });
     other.run(3.0);
     let looking = LocalisationState::Relocalising { map: FIRST, hypotheses: 0 };
     assert_eq!(other.localisation, looking, "one viewpoint must not be enough");

@@ -7,7 +7,9 @@ use messages::{
     LoopDecision, LoopSource, LoopVerdict, MapQuality, PlaceComparison, PoseGraph, Principal, Publication,
     StackEffect,
 };
-use sim::{GroundTruth, Route, RouteFollower, ScheduledFault, SimConfig, Simulator, Site, SiteName};
+use sim::{
+    GroundTruth, RouteFollower, ScheduledFault, SimConfig, SimulatedSite, Simulator, SiteName, SiteRoute,
+};
 use stack::Stack;
 use std::collections::VecDeque;
 use std::sync::{Arc, OnceLock};
@@ -28,13 +30,13 @@ struct Walk {
 fn walk() -> &'static Walk {
     static WALK: OnceLock<Walk> = OnceLock::new();
     WALK.get_or_init(|| {
-        let site = Arc::new(Site::new(SiteName::B1));
-        let Some(Route { start, .. }) = site.route("short").cloned() else { panic!("no such route") };
+        let site = Arc::new(SimulatedSite::new(SiteName::B1));
+        let Some(SiteRoute { start, .. }) = site.route("short").cloned() else { panic!("no such route") };
         let hall = [[18.2, 23.5], [26.0, 22.9], [18.0, 23.0]];
         let room = [[15.4, 21.6], [15.4, 20.0], [12.5, 20.0], [6.5, 20.0], [12.5, 20.0], [15.4, 20.0]];
         let waypoints =
             hall.into_iter().chain(room).chain([[15.4, 21.6]]).chain(hall[..2].to_vec()).collect();
-        let route = Route { name: "room", start, waypoints, speed: 0.9 };
+        let route = SiteRoute { name: "room", start, waypoints, speed: 0.9 };
         let (from, until) = (Span::from_secs_f64(29.0), Span::from_secs_f64(44.0));
         let velocity = Vec3::new(0.0, 0.05, 0.0);
         let faults = vec![
@@ -172,10 +174,10 @@ impl StackRun {
         }
     }
 
-    pub(crate) fn order(&mut self, order: CommandKind) -> Option<String> {
+    pub(crate) fn command(&mut self, kind: CommandKind) -> Option<String> {
         self.commands += 1;
         let id = CommandId(Uuid::from_u128(self.commands));
-        self.step(self.at, Input::Command(Command { id, by: Principal::operator(ME), kind: order }));
+        self.step(self.at, Input::Command(Command { id, by: Principal::operator(ME), kind }));
         self.answers.last().cloned().flatten()
     }
 
@@ -288,7 +290,7 @@ fn the_whole_graph_is_published_on_request_and_a_replay_of_the_request_too() {
     assert_eq!(replay(run.log.iter().cloned(), &mut Stack::new()).hex(), run.digest.hex());
 
     let mut effects = Vec::new();
-    run.order(CommandKind::DiscardMapping);
+    run.command(CommandKind::DiscardMapping);
     run.stack.step(run.at, Input::GraphRequested, &mut effects);
     assert!(effects.is_empty(), "there is no graph any more: {effects:?}");
 }
@@ -315,8 +317,8 @@ fn results_of_a_session_that_has_ended_are_ignored() {
     run.done.retain(|done| done.id().owner == JobOwner::LoopClosing);
     let late: Vec<JobDone> = run.done.drain(..).collect();
     assert!((1..=4).contains(&late.len()), "{} jobs at a time", late.len());
-    assert_eq!(run.order(CommandKind::DiscardMapping), None);
-    assert_eq!(run.order(CommandKind::StartMapping(SessionId(Uuid::from_u128(2)))), None);
+    assert_eq!(run.command(CommandKind::DiscardMapping), None);
+    assert_eq!(run.command(CommandKind::StartMapping(SessionId(Uuid::from_u128(2)))), None);
     for done in late {
         run.step(run.at, Input::JobDone(done));
     }
@@ -335,10 +337,10 @@ pub(crate) fn finish() -> CommandKind {
 fn a_finished_map_waits_for_its_last_loops() {
     let mut run = StackRun::walking(false, |_| Vec::new());
     assert!(!run.done.is_empty());
-    assert_eq!(run.order(finish()), None);
+    assert_eq!(run.command(finish()), None);
     assert!(run.finished.is_none(), "pairs are still being verified");
-    for order in [finish(), CommandKind::DiscardMapping, CommandKind::StartMapping(SESSION)] {
-        assert!(run.order(order.clone()).is_some(), "{order:?}");
+    for kind in [finish(), CommandKind::DiscardMapping, CommandKind::StartMapping(SESSION)] {
+        assert!(run.command(kind.clone()).is_some(), "{kind:?}");
     }
     let nodes = run.graph.nodes.len();
     run.finish_jobs();
@@ -349,7 +351,7 @@ fn a_finished_map_waits_for_its_last_loops() {
 
     // A job that never ends must not prevent the map from being saved.
     let mut run = StackRun::walking(false, |_| Vec::new());
-    assert_eq!(run.order(finish()), None);
+    assert_eq!(run.command(finish()), None);
     let asked = run.at;
     while run.at - asked < Span::from_millis(10_000) {
         assert!(run.finished.is_none());
@@ -365,7 +367,7 @@ fn a_person_rejects_loops_and_accepts_them_again() {
     let (closed, by_odometry) = (run.graph.clone(), open().graph.clone());
     for &(from, to) in &loops {
         // The order of the two keyframes does not matter.
-        assert_eq!(run.order(CommandKind::RejectLoop { from: to, to: from }), None);
+        assert_eq!(run.command(CommandKind::RejectLoop { from: to, to: from }), None);
         let Some(last) = run.decisions.last() else { panic!("no decision was published") };
         assert_eq!((last.verdict, last.by_hand, last.task.from), (LoopVerdict::Rejected, true, from));
     }
@@ -377,7 +379,7 @@ fn a_person_rejects_loops_and_accepts_them_again() {
         run.position_difference_m(&by_odometry)
     );
     for &(from, to) in &loops {
-        assert_eq!(run.order(CommandKind::AcceptLoop { from, to }), None);
+        assert_eq!(run.command(CommandKind::AcceptLoop { from, to }), None);
     }
     assert_eq!(run.loops(), loops);
     assert!(
@@ -392,15 +394,15 @@ fn a_person_rejects_loops_and_accepts_them_again() {
 fn a_pair_that_a_person_proposes_is_verified() {
     let mut run = StackRun::walked(false, promptly);
     let Some(&(from, to)) = run.loops().last() else { panic!("no loop") };
-    let refused = run.order(CommandKind::ProposeLoop { from, to, guess: Pose::IDENTITY });
+    let refused = run.command(CommandKind::ProposeLoop { from, to, guess: Pose::IDENTITY });
     assert!(refused.is_some_and(|reason| reason.contains("already")));
-    assert_eq!(run.order(CommandKind::RejectLoop { from, to }), None);
+    assert_eq!(run.command(CommandKind::RejectLoop { from, to }), None);
     let edge = run.decisions.iter().rev().find(|d| (d.task.from, d.task.to) == (from, to));
     let Some(pose) = edge.and_then(|d| isometry_from_pose(&d.from_from_to)) else { panic!("no edge") };
     // The guess is half a metre wrong and given from the newer keyframe.
     let mut guess = geometry::pose_from_isometry(&pose.inverse());
     guess.position.x += 0.5;
-    assert_eq!(run.order(CommandKind::ProposeLoop { from: to, to: from, guess }), None);
+    assert_eq!(run.command(CommandKind::ProposeLoop { from: to, to: from, guess }), None);
     run.finish_jobs();
     let Some(last) = run.decisions.last() else { panic!("the pair was not decided") };
     assert_eq!((last.task.from, last.task.to, last.task.source), (from, to, LoopSource::Person));
@@ -415,12 +417,12 @@ fn invalid_loop_commands_are_refused_with_a_reason() {
     let mut run = StackRun::nothing();
     let (id, no) = (KeyframeId, Pose { position: Vec3::new(f64::NAN, 0.0, 0.0), ..Pose::IDENTITY });
     run.step(Stamp::EPOCH, walk().inputs[0].1.clone());
-    run.order(CommandKind::DiscardMapping);
-    let refused = run.order(CommandKind::AcceptLoop { from: id(0), to: id(9) });
+    run.command(CommandKind::DiscardMapping);
+    let refused = run.command(CommandKind::AcceptLoop { from: id(0), to: id(9) });
     assert!(refused.is_some_and(|reason| reason.contains("Start mapping")));
 
     let mut run = StackRun::walked(false, promptly);
-    for (order, reason) in [
+    for (kind, reason) in [
         (CommandKind::AcceptLoop { from: id(0), to: id(5) }, "Propose them"),
         (CommandKind::RejectLoop { from: id(0), to: id(5) }, "nothing to reject"),
         (CommandKind::ProposeLoop { from: id(0), to: id(1), guess: Pose::IDENTITY }, "follow each other"),
@@ -430,14 +432,14 @@ fn invalid_loop_commands_are_refused_with_a_reason() {
         ),
         (CommandKind::ProposeLoop { from: id(0), to: id(9), guess: no }, "not a pose"),
     ] {
-        let refused = run.order(order.clone());
-        assert!(refused.as_ref().is_some_and(|said| said.contains(reason)), "{order:?}: {refused:?}");
+        let refused = run.command(kind.clone());
+        assert!(refused.as_ref().is_some_and(|said| said.contains(reason)), "{kind:?}: {refused:?}");
     }
 }
 
 #[test]
 fn the_simulated_robot_closes_loops_while_it_walks() {
-    let site = Arc::new(Site::new(SiteName::B1));
+    let site = Arc::new(SimulatedSite::new(SiteName::B1));
     let Some(route) = site.route("short").cloned() else { panic!("no such route") };
     let config = SimConfig {
         lidar_columns: 100,

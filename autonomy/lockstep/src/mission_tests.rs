@@ -107,7 +107,7 @@ fn morning(seed: u64, people: u32) -> Day {
 pub(crate) fn localised(mut day: Day, site: Site) -> Day {
     let (prior_map, _, _) = first();
     day.lockstep.keep_map(Arc::clone(prior_map));
-    day.order(CommandKind::Localise { map: FIRST, at: None });
+    day.command(CommandKind::Localise { map: FIRST, at: None });
     day.lockstep.give_site(site);
     let mut tenths = 0;
     while day.localisation != LOCALISED && tenths < 200 {
@@ -150,7 +150,7 @@ fn a_mission_leaves_the_dock_takes_its_photos_and_comes_back_to_charge() {
     let mut day = morning(51, 0);
     assert_eq!(day.route.docked, Some(DOCK));
     let start = MissionCommandKind::Start { run: RUN, mission: MISSION, mode: StartMode::Now };
-    day.order(CommandKind::Mission(start));
+    day.command(CommandKind::Mission(start));
     day.run(1.0);
     assert_eq!(day.missions.runs.len(), 1, "{:?}", day.refusals);
     let outcome = until_ended(&mut day, 240);
@@ -173,7 +173,7 @@ fn missions_among_people_are_done_without_touching_anything() {
         // One of the five walks through the middle of the round.
         let mut day = morning(seed, 5);
         let start = MissionCommandKind::Start { run: RUN, mission: MISSION, mode: StartMode::Now };
-        day.order(CommandKind::Mission(start));
+        day.command(CommandKind::Mission(start));
         let outcome = until_ended(&mut day, 300);
         assert_eq!(outcome, Some(RunState::Succeeded), "seed {seed}: {:?} {:?}", day.missions, day.route);
         for (call, number) in [(0, 4), (1, 6)] {
@@ -191,13 +191,13 @@ fn missions_among_people_are_done_without_touching_anything() {
 fn driving_by_hand_pauses_a_run_and_resuming_goes_on() {
     let mut day = morning(52, 0);
     let start = MissionCommandKind::Start { run: RUN, mission: MISSION, mode: StartMode::Now };
-    day.order(CommandKind::Mission(start));
+    day.command(CommandKind::Mission(start));
     day.run(12.0);
     assert_eq!(day.missions.runs[0].tasks[0].state, TaskState::Navigating, "{:?}", day.missions);
-    day.order(CommandKind::Teleoperate(vocab::Twist::default()));
+    day.command(CommandKind::Teleoperate(vocab::Twist::default()));
     day.run(1.0);
     assert_eq!(day.missions.runs[0].state, RunState::Paused);
-    day.order(CommandKind::Mission(MissionCommandKind::Resume(RUN)));
+    day.command(CommandKind::Mission(MissionCommandKind::Resume(RUN)));
     assert_eq!(until_ended(&mut day, 240), Some(RunState::Succeeded), "{:?}", day.missions);
 }
 
@@ -229,8 +229,8 @@ fn people_are_told_once_that_a_run_waits_for_the_place_of_the_robot() {
     let mut day = Day::begin(start, 54, None);
     day.lockstep.give_site(site(origin));
     let start = MissionCommandKind::Start { run: RUN, mission: MISSION, mode: StartMode::Queue };
-    day.order(CommandKind::Mission(start));
+    day.command(CommandKind::Mission(start));
     day.run(3.0);
-    let told = day.notices.iter().filter(|text| text.contains("waits until the robot is localised"));
-    assert_eq!(told.count(), 1, "{:?}", day.notices);
+    let notices = day.notices.iter().filter(|text| text.contains("waits until the robot is localised"));
+    assert_eq!(notices.count(), 1, "{:?}", day.notices);
 }

@@ -41,15 +41,15 @@ impl Scene {
         }
     }
 
-    fn order(&mut self, by: u128, order: CommandKind) {
+    fn command(&mut self, by: u128, kind: CommandKind) {
         self.commands += 1;
         let id = CommandId(Uuid::from_u128(self.commands));
-        self.lockstep.give(Input::Command(Command { id, by: operator(by), kind: order }));
+        self.lockstep.give(Input::Command(Command { id, by: operator(by), kind }));
     }
 
     fn walk_to(&mut self, point: Vec3) {
         let goal = GoalId(Uuid::from_u128(self.commands + 1));
-        self.order(1, CommandKind::StartGoal { goal, kind: GoalKind::WalkTo(point) });
+        self.command(1, CommandKind::StartGoal { goal, kind: GoalKind::WalkTo(point) });
     }
 
     fn run(&mut self, seconds: f64) {
@@ -92,7 +92,7 @@ fn driving_by_hand_stops_half_a_second_after_the_last_command() {
     scene.run(3.0);
     let start = scene.true_position();
     for _ in 0..15 {
-        scene.order(1, forward(0.6));
+        scene.command(1, forward(0.6));
         scene.run(0.1);
     }
     let driven = scene.true_position();
@@ -130,17 +130,17 @@ fn stop_motion_holds_until_motion_is_allowed_and_needs_no_lease() {
     scene.run(3.0);
     scene.walk_to(Vec3::new(3.0, 0.5, 0.0));
     scene.run(2.0);
-    scene.order(2, CommandKind::StopMotion);
+    scene.command(2, CommandKind::StopMotion);
     scene.run(1.0);
     assert!(matches!(scene.motion, MotionState::Stopped { .. }));
     let cancelled = GoalStatus::Cancelled { by: operator(2), cause: CancelCause::MotionStopped };
     assert_eq!(scene.goals.iter().filter(|status| status.is_outcome()).collect::<Vec<_>>(), [&cancelled]);
-    scene.order(1, forward(0.5));
-    scene.order(2, CommandKind::AllowMotion);
+    scene.command(1, forward(0.5));
+    scene.command(2, CommandKind::AllowMotion);
     scene.run(0.5);
     assert_eq!(scene.refusals.len(), 2, "{:?}", scene.refusals);
     assert!(matches!(scene.motion, MotionState::Stopped { .. }), "operator 2 does not hold the lease");
-    scene.order(1, CommandKind::AllowMotion);
+    scene.command(1, CommandKind::AllowMotion);
     scene.run(0.2);
     assert_eq!(scene.motion, MotionState::Idle);
 }
@@ -154,11 +154,11 @@ fn a_stop_of_before_the_start_holds_until_motion_is_allowed() {
     scene.run(2.0);
     let stopped = MotionState::Stopped { by: Some(ClientId(Uuid::from_u128(7))) };
     assert_eq!(scene.motion, stopped);
-    scene.order(1, forward(0.5));
+    scene.command(1, forward(0.5));
     scene.walk_to(Vec3::new(3.0, 0.5, 0.0));
     scene.run(1.0);
     assert_eq!((scene.refusals.len(), &scene.motion), (2, &stopped), "{:?}", scene.refusals);
-    scene.order(1, CommandKind::AllowMotion);
+    scene.command(1, CommandKind::AllowMotion);
     scene.run(0.2);
     assert_eq!((scene.accepted, &scene.motion), (1, &MotionState::Idle));
 }

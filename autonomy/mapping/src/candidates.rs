@@ -189,7 +189,7 @@ pub fn by_appearance(
 mod tests {
     use super::*;
     use crate::covariance_graph::CovarianceGraph;
-    use crate::scan_context::Alignment;
+    use crate::scan_context::ScanContextAlignment;
     use crate::testing::at;
     use geometry::Matrix6;
 
@@ -261,7 +261,7 @@ mod tests {
         let found = |keyframe| ScanContextMatch {
             keyframe,
             view: 0,
-            alignment: Alignment { distance: 0.2, yaw: 3.0 },
+            alignment: ScanContextAlignment { distance: 0.2, yaw: 3.0 },
         };
         let chosen = |rise, variance, place| {
             let (chain, poses) = walk(rise, variance);

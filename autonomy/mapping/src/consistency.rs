@@ -7,10 +7,10 @@
 //! test: Mangelson et al., *Pairwise Consistent Measurement Set Maximization*, ICRA 2018.
 
 use crate::clique::{bits, largest_clique};
-use crate::graph_element::{Edge, index};
+use crate::graph_element::{PoseGraphEdge, index};
 use crate::pose_graph::PoseGraph;
 use crate::uncertain_pose::CHI_SQUARED_6_999;
-use crate::verification::{Evidence, RejectionReason, VerifiedPair};
+use crate::verification::{PairEvidence, RejectionReason, VerifiedPair};
 use crate::{PoseCertaintyConfig, UncertainPose};
 use geometry::{Isometry, Vector3};
 use vocab::KeyframeId;
@@ -74,9 +74,9 @@ pub enum Verdict {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Decision {
     /// The loop.
-    pub edge: Edge,
+    pub edge: PoseGraphEdge,
     /// The figures of its verification.
-    pub evidence: Evidence,
+    pub evidence: PairEvidence,
     /// The outcome.
     pub verdict: Verdict,
     /// Number of loops that agree with it, itself included.
@@ -93,8 +93,8 @@ pub struct LoopConsistencyCheck {
 /// A loop that waits for others.
 #[derive(Clone, Copy, Debug)]
 struct HeldLoop {
-    edge: Edge,
-    evidence: Evidence,
+    edge: PoseGraphEdge,
+    evidence: PairEvidence,
     /// Bit set of the held loops that agree with it, by index.
     agreeing: u64,
 }
@@ -172,7 +172,7 @@ impl LoopConsistencyCheck {
     }
 
     /// Adds a loop to the graph without a check, because a person accepted it. It is not held any more. Returns whether the keyframes exist.
-    pub fn accept(&mut self, graph: &mut PoseGraph, edge: &Edge) -> bool {
+    pub fn accept(&mut self, graph: &mut PoseGraph, edge: &PoseGraphEdge) -> bool {
         self.drop_held(edge.from, edge.to);
         graph.add_loop(edge)
     }
@@ -210,7 +210,7 @@ impl LoopConsistencyCheck {
         }
     }
 
-    fn agreement_of(&self, graph: &PoseGraph, edge: &Edge) -> LoopAgreement {
+    fn agreement_of(&self, graph: &PoseGraph, edge: &PoseGraphEdge) -> LoopAgreement {
         let expected = graph.relative_pose(edge.from, edge.to);
         self.agreement(expected.as_ref(), &edge.relative_pose())
     }
@@ -241,7 +241,7 @@ impl LoopConsistencyCheck {
     }
 
     /// Holds a loop, and notes which held loops agree with it. Cost: two searches of the graph, however many are held.
-    fn hold(&mut self, graph: &PoseGraph, edge: Edge, evidence: Evidence) {
+    fn hold(&mut self, graph: &PoseGraph, edge: PoseGraphEdge, evidence: PairEvidence) {
         let own = self.held.len();
         let mut agreeing = 0_u64;
         let mut ends = [edge.from, edge.to].map(|keyframe| RelativePoses { graph, keyframe, by_loops: None });
@@ -286,7 +286,7 @@ impl LoopConsistencyCheck {
         } else {
             (config.min_support, config.min_extent_m)
         };
-        let is_wide = |end: fn(&Edge) -> KeyframeId| {
+        let is_wide = |end: fn(&PoseGraphEdge) -> KeyframeId| {
             let positions: Vec<Vector3> = bits(set)
                 .filter_map(|i| graph.chain().pose(index(end(&self.held[i].edge))))
                 .map(|pose: &Isometry| pose.translation.vector)
@@ -318,8 +318,8 @@ impl RelativePoses<'_> {
 }
 
 /// Whether two loops and the paths between their ends close a circle within their covariance (equation 10). `ends` are those of `a`.
-fn are_consistent(a: &Edge, b: &Edge, [from, to]: &mut [RelativePoses<'_>; 2]) -> bool {
-    let [first, second] = [a, b].map(Edge::relative_pose);
+fn are_consistent(a: &PoseGraphEdge, b: &PoseGraphEdge, [from, to]: &mut [RelativePoses<'_>; 2]) -> bool {
+    let [first, second] = [a, b].map(PoseGraphEdge::relative_pose);
     let (Some(there), Some(back)) = (from.get(b.from), to.get(b.to)) else { return false };
     let around = there.inverse().compose(&first).compose(&back);
     around.mahalanobis_squared(&second).is_some_and(|squared| squared <= CHI_SQUARED_6_999)

@@ -12,8 +12,8 @@ const STEP: (f64, f64) = (1e-3, 5e-3);
 /// Standard deviations of loops, radians and metres.
 const LOOP: (f64, f64) = (3e-3, 0.02);
 
-fn verified(edge: Edge) -> VerifiedPair {
-    let evidence = Evidence {
+fn verified(edge: PoseGraphEdge) -> VerifiedPair {
+    let evidence = PairEvidence {
         source: CandidateSource::Geometry,
         score: 0.9,
         overlap: [0.9; 2],
@@ -56,7 +56,7 @@ impl Bench {
         self.check.remove_loop(&mut self.graph, KeyframeId(from), KeyframeId(to))
     }
 
-    fn accept(&mut self, edge: &Edge) -> bool {
+    fn accept(&mut self, edge: &PoseGraphEdge) -> bool {
         self.check.accept(&mut self.graph, edge)
     }
 

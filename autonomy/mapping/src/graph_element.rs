@@ -6,7 +6,7 @@ use vocab::{KeyframeId, Stamp};
 
 /// A keyframe in the graph.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Node {
+pub struct PoseGraphNode {
     /// Counts from 0.
     pub id: KeyframeId,
     /// Time of its creation.
@@ -17,7 +17,7 @@ pub struct Node {
 
 /// A measured relative pose of two keyframes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Edge {
+pub struct PoseGraphEdge {
     /// Parent keyframe.
     pub from: KeyframeId,
     /// Child keyframe.
@@ -28,7 +28,7 @@ pub struct Edge {
     pub information: Matrix6,
 }
 
-impl Edge {
+impl PoseGraphEdge {
     /// The relative pose with its covariance.
     pub fn relative_pose(&self) -> UncertainPose {
         UncertainPose::from_information(self.from_from_to, &self.information)

@@ -1,8 +1,8 @@
 //! Incremental optimisation of a pose graph while keyframes and loops are added and loops are removed (docs/maths/factors.md).
 
-use crate::graph_element::{Edge, Node, renormalised};
+use crate::graph_element::{PoseGraphEdge, PoseGraphNode, renormalised};
 use factors::{
-    Between, FactorError, FactorId, Incremental, IncrementalOptions, IncrementalSnapshot, Key, Prior,
+    Between, FactorError, FactorId, Incremental, IncrementalConfig, IncrementalSnapshot, Key, Prior,
     SolveError, Value,
 };
 use geometry::{Isometry, Matrix6};
@@ -20,15 +20,9 @@ pub struct OptimiserConfig {
     pub min_odometry_information: f64,
     /// Greatest number of further updates while linearisation points still move. A loop over 3 m of drift takes two.
     pub max_further_updates: usize,
-    /// A variable is linearised again once it has turned by this much, radians. Errors of the order of its square times the distance to the next
-    /// keyframe stay below a tenth of a millimetre.
-    pub relinearise_angle_rad: f64,
-    /// The same for its translation, metres.
-    pub relinearise_length_m: f64,
-    /// Changes of the solution below this are not propagated further, radians or metres.
-    pub min_change: f64,
-    /// If more than this share of the variables is affected, the whole graph is eliminated again.
-    pub batch_share: f64,
+    /// Thresholds of the solver. With 0.01 rad, errors of the order of the square of that angle times the distance to the next keyframe stay below
+    /// a tenth of a millimetre.
+    pub solver: IncrementalConfig,
 }
 
 impl Default for OptimiserConfig {
@@ -37,21 +31,12 @@ impl Default for OptimiserConfig {
             origin_information: 1e8,
             min_odometry_information: 1e-6,
             max_further_updates: 4,
-            relinearise_angle_rad: 0.01,
-            relinearise_length_m: 0.1,
-            min_change: 1e-5,
-            batch_share: 0.7,
-        }
-    }
-}
-
-impl OptimiserConfig {
-    fn solver_options(&self) -> IncrementalOptions {
-        IncrementalOptions {
-            relinearise_angle: self.relinearise_angle_rad,
-            relinearise_length: self.relinearise_length_m,
-            change_min: self.min_change,
-            afresh_share: self.batch_share,
+            solver: IncrementalConfig {
+                relinearise_angle_rad: 0.01,
+                relinearise_length_m: 0.1,
+                min_change: 1e-5,
+                ..IncrementalConfig::default()
+            },
         }
     }
 }
@@ -103,7 +88,7 @@ pub(crate) struct GraphOptimiser {
 impl GraphOptimiser {
     /// Without keyframes.
     pub fn new(config: OptimiserConfig) -> Self {
-        let solver = Incremental::new(config.solver_options());
+        let solver = Incremental::new(config.solver);
         Self { config, solver, keyframes: 0, loops: BTreeMap::new() }
     }
 
@@ -113,9 +98,9 @@ impl GraphOptimiser {
     /// When a pose or edge is not finite, or the graph cannot be solved.
     pub fn resume(
         config: OptimiserConfig,
-        nodes: &[Node],
-        edges: &[Edge],
-        loops: &[Edge],
+        nodes: &[PoseGraphNode],
+        edges: &[PoseGraphEdge],
+        loops: &[PoseGraphEdge],
     ) -> Result<Self, GraphError> {
         let mut optimiser = Self::new(config);
         for node in nodes {
@@ -136,7 +121,7 @@ impl GraphOptimiser {
         Ok(optimiser)
     }
 
-    fn add_odometry(&mut self, edge: &Edge) -> Result<(), GraphError> {
+    fn add_odometry(&mut self, edge: &PoseGraphEdge) -> Result<(), GraphError> {
         let information = edge.information + Matrix6::identity() * self.config.min_odometry_information;
         let factor = Between::new(key_of(edge.from), key_of(edge.to), &edge.from_from_to, &information)?;
         self.solver.add(factor)?;
@@ -148,7 +133,11 @@ impl GraphOptimiser {
     ///
     /// # Errors
     /// When the pose or edge is not finite. Nothing can be added after that.
-    pub fn add_keyframe(&mut self, node: &Node, edge: Option<&Edge>) -> Result<(), GraphError> {
+    pub fn add_keyframe(
+        &mut self,
+        node: &PoseGraphNode,
+        edge: Option<&PoseGraphEdge>,
+    ) -> Result<(), GraphError> {
         let key = Key(self.keyframes);
         match edge {
             Some(edge) => {
@@ -173,7 +162,7 @@ impl GraphOptimiser {
     ///
     /// # Errors
     /// When a keyframe is unknown or the edge is not a valid factor. It is left out then.
-    pub fn add_loop(&mut self, edge: &Edge) -> Result<(), GraphError> {
+    pub fn add_loop(&mut self, edge: &PoseGraphEdge) -> Result<(), GraphError> {
         let (from, to) = (key_of(edge.from), key_of(edge.to));
         let factor = self.solver.add(Between::new(from, to, &edge.from_from_to, &edge.information)?)?;
         self.loops.insert((edge.from, edge.to), factor);
@@ -244,7 +233,7 @@ fn key_of(keyframe: KeyframeId) -> Key {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use factors::{Graph, Options, Values, optimise};
+    use factors::{BatchConfig, FactorGraph, Values, optimise};
     use geometry::Vector3;
     use vocab::Stamp;
 
@@ -252,19 +241,22 @@ mod tests {
         Isometry::new(Vector3::new(x, y, 0.0), Vector3::z() * yaw)
     }
 
-    fn edge(from: u32, to: u32, from_from_to: Isometry) -> Edge {
+    fn edge(from: u32, to: u32, from_from_to: Isometry) -> PoseGraphEdge {
         let information = Matrix6::identity() * 1e4;
-        Edge { from: KeyframeId(from), to: KeyframeId(to), from_from_to, information }
+        PoseGraphEdge { from: KeyframeId(from), to: KeyframeId(to), from_from_to, information }
     }
 
     /// Twice round a circle of 40 steps, turning too far by 5 mrad each; loops close the second round onto the first.
-    fn walked() -> (GraphOptimiser, Vec<Edge>, Vec<Edge>) {
+    fn walked() -> (GraphOptimiser, Vec<PoseGraphEdge>, Vec<PoseGraphEdge>) {
         let step = at(1.0, 0.0, std::f64::consts::TAU / 40.0);
         let mut optimiser = GraphOptimiser::new(OptimiserConfig::default());
         let (mut edges, mut loops) = (Vec::new(), Vec::new());
         for index in 0..80 {
-            let node =
-                Node { id: KeyframeId(index), stamp: Stamp::EPOCH, map_from_keyframe: at(2.0, 1.0, 0.5) };
+            let node = PoseGraphNode {
+                id: KeyframeId(index),
+                stamp: Stamp::EPOCH,
+                map_from_keyframe: at(2.0, 1.0, 0.5),
+            };
             let odometry = index.checked_sub(1).map(|last| edge(last, index, step * at(0.0, 0.0, 5e-3)));
             assert!(optimiser.add_keyframe(&node, odometry.as_ref()).is_ok());
             edges.extend(odometry);
@@ -278,8 +270,8 @@ mod tests {
     }
 
     /// The same graph in one go.
-    fn batch(edges: &[Edge], loops: &[Edge]) -> Vec<Isometry> {
-        let (mut values, mut graph) = (Values::default(), Graph::default());
+    fn batch(edges: &[PoseGraphEdge], loops: &[PoseGraphEdge]) -> Vec<Isometry> {
+        let (mut values, mut graph) = (Values::default(), FactorGraph::default());
         let mut pose = at(2.0, 1.0, 0.5);
         let first = values.insert(Value::Pose(pose));
         for edge in edges {
@@ -301,7 +293,7 @@ mod tests {
             };
             assert!(graph.add(factor, &values).is_ok());
         }
-        let Ok(solution) = optimise(&graph, &values, &Options::default()) else { panic!("not solved") };
+        let Ok(solution) = optimise(&graph, &values, &BatchConfig::default()) else { panic!("not solved") };
         (0..=edges.len()).filter_map(|k| solution.values.pose(Key(k as u32)).ok().copied()).collect()
     }
 
@@ -338,12 +330,12 @@ mod tests {
     fn a_finished_graph_is_resumed() {
         let (walked, edges, loops) = walked();
         let Ok(found) = walked.relinearisation().run() else { panic!("not solved") };
-        let nodes = found.iter().zip(0..).map(|(pose, index)| Node {
+        let nodes = found.iter().zip(0..).map(|(pose, index)| PoseGraphNode {
             id: KeyframeId(index),
             stamp: Stamp::EPOCH,
             map_from_keyframe: *pose,
         });
-        let nodes: Vec<Node> = nodes.collect();
+        let nodes: Vec<PoseGraphNode> = nodes.collect();
         let Ok(mut resumed) = GraphOptimiser::resume(OptimiserConfig::default(), &nodes, &edges, &loops)
         else {
             panic!("not resumed")
@@ -352,7 +344,7 @@ mod tests {
         assert!(apart(&same, &found) < 1e-5, "{} m", apart(&same, &found));
         // On from a keyframe in the middle, with a loop to the end.
         let odometry = edge(30, 80, at(0.0, 1.0, 0.3));
-        let next = Node { id: KeyframeId(80), ..nodes[30] };
+        let next = PoseGraphNode { id: KeyframeId(80), ..nodes[30] };
         assert!(resumed.add_keyframe(&next, Some(&odometry)).is_ok());
         assert!(resumed.remove_loop((KeyframeId(0), KeyframeId(40))));
         let Ok(poses) = resumed.solve() else { panic!("not solved") };

@@ -1,7 +1,7 @@
 //! Publication of a pose graph: only the changes since the last publication. The published bytes therefore grow linearly with the walk, and not with
 //! its square.
 
-use crate::graph_element::{Edge, Node, index};
+use crate::graph_element::{PoseGraphEdge, PoseGraphNode, index};
 use crate::graph_optimiser::KeyframePair;
 use crate::pose_graph::PoseGraph;
 use geometry::{Isometry, so3};
@@ -28,7 +28,7 @@ pub struct GraphPublisher {
     revision: u64,
     poses: Vec<Isometry>,
     edges: usize,
-    loops: Vec<Edge>,
+    loops: Vec<PoseGraphEdge>,
 }
 
 /// What changed in a graph since a revision.
@@ -39,13 +39,13 @@ pub struct GraphChanges {
     /// Revision after them.
     pub revision: u64,
     /// New keyframes, and those that moved noticeably, in the order of their numbers.
-    pub nodes: Vec<Node>,
+    pub nodes: Vec<PoseGraphNode>,
     /// New odometry edges.
-    pub edges: Vec<Edge>,
+    pub edges: Vec<PoseGraphEdge>,
     /// Loops that are gone.
     pub removed_loops: Vec<KeyframePair>,
     /// New loops.
-    pub loops: Vec<Edge>,
+    pub loops: Vec<PoseGraphEdge>,
 }
 
 impl GraphPublisher {
@@ -59,7 +59,8 @@ impl GraphPublisher {
         if self.revision == graph.revision() {
             return None;
         }
-        let nodes: Vec<Node> = graph.nodes().iter().filter(|node| self.is_due(node)).copied().collect();
+        let nodes: Vec<PoseGraphNode> =
+            graph.nodes().iter().filter(|node| self.is_due(node)).copied().collect();
         for node in &nodes {
             match self.poses.get_mut(index(node.id)) {
                 Some(pose) => *pose = node.map_from_keyframe,
@@ -91,7 +92,7 @@ impl GraphPublisher {
 
     /// Published loops that are gone, and how many loops of the graph were published. Those come first and in their order, so that the
     /// receiver has all loops in the order of the graph. A loop that was measured again is published as a removed and an added loop.
-    fn removed_loops(&self, loops: &[Edge]) -> (Vec<KeyframePair>, usize) {
+    fn removed_loops(&self, loops: &[PoseGraphEdge]) -> (Vec<KeyframePair>, usize) {
         let mut kept = 0;
         let mut removed = Vec::new();
         for published in &self.loops {
@@ -104,7 +105,7 @@ impl GraphPublisher {
     }
 
     /// Whether a keyframe is new or has moved noticeably since it was published.
-    fn is_due(&self, node: &Node) -> bool {
+    fn is_due(&self, node: &PoseGraphNode) -> bool {
         self.poses.get(index(node.id)).is_none_or(|published| {
             let moved = published.inverse() * node.map_from_keyframe;
             moved.translation.vector.norm() >= self.config.min_translation_m
@@ -174,8 +175,8 @@ mod tests {
     struct Receiver {
         revision: u64,
         poses: Vec<Isometry>,
-        edges: Vec<Edge>,
-        loops: Vec<Edge>,
+        edges: Vec<PoseGraphEdge>,
+        loops: Vec<PoseGraphEdge>,
     }
 
     impl Receiver {
@@ -221,7 +222,7 @@ mod tests {
                             graph.remove_loop(gone.from, gone.to);
                             // Measured anew before anything was published.
                             if pick(2) == 0 {
-                                graph.add_loop(&Edge { from_from_to: at(0.5, 0.0, 0.0), ..gone });
+                                graph.add_loop(&PoseGraphEdge { from_from_to: at(0.5, 0.0, 0.0), ..gone });
                             }
                         }
                     }

@@ -1,7 +1,7 @@
 //! Known ground, in the [`LoopFinder`]: the decision whether a waypoint becomes a keyframe or is a revisit, and the update after the comparison of a
 //! revisit. `revisits` holds the robot's pose in the graph, and explains the method.
 
-use crate::graph_element::{Edge, keyframe_id};
+use crate::graph_element::{PoseGraphEdge, keyframe_id};
 use crate::loop_finder::LoopFinder;
 use crate::pose_graph::PoseGraph;
 use crate::revisits::{AnchoredPose, Novelty, PendingRevisit, Reanchoring, Revisit, RevisitResult};
@@ -53,7 +53,8 @@ impl LoopFinder {
             Some(step) if position.at_anchor && position.since + 1 == number => (step.pose, step.information),
             _ => (position.anchor_from_waypoint.pose, position.anchor_from_waypoint.information()),
         };
-        let edge = Edge { from: position.anchor, to: graph.next_id(), from_from_to: pose, information };
+        let edge =
+            PoseGraphEdge { from: position.anchor, to: graph.next_id(), from_from_to: pose, information };
         let id = graph.add_keyframe(waypoint.stamp, &waypoint.map_from_base, Some(&edge)).id;
         Novelty::Keyframe {
             id,

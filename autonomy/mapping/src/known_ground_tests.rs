@@ -3,7 +3,8 @@
 use super::*;
 use crate::testing::{SENSOR, World, at, edge, ring, ring_poses, room, scan};
 use crate::{
-    Decision, KeyframeDescriptor, LoopConfig, MapKeyframe, Node, OptimiserConfig, Verdict, compare, verify,
+    Decision, KeyframeDescriptor, LoopConfig, MapKeyframe, OptimiserConfig, PoseGraphNode, Verdict, compare,
+    verify,
 };
 use geometry::{Matrix6, se3};
 use vocab::Stamp;
@@ -130,7 +131,7 @@ fn rounds_on_known_ground_add_no_keyframes_and_keep_the_pose() {
     // Edges between keyframes must be right, and there must be at most one per keyframe.
     let mut loops = Vec::new();
     for verified in reanchored.iter().filter_map(|(_, reanchoring)| reanchoring.edge) {
-        let Edge { from, to, from_from_to, information } = verified.edge;
+        let PoseGraphEdge { from, to, from_from_to, information } = verified.edge;
         assert!(from < to && information.cholesky().is_some(), "{verified:?}");
         let truth = robot.keyframes[from.0 as usize].inverse() * robot.keyframes[to.0 as usize];
         let error = se3::local(&truth, &from_from_to);
@@ -171,14 +172,14 @@ fn a_finished_map_is_extended_from_the_pose_where_the_robot_localises() {
         MapKeyframe { map_from_keyframe: *pose, descriptor }
     };
     let map: Vec<MapKeyframe> = poses[..30].iter().enumerate().map(&mut old).collect();
-    let edges: Vec<Edge> = (1..30)
+    let edges: Vec<PoseGraphEdge> = (1..30)
         .map(|to: u32| {
             let motion = poses[to as usize - 1].inverse() * poses[to as usize];
             edge(to - 1, to, motion, (2e-3, 0.01))
         })
         .collect();
     let mut robot = Robot::new(ring(), 2e-4);
-    let nodes = (0..).zip(&poses[..30]).map(|(id, pose)| Node {
+    let nodes = (0..).zip(&poses[..30]).map(|(id, pose)| PoseGraphNode {
         id: KeyframeId(id),
         stamp: Stamp::EPOCH,
         map_from_keyframe: *pose,
@@ -211,7 +212,7 @@ fn a_finished_map_is_extended_from_the_pose_where_the_robot_localises() {
     );
     let closed = robot.decisions.iter().filter(|decision| decision.verdict == Verdict::Accepted);
     for decision in closed {
-        let Edge { from, to, from_from_to, .. } = decision.edge;
+        let PoseGraphEdge { from, to, from_from_to, .. } = decision.edge;
         let truth = robot.keyframes[from.0 as usize].inverse() * robot.keyframes[to.0 as usize];
         assert!((truth.inverse() * from_from_to).translation.vector.norm() < 0.05, "{decision:?}");
     }

@@ -47,7 +47,7 @@ pub mod virtual_viewpoint;
 
 pub use consistency::{Decision, LoopConsistencyCheck, LoopConsistencyConfig, Verdict};
 pub use floor_detection::{FloorDetectionConfig, estimate_base_height};
-pub use graph_element::{Edge, Node, renormalised};
+pub use graph_element::{PoseGraphEdge, PoseGraphNode, renormalised};
 pub use graph_optimiser::{GraphError, KeyframePair, OptimiserConfig, Relinearisation};
 pub use graph_publisher::{GraphChanges, GraphPublisher, GraphPublisherConfig};
 pub use keyframe_descriptor::{
@@ -73,7 +73,7 @@ pub use session::{
 pub use submap::SubmapConfig;
 pub use uncertain_pose::{CHI_SQUARED_6_999, PoseCertaintyConfig, UncertainPose};
 pub use verification::{
-    CandidateSource, Comparison, ComparisonResult, Evidence, RejectionReason, VerificationConfig,
+    CandidateSource, Comparison, ComparisonResult, PairEvidence, RejectionReason, VerificationConfig,
     VerificationTask, VerifiedPair, compare, verify,
 };
 pub use verification_queue::{QueuedComparison, VerificationQueueConfig};

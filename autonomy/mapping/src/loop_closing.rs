@@ -3,7 +3,7 @@
 //! Comparisons run in jobs. Results are taken in the order in which they arrive, which the log records, so that a replay repeats them.
 
 use crate::Verdict;
-use crate::graph_element::Edge;
+use crate::graph_element::PoseGraphEdge;
 use crate::graph_optimiser::{GraphError, KeyframePair};
 use crate::loop_finder::{LoopConfig, LoopFinder, MapKeyframe};
 use crate::map_search::MapSearchFix;
@@ -11,7 +11,8 @@ use crate::quality::MapQualityData;
 use crate::revisits::{Novelty, RevisitResult};
 use crate::session::{Session, Waypoint};
 use crate::verification::{
-    CandidateSource, Comparison, ComparisonResult, Evidence, RejectionReason, VerificationTask, VerifiedPair,
+    CandidateSource, Comparison, ComparisonResult, PairEvidence, RejectionReason, VerificationTask,
+    VerifiedPair,
 };
 use crate::verification_queue::{QueuedComparison, VerificationQueue, VerificationQueueConfig};
 use geometry::{Isometry, Matrix6};
@@ -66,9 +67,9 @@ pub struct ComparedPair {
     /// Guess of the newer keyframe's pose in the older one.
     pub guess: Isometry,
     /// The pose found.
-    pub edge: Edge,
+    pub edge: PoseGraphEdge,
     /// The figures of its verification.
-    pub evidence: Evidence,
+    pub evidence: PairEvidence,
 }
 
 /// A decision about a pair. A pair may get several; the last one counts.
@@ -169,9 +170,9 @@ impl LoopClosing {
         graph: &mut crate::PoseGraph,
     ) -> Self {
         // The map's loops are known, so that a person may reject and accept them again.
-        let compared = |edge: &Edge| {
+        let compared = |edge: &PoseGraphEdge| {
             let (source, guess) = (CandidateSource::Geometry, edge.from_from_to);
-            let evidence = Evidence::empty(source);
+            let evidence = PairEvidence::empty(source);
             let pair = ComparedPair { source, guess, edge: *edge, evidence };
             ((edge.from, edge.to), (pair, Some(LoopOutcome::Decided(Verdict::Accepted))))
         };

@@ -6,7 +6,7 @@
 
 use crate::candidates::{self, CandidateConfig, LoopCandidate};
 use crate::consistency::{Decision, LoopConsistencyCheck, LoopConsistencyConfig, Verdict};
-use crate::graph_element::{Edge, keyframe_id};
+use crate::graph_element::{PoseGraphEdge, keyframe_id};
 use crate::keyframe_descriptor::{KeyframeDescriptor, VIEW_OFFSET_M, VIEW_ORIGINS};
 use crate::pose_graph::PoseGraph;
 use crate::quality::{KeyframeFloor, MapQualityConfig, MapQualityData};
@@ -66,7 +66,7 @@ impl Default for LoopConfig {
 #[derive(Clone, Copy, Debug)]
 pub struct NewKeyframe<'a> {
     /// Odometry edge from the last keyframe; `None` for the first.
-    pub edge: Option<&'a Edge>,
+    pub edge: Option<&'a PoseGraphEdge>,
     /// Attitude of the base in any frame whose z axis points up.
     pub rotation: Rotation,
     /// Its motion-corrected cloud, base frame, metres.
@@ -146,7 +146,7 @@ impl LoopFinder {
     /// Adds a keyframe to the graph, placed by its odometry edge. Returns the pairs to verify, at most twice
     /// [`CandidateConfig::max_count`]. Keyframes are numbered from 0 in the order of these calls.
     pub fn add_keyframe(&mut self, graph: &mut PoseGraph, new: &NewKeyframe) -> Vec<VerificationTask> {
-        let step = new.edge.map(Edge::relative_pose);
+        let step = new.edge.map(PoseGraphEdge::relative_pose);
         let last = graph.nodes().last().map_or_else(Isometry::identity, |node| node.map_from_keyframe);
         if let Some(step) = &step {
             graph.add_distance(step.pose.translation.vector.norm());
@@ -247,7 +247,7 @@ impl LoopFinder {
     }
 
     /// Adds a loop that a person accepted, without a check. Returns whether the keyframes exist.
-    pub fn accept(&mut self, graph: &mut PoseGraph, edge: &Edge) -> bool {
+    pub fn accept(&mut self, graph: &mut PoseGraph, edge: &PoseGraphEdge) -> bool {
         self.consistency.accept(graph, edge)
     }
 

@@ -14,7 +14,7 @@ use crate::scan_context_index::ScanContextIndex;
 use crate::submap::{LazySubmap, SubmapCache, SubmapConfig};
 use crate::uncertain_pose::{CHI_SQUARED_6_999, diagonal_covariance};
 use crate::verification::{CandidateSource, Comparison, ComparisonResult, VerificationConfig, compare};
-use crate::{Edge, UncertainPose};
+use crate::{PoseGraphEdge, UncertainPose};
 use geometry::{Isometry, Matrix6, Rotation, Vector3, so3};
 use points::Downsampler;
 use std::collections::BTreeSet;
@@ -121,7 +121,7 @@ pub struct MapAlignment {
     /// Pose of the second map in the first.
     pub first_from_second: Isometry,
     /// Measured poses of keyframes of the second map (`to`) in keyframes of the first (`from`), numbered as in their own maps.
-    pub links: Vec<Edge>,
+    pub links: Vec<PoseGraphEdge>,
     /// Number of keyframes that agree on it.
     pub support: usize,
     /// Number of keyframes that agree on the best other pose.
@@ -400,10 +400,10 @@ impl MapMatcher {
 }
 
 impl Link {
-    fn edge(&self) -> Edge {
+    fn edge(&self) -> PoseGraphEdge {
         let id = |index: usize| KeyframeId(u32::try_from(index).unwrap_or(u32::MAX));
         let ComparisonResult { pose, information, .. } = self.result;
-        Edge { from: id(self.from), to: id(self.to), from_from_to: pose, information }
+        PoseGraphEdge { from: id(self.from), to: id(self.to), from_from_to: pose, information }
     }
 
     fn score(&self) -> f64 {

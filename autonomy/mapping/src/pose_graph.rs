@@ -5,7 +5,7 @@
 
 use crate::UncertainPose;
 use crate::covariance_graph::CovarianceGraph;
-use crate::graph_element::{Edge, Node, index, renormalised};
+use crate::graph_element::{PoseGraphEdge, PoseGraphNode, index, renormalised};
 use crate::graph_optimiser::{GraphError, GraphOptimiser, KeyframePair, OptimiserConfig, Relinearisation};
 use crate::odometry_chain::OdometryChain;
 use geometry::Isometry;
@@ -15,9 +15,9 @@ use vocab::{KeyframeId, Stamp};
 /// Keyframes, edges and loops of one session.
 #[derive(Debug, Default)]
 pub struct PoseGraph {
-    nodes: Vec<Node>,
-    edges: Vec<Edge>,
-    loops: Vec<Edge>,
+    nodes: Vec<PoseGraphNode>,
+    edges: Vec<PoseGraphEdge>,
+    loops: Vec<PoseGraphEdge>,
     loop_pairs: BTreeSet<KeyframePair>,
     revision: u64,
     chain: OdometryChain,
@@ -40,14 +40,14 @@ impl PoseGraph {
     /// # Errors
     /// When a pose or edge is not finite, or the graph cannot be solved.
     pub fn resume(
-        nodes: Vec<Node>,
-        edges: Vec<Edge>,
-        loops: Vec<Edge>,
+        nodes: Vec<PoseGraphNode>,
+        edges: Vec<PoseGraphEdge>,
+        loops: Vec<PoseGraphEdge>,
         config: OptimiserConfig,
     ) -> Result<Self, GraphError> {
         let optimiser = GraphOptimiser::resume(config, &nodes, &edges, &loops)?;
         let (mut chain, mut covariances) = (OdometryChain::default(), CovarianceGraph::default());
-        let is_known = |edge: &&Edge| index(edge.from).max(index(edge.to)) < nodes.len();
+        let is_known = |edge: &&PoseGraphEdge| index(edge.from).max(index(edge.to)) < nodes.len();
         // For each keyframe, the edge from the newest keyframe before it.
         let mut incoming: Vec<Option<(usize, UncertainPose)>> = vec![None; nodes.len()];
         for edge in edges.iter().filter(is_known) {
@@ -76,17 +76,17 @@ impl PoseGraph {
     }
 
     /// Keyframes in the order of their numbers.
-    pub fn nodes(&self) -> &[Node] {
+    pub fn nodes(&self) -> &[PoseGraphNode] {
         &self.nodes
     }
 
     /// Odometry edges in the order of creation.
-    pub fn edges(&self) -> &[Edge] {
+    pub fn edges(&self) -> &[PoseGraphEdge] {
         &self.edges
     }
 
     /// Accepted loops in the order of acceptance.
-    pub fn loops(&self) -> &[Edge] {
+    pub fn loops(&self) -> &[PoseGraphEdge] {
         &self.loops
     }
 
@@ -127,8 +127,13 @@ impl PoseGraph {
 
     /// Adds a keyframe with the odometry edge that leads to it; none leads to the first. The distance walked has to be added before. A failure
     /// of the optimiser is kept, see [`Self::failure`].
-    pub fn add_keyframe(&mut self, stamp: Stamp, map_from_keyframe: &Isometry, edge: Option<&Edge>) -> Node {
-        let node = Node { id: self.next_id(), stamp, map_from_keyframe: *map_from_keyframe };
+    pub fn add_keyframe(
+        &mut self,
+        stamp: Stamp,
+        map_from_keyframe: &Isometry,
+        edge: Option<&PoseGraphEdge>,
+    ) -> PoseGraphNode {
+        let node = PoseGraphNode { id: self.next_id(), stamp, map_from_keyframe: *map_from_keyframe };
         let next = self.nodes.len();
         if let Some(edge) = edge {
             let relative = edge.relative_pose();
@@ -148,7 +153,7 @@ impl PoseGraph {
     }
 
     /// Adds an accepted loop. [`Self::optimise`] moves the keyframes accordingly. Returns whether both keyframes exist.
-    pub fn add_loop(&mut self, edge: &Edge) -> bool {
+    pub fn add_loop(&mut self, edge: &PoseGraphEdge) -> bool {
         if !(self.contains(edge.from) && self.contains(edge.to)) {
             return false;
         }

@@ -117,7 +117,7 @@ impl RingTable {
 
 /// Best alignment of two scan contexts.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Alignment {
+pub struct ScanContextAlignment {
     /// Distance, 0 (equal) to 1 (nothing in common).
     pub distance: f32,
     /// Rotation of the second about the vertical in the first, radians.
@@ -185,20 +185,20 @@ impl ScanContext {
 
     /// Best alignment of `other` with this one. The `peaks` best correlations of the sector keys and their neighbours are tried on the images.
     /// About 15 us for three.
-    pub fn align(&self, other: &Self, peaks: usize) -> Alignment {
+    pub fn align(&self, other: &Self, peaks: usize) -> ScanContextAlignment {
         let mut fits = [0.0_f32; SECTORS];
         for (shift, fit) in fits.iter_mut().enumerate() {
             *fit = (0..SECTORS).map(|s| self.sector_key[(s + shift) % SECTORS] * other.sector_key[s]).sum();
         }
         let mut order: [usize; SECTORS] = std::array::from_fn(|shift| shift);
         order.sort_by(|&a, &b| fits[b].total_cmp(&fits[a]).then(a.cmp(&b)));
-        let mut best = Alignment { distance: f32::INFINITY, yaw: 0.0 };
+        let mut best = ScanContextAlignment { distance: f32::INFINITY, yaw: 0.0 };
         for &peak in order.iter().take(peaks) {
             for shift in [peak + SECTORS - 1, peak, peak + 1].map(|shift| shift % SECTORS) {
                 let distance = self.distance(other, shift);
                 if distance < best.distance {
                     let turns = shift as f64 / SECTORS as f64;
-                    best = Alignment { distance, yaw: std::f64::consts::TAU * turns };
+                    best = ScanContextAlignment { distance, yaw: std::f64::consts::TAU * turns };
                 }
             }
         }
@@ -240,7 +240,7 @@ fn polar_image(bins: &[u8]) -> Option<PolarImage> {
 
 /// Pose of the second base in the first one according to an alignment, if the second was seen from `origin`.
 pub fn first_from_second(
-    alignment: &Alignment,
+    alignment: &ScanContextAlignment,
     level_from_first: &Rotation,
     level_from_second: &Rotation,
     origin: [f32; 2],

@@ -1,6 +1,6 @@
 //! Index of scan contexts: which keyframes look like a query.
 
-use crate::scan_context::{Alignment, RING_KEY_LENGTH, ScanContext};
+use crate::scan_context::{RING_KEY_LENGTH, ScanContext, ScanContextAlignment};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -27,7 +27,7 @@ pub struct ScanContextMatch {
     /// Index of the query's view that fitted best.
     pub view: usize,
     /// The alignment; its yaw turns the query as seen from the keyframe.
-    pub alignment: Alignment,
+    pub alignment: ScanContextAlignment,
 }
 
 /// Scan contexts in the order of insertion. A search compares every ring key, 128 B each; docs/maths/loops.md has the time. A tree would

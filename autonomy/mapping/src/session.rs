@@ -1,7 +1,7 @@
 //! One mapping session: its pose graph, the trajectory of the robot in the map, and the pose of the odometry's frame.
 
 use crate::Odometer;
-use crate::graph_element::{Edge, Node, renormalised};
+use crate::graph_element::{PoseGraphEdge, PoseGraphNode, renormalised};
 use crate::graph_optimiser::OptimiserConfig;
 use crate::pose_graph::PoseGraph;
 use crate::registration_floor::RegistrationFloor;
@@ -190,7 +190,7 @@ impl Session {
     }
 
     /// Adds the pose of a motion-corrected scan and makes every waypoint a keyframe. Returns the keyframe, if there is a new one.
-    pub fn add_scan(&mut self, scan: &ScanPose) -> Option<Node> {
+    pub fn add_scan(&mut self, scan: &ScanPose) -> Option<PoseGraphNode> {
         let waypoint = self.add_scan_pose(scan)?;
         Some(self.add_keyframe(&waypoint))
     }
@@ -220,8 +220,8 @@ impl Session {
     }
 
     /// Makes a waypoint a keyframe, with an edge from the last keyframe. Each waypoint before must have become one, too.
-    pub fn add_keyframe(&mut self, waypoint: &Waypoint) -> Node {
-        let edge = self.graph.nodes().last().zip(waypoint.step).map(|(last, step)| Edge {
+    pub fn add_keyframe(&mut self, waypoint: &Waypoint) -> PoseGraphNode {
+        let edge = self.graph.nodes().last().zip(waypoint.step).map(|(last, step)| PoseGraphEdge {
             from: last.id,
             to: self.graph.next_id(),
             from_from_to: step.pose,

@@ -125,7 +125,7 @@ fn rounding_errors_do_not_accumulate_over_hundreds_of_closed_loops() {
 fn loops_are_added_and_removed() {
     let mut session = Session::new(&at(0.0, 0.0), SessionConfig::new(KEYFRAMES));
     walk(&mut session, (0..=40).map(|i| at(f64::from(i) * 0.1, 0.0)));
-    let edge = Edge { from: KeyframeId(0), to: KeyframeId(3), ..session.graph().edges()[0] };
+    let edge = PoseGraphEdge { from: KeyframeId(0), to: KeyframeId(3), ..session.graph().edges()[0] };
     let revision = session.graph().revision();
     session.graph_mut().add_loop(&edge);
     assert_eq!((session.graph().loops(), session.graph().revision()), (&[edge][..], revision + 1));

@@ -1,7 +1,7 @@
 //! For tests: small worlds made of boxes with a LiDAR in them, and odometry steps.
 
 use crate::submap::{KeyframeCloud, Submap};
-use crate::{Edge, KeyframePolicy, UncertainPose};
+use crate::{KeyframePolicy, PoseGraphEdge, UncertainPose};
 use geometry::{Isometry, Matrix6, RngTree, Vector3, Vector6};
 use points::Downsampler;
 use std::sync::Arc;
@@ -123,10 +123,10 @@ pub fn at(x: f64, y: f64, yaw: f64) -> Isometry {
 }
 
 /// An edge of those deviations, radians and metres.
-pub fn edge(from: u32, to: u32, pose: Isometry, (turn, place): (f64, f64)) -> Edge {
+pub fn edge(from: u32, to: u32, pose: Isometry, (turn, place): (f64, f64)) -> PoseGraphEdge {
     let [turn, place] = [turn, place].map(|deviation: f64| deviation.powi(-2));
     let information = Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, place, place, place));
-    Edge { from: KeyframeId(from), to: KeyframeId(to), from_from_to: pose, information }
+    PoseGraphEdge { from: KeyframeId(from), to: KeyframeId(to), from_from_to: pose, information }
 }
 
 /// One metre ahead, turned by `yaw` radians, with a translation deviation of `deviation_m` and a larger one about the vertical.

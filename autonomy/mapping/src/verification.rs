@@ -9,7 +9,7 @@ use crate::registration_floor::RegistrationFloor;
 use crate::submap::{LazySubmap, Submap};
 use crate::uncertain_pose::{CHI_SQUARED_6_999, diagonal_covariance};
 use crate::vertical::RelativeTilt;
-use crate::{Edge, PoseCertaintyConfig, UncertainPose};
+use crate::{PoseCertaintyConfig, PoseGraphEdge, UncertainPose};
 use geometry::{Isometry, Matrix6, Vector3, se3, so3};
 use nalgebra::{SymmetricEigen, Translation3};
 use points::Surface;
@@ -173,7 +173,7 @@ pub enum RejectionReason {
 
 /// The figures on which a pair is decided. They are recorded and shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Evidence {
+pub struct PairEvidence {
     /// Why the pair was proposed.
     pub source: CandidateSource,
     /// Registration score of the whole cloud, 0 to 1.
@@ -199,7 +199,7 @@ pub struct Evidence {
     pub mahalanobis_squared: Option<f64>,
 }
 
-impl Evidence {
+impl PairEvidence {
     /// Without any figures.
     pub fn empty(source: CandidateSource) -> Self {
         Self {
@@ -226,7 +226,7 @@ pub struct ComparisonResult {
     /// Its inverse covariance, `[rotation; translation]`.
     pub information: Matrix6,
     /// The figures on which it is decided.
-    pub evidence: Evidence,
+    pub evidence: PairEvidence,
     /// Why it is rejected, if it is.
     pub rejection: Option<RejectionReason>,
 }
@@ -235,9 +235,9 @@ pub struct ComparisonResult {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VerifiedPair {
     /// The relative pose found, as an edge of the graph.
-    pub edge: Edge,
+    pub edge: PoseGraphEdge,
     /// The figures on which it is decided.
-    pub evidence: Evidence,
+    pub evidence: PairEvidence,
     /// Why it is rejected, if it is.
     pub rejection: Option<RejectionReason>,
 }
@@ -250,7 +250,7 @@ pub fn verify(task: &VerificationTask, gates: &VerificationConfig) -> VerifiedPa
 impl VerifiedPair {
     /// From the result of comparing two keyframes.
     pub fn new(from: KeyframeId, to: KeyframeId, compared: &ComparisonResult) -> Self {
-        let edge = Edge { from, to, from_from_to: compared.pose, information: compared.information };
+        let edge = PoseGraphEdge { from, to, from_from_to: compared.pose, information: compared.information };
         Self { edge, evidence: compared.evidence, rejection: compared.rejection }
     }
 }
@@ -282,7 +282,7 @@ pub fn compare(comparison: &Comparison, config: &VerificationConfig) -> Comparis
         .fold(0.0, f64::max);
     let measured = UncertainPose::from_information(pose, &information);
     let (correction_m, correction_rad) = correction(guesses, &pose);
-    let evidence = Evidence {
+    let evidence = PairEvidence {
         source: *source,
         score: score_from_viewpoint(&older.map, &newer.points, &newer.viewpoint, &pose, &config.fine),
         overlap: [forth_overlap, back_overlap],
@@ -305,13 +305,13 @@ fn no_fit(comparison: &Comparison) -> ComparisonResult {
     ComparisonResult {
         pose: comparison.guesses.first().copied().unwrap_or_else(Isometry::identity),
         information: Matrix6::zeros(),
-        evidence: Evidence { degenerate_directions: 3, ..Evidence::empty(comparison.source) },
+        evidence: PairEvidence { degenerate_directions: 3, ..PairEvidence::empty(comparison.source) },
         rejection: Some(RejectionReason::NoFit),
     }
 }
 
 fn rejection(
-    evidence: &Evidence,
+    evidence: &PairEvidence,
     comparison: &Comparison,
     config: &VerificationConfig,
 ) -> Option<RejectionReason> {

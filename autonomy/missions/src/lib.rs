@@ -30,12 +30,12 @@ pub use graph::{
 };
 pub use ids::turn_leg_id;
 pub use order::{
-    OrderPreview, Tour, TourConfig, TourError, TourProblem, WayCost, node_of, order_tasks,
+    OrderPreview, RouteCost, Tour, TourConfig, TourError, TourProblem, node_of, order_tasks,
     solve as solve_tour,
 };
 pub use poses::turned;
 pub use routes::{
-    LegResult, LegWalk, LegWay, RouteAttempt, RouteEffect, RouteExecutor, RouteExecutorConfig,
+    LegKind, LegResult, LegWalk, RouteAttempt, RouteEffect, RouteExecutor, RouteExecutorConfig,
     RouteRemaining, RouteView,
 };
 pub use runs::{

@@ -26,7 +26,7 @@ pub(crate) const ROUTE_ACTION_UNKNOWN: &str =
 /// Why an action on the way has failed.
 pub(crate) const ACTION_NOT_OFFERED: &str = "No program offers this action now.";
 
-pub(crate) const WAY_BLOCKED: &str = "The way was blocked.";
+pub(crate) const PATH_BLOCKED: &str = "The way was blocked.";
 
 /// An action of an edge that was cancelled because it did not end.
 pub(crate) const ACTION_SILENT: &str = "It did not end in its time.";
@@ -37,7 +37,7 @@ pub(crate) fn edge_action_failed(action: &str, reason: &str) -> String {
 }
 
 /// Where the robot stood when the way stayed blocked.
-pub(crate) fn way_blocked(at: vocab::Vec3) -> String {
+pub(crate) fn path_blocked(at: vocab::Vec3) -> String {
     format!("The way stayed blocked when the robot stood at x {:.1} m, y {:.1} m.", at.x, at.y)
 }
 
@@ -235,13 +235,13 @@ mod tests {
 
     #[test]
     fn the_notice_of_an_ended_run_names_its_mission_and_its_outcome() {
-        let told = |outcome, succeeded, tasks| run_ended("Round A", outcome, succeeded, tasks);
-        assert_eq!(told(RunState::Succeeded, 9, 9), "Round A has ended: all 9 tasks are done.");
-        assert_eq!(told(RunState::Failed, 0, 9), "Round A has failed: none of 9 tasks is done.");
+        let text = |outcome, succeeded, tasks| run_ended("Round A", outcome, succeeded, tasks);
+        assert_eq!(text(RunState::Succeeded, 9, 9), "Round A has ended: all 9 tasks are done.");
+        assert_eq!(text(RunState::Failed, 0, 9), "Round A has failed: none of 9 tasks is done.");
         let part = "Round A has ended in part: 7 of 9 tasks are done.";
-        assert_eq!(told(RunState::PartiallySucceeded, 7, 9), part);
-        assert_eq!(told(RunState::Cancelled, 0, 0), "Round A was taken from the queue.");
+        assert_eq!(text(RunState::PartiallySucceeded, 7, 9), part);
+        assert_eq!(text(RunState::Cancelled, 0, 0), "Round A was taken from the queue.");
         let ended = "Round A was ended by a person. 2 of 9 tasks are done.";
-        assert_eq!(told(RunState::Cancelled, 2, 9), ended);
+        assert_eq!(text(RunState::Cancelled, 2, 9), ended);
     }
 }

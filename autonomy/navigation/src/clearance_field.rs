@@ -34,7 +34,7 @@ impl<'a> ClearanceField<'a> {
 fn distances(elevation_map: &ElevationMap, reach_m: f64, block: (i32, i32)) -> Vec<f32> {
     let first = CellIndex { x: block.0 * BLOCK_CELLS, y: block.1 * BLOCK_CELLS };
     let last = CellIndex { x: first.x + BLOCK_CELLS - 1, y: first.y + BLOCK_CELLS - 1 };
-    let reach = (reach_m / elevation_map.cell_size()).ceil() as i32;
+    let reach = (reach_m / elevation_map.cell_size_m()).ceil() as i32;
     let low = CellIndex { x: first.x - reach, y: first.y - reach };
     let high = CellIndex { x: last.x + reach, y: last.y + reach };
     let mut squared = vec![(reach_m * reach_m) as f32; (BLOCK_CELLS * BLOCK_CELLS) as usize];

@@ -114,20 +114,20 @@ impl ElevationMapConfig {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RobotShape {
     /// Radius of the circle in which the robot can turn.
-    pub radius: f64,
+    pub radius_m: f64,
     /// Height of the base over the ground.
-    pub standing_height: f64,
+    pub standing_height_m: f64,
     /// Height above the ground that must be free of obstacles.
-    pub clearance: f64,
+    pub clearance_m: f64,
     /// Highest step that the robot climbs.
-    pub step: f64,
+    pub step_m: f64,
 }
 
 /// A robot for tests. Real shapes come from the robot's profile.
 #[cfg(test)]
 impl Default for RobotShape {
     fn default() -> Self {
-        Self { radius: 0.38, standing_height: 0.55, clearance: 0.95, step: 0.22 }
+        Self { radius_m: 0.38, standing_height_m: 0.55, clearance_m: 0.95, step_m: 0.22 }
     }
 }
 
@@ -284,7 +284,7 @@ fn runs(mut bits: u16) -> impl Iterator<Item = (u32, u32)> {
 #[derive(Clone, Debug)]
 pub struct ElevationMap {
     config: ElevationMapConfig,
-    cell_size: f64,
+    cell_size_m: f64,
     shape: RobotShape,
     blocks: BTreeMap<(i32, i32), Vec<Cell>>,
     /// What the newest scan saw. It is kept to reuse its memory.
@@ -302,15 +302,15 @@ struct SeenScan {
 }
 
 impl ElevationMap {
-    /// An empty map of square cells with a side of `cell_size` metres.
-    pub fn new(cell_size: f64, shape: RobotShape) -> Self {
-        Self::with_config(ElevationMapConfig::default(), cell_size, shape)
+    /// An empty map of square cells with a side of `cell_size_m` metres.
+    pub fn new(cell_size_m: f64, shape: RobotShape) -> Self {
+        Self::with_config(ElevationMapConfig::default(), cell_size_m, shape)
     }
 
     /// As [`Self::new`], with other parameters.
-    pub fn with_config(config: ElevationMapConfig, cell_size: f64, shape: RobotShape) -> Self {
+    pub fn with_config(config: ElevationMapConfig, cell_size_m: f64, shape: RobotShape) -> Self {
         let (blocks, scan_cells, zones) = (BTreeMap::new(), ScanCells::default(), GroundZones::default());
-        Self { config, cell_size, shape, blocks, scan_cells, scans: 0, zones }
+        Self { config, cell_size_m, shape, blocks, scan_cells, scans: 0, zones }
     }
 
     /// The areas with rules, in the frame of this map.
@@ -324,8 +324,8 @@ impl ElevationMap {
     }
 
     /// Side of a cell, metres.
-    pub fn cell_size(&self) -> f64 {
-        self.cell_size
+    pub fn cell_size_m(&self) -> f64 {
+        self.cell_size_m
     }
 
     /// The shape of the robot for which cells are free.
@@ -335,12 +335,12 @@ impl ElevationMap {
 
     /// The cell that holds a point.
     pub fn index(&self, x: f64, y: f64) -> CellIndex {
-        CellIndex { x: floor(x / self.cell_size), y: floor(y / self.cell_size) }
+        CellIndex { x: floor(x / self.cell_size_m), y: floor(y / self.cell_size_m) }
     }
 
     /// Centre of a cell, metres.
     pub fn centre(&self, index: CellIndex) -> (f64, f64) {
-        ((f64::from(index.x) + 0.5) * self.cell_size, (f64::from(index.y) + 0.5) * self.cell_size)
+        ((f64::from(index.x) + 0.5) * self.cell_size_m, (f64::from(index.y) + 0.5) * self.cell_size_m)
     }
 
     /// The content of a cell.
@@ -381,7 +381,8 @@ impl ElevationMap {
     }
 
     fn obstacle_position(&self, x: i32, y: i32, cell: &Cell) -> [f64; 2] {
-        let along = |index: i32, at: u8| (f64::from(index) + (f64::from(at) + 0.5) / 256.0) * self.cell_size;
+        let along =
+            |index: i32, at: u8| (f64::from(index) + (f64::from(at) + 0.5) / 256.0) * self.cell_size_m;
         [along(x, cell.obstacle_at[0]), along(y, cell.obstacle_at[1])]
     }
 
@@ -395,10 +396,10 @@ impl ElevationMap {
         range: f64,
     ) {
         let origin = map_from_base.translation.vector;
-        let foot = (origin.z - self.shape.standing_height) as f32;
+        let foot = (origin.z - self.shape.standing_height_m) as f32;
         let beams = self.collect_hits(map_from_base, sensor, points, range);
         let scan_cells = std::mem::take(&mut self.scan_cells);
-        let step = self.shape.step;
+        let step = self.shape.step_m;
         for (index, hits) in scan_cells.seen() {
             let (x, y) = self.centre(index);
             let distance = ((x - origin.x).powi(2) + (y - origin.y).powi(2)).sqrt();
@@ -433,17 +434,17 @@ impl ElevationMap {
     ) -> LowestBeams {
         let rotation = map_from_base.rotation.to_rotation_matrix().cast::<f32>();
         let origin = map_from_base.translation.vector;
-        let foot = (origin.z - self.shape.standing_height) as f32;
-        let ceiling = foot + self.shape.clearance as f32 + self.config.floor_separation_m;
+        let foot = (origin.z - self.shape.standing_height_m) as f32;
+        let ceiling = foot + self.shape.clearance_m as f32 + self.config.floor_separation_m;
         // Of the robot on the ground where it is now. Treads and obstacles of stairs are beside it by some centimetres at most.
-        let body_heights = foot + self.shape.step as f32..foot + self.shape.clearance as f32;
+        let body_heights = foot + self.shape.step_m as f32..foot + self.shape.clearance_m as f32;
         let lowest_slice = self.config.slice(foot) - self.config.slices_below_feet;
         let sensor_in_map = map_from_base * Point3::from(sensor.map(f64::from));
         let mut beams =
-            LowestBeams::new(&sensor_in_map.coords, self.shape.radius + self.config.self_margin_m);
+            LowestBeams::new(&sensor_in_map.coords, self.shape.radius_m + self.config.self_margin_m);
         let range_squared = (range * range) as f32;
         let mut scan_cells = std::mem::take(&mut self.scan_cells);
-        scan_cells.restart(self.index(origin.x, origin.y), (range / self.cell_size).ceil() as i32 + 1);
+        scan_cells.restart(self.index(origin.x, origin.y), (range / self.cell_size_m).ceil() as i32 + 1);
         for point in points {
             if point[0] * point[0] + point[1] * point[1] > range_squared {
                 continue;
@@ -459,7 +460,7 @@ impl ElevationMap {
             let bit = u32::try_from(self.config.slice(z) - lowest_slice).ok();
             let slices = bit.and_then(|bit| 1_u64.checked_shl(bit)).unwrap_or(0);
             let body = body_heights.contains(&z).then(|| {
-                let within = |at: f64, index: i32| (at / self.cell_size - f64::from(index)) as f32;
+                let within = |at: f64, index: i32| (at / self.cell_size_m - f64::from(index)) as f32;
                 [within(x, index.x), within(y, index.y)]
             });
             scan_cells.insert(index, z, slices, body);
@@ -472,7 +473,7 @@ impl ElevationMap {
     /// Whether ground beside a cell is known from which one step leads up to `height`. Stairs have such ground. A bag that hangs from a person's
     /// shoulder has none.
     fn has_lower_neighbour(&self, index: CellIndex, height: f32) -> bool {
-        let (step, reach) = (self.shape.step as f32, self.config.tread_cells);
+        let (step, reach) = (self.shape.step_m as f32, self.config.tread_cells);
         let is_one_step_away = |dx: i32, dy: i32| {
             let ground = self.cell(CellIndex { x: index.x + dx, y: index.y + dy }).ground;
             (ground - step..=ground + step).contains(&height)
@@ -486,7 +487,7 @@ impl ElevationMap {
             [-range, range].map(|reach| locate(self.index(position[0] + reach, position[1] + reach)).0);
         let is_near =
             |block: (i32, i32)| (low.0..=high.0).contains(&block.0) && (low.1..=high.1).contains(&block.1);
-        let overhead = f64::from(seen.foot) + self.shape.clearance;
+        let overhead = f64::from(seen.foot) + self.shape.clearance_m;
         let is_turn_of_thin = self.scans.is_multiple_of(self.config.thin_cleared_scans.max(1));
         let mut cleared: Vec<(CellIndex, u16)> = Vec::new();
         for (block, cells) in self.blocks.iter().filter(|(block, _)| is_near(**block)) {
@@ -522,7 +523,7 @@ impl ElevationMap {
     /// Marks the ground under the robot as known. The LiDAR does not see it, but the robot stands on it.
     fn mark_ground_under_robot(&mut self, map_from_base: &Isometry, foot: f32) {
         let position = map_from_base.translation.vector;
-        let reach = (self.shape.radius / self.cell_size).ceil() as i32;
+        let reach = (self.shape.radius_m / self.cell_size_m).ceil() as i32;
         let centre = self.index(position.x, position.y);
         for offset in disc(reach) {
             let index = CellIndex { x: centre.x + offset.x, y: centre.y + offset.y };
@@ -539,7 +540,7 @@ impl ElevationMap {
     /// the lowest point is low enough to be ground, given the feet and the neighbouring cells. An obstacle known in this cell can still rule it out.
     fn update_cell(&mut self, index: CellIndex, hits: &CellHits, foot: f32, mut is_ground: bool) {
         let config = self.config;
-        let (step, clearance) = (self.shape.step as f32, self.shape.clearance as f32);
+        let (step, clearance) = (self.shape.step_m as f32, self.shape.clearance_m as f32);
         let cell = self.cell_mut(index);
         let is_other_floor = cell.ground.is_finite()
             && (cell.ground - hits.lowest).abs() > config.floor_separation_m
@@ -572,7 +573,7 @@ impl ElevationMap {
             }
         }
         let ground = if cell.ground.is_finite() { cell.ground } else { foot };
-        let body = slices_in_the_way(&config, hits, ground, foot, step, clearance);
+        let body = blocked_slices(&config, hits, ground, foot, step, clearance);
         if hits.highest > ground + step && body != 0 {
             cell.slices |= body;
             let seen_at = hits.body_at().unwrap_or(MIDDLE);
@@ -600,7 +601,7 @@ impl ElevationMap {
         if was_obstacle == is_obstacle {
             return;
         }
-        let reach = (self.shape.radius / self.cell_size).floor() as i32;
+        let reach = (self.shape.radius_m / self.cell_size_m).floor() as i32;
         for offset in disc(reach) {
             let near = CellIndex { x: index.x + offset.x, y: index.y + offset.y };
             let count = &mut self.cell_mut(near).obstacles_near;
@@ -622,7 +623,7 @@ impl ElevationMap {
 }
 
 /// The slices above `ground`, metres, in which a scan saw an obstacle for the robot.
-fn slices_in_the_way(
+fn blocked_slices(
     config: &ElevationMapConfig,
     hits: &CellHits,
     ground: f32,

@@ -35,14 +35,14 @@ pub fn explore(
 ) -> Option<Vec<Vector3>> {
     let mut search = GridSearch::new(*planner, elevation_map);
     let start = search.nearest_free(elevation_map.index(from.x, from.y))?;
-    let reached = search.reach(start, config.radius_m / elevation_map.cell_size());
+    let reached = search.reach(start, config.radius_m / elevation_map.cell_size_m());
     let visited: Vec<CellIndex> = visited.iter().map(|place| elevation_map.index(place.x, place.y)).collect();
     let distance_squared =
         |a: CellIndex, b: CellIndex| i64::from(a.x - b.x).pow(2) + i64::from(a.y - b.y).pow(2);
     let novelty = |cell: CellIndex| {
         visited.iter().map(|&place| distance_squared(cell, place)).min().unwrap_or(i64::MAX)
     };
-    let distance_squared_min = (config.distance_min_m / elevation_map.cell_size()).powi(2) as i64;
+    let distance_squared_min = (config.distance_min_m / elevation_map.cell_size_m()).powi(2) as i64;
     let mut goals: Vec<CellIndex> = reached
         .keys()
         .copied()
@@ -51,9 +51,9 @@ pub fn explore(
     goals.sort_by_key(|&cell| Reverse(novelty(cell)));
     let is_known = |cell: &CellIndex| elevation_map.cell(*cell).ground().is_some();
     let known: Vec<CellIndex> = goals.into_iter().filter(is_known).collect();
-    let comfortable = known.iter().copied().find(|&cell| search.is_comfortable(cell));
+    let outside_inflation = known.iter().copied().find(|&cell| search.is_outside_inflation(cell));
     // In a narrow passage, or among people, all free ground may be near obstacles.
-    let goal = comfortable.or_else(|| known.first().copied())?;
+    let goal = outside_inflation.or_else(|| known.first().copied())?;
     let cells = trace(&reached, goal);
     Some(search.path(from, &cells))
 }

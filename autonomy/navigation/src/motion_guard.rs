@@ -64,7 +64,7 @@ impl MotionGuard {
         position: &Vector3,
         speed_max_m_s: f64,
     ) -> Self {
-        let radius_m = elevation_map.shape().radius;
+        let radius_m = elevation_map.shape().radius_m;
         let room_m = config.room_time_s * speed_max_m_s;
         let reach_m = radius_m + config.stopping_distance_m(speed_max_m_s) + room_m;
         let [low, high] =
@@ -92,7 +92,7 @@ impl MotionGuard {
 
     /// The greatest share of a velocity (forward and left, m/s, with `turn`, rad/s) with which the robot can stop in time. 0: it must not walk. Turning is free, because
     /// the footprint is the circle in which the robot turns.
-    pub fn allowed_share(&self, frame_from_base: &Isometry, linear_m_s: [f64; 2], turn_radps: f64) -> f64 {
+    pub fn allowed_share(&self, frame_from_base: &Isometry, linear_m_s: [f64; 2], turn_rad_s: f64) -> f64 {
         let speed_m_s = linear_m_s[0].hypot(linear_m_s[1]);
         if speed_m_s <= 0.0 || self.obstacles.is_empty() {
             return 1.0;
@@ -102,7 +102,7 @@ impl MotionGuard {
         let course = Course {
             start: [start.x, start.y],
             yaw_rad: ahead.y.atan2(ahead.x) + linear_m_s[1].atan2(linear_m_s[0]),
-            turn_radps,
+            turn_rad_s,
         };
         let room_m = self.room_m(course.start);
         SHARES.into_iter().find(|share| self.is_admissible(&course, speed_m_s * share, room_m)).unwrap_or(0.0)
@@ -120,7 +120,7 @@ impl MotionGuard {
         let step_s = distance_m / speed_m_s / samples;
         let [mut x, mut y] = course.start;
         (0..samples as usize).all(|sample| {
-            let yaw_rad = course.yaw_rad + course.turn_radps * step_s * (sample as f64 + 0.5);
+            let yaw_rad = course.yaw_rad + course.turn_rad_s * step_s * (sample as f64 + 0.5);
             x += yaw_rad.cos() * speed_m_s * step_s;
             y += yaw_rad.sin() * speed_m_s * step_s;
             self.room_m([x, y]) >= needed_m
@@ -141,7 +141,7 @@ struct Course {
     start: [f64; 2],
     /// Direction of the velocity there, radians.
     yaw_rad: f64,
-    turn_radps: f64,
+    turn_rad_s: f64,
 }
 
 #[cfg(test)]

@@ -43,7 +43,7 @@ fn a_robot_that_walks_away_turns_or_passes_with_room_is_not_slowed_down() {
     assert_eq!(share(1.9, beside(0.15), 0.0, [0.9, 0.0], 0.0), 1.0, "past it with 15 cm");
     let narrow = share(2.3, beside(0.03), 0.0, [0.9, 0.0], 0.0);
     assert!((0.1..0.5).contains(&narrow), "past it with 3 cm: {narrow}");
-    assert_eq!(share(2.375, beside(-0.02), 0.0, [0.0, 0.0], 0.9), 1.0, "on the spot");
+    assert_eq!(share(2.375, beside(-0.02), 0.0, [0.0, 0.0], 0.9), 1.0, "in place");
     assert_eq!(share(2.375, beside(-0.02), 0.0, [0.0, -0.2], 0.0), 0.0, "sideways into it");
     assert!(share(2.375, beside(-0.02), 0.0, [0.0, 0.2], 0.0) > 0.5, "away from it");
     assert_eq!(

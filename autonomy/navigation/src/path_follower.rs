@@ -1,6 +1,6 @@
 //! Pure pursuit: the robot steers towards a point ahead of it on the path.
 //!
-//! Source: Coulter, *Implementation of the Pure Pursuit Path Tracking Algorithm*, 1992. This robot can turn on the spot, so it corrects a large
+//! Source: Coulter, *Implementation of the Pure Pursuit Path Tracking Algorithm*, 1992. This robot can turn in place, so it corrects a large
 //! heading error before it walks. Looking far ahead cuts corners. So several distances are tried, and the one with which the [`MotionGuard`] lets the robot walk fastest is
 //! taken.
 
@@ -11,12 +11,12 @@ use geometry::{Isometry, Vector3};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathFollowerConfig {
     /// Walking speed, m/s.
-    pub speed_max_mps: f64,
+    pub speed_max_m_s: f64,
     /// Highest turning speed, rad/s.
-    pub turn_max_radps: f64,
+    pub turn_max_rad_s: f64,
     /// Turning speed for each radian of heading error, 1/s.
     pub turn_gain_per_s: f64,
-    /// Least heading error at which the robot turns on the spot, radians.
+    /// Least heading error at which the robot turns in place, radians.
     pub turn_in_place_rad: f64,
     /// Greatest distance along the path to the point steered towards, metres. Sensitivity: with 0.4 m the robot swings round its path, with 1.2 m it seldom can take the
     /// greatest one.
@@ -26,23 +26,23 @@ pub struct PathFollowerConfig {
     /// A shorter distance is taken only if the robot may walk faster with it by this factor, so that it does not swing between two of them.
     pub look_ahead_gain_min: f64,
     /// Speed at the end of the path, m/s. Each metre before the end adds 1 m/s, so that the robot does not overshoot.
-    pub end_speed_mps: f64,
+    pub end_speed_m_s: f64,
     /// Distance to the end at which the robot has arrived, metres.
     pub goal_tolerance_m: f64,
 }
 
 impl PathFollowerConfig {
-    /// For a robot with these speed limits, m/s and rad/s. The other values suit robots that turn on the spot.
-    pub fn new(speed_max_mps: f64, turn_max_radps: f64) -> Self {
+    /// For a robot with these speed limits, m/s and rad/s. The other values suit robots that turn in place.
+    pub fn new(speed_max_m_s: f64, turn_max_rad_s: f64) -> Self {
         Self {
-            speed_max_mps,
-            turn_max_radps,
+            speed_max_m_s,
+            turn_max_rad_s,
             turn_gain_per_s: 2.0,
             turn_in_place_rad: 0.8,
             look_ahead_m: 0.7,
             look_ahead_shares: [1.0, 0.6, 0.3],
             look_ahead_gain_min: 1.2,
-            end_speed_mps: 0.25,
+            end_speed_m_s: 0.25,
             goal_tolerance_m: 0.15,
         }
     }
@@ -123,9 +123,9 @@ impl PathFollower {
         let wanted = (target - here).y.atan2((target - here).x);
         let heading_error = wrap(wanted - forward.y.atan2(forward.x));
         let turn = (self.config.turn_gain_per_s * heading_error)
-            .clamp(-self.config.turn_max_radps, self.config.turn_max_radps);
+            .clamp(-self.config.turn_max_rad_s, self.config.turn_max_rad_s);
         let facing = (1.0 - heading_error.abs() / self.config.turn_in_place_rad).max(0.0);
-        let forward = self.config.speed_max_mps.min(self.config.end_speed_mps + to_end) * facing;
+        let forward = self.config.speed_max_m_s.min(self.config.end_speed_m_s + to_end) * facing;
         Velocity { forward, turn }
     }
 

@@ -68,7 +68,7 @@ fn a_corner_is_walked_round_with_room_beside_the_robot() {
 ......G...........
 ..................";
     let (elevation_map, from, to) = elevation_map(picture.trim_matches('\n'));
-    let path = plan(&PlannerConfig::default(), &elevation_map, &from, &to).expect("a way round the machine");
+    let path = plan(&PlannerConfig::default(), &elevation_map, &from, &to).expect("a path round the machine");
     let follower = PathFollower::new(PathFollowerConfig::new(0.9, 0.9), path);
     let mut pose = Isometry::translation(from.x, from.y, from.z);
     let guard = |pose: &Isometry| {

@@ -119,7 +119,7 @@ pub(crate) struct GridSearch<'a> {
 impl<'a> GridSearch<'a> {
     pub(crate) fn new(config: PlannerConfig, elevation_map: &'a ElevationMap) -> Self {
         let clearances =
-            ClearanceField::new(elevation_map, elevation_map.shape().radius + config.inflation_m);
+            ClearanceField::new(elevation_map, elevation_map.shape().radius_m + config.inflation_m);
         Self { config, elevation_map, clearances, factors: BTreeMap::new() }
     }
 
@@ -156,7 +156,7 @@ impl<'a> GridSearch<'a> {
     }
 
     /// Whether a cell is known ground away from obstacles.
-    pub(crate) fn is_comfortable(&mut self, cell: CellIndex) -> bool {
+    pub(crate) fn is_outside_inflation(&mut self, cell: CellIndex) -> bool {
         let max_factor = 1.0 + self.config.cost_factor_tolerance;
         self.cost_factor(cell).is_some_and(|factor| factor <= max_factor)
     }
@@ -166,7 +166,7 @@ impl<'a> GridSearch<'a> {
         if !self.elevation_map.is_free(cell) {
             return None;
         }
-        let room_m = self.clearances.distance_m(cell) - self.elevation_map.shape().radius;
+        let room_m = self.clearances.distance_m(cell) - self.elevation_map.shape().radius_m;
         let PlannerConfig { inflation_m, inflation_cost_factor, .. } = self.config;
         let nearness = ((inflation_m - room_m) / inflation_m).max(0.0);
         (room_m >= 0.0).then(|| 1.0 + (inflation_cost_factor - 1.0) * nearness.powi(2))
@@ -174,7 +174,7 @@ impl<'a> GridSearch<'a> {
 
     /// The free cell nearest to a cell, within [`PlannerConfig::free_cell_search_m`].
     pub(crate) fn nearest_free(&mut self, cell: CellIndex) -> Option<CellIndex> {
-        let reach = (self.config.free_cell_search_m / self.elevation_map.cell_size()).ceil() as i32;
+        let reach = (self.config.free_cell_search_m / self.elevation_map.cell_size_m()).ceil() as i32;
         let mut candidates: Vec<(i32, CellIndex)> = (-reach..=reach)
             .flat_map(|dx| (-reach..=reach).map(move |dy| (dx, dy)))
             .map(|(dx, dy)| (dx * dx + dy * dy, CellIndex { x: cell.x + dx, y: cell.y + dy }))
@@ -192,7 +192,7 @@ impl<'a> GridSearch<'a> {
         else {
             return Some(factor);
         };
-        ((a - b).abs() <= self.elevation_map.shape().step).then_some(factor)
+        ((a - b).abs() <= self.elevation_map.shape().step_m).then_some(factor)
     }
 
     /// The neighbours that can be reached from a cell, each with the cost of the step.

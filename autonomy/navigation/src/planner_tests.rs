@@ -11,7 +11,7 @@ const FROM_ABOVE: [f32; 3] = [0.0, 0.0, 500.0];
 
 /// Inserts the points that a LiDAR would see in the drawing.
 pub(crate) fn elevation_map(picture: &str) -> (ElevationMap, Vector3, Vector3) {
-    let shape = RobotShape { radius: 0.2, standing_height: 0.5, clearance: 0.9, step: 0.22 };
+    let shape = RobotShape { radius_m: 0.2, standing_height_m: 0.5, clearance_m: 0.9, step_m: 0.22 };
     let mut elevation_map = ElevationMap::new(SIZE, shape);
     let (mut points, mut from, mut to) = (Vec::new(), Vector3::zeros(), Vector3::zeros());
     for (row, line) in picture.lines().enumerate() {
@@ -149,7 +149,7 @@ fn a_person_who_leaves_is_cleared() {
     assert!(elevation_map.is_free(cell));
 }
 
-/// A hall with two ways from the left to the right.
+/// A hall with two paths from the left to the right.
 const HALL: &str = "
 ....................
 ....................
@@ -174,7 +174,7 @@ fn lowest(path: &[Vector3]) -> f64 {
 #[test]
 fn paths_lead_round_a_keep_out_zone_and_not_into_it() {
     let across = [[2.0, 0.5], [3.0, 0.5], [3.0, -1.2], [2.0, -1.2]];
-    let path = with_zone(ZoneRule::KeepOut, across).expect("a way round");
+    let path = with_zone(ZoneRule::KeepOut, across).expect("a path round");
     // Paths lead over cells of 0.25 m.
     let inside = |at: Vector3| (2.25..2.75).contains(&at.x) && at.y > -0.95;
     for pair in path.windows(2) {
@@ -189,9 +189,9 @@ fn paths_lead_round_a_keep_out_zone_and_not_into_it() {
 #[test]
 fn a_penalty_is_avoided_where_the_way_round_is_cheaper_and_a_speed_limit_changes_no_path() {
     let across = [[1.0, 0.5], [4.0, 0.5], [4.0, -0.9], [1.0, -0.9]];
-    assert!(lowest(&with_zone(ZoneRule::Penalty(5.0), across).expect("a way")) < -0.9);
-    assert!(lowest(&with_zone(ZoneRule::Penalty(1.01), across).expect("a way")) > -0.9);
-    assert!(lowest(&with_zone(ZoneRule::SpeedLimit(0.1), across).expect("a way")) > -0.7);
+    assert!(lowest(&with_zone(ZoneRule::Penalty(5.0), across).expect("a path")) < -0.9);
+    assert!(lowest(&with_zone(ZoneRule::Penalty(1.01), across).expect("a path")) > -0.9);
+    assert!(lowest(&with_zone(ZoneRule::SpeedLimit(0.1), across).expect("a path")) > -0.7);
     let all_over = [[1.0, 9.0], [4.0, 9.0], [4.0, -9.0], [1.0, -9.0]];
     assert!(with_zone(ZoneRule::Penalty(5.0), all_over).is_ok(), "there is no other way");
 }

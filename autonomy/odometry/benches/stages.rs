@@ -8,7 +8,7 @@ use messages::Sensor;
 use odometry::{Mounting, Odometry, OdometryConfig, OdometryEvent, ScanView, deskew};
 use points::{Centroid, Downsampler, GaussianMap, GaussianMapConfig};
 use registration::{MatchingConfig, linearise};
-use sim::{RouteFollower, SimConfig, Simulator, Site, SiteName};
+use sim::{RouteFollower, SimConfig, SimulatedSite, Simulator, SiteName};
 use std::sync::{Arc, OnceLock};
 use vocab::Span;
 
@@ -25,7 +25,7 @@ struct Walk {
 fn walk() -> &'static Walk {
     static WALK: OnceLock<Walk> = OnceLock::new();
     WALK.get_or_init(|| {
-        let site = Arc::new(Site::new(SiteName::B1));
+        let site = Arc::new(SimulatedSite::new(SiteName::B1));
         let route = site.routes()[0].clone();
         let start = Some(route.start);
         let mut sim = Simulator::new(SimConfig { start, ..SimConfig::new(site, 1) });

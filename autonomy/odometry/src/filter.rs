@@ -11,9 +11,9 @@ use nalgebra::SMatrix;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImuNoise {
     /// Gyroscope, rad/s/√Hz.
-    pub gyro_density: f64,
+    pub gyro_density_rad_s_per_sqrt_hz: f64,
     /// Accelerometer, m/s²/√Hz.
-    pub accel_density: f64,
+    pub accel_density_m_s2_per_sqrt_hz: f64,
 }
 
 /// Noise of the sources, and robustness of the filter.
@@ -24,24 +24,24 @@ pub struct FilterConfig {
     /// Noise of IMU readings at the end of their range.
     pub saturated_imu_noise: ImuNoise,
     /// Random walk of the gyroscope's bias, rad/s/√s.
-    pub gyro_bias_walk: f64,
+    pub gyro_bias_walk_rad_s_per_sqrt_s: f64,
     /// Random walk of the accelerometer's bias, m/s²/√s.
-    pub accel_bias_walk: f64,
+    pub accel_bias_walk_m_s2_per_sqrt_s: f64,
     /// Standard deviation of each axis of a leg velocity while the robot walks, m/s. Consecutive measurements are treated as
     /// independent.
     pub leg_velocity_m_s: f64,
     /// Error of the external odometry as a share of its rotation and its distance in one second, 1/√s. Its clock may lag.
-    pub external_share: f64,
+    pub external_share_per_sqrt_s: f64,
     /// Standard deviation of an external velocity at standstill, m/s, when an IMU is used as well.
     pub external_min_velocity_m_s: f64,
     /// Added to the squared turn rate of the external odometry, (rad/s)², so that its error is not zero at standstill.
-    pub external_min_turn_rate_squared: f64,
+    pub external_min_turn_rate_squared_rad2_s2: f64,
     /// Added to the squared velocity of the external odometry, (m/s)², so that its error is not zero at standstill.
-    pub external_min_velocity_squared: f64,
+    pub external_min_velocity_squared_m2_s2: f64,
     /// Random walk of the velocity when nothing measures it, m/s/√s.
-    pub velocity_walk: f64,
+    pub velocity_walk_m_s_per_sqrt_s: f64,
     /// Random walk of the turn rate when nothing measures it, rad/s/√s.
-    pub turn_rate_walk: f64,
+    pub turn_rate_walk_rad_s_per_sqrt_s: f64,
     /// Decay of velocity and turn rate when nothing measures them.
     pub decay: DecayConfig,
     /// Innovations longer than this many standard deviations get less weight (Huber).
@@ -57,17 +57,23 @@ pub struct FilterConfig {
 impl Default for FilterConfig {
     fn default() -> Self {
         Self {
-            imu_noise: ImuNoise { gyro_density: 1e-3, accel_density: 2e-2 },
-            saturated_imu_noise: ImuNoise { gyro_density: 3.0, accel_density: 10.0 },
-            gyro_bias_walk: 3e-5,
-            accel_bias_walk: 5e-4,
+            imu_noise: ImuNoise {
+                gyro_density_rad_s_per_sqrt_hz: 1e-3,
+                accel_density_m_s2_per_sqrt_hz: 2e-2,
+            },
+            saturated_imu_noise: ImuNoise {
+                gyro_density_rad_s_per_sqrt_hz: 3.0,
+                accel_density_m_s2_per_sqrt_hz: 10.0,
+            },
+            gyro_bias_walk_rad_s_per_sqrt_s: 3e-5,
+            accel_bias_walk_m_s2_per_sqrt_s: 5e-4,
             leg_velocity_m_s: 0.1,
-            external_share: 0.14,
+            external_share_per_sqrt_s: 0.14,
             external_min_velocity_m_s: 0.1,
-            external_min_turn_rate_squared: 0.05,
-            external_min_velocity_squared: 0.05,
-            velocity_walk: 1.5,
-            turn_rate_walk: 2.0,
+            external_min_turn_rate_squared_rad2_s2: 0.05,
+            external_min_velocity_squared_m2_s2: 0.05,
+            velocity_walk_m_s_per_sqrt_s: 1.5,
+            turn_rate_walk_rad_s_per_sqrt_s: 2.0,
             decay: DecayConfig::default(),
             huber_deviations: 3.0,
             gate_rotation_slack_rad: 0.005,
@@ -75,6 +81,11 @@ impl Default for FilterConfig {
             min_variance: 1e-14,
         }
     }
+}
+
+/// Variance of a random walk of this `density`, per √s, after `dt` seconds.
+fn walk_variance(density: f64, dt: f64) -> f64 {
+    density * density * dt
 }
 
 /// A state and the covariance of its error.
@@ -113,23 +124,24 @@ impl ErrorStateFilter {
         };
         match *motion {
             MotionModel::Inertial { .. } => {
-                add(ROTATION, imu_noise.gyro_density * imu_noise.gyro_density * dt);
-                add(VELOCITY, imu_noise.accel_density * imu_noise.accel_density * dt);
-                add(GYRO_BIAS, config.gyro_bias_walk * config.gyro_bias_walk * dt);
-                add(ACCEL_BIAS, config.accel_bias_walk * config.accel_bias_walk * dt);
+                add(ROTATION, walk_variance(imu_noise.gyro_density_rad_s_per_sqrt_hz, dt));
+                add(VELOCITY, walk_variance(imu_noise.accel_density_m_s2_per_sqrt_hz, dt));
+                add(GYRO_BIAS, walk_variance(config.gyro_bias_walk_rad_s_per_sqrt_s, dt));
+                add(ACCEL_BIAS, walk_variance(config.accel_bias_walk_m_s2_per_sqrt_s, dt));
             }
             MotionModel::Twist { turn_rate, velocity } => {
-                let share_squared = config.external_share * config.external_share;
-                let turn_rate_squared = turn_rate.norm_squared() + config.external_min_turn_rate_squared;
-                let velocity_squared = velocity.norm_squared() + config.external_min_velocity_squared;
+                let share_squared = config.external_share_per_sqrt_s * config.external_share_per_sqrt_s;
+                let turn_rate_squared =
+                    turn_rate.norm_squared() + config.external_min_turn_rate_squared_rad2_s2;
+                let velocity_squared = velocity.norm_squared() + config.external_min_velocity_squared_m2_s2;
                 add(ROTATION, share_squared * turn_rate_squared * dt);
                 add(POSITION, share_squared * velocity_squared * dt);
                 add(VELOCITY, share_squared * velocity_squared);
                 add(GYRO_BIAS, share_squared * turn_rate_squared);
             }
             MotionModel::DecayingVelocity(_) => {
-                add(VELOCITY, config.velocity_walk * config.velocity_walk * dt);
-                add(GYRO_BIAS, config.turn_rate_walk * config.turn_rate_walk * dt);
+                add(VELOCITY, walk_variance(config.velocity_walk_m_s_per_sqrt_s, dt));
+                add(GYRO_BIAS, walk_variance(config.turn_rate_walk_rad_s_per_sqrt_s, dt));
             }
         }
     }

@@ -57,16 +57,16 @@ impl MotionModel {
         match *self {
             Self::Inertial { gyro, specific_force } => {
                 let turn = (gyro - state.gyro_bias) * dt;
-                let half_way_rotation = rotation * so3::exp(&(turn * 0.5));
-                let acceleration = half_way_rotation * (specific_force - state.accel_bias) + state.gravity();
+                let midpoint_rotation = rotation * so3::exp(&(turn * 0.5));
+                let acceleration = midpoint_rotation * (specific_force - state.accel_bias) + state.gravity();
                 let moved = position + state.velocity * dt + acceleration * (0.5 * dt * dt);
                 next.odom_from_body = pose_of(moved, rotation * so3::exp(&turn));
                 next.velocity += acceleration * dt;
             }
             Self::Twist { turn_rate, velocity } => {
-                let half_way = rotation * so3::exp(&(turn_rate * (0.5 * dt)));
+                let midpoint_rotation = rotation * so3::exp(&(turn_rate * (0.5 * dt)));
                 let turned = rotation * so3::exp(&(turn_rate * dt));
-                next.odom_from_body = pose_of(position + half_way * velocity * dt, turned);
+                next.odom_from_body = pose_of(position + midpoint_rotation * velocity * dt, turned);
                 next.velocity = turned * velocity;
                 next.gyro_bias = -turn_rate;
             }
@@ -98,22 +98,22 @@ impl MotionModel {
             Self::Inertial { gyro, specific_force } => {
                 let turn = (gyro - state.gyro_bias) * dt;
                 let half_turn = turn * 0.5;
-                let half_way = rotation * so3::exp(&half_turn).to_rotation_matrix().into_inner();
+                let midpoint_rotation = rotation * so3::exp(&half_turn).to_rotation_matrix().into_inner();
                 let force = specific_force - state.accel_bias;
                 // Jacobians of the acceleration by a rotation error at the start of the step, and by the gyroscope bias through the
                 // half-way rotation.
-                let by_half_way = -half_way * so3::hat(&force);
-                let by_rotation = by_half_way * so3::exp(&-half_turn).to_rotation_matrix().into_inner();
-                let by_gyro_bias = by_half_way * so3::right_jacobian(&half_turn) * (-0.5 * dt);
+                let by_midpoint = -midpoint_rotation * so3::hat(&force);
+                let by_rotation = by_midpoint * so3::exp(&-half_turn).to_rotation_matrix().into_inner();
+                let by_gyro_bias = by_midpoint * so3::right_jacobian(&half_turn) * (-0.5 * dt);
                 let half_dt2 = 0.5 * dt * dt;
                 set(ROTATION, GYRO_BIAS, &(so3::right_jacobian(&turn) * -dt));
                 set(POSITION, ROTATION, &(next_from_odom * by_rotation * half_dt2));
                 set(POSITION, VELOCITY, &(next_from_odom * dt));
                 set(POSITION, GYRO_BIAS, &(next_from_odom * by_gyro_bias * half_dt2));
-                set(POSITION, ACCEL_BIAS, &(next_from_odom * half_way * -half_dt2));
+                set(POSITION, ACCEL_BIAS, &(next_from_odom * midpoint_rotation * -half_dt2));
                 set(VELOCITY, ROTATION, &(by_rotation * dt));
                 set(VELOCITY, GYRO_BIAS, &(by_gyro_bias * dt));
-                set(VELOCITY, ACCEL_BIAS, &(half_way * -dt));
+                set(VELOCITY, ACCEL_BIAS, &(midpoint_rotation * -dt));
                 let gravity = state.gravity();
                 for axis in 0..2 {
                     // The length of gravity is fixed, so a change of a horizontal component changes z as well.
@@ -125,8 +125,8 @@ impl MotionModel {
                 }
             }
             Self::Twist { turn_rate, velocity } => {
-                let half_way = so3::exp(&(turn_rate * (0.5 * dt)));
-                let step = half_way * velocity * dt;
+                let midpoint_rotation = so3::exp(&(turn_rate * (0.5 * dt)));
+                let step = midpoint_rotation * velocity * dt;
                 set(POSITION, ROTATION, &(next_from_body * so3::hat(&step) * -1.0));
                 let next_rotation = next.odom_from_body.rotation.to_rotation_matrix().into_inner();
                 set(VELOCITY, ROTATION, &(next_rotation * so3::hat(&velocity) * next_from_body * -1.0));

@@ -151,7 +151,7 @@ mod tests {
         };
         assert!(!is_carried_after(3.0, (0.8, 0.0), 3.0), "it walks");
         assert!(!is_carried_after(3.0, (0.0, 0.0), 0.0), "it stands");
-        assert!(!is_carried_after(3.0, (0.02, 0.8), 1.0), "it turns on the spot");
+        assert!(!is_carried_after(3.0, (0.02, 0.8), 1.0), "it turns in place");
         assert!(!is_carried_after(2.0, (0.0, 0.0), 0.0), "it stands again");
         assert!(!is_carried_after(0.3, (0.0, 0.0), 4.0), "somebody knocks against it");
         assert!(!is_carried_after(2.0, (0.0, 0.0), 0.0), "after the knock");

@@ -257,8 +257,9 @@ impl StatePropagator {
         if is_saturated {
             return self.noise.saturated_imu_noise;
         }
-        let ImuNoise { gyro_density, accel_density } = self.noise.imu_noise;
-        ImuNoise { gyro_density: gyro_density * self.consistency.gyro_noise_factor(), accel_density }
+        let mut noise = self.noise.imu_noise;
+        noise.gyro_density_rad_s_per_sqrt_hz *= self.consistency.gyro_noise_factor();
+        noise
     }
 
     /// Switches between propagation with and without the IMU. When the IMU falls silent, the body keeps its last turn rate. When it sends again, its
@@ -326,7 +327,8 @@ impl StatePropagator {
                 velocity: so3::exp(&(turn_rate * -self.config.external_half_interval_s)) * velocity,
                 body_from_frame: Isometry::identity(),
                 gyro: self.gyro,
-                deviation: self.noise.external_min_velocity_m_s + self.noise.external_share * velocity.norm(),
+                deviation: self.noise.external_min_velocity_m_s
+                    + self.noise.external_share_per_sqrt_s * velocity.norm(),
                 uses_leg_scale: false,
             };
             measurement.apply(&mut self.filter);

@@ -4,8 +4,8 @@
 
 use divan::counter::ItemsCount;
 use sim::{
-    CameraAim, FULL_COLUMNS, RINGS, RouteFollower, SWEEP_HZ, ScheduledFault, SimConfig, SimEvent, Simulator,
-    Site, SiteName,
+    CameraAim, FULL_COLUMNS, RINGS, RouteFollower, SWEEP_HZ, ScheduledFault, SimConfig, SimEvent,
+    SimulatedSite, Simulator, SiteName,
 };
 use std::sync::Arc;
 use vocab::Span;
@@ -15,8 +15,8 @@ fn main() {
 }
 
 /// A robot eight seconds into the short route of the site.
-fn under_way(site: SiteName, columns: u32) -> (Simulator, RouteFollower) {
-    let site = Arc::new(Site::new(site));
+fn walking(site: SiteName, columns: u32) -> (Simulator, RouteFollower) {
+    let site = Arc::new(SimulatedSite::new(site));
     let Some(route) = site.route("short").cloned() else { panic!("every site has a short route") };
     let mut config = SimConfig::new(Arc::clone(&site), 1);
     config.lidar_columns = columns;
@@ -39,7 +39,7 @@ fn tenth(simulator: &mut Simulator, walker: &mut RouteFollower) -> Vec<SimEvent>
 
 #[divan::bench(args = SiteName::ALL, sample_count = 30, sample_size = 1)]
 fn sweep_at_full_resolution(bencher: divan::Bencher, site: SiteName) {
-    let (mut simulator, mut walker) = under_way(site, FULL_COLUMNS);
+    let (mut simulator, mut walker) = walking(site, FULL_COLUMNS);
     bencher
         .counter(ItemsCount::new(FULL_COLUMNS as usize * RINGS))
         .bench_local(|| tenth(&mut simulator, &mut walker));
@@ -47,24 +47,24 @@ fn sweep_at_full_resolution(bencher: divan::Bencher, site: SiteName) {
 
 #[divan::bench(args = SiteName::ALL, sample_count = 30, sample_size = 1)]
 fn tenth_of_a_second_without_rays(bencher: divan::Bencher, site: SiteName) {
-    let (mut simulator, mut walker) = under_way(site, SWEEP_HZ);
+    let (mut simulator, mut walker) = walking(site, SWEEP_HZ);
     simulator.inject_fault(ScheduledFault::BlindLidar { from: Span::ZERO, until: Span::from_secs_f64(1e6) });
     bencher.bench_local(|| tenth(&mut simulator, &mut walker));
 }
 
 #[divan::bench(args = SiteName::ALL, sample_count = 5, sample_size = 1)]
-fn build_the_site(site: SiteName) -> Site {
-    Site::new(site)
+fn build_the_site(site: SiteName) -> SimulatedSite {
+    SimulatedSite::new(site)
 }
 
 #[divan::bench(args = SiteName::ALL, sample_count = 10, sample_size = 1)]
 fn picture_of_640_by_480(bencher: divan::Bencher, site: SiteName) {
-    let (mut simulator, _) = under_way(site, SWEEP_HZ);
+    let (mut simulator, _) = walking(site, SWEEP_HZ);
     bencher.bench_local(|| simulator.picture(&CameraAim { pan_rad: 0.3, tilt_rad: 0.1, zoom: 1.0 }));
 }
 
 #[divan::bench(args = SiteName::ALL, sample_count = 10, sample_size = 1)]
 fn thermal_picture_of_320_by_240(bencher: divan::Bencher, site: SiteName) {
-    let (mut simulator, _) = under_way(site, SWEEP_HZ);
+    let (mut simulator, _) = walking(site, SWEEP_HZ);
     bencher.bench_local(|| simulator.thermal_picture(&CameraAim { pan_rad: 0.3, tilt_rad: 0.1, zoom: 1.0 }));
 }

@@ -22,7 +22,7 @@ const CHARGING_SPEED_MAX_M_S: f64 = 0.02;
 
 /// The battery.
 #[derive(Clone, Debug)]
-pub(crate) struct Battery {
+pub(crate) struct SimulatedBattery {
     /// State of charge, 0 to 1.
     charge: f64,
     /// Power into the battery, watts.
@@ -30,7 +30,7 @@ pub(crate) struct Battery {
     charging: bool,
 }
 
-impl Battery {
+impl SimulatedBattery {
     /// A battery with that state of charge, 0 to 1.
     pub(crate) fn new(charge: f64) -> Self {
         Self { charge, power: -STANDING_POWER_W, charging: false }

@@ -3,7 +3,7 @@
 use crate::gait::{Gait, PoseOffset};
 use crate::locomotion::Locomotion;
 use crate::low_pass::LowPassFilter;
-use crate::site::Site;
+use crate::site::SimulatedSite;
 use crate::timing::{BLOCK_SECONDS, TICK_SECONDS, TICKS_PER_BLOCK};
 use geometry::{Isometry, Rng, Rotation, Vector3, so3};
 use nalgebra::Translation3;
@@ -59,7 +59,7 @@ impl MotionHistory {
 
 /// The body.
 #[derive(Clone, Debug)]
-pub(crate) struct Body {
+pub(crate) struct SimulatedBody {
     locomotion: Locomotion,
     gait: Gait,
     /// Filters of x, y and yaw.
@@ -69,9 +69,9 @@ pub(crate) struct Body {
     motion: MotionHistory,
 }
 
-impl Body {
+impl SimulatedBody {
     /// A body that stands at `x, y` on the first ground below `z` (site frame, metres).
-    pub(crate) fn new(site: &Site, x: f64, y: f64, z: f64, yaw: f64, rng: Rng) -> Self {
+    pub(crate) fn new(site: &SimulatedSite, x: f64, y: f64, z: f64, yaw: f64, rng: Rng) -> Self {
         let locomotion = Locomotion::new(site, x, y, z, yaw);
         let ground_plane = locomotion.ground_plane;
         let path = [locomotion.x, locomotion.y, locomotion.yaw]
@@ -110,7 +110,7 @@ impl Body {
     }
 
     /// Advances by one block towards the commanded velocity.
-    pub(crate) fn advance(&mut self, site: &Site, commanded: &Twist) {
+    pub(crate) fn advance(&mut self, site: &SimulatedSite, commanded: &Twist) {
         let before = [self.locomotion.x, self.locomotion.y, self.locomotion.yaw];
         self.locomotion.advance(site, commanded, BLOCK_SECONDS);
         self.append_block(before, |_| PoseOffset::default());
@@ -125,7 +125,7 @@ impl Body {
     /// start of the block. The ground plane is fitted again when the robot is `put_down`.
     pub(crate) fn carry(
         &mut self,
-        site: &Site,
+        site: &SimulatedSite,
         [x, y, yaw]: [f64; 3],
         sway: impl Fn(usize) -> PoseOffset,
         put_down: bool,

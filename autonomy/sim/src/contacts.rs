@@ -95,7 +95,7 @@ impl Contacts {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::site::{Site, SiteName};
+    use crate::site::{SimulatedSite, SiteName};
     use geometry::RngTree;
 
     /// A body whose hull reaches the middle of a person, at this velocity.
@@ -107,7 +107,7 @@ mod tests {
 
     #[test]
     fn whoever_moves_into_the_other_has_caused_the_contact() {
-        let people = People::new(&Site::new(SiteName::B1), 1, RngTree::new(1));
+        let people = People::new(&SimulatedSite::new(SiteName::B1), 1, RngTree::new(1));
         let place = people.positions()[0];
         for (velocity, is_by_robot) in [
             (Vector3::x() * 0.5, true),

@@ -1,6 +1,6 @@
 //! The contacts of a dock: they touch in the right pose only, and even there they fail at times.
 
-use crate::site::Site;
+use crate::site::SimulatedSite;
 use geometry::{Isometry, Rng};
 use std::collections::BTreeSet;
 
@@ -18,13 +18,13 @@ pub(crate) struct DockContact {
 
 impl DockContact {
     /// A robot that begins in this pose. Where that is a dock, it is charged.
-    pub(crate) fn new(failure_share: f64, rng: Rng, site: &Site, site_from_base: &Isometry) -> Self {
+    pub(crate) fn new(failure_share: f64, rng: Rng, site: &SimulatedSite, site_from_base: &Isometry) -> Self {
         let attempt = site.dock_in_contact(site_from_base).map(|dock| (dock, true));
         Self { failure_share, rng, attempt, failed: BTreeSet::new() }
     }
 
     /// Takes the present pose. Returns whether the contacts carry current.
-    pub(crate) fn update(&mut self, site: &Site, site_from_base: &Isometry) -> bool {
+    pub(crate) fn update(&mut self, site: &SimulatedSite, site_from_base: &Isometry) -> bool {
         self.attempt = self.attempt.filter(|(dock, _)| site.is_docking(*dock, site_from_base));
         let Some(dock) = site.dock_in_contact(site_from_base) else { return false };
         let (_, works) = match self.attempt {
@@ -57,13 +57,13 @@ mod tests {
         Isometry::from_parts(place, Rotation::from_euler_angles(0.0, 0.0, turn_deg.to_radians()))
     }
 
-    fn contact(site: &Site, failure_share: f64, begins: &Isometry) -> DockContact {
+    fn contact(site: &SimulatedSite, failure_share: f64, begins: &Isometry) -> DockContact {
         DockContact::new(failure_share, RngTree::new(1).rng(), site, begins)
     }
 
     #[test]
     fn current_flows_within_3_cm_and_3_degrees_only() {
-        let site = Site::new(SiteName::B1);
+        let site = SimulatedSite::new(SiteName::B1);
         for (forward_m, left_m, turn_deg, flows) in [
             (0.0, 0.0, 0.0, true),
             (0.02, -0.02, 2.9, true),
@@ -90,7 +90,7 @@ mod tests {
 
     #[test]
     fn contacts_that_fail_work_at_the_next_attempt() {
-        let site = Site::new(SiteName::B1);
+        let site = SimulatedSite::new(SiteName::B1);
         let (away, nearly, docked) = (base(1.0, 0.0, 0.0), base(0.1, 0.0, 0.0), base(0.0, 0.0, 0.0));
         let mut contact = contact(&site, 1.0, &away);
         assert!(!contact.update(&site, &docked) && !contact.update(&site, &nearly));

@@ -30,7 +30,7 @@ const ACCEL_RANGE_M_S2: f64 = 12.0 * STANDARD_GRAVITY_M_S2;
 
 /// The inertial measurement unit.
 #[derive(Clone, Debug)]
-pub(crate) struct Imu {
+pub(crate) struct SimulatedImu {
     base_from_imu: Isometry,
     /// `None` for an IMU without errors.
     errors: Option<Errors>,
@@ -47,7 +47,7 @@ fn gaussian(rng: &mut Rng) -> Vector3 {
     Vector3::new(rng.normal(), rng.normal(), rng.normal())
 }
 
-impl Imu {
+impl SimulatedImu {
     /// An IMU at `base_from_imu`; without `rng` it has no errors.
     pub(crate) fn new(base_from_imu: Isometry, rng: Option<Rng>) -> Self {
         let errors = rng.map(|mut rng| Errors {

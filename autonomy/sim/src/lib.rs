@@ -43,23 +43,24 @@ mod timing;
 pub use body::STANDING_HEIGHT;
 pub use bvh::Bvh;
 pub use camera::{
-    CameraAim, CameraConfig, CameraImage, CameraScene, CameraSnapshot, Face, Fixture, Intrinsics, Reading,
-    ThermalImage,
+    CameraAim, CameraConfig, CameraImage, CameraScene, CameraSnapshot, Face, Fixture, GaugeReading,
+    Intrinsics, ThermalImage,
 };
 pub use contacts::{Contact, ContactWith};
 pub use faults::ScheduledFault;
 pub use ground_truth::GroundTruth;
 pub use instruments::{
-    AirReading, GammaConfig, GammaField, GammaLine, GammaSource, InstrumentSnapshot, Nuclide, Surroundings,
+    AirReading, GammaConfig, GammaField, GammaLine, GammaSource, InstrumentEnvironment, InstrumentSnapshot,
+    Nuclide,
 };
 pub use lidar::{FULL_COLUMNS, RINGS};
 pub use ray_packet::{LANES, Lane, NO_HIT, RayPacket};
-pub use route::{Route, Start};
+pub use route::{SiteRoute, Start};
 pub use route_follower::RouteFollower;
 pub use shape::{Clearance, Material, Shape, Solid, UnknownMaterial};
 pub use simulator::{SimConfig, SimEvent, Simulator};
 pub use site::{
-    BuildingModel, BuildingModelConfig, BuildingModelError, Dock, Mobility, ModelPart, ModelTriangle, Site,
-    SiteName, TessellationConfig, UnknownSite,
+    BuildingModel, BuildingModelConfig, BuildingModelError, Mobility, ModelPart, ModelTriangle,
+    SimulatedDock, SimulatedSite, SiteName, TessellationConfig, UnknownSite,
 };
 pub use timing::{IMU_HZ, SWEEP_HZ};

@@ -8,7 +8,7 @@
 
 use crate::people::{PERSON_BIT, People};
 use crate::ray_packet::{LANES, Lane, NO_HIT, RayPacket};
-use crate::site::Site;
+use crate::site::SimulatedSite;
 use crate::timing::{BLOCK_SECONDS, BLOCKS_PER_SWEEP, SWEEP_HZ};
 use geometry::{Isometry, Rng};
 use messages::Scan;
@@ -110,7 +110,7 @@ impl Lidar {
     /// `site_from_base` gives the pose of the base at seconds after the start of the block.
     pub(crate) fn advance(
         &mut self,
-        site: &Site,
+        site: &SimulatedSite,
         people: &People,
         block: u32,
         sweep_start: Stamp,
@@ -173,7 +173,7 @@ impl Lidar {
         group
     }
 
-    fn cast_column_group(&mut self, site: &Site, people: &People, group: &ColumnGroup) {
+    fn cast_column_group(&mut self, site: &SimulatedSite, people: &People, group: &ColumnGroup) {
         let silent =
             Returns { direction: [[0.0; LANES]; 3], range: [f32::NAN; LANES], intensity: [0.0; LANES] };
         let mut seen = [silent; RINGS];
@@ -230,7 +230,7 @@ impl ColumnGroup {
 
 /// Turns ray hits into range and intensity as the receiver measures them.
 fn compute_returns(
-    site: &Site,
+    site: &SimulatedSite,
     people: &People,
     packet: &RayPacket,
     mut rng: Option<&mut Rng>,

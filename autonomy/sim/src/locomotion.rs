@@ -2,7 +2,7 @@
 //! ground under the feet.
 
 use crate::ray_packet::{LANES, NO_HIT, RayPacket};
-use crate::site::Site;
+use crate::site::SimulatedSite;
 use geometry::Vector3;
 use vocab::Twist;
 
@@ -70,7 +70,7 @@ pub(crate) struct Locomotion {
 
 impl Locomotion {
     /// A robot that stands at `x, y` on the first ground below `z` (site frame, metres).
-    pub(crate) fn new(site: &Site, x: f64, y: f64, z: f64, yaw: f64) -> Self {
+    pub(crate) fn new(site: &SimulatedSite, x: f64, y: f64, z: f64, yaw: f64) -> Self {
         let height = ground_height(site, x, y, z + 0.5, 20.0).unwrap_or(z);
         let ground_plane = GroundPlane { height, pitch: 0.0, roll: 0.0 };
         let mut locomotion = Self { x, y, yaw, ground_plane, velocity: [0.0; 3], touches_solid: false };
@@ -95,7 +95,7 @@ impl Locomotion {
     }
 
     /// Moves for `dt` seconds with the commanded velocity, within the limits of the legs and the walls of the site.
-    pub(crate) fn advance(&mut self, site: &Site, commanded: &Twist, dt: f64) {
+    pub(crate) fn advance(&mut self, site: &SimulatedSite, commanded: &Twist, dt: f64) {
         self.accelerate(commanded, dt);
         let [forward, left, turn] = self.velocity;
         let (sin, cos) = (self.yaw + turn * dt / 2.0).sin_cos();
@@ -138,7 +138,7 @@ impl Locomotion {
     }
 
     /// Moves the body horizontally out of the solids that it overlaps; returns whether there were any.
-    fn resolve_collisions(&mut self, site: &Site) -> bool {
+    fn resolve_collisions(&mut self, site: &SimulatedSite) -> bool {
         let mut touched = false;
         for _ in 0..6 {
             let Some((depth, away)) = self.deepest_penetration(site) else { break };
@@ -150,7 +150,7 @@ impl Locomotion {
     }
 
     /// The deepest overlap with a solid: the distance to move (metres) and the horizontal unit direction to move in.
-    fn deepest_penetration(&self, site: &Site) -> Option<(f64, [f64; 2])> {
+    fn deepest_penetration(&self, site: &SimulatedSite) -> Option<(f64, [f64; 2])> {
         let mut deepest: Option<(f64, [f64; 2])> = None;
         for (center, radius) in self.spheres() {
             site.bvh().near(&center, radius, |solid| {
@@ -171,14 +171,14 @@ impl Locomotion {
     }
 
     /// Whether the ground under the middle is too high or too low to step on.
-    fn is_at_ledge(&self, site: &Site) -> bool {
+    fn is_at_ledge(&self, site: &SimulatedSite) -> bool {
         let here = self.ground_plane.height;
         ground_height(site, self.x, self.y, here + PROBE_HEIGHT_M, PROBE_LENGTH_M)
             .is_none_or(|height| (height - here).abs() > STEP_MAX_M)
     }
 
     /// Fits a plane to the ground under the feet.
-    fn fit_ground_plane(&self, site: &Site) -> GroundPlane {
+    fn fit_ground_plane(&self, site: &SimulatedSite) -> GroundPlane {
         let here = self.ground_plane.height;
         let middle =
             ground_height(site, self.x, self.y, here + PROBE_HEIGHT_M, PROBE_LENGTH_M).unwrap_or(here);
@@ -211,7 +211,7 @@ impl Locomotion {
 }
 
 /// Height of the first surface at most `length` metres below `top`, site frame, metres.
-fn ground_height(site: &Site, x: f64, y: f64, top: f64, length: f32) -> Option<f64> {
+fn ground_height(site: &SimulatedSite, x: f64, y: f64, top: f64, length: f32) -> Option<f64> {
     let mut packet = RayPacket::single(&Vector3::new(x, y, top), &-Vector3::z(), length);
     site.bvh().cast(&mut packet);
     (packet.solid[0] != NO_HIT).then(|| top - f64::from(packet.range[0]))

@@ -2,7 +2,7 @@
 
 use crate::ray_packet::{PackedShape, RayPacket};
 use crate::shape::{Material, Shape, Solid};
-use crate::site::Site;
+use crate::site::SimulatedSite;
 use geometry::{Rng, RngTree, Vector3};
 
 /// Set in [`RayPacket::solid`] for the parts of people; the other bits are person × [`PARTS`] + part.
@@ -52,7 +52,7 @@ struct Person {
 
 impl People {
     /// `count` people, distributed over the pedestrian paths of the site.
-    pub(crate) fn new(site: &Site, count: u32, rng: RngTree) -> Self {
+    pub(crate) fn new(site: &SimulatedSite, count: u32, rng: RngTree) -> Self {
         let paths = site.pedestrian_paths();
         let person = |number: u32| {
             let path = paths.get(number as usize % paths.len().max(1))?;

@@ -13,7 +13,7 @@ pub struct Start {
 
 /// A walk through a site.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Route {
+pub struct SiteRoute {
     /// Name: "round" or "short".
     pub name: &'static str,
     /// Where the walk begins.

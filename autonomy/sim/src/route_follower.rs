@@ -2,7 +2,7 @@
 //! for the autonomy.
 
 use crate::ground_truth::GroundTruth;
-use crate::route::Route;
+use crate::route::SiteRoute;
 use messages::Drive;
 use vocab::{Twist, Vec3};
 
@@ -16,8 +16,8 @@ const LOOKAHEAD_M: f64 = 0.9;
 const TURN_GAIN_PER_S: f64 = 1.8;
 /// Greatest turning rate, rad/s.
 const TURN_RATE_MAX_RAD_S: f64 = 0.9;
-/// Heading error from which on the robot turns on the spot, radians.
-const TURN_ON_THE_SPOT_RAD: f64 = 0.9;
+/// Heading error from which on the robot turns in place, radians.
+const TURN_IN_PLACE_RAD: f64 = 0.9;
 /// Within this distance of a waypoint the robot slows down, metres.
 const SLOWDOWN_DISTANCE_M: f64 = 0.7;
 /// Added to the distance left, so that the robot does not creep towards the waypoint, metres.
@@ -26,7 +26,7 @@ const SLOWDOWN_MARGIN_M: f64 = 0.15;
 /// Turns a route into drive commands by pure pursuit: it steers to a point of the present leg that is some distance ahead.
 #[derive(Clone, Debug)]
 pub struct RouteFollower {
-    route: Route,
+    route: SiteRoute,
     /// Index of the waypoint that the robot walks to.
     leg: usize,
     started_s: Option<f64>,
@@ -35,7 +35,7 @@ pub struct RouteFollower {
 
 impl RouteFollower {
     /// A follower at the start of the route.
-    pub fn new(route: Route) -> Self {
+    pub fn new(route: SiteRoute) -> Self {
         Self { route, leg: 0, started_s: None, arrived_s: None }
     }
 
@@ -80,9 +80,9 @@ impl RouteFollower {
         let carrot = (walked + LOOKAHEAD_M).clamp(0.0, length);
         let aim = [from[0] + unit[0] * carrot - place[0], from[1] + unit[1] * carrot - place[1]];
         let error = wrap_angle(aim[1].atan2(aim[0]) - yaw);
-        // Turn on the spot at sharp corners, round off the others, and slow down before the waypoint.
+        // Turn in place at sharp corners, round off the others, and slow down before the waypoint.
         let distance_left = (goal[0] - place[0]).hypot(goal[1] - place[1]);
-        let speed_share = (1.0 - error.abs() / TURN_ON_THE_SPOT_RAD).max(0.0)
+        let speed_share = (1.0 - error.abs() / TURN_IN_PLACE_RAD).max(0.0)
             * ((distance_left + SLOWDOWN_MARGIN_M) / SLOWDOWN_DISTANCE_M).min(1.0);
         let turn = (TURN_GAIN_PER_S * error).clamp(-TURN_RATE_MAX_RAD_S, TURN_RATE_MAX_RAD_S);
         let linear = Vec3::new(self.route.speed * speed_share, 0.0, 0.0);

@@ -1,20 +1,20 @@
 //! The simulator: one world, advanced in blocks of 10 ms. The messages of its sensors come in the order of their arrival.
 
-use crate::battery::Battery;
-use crate::body::{Body, STANDING_HEIGHT};
+use crate::battery::SimulatedBattery;
+use crate::body::{STANDING_HEIGHT, SimulatedBody};
 use crate::camera::{CameraAim, CameraConfig, CameraImage, CameraScene, CameraSnapshot, ThermalImage};
 use crate::contacts::{Contact, Contacts, TouchingBody};
 use crate::dock_contact::DockContact;
 use crate::faults::{FaultSchedule, ScheduledFault};
 use crate::gait::PoseOffset;
 use crate::ground_truth::GroundTruth;
-use crate::imu::Imu;
-use crate::instruments::{InstrumentSnapshot, Surroundings};
+use crate::imu::SimulatedImu;
+use crate::instruments::{InstrumentEnvironment, InstrumentSnapshot};
 use crate::legs::Legs;
 use crate::lidar::{FULL_COLUMNS, Lidar};
 use crate::people::People;
 use crate::route::Start;
-use crate::site::Site;
+use crate::site::SimulatedSite;
 use crate::timing::{
     BLOCK_NANOS, BLOCK_SECONDS, BLOCKS_PER_SWEEP, TICK_NANOS, TICK_SECONDS, TICKS_PER_BLOCK, TICKS_PER_IMU,
 };
@@ -48,7 +48,7 @@ const GOLDEN_ANGLE_RAD: f64 = 2.399_963_229_728_653;
 #[derive(Clone, Debug)]
 pub struct SimConfig {
     /// The site. Many runs may share one.
-    pub site: Arc<Site>,
+    pub site: Arc<SimulatedSite>,
     /// Seed of all random numbers. The site itself does not depend on it.
     pub seed: u64,
     /// Columns of a LiDAR sweep, rounded up to a multiple of 10. [`FULL_COLUMNS`] is full resolution (640,000 rays a second).
@@ -69,7 +69,7 @@ pub struct SimConfig {
 
 impl SimConfig {
     /// Full resolution, three people, no faults but 3 % of dockings whose contacts fail, 2026-01-01 00:00 UTC.
-    pub fn new(site: impl Into<Arc<Site>>, seed: u64) -> Self {
+    pub fn new(site: impl Into<Arc<SimulatedSite>>, seed: u64) -> Self {
         Self {
             site: site.into(),
             seed,
@@ -156,13 +156,13 @@ fn wrap_angle(angle: f64) -> f64 {
 pub struct Simulator {
     epoch: Stamp,
     carried: Option<CarriedMotion>,
-    site: Arc<Site>,
-    body: Body,
+    site: Arc<SimulatedSite>,
+    body: SimulatedBody,
     people: People,
     lidar: Lidar,
-    imu: Imu,
+    imu: SimulatedImu,
     legs: Legs,
-    battery: Battery,
+    battery: SimulatedBattery,
     dock_contact: DockContact,
     contacts: Contacts,
     cameras: CameraConfig,
@@ -170,7 +170,7 @@ pub struct Simulator {
     camera_scene: Option<Arc<CameraScene>>,
     camera_rng: Rng,
     /// What the instruments sense of the site, prepared with the first reading.
-    surroundings: Option<Arc<Surroundings>>,
+    surroundings: Option<Arc<InstrumentEnvironment>>,
     instrument_rng: Rng,
     faults: FaultSchedule,
     /// Number of finished blocks.
@@ -201,7 +201,7 @@ impl Simulator {
         let errors = |name: &str| (!config.ideal).then(|| tree.child(name).rng());
         let start = config.start.unwrap_or_else(|| site.start());
         let Vec3 { x, y, z } = start.position;
-        let body = Body::new(&site, x, y, z, start.yaw, tree.child("gait").rng());
+        let body = SimulatedBody::new(&site, x, y, z, start.yaw, tree.child("gait").rng());
         let contact_rng = tree.child("dock contact").rng();
         let place = body.motion().at(0);
         Self {
@@ -210,9 +210,9 @@ impl Simulator {
             body,
             people: People::new(&site, config.people, tree.child("people")),
             lidar: Lidar::new(base_from_lidar(), config.lidar_columns, errors("lidar")),
-            imu: Imu::new(base_from_imu(), errors("imu")),
+            imu: SimulatedImu::new(base_from_imu(), errors("imu")),
             legs: Legs::new(errors("legs")),
-            battery: Battery::new(tree.child("battery").rng().range(0.8, 1.0)),
+            battery: SimulatedBattery::new(tree.child("battery").rng().range(0.8, 1.0)),
             contacts: Contacts::default(),
             cameras: CameraConfig::default(),
             camera_scene: None,
@@ -252,7 +252,7 @@ impl Simulator {
     }
 
     /// The site.
-    pub fn site(&self) -> &Arc<Site> {
+    pub fn site(&self) -> &Arc<SimulatedSite> {
         &self.site
     }
 
@@ -311,9 +311,9 @@ impl Simulator {
     }
 
     /// What the robot's instruments sense of its surroundings besides light: prepared with the first reading.
-    pub fn surroundings(&mut self) -> Arc<Surroundings> {
+    pub fn surroundings(&mut self) -> Arc<InstrumentEnvironment> {
         let scene = self.camera_scene();
-        Arc::clone(self.surroundings.get_or_insert_with(|| Arc::new(Surroundings::new(&scene))))
+        Arc::clone(self.surroundings.get_or_insert_with(|| Arc::new(InstrumentEnvironment::new(&scene))))
     }
 
     /// This instant, for a picture.

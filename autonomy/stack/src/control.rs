@@ -6,7 +6,7 @@ use site_model::MissionCommandKind;
 use std::collections::VecDeque;
 use vocab::{ClientId, CommandId};
 
-/// Parameters of [`Control`].
+/// Parameters of [`ControlArbiter`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ControlConfig {
     /// Number of answers that are kept for commands that are sent again. Ten clients that drive at 10 Hz fill it in 25 s.
@@ -23,7 +23,7 @@ impl Default for ControlConfig {
 
 /// The lease and the answered commands.
 #[derive(Debug, Default)]
-pub(crate) struct Control {
+pub(crate) struct ControlArbiter {
     config: ControlConfig,
     state: ControlState,
     answered: VecDeque<(CommandId, Option<String>)>,
@@ -39,7 +39,7 @@ pub(crate) enum Admission {
     Refused(String),
 }
 
-impl Control {
+impl ControlArbiter {
     /// The lease, for publication.
     pub fn state(&self) -> &ControlState {
         &self.state

@@ -11,7 +11,7 @@ fn command(id: u128, client: u128, role: Role, kind: CommandKind) -> Command {
 
 #[test]
 fn the_lease_goes_to_the_first_client_and_the_others_may_only_stop() {
-    let mut control = Control::default();
+    let mut control = ControlArbiter::default();
     let first = command(1, 1, Role::Operator, CommandKind::AllowMotion);
     assert!(matches!(control.admit(&first), Admission::Granted { changed: true }));
     let second = command(2, 2, Role::Operator, CommandKind::AllowMotion);
@@ -26,7 +26,7 @@ fn the_lease_goes_to_the_first_client_and_the_others_may_only_stop() {
 
 #[test]
 fn a_viewer_may_only_stop_motion() {
-    let mut control = Control::default();
+    let mut control = ControlArbiter::default();
     let take = command(1, 1, Role::Viewer, CommandKind::TakeControl { name: "Ada".to_owned() });
     assert!(matches!(control.admit(&take), Admission::Refused(_)));
     assert_eq!(control.state().owner, None);
@@ -36,7 +36,7 @@ fn a_viewer_may_only_stop_motion() {
 
 #[test]
 fn a_command_that_is_sent_again_is_answered_as_before() {
-    let mut control = Control::default();
+    let mut control = ControlArbiter::default();
     let once = command(1, 1, Role::Operator, CommandKind::AllowMotion);
     assert!(matches!(control.admit(&once), Admission::Granted { .. }));
     control.keep_answer(once.id, Some("no".to_owned()));
@@ -45,9 +45,9 @@ fn a_command_that_is_sent_again_is_answered_as_before() {
 
 #[test]
 fn only_the_newest_answers_are_kept() {
-    let mut control = Control {
+    let mut control = ControlArbiter {
         config: ControlConfig { max_answers: 2, ..ControlConfig::default() },
-        ..Control::default()
+        ..ControlArbiter::default()
     };
     let commands = [1, 2, 3].map(|id| command(id, 1, Role::Operator, CommandKind::AllowMotion));
     for command in &commands {
@@ -60,7 +60,7 @@ fn only_the_newest_answers_are_kept() {
 
 #[test]
 fn only_the_holder_gives_the_lease_back_and_names_are_cut() {
-    let mut control = Control::default();
+    let mut control = ControlArbiter::default();
     let take = command(1, 1, Role::Operator, CommandKind::TakeControl { name: "n".repeat(200) });
     assert!(matches!(control.admit(&take), Admission::Granted { changed: true }));
     assert_eq!(control.state().name.len(), ControlConfig::default().max_name_chars);

@@ -29,7 +29,7 @@ pub use prior_map::{MapPreparation, PreparedMap, encode_prior_keyframe};
 pub use work::ComputeJob;
 
 use commits::Commits;
-use control::{Admission, Control};
+use control::{Admission, ControlArbiter};
 use executive::{Executive, ExecutiveConfig, Frames, Situation};
 use geometry::{Isometry, isometry_from_pose, pose_from_isometry, vec_to_plain};
 use localisation::{DockRegistry, InitialPose, LocalisationTransition};
@@ -74,7 +74,7 @@ pub struct Stack {
 struct Running {
     config: StackConfig,
     odometry: OdometryAdapter,
-    control: Control,
+    control: ControlArbiter,
     commits: Commits,
     sensors: SensorMonitor,
     mapping: MappingPhase,
@@ -185,7 +185,7 @@ impl Running {
         Self {
             config: StackConfig::default(),
             odometry: OdometryAdapter::new(record),
-            control: Control::default(),
+            control: ControlArbiter::default(),
             commits: Commits::default(),
             sensors: SensorMonitor::default(),
             mapping,

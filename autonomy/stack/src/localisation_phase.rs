@@ -7,8 +7,8 @@ use crate::prior_map::PreparedMap;
 use crate::work::{ComputeJob, Work};
 use geometry::{Isometry, Matrix6, isometry_from_pose, vec_from_plain};
 use localisation::{
-    Dock, DockRegistry, DockRegistryConfig, ExplorationHint, InitialPose, LocalisationTransition, Localiser,
-    LocaliserConfig, LocaliserState, OdometryScan,
+    DockRegistry, DockRegistryConfig, ExplorationHint, InitialPose, LocalisationTransition, Localiser,
+    LocaliserConfig, LocaliserState, MapDock, OdometryScan,
 };
 use messages::{
     DegradationReason, DisambiguationPlan, DisambiguationTask, Job, JobFailure, LocalisationState, PoseInMap,
@@ -221,13 +221,13 @@ impl LocalisationPhase {
 
 /// A registry of the docks that the boot record lists.
 pub(crate) fn dock_registry(docks: &[PoseInMap]) -> DockRegistry {
-    let dock = |dock: &PoseInMap| Dock { map: dock.map, map_from_base: dock.map_from_base };
+    let dock = |dock: &PoseInMap| MapDock { map: dock.map, map_from_base: dock.map_from_base };
     DockRegistry::new(DockRegistryConfig::default(), docks.iter().map(dock).collect())
 }
 
 /// All docks, for publication.
 pub(crate) fn plain_docks(docks: &DockRegistry) -> Arc<[PoseInMap]> {
-    let plain = |dock: &Dock| PoseInMap { map: dock.map, map_from_base: dock.map_from_base };
+    let plain = |dock: &MapDock| PoseInMap { map: dock.map, map_from_base: dock.map_from_base };
     docks.docks().iter().map(plain).collect()
 }
 

@@ -1,8 +1,8 @@
 //! Sentences for people about loops, by key: why a pair of keyframes is or is not a loop, and why a command about a loop is refused. English.
 
 use mapping::{
-    Evidence, GraphError, KeyframePair, LoopCommandError, LoopOutcome, LoopRecord, RejectionReason, Verdict,
-    VerificationConfig,
+    GraphError, KeyframePair, LoopCommandError, LoopOutcome, LoopRecord, PairEvidence, RejectionReason,
+    Verdict, VerificationConfig,
 };
 
 /// The reason for a decision.
@@ -27,7 +27,7 @@ pub(crate) fn reason(record: &LoopRecord, config: &VerificationConfig) -> String
     }
 }
 
-fn rejected(reason: RejectionReason, evidence: &Evidence, config: &VerificationConfig) -> String {
+fn rejected(reason: RejectionReason, evidence: &PairEvidence, config: &VerificationConfig) -> String {
     let percent = |share: f64| (share * 100.0).round();
     let [a, b] = evidence.overlap;
     match reason {

@@ -2,18 +2,18 @@
 
 use super::*;
 use geometry::{Isometry, Matrix6};
-use mapping::{CandidateSource, ComparedPair, Edge};
+use mapping::{CandidateSource, ComparedPair, PoseGraphEdge};
 use vocab::KeyframeId;
 
 fn record(outcome: LoopOutcome, agreeing: usize, mahalanobis_squared: Option<f64>) -> LoopRecord {
     let source = CandidateSource::Geometry;
-    let edge = Edge {
+    let edge = PoseGraphEdge {
         from: KeyframeId(3),
         to: KeyframeId(9),
         from_from_to: Isometry::identity(),
         information: Matrix6::identity(),
     };
-    let evidence = Evidence {
+    let evidence = PairEvidence {
         source,
         score: 0.5,
         overlap: [0.2, 0.31],

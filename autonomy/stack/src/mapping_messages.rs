@@ -5,9 +5,9 @@ use geometry::{
     Isometry, Matrix6, isometry_from_pose, isometry_from_unit_pose, pose_from_isometry, vec_to_plain,
 };
 use mapping::{
-    AlignmentError, CandidateSource, ComparisonResult, Edge, Evidence, GraphChanges, LoopOutcome, LoopRecord,
-    MapAlignment, MapSearchFix, QueuedComparison, RejectionReason, Session, UncertainPose, Verdict,
-    VerificationConfig,
+    AlignmentError, CandidateSource, ComparisonResult, GraphChanges, LoopOutcome, LoopRecord, MapAlignment,
+    MapSearchFix, PairEvidence, PoseGraphEdge, QueuedComparison, RejectionReason, Session, UncertainPose,
+    Verdict, VerificationConfig,
 };
 use messages::{
     ComparedRevisit, EdgeKind, GraphDelta, GraphEdge, GraphNode, Job, LoopDecision, LoopEvidence,
@@ -181,7 +181,7 @@ pub(crate) fn graph_to_plain(session: &Session) -> PoseGraph {
     }
 }
 
-fn edges_to_plain(edges: &[Edge], kind: EdgeKind) -> impl Iterator<Item = GraphEdge> {
+fn edges_to_plain(edges: &[PoseGraphEdge], kind: EdgeKind) -> impl Iterator<Item = GraphEdge> {
     edges.iter().map(move |edge| GraphEdge {
         from: edge.from,
         to: edge.to,
@@ -205,7 +205,7 @@ pub(crate) fn changes_to_plain(session: SessionId, changes: &GraphChanges) -> Gr
     }
 }
 
-fn node_to_plain(node: &mapping::Node) -> GraphNode {
+fn node_to_plain(node: &mapping::PoseGraphNode) -> GraphNode {
     GraphNode {
         id: node.id,
         stamp: node.stamp,
@@ -242,7 +242,7 @@ pub(crate) fn from_rows(rows: &[[f64; 6]; 6]) -> Matrix6 {
 }
 
 /// The figures without the source, which is in the task.
-fn evidence_to_plain(evidence: &Evidence) -> LoopEvidence {
+fn evidence_to_plain(evidence: &PairEvidence) -> LoopEvidence {
     LoopEvidence {
         score: evidence.score,
         overlap: evidence.overlap,
@@ -259,8 +259,8 @@ fn evidence_to_plain(evidence: &Evidence) -> LoopEvidence {
     }
 }
 
-fn evidence_from_plain(evidence: &LoopEvidence, source: LoopSource) -> Evidence {
-    Evidence {
+fn evidence_from_plain(evidence: &LoopEvidence, source: LoopSource) -> PairEvidence {
+    PairEvidence {
         source: source_from_plain(source),
         score: evidence.score,
         overlap: evidence.overlap,

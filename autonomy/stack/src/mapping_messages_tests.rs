@@ -30,8 +30,8 @@ fn information() -> Matrix6 {
     Matrix6::from_fn(|row, column| (6 * row + column) as f64)
 }
 
-fn evidence(source: CandidateSource) -> Evidence {
-    Evidence {
+fn evidence(source: CandidateSource) -> PairEvidence {
+    PairEvidence {
         source,
         score: 0.75,
         overlap: [0.5, 0.25],
@@ -112,8 +112,12 @@ fn a_queued_comparison_becomes_a_job_with_its_numbers() {
 
 #[test]
 fn every_outcome_has_its_verdict_and_a_reason() {
-    let edge =
-        Edge { from: KeyframeId(3), to: KeyframeId(9), from_from_to: pose(), information: information() };
+    let edge = PoseGraphEdge {
+        from: KeyframeId(3),
+        to: KeyframeId(9),
+        from_from_to: pose(),
+        information: information(),
+    };
     let source = CandidateSource::Appearance(0.25);
     let pair = ComparedPair { source, guess: pose(), edge, evidence: evidence(source) };
     let outcomes = [
@@ -136,7 +140,7 @@ fn every_outcome_has_its_verdict_and_a_reason() {
 
 #[test]
 fn a_search_reports_its_newest_link_or_why_it_failed() {
-    let link = |to| Edge {
+    let link = |to| PoseGraphEdge {
         from: KeyframeId(3),
         to: KeyframeId(to),
         from_from_to: pose(),
@@ -165,13 +169,14 @@ fn a_search_reports_its_newest_link_or_why_it_failed() {
 
 #[test]
 fn the_graph_lists_odometry_before_loops() {
-    let edge = |to| Edge {
+    let edge = |to| PoseGraphEdge {
         from: KeyframeId(0),
         to: KeyframeId(to),
         from_from_to: pose(),
         information: information(),
     };
-    let node = mapping::Node { id: KeyframeId(1), stamp: Stamp::from_nanos(5), map_from_keyframe: pose() };
+    let node =
+        mapping::PoseGraphNode { id: KeyframeId(1), stamp: Stamp::from_nanos(5), map_from_keyframe: pose() };
     let changes = GraphChanges {
         base_revision: 3,
         revision: 4,

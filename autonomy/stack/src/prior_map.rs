@@ -9,8 +9,8 @@ use crate::texts;
 use geometry::isometry_from_pose;
 use localisation::{GlobalLocaliser, LocalisationMap};
 use mapping::{
-    Edge, KeyframeDescriptor, KeyframeDescriptorParts, LoopClosing, LoopClosingConfig, MapKeyframe,
-    MapMatcher, MapSearch, MapSearchConfig, Node, OptimiserConfig, PoseGraph,
+    KeyframeDescriptor, KeyframeDescriptorParts, LoopClosing, LoopClosingConfig, MapKeyframe, MapMatcher,
+    MapSearch, MapSearchConfig, OptimiserConfig, PoseGraph, PoseGraphEdge, PoseGraphNode,
 };
 use messages::{EdgeKind, GraphEdge, GraphNode, JobDone, JobResult, PriorKeyframe, PriorMap};
 use std::sync::Arc;
@@ -139,13 +139,13 @@ struct DecodedPriorMap {
     /// The map's version.
     pub map: MapId,
     /// Poses of the keyframes.
-    pub nodes: Vec<Node>,
+    pub nodes: Vec<PoseGraphNode>,
     /// What is kept of each keyframe's scan, in the order of the nodes.
     pub keyframes: Vec<MapKeyframe>,
     /// Edges between consecutive keyframes.
-    pub edges: Vec<Edge>,
+    pub edges: Vec<PoseGraphEdge>,
     /// Loop closures.
-    pub loops: Vec<Edge>,
+    pub loops: Vec<PoseGraphEdge>,
 }
 
 impl DecodedPriorMap {
@@ -163,7 +163,7 @@ impl DecodedPriorMap {
             return None;
         }
         let nodes = plain.graph.nodes.iter().enumerate().map(|(index, node)| convert_node(index, node));
-        let nodes: Vec<Node> = nodes.collect::<Option<_>>()?;
+        let nodes: Vec<PoseGraphNode> = nodes.collect::<Option<_>>()?;
         let keyframes = nodes.iter().zip(&plain.keyframes).map(|(node, place)| {
             let PriorKeyframe { lidar, points, ranges, views } = place.clone();
             let descriptor =
@@ -173,7 +173,7 @@ impl DecodedPriorMap {
         let keyframes = keyframes.collect::<Option<_>>()?;
         let of_kind = |kind| {
             let edges = plain.graph.edges.iter().filter(move |edge| edge.kind == kind);
-            edges.map(|edge| convert_edge(edge, count)).collect::<Option<Vec<Edge>>>()
+            edges.map(|edge| convert_edge(edge, count)).collect::<Option<Vec<PoseGraphEdge>>>()
         };
         let (edges, loops) = (of_kind(EdgeKind::Odometry)?, of_kind(EdgeKind::Loop)?);
         Some(Self { map: plain.map, nodes, keyframes, edges, loops })
@@ -190,13 +190,17 @@ impl DecodedPriorMap {
 }
 
 /// A node; none if its number is not its index or its pose is invalid.
-fn convert_node(index: usize, node: &GraphNode) -> Option<Node> {
+fn convert_node(index: usize, node: &GraphNode) -> Option<PoseGraphNode> {
     let map_from_keyframe = isometry_from_pose(&node.map_from_keyframe)?;
-    (node.id.0 as usize == index).then_some(Node { id: node.id, stamp: node.stamp, map_from_keyframe })
+    (node.id.0 as usize == index).then_some(PoseGraphNode {
+        id: node.id,
+        stamp: node.stamp,
+        map_from_keyframe,
+    })
 }
 
 /// An edge; none if it is no measurement between two of the map's keyframes.
-fn convert_edge(edge: &GraphEdge, keyframes: usize) -> Option<Edge> {
+fn convert_edge(edge: &GraphEdge, keyframes: usize) -> Option<PoseGraphEdge> {
     let from_from_to = isometry_from_pose(&edge.from_from_to)?;
     let known = |id: KeyframeId| (id.0 as usize) < keyframes;
     let information = plain::from_rows(&edge.information);
@@ -204,7 +208,7 @@ fn convert_edge(edge: &GraphEdge, keyframes: usize) -> Option<Edge> {
         && known(edge.to)
         && edge.from != edge.to
         && information.iter().all(|entry| entry.is_finite());
-    sound.then_some(Edge { from: edge.from, to: edge.to, from_from_to, information })
+    sound.then_some(PoseGraphEdge { from: edge.from, to: edge.to, from_from_to, information })
 }
 
 #[cfg(test)]

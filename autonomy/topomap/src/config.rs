@@ -20,10 +20,10 @@ pub struct TopomapConfig {
     pub hole_neighbours_min: usize,
     /// Number of points that make an obstacle. One or two are noise: the edges of objects, or a person of whom most points were removed.
     pub obstacle_points_min: usize,
-    /// Number of points that block a walked way. Where the robot has walked, what it meets later was put there, or is what is left of a person in the
+    /// Number of points that block a walked path. Where the robot has walked, what it meets later was put there, or is what is left of a person in the
     /// clouds; a closed door or a box has hundreds of points. Sensitivity: with 3, people cut generated:11 into 8 pieces.
     pub blocking_points_min: usize,
-    /// What was seen for less than this time does not block a walked way, seconds. People stand for some seconds. What stays is seen for at least the time in which
+    /// What was seen for less than this time does not block a walked path, seconds. People stand for some seconds. What stays is seen for at least the time in which
     /// the robot walks [`Self::range_max_m`] towards it: 13 s at 0.9 m/s.
     pub lasting_s: f64,
     /// Half the width of the body as a share of the radius of the robot's turning circle. Default: 0.25 m of 0.38 m, robots of the proportions of Spot and
@@ -49,8 +49,8 @@ pub struct TopomapConfig {
     pub sample_m: f64,
     /// Poses of the path that are farther apart than this belong to different walks, metres: a walk ended, or the robot was carried.
     pub path_gap_m: f64,
-    /// A path within this distance of a walked one is the same way, metres. It has to stay below 3 m, the distance within which every walked metre has an
-    /// edge. Sensitivity: with 1 m, ways back along the same aisle become ways of their own.
+    /// A path within this distance of a walked one is the same path, metres. It has to stay below 3 m, the distance within which every walked metre has an
+    /// edge. Sensitivity: with 1 m, paths back along the same aisle become paths of their own.
     pub merge_distance_m: f64,
     /// Greatest difference in height of a sample and the place that it belongs to, metres.
     pub same_height_m: f64,
@@ -70,15 +70,15 @@ pub struct TopomapConfig {
     /// Level ground between stairs that is no longer than this is a landing, and no floor of its own, metres.
     pub landing_max_m: f64,
     /// Greatest distance between neighbouring nodes, metres. Chosen: the reference system has 37 nodes at B1. Sensitivity: the number of nodes on
-    /// straight ways is inverse to it.
+    /// straight paths is inverse to it.
     pub node_spacing_m: f64,
-    /// Greatest distance of an edge from the way that it stands for, metres. A bend that departs more gets a node.
+    /// Greatest distance of an edge from the path that it stands for, metres. A bend that departs more gets a node.
     pub deviation_max_m: f64,
-    /// A part of a way that departs less from its straight line has no bend, metres, and is halved where the line is not free.
+    /// A part of a path that departs less from its straight line has no bend, metres, and is halved where the line is not free.
     pub bend_min_m: f64,
     /// Nodes nearer to each other than this become one where all edges stay free, metres.
     pub node_merge_m: f64,
-    /// Ways round an obstacle that are shorter than this in all are not kept as a loop, metres.
+    /// Paths round an obstacle that are shorter than this in all are not kept as a loop, metres.
     pub loop_min_m: f64,
     /// Dead ends shorter than this are dropped, metres: the robot turned round there.
     pub dead_end_min_m: f64,
@@ -86,7 +86,7 @@ pub struct TopomapConfig {
     pub dock_approach_m: f64,
     /// A path within this distance of a dock ends at the dock, metres.
     pub dock_radius_m: f64,
-    /// The approach of a dock is joined to a way within this distance, metres.
+    /// The approach of a dock is joined to a path within this distance, metres.
     pub dock_reach_m: f64,
     /// In surveys: every place is within this distance of a node, over the floor, metres.
     pub survey_cover_m: f64,
@@ -104,11 +104,11 @@ pub struct TopomapConfig {
     /// In surveys: a connection is left out if the kept connections join its ends at no more than this factor of its cost (greedy spanner; Althöfer and
     /// others, 1993).
     pub survey_detour_max: f64,
-    /// In surveys: ways keep this distance from obstacles where there is room, metres.
-    pub survey_comfort_m: f64,
+    /// In surveys: paths keep this distance from obstacles where there is room, metres.
+    pub survey_inflation_m: f64,
     /// In surveys: factor by which floor nearer to obstacles costs more.
     pub survey_tight_cost: f64,
-    /// In surveys: largest shift by which a way is moved to the middle of a passage, metres: half the diagonal of a column.
+    /// In surveys: largest shift by which a path is moved to the middle of a passage, metres: half the diagonal of a column.
     pub survey_shift_max_m: f64,
     /// In surveys: the room to both sides of a place is measured along this distance before and behind it, metres. Together half a column, so that only
     /// obstacles beside the place count.
@@ -184,7 +184,7 @@ impl Default for TopomapConfig {
             ceiling_height_min_m: 1.5,
             ceiling_reach_m: 10.0,
             survey_detour_max: 1.6,
-            survey_comfort_m: 0.8,
+            survey_inflation_m: 0.8,
             survey_tight_cost: 3.0,
             survey_shift_max_m: 0.15,
             survey_room_half_length_m: 0.05,

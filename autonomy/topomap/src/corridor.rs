@@ -7,7 +7,7 @@ use nalgebra::Vector2;
 
 /// Free room along a line, metres, at most the distance that was searched.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Room {
+pub(crate) struct FreeWidth {
     /// To the nearest obstacle on the left.
     pub left_m: f64,
     /// To the nearest obstacle on the right.
@@ -74,14 +74,14 @@ impl Floor {
 
     /// Free room along a line up to `reach_m` to both sides; `points_min` points in the height of the body (docs/maths/topomap.md, equation 2) make an
     /// obstacle. Linear in the points around it.
-    fn room_along(&self, line: &Line, heights: &[f64], reach_m: f64, points_min: usize) -> Room {
+    fn room_along(&self, line: &Line, heights: &[f64], reach_m: f64, points_min: usize) -> FreeWidth {
         let last = heights.len() - 1;
         let tread = (self.config.tread_m / self.config.line_step_m).round() as usize;
         let highest = |place: usize| {
             let near = place.saturating_sub(tread)..=(place + tread).min(last);
             heights[near].iter().copied().fold(f64::NEG_INFINITY, f64::max)
         };
-        let low: Vec<f64> = (0..=last).map(|place| highest(place) + self.robot.step).collect();
+        let low: Vec<f64> = (0..=last).map(|place| highest(place) + self.robot.step_m).collect();
         let mut sides: [Vec<f64>; 2] = [Vec::new(), Vec::new()];
         for point in self.obstacles_around(&line.from, &line.to, reach_m) {
             let [x, y, z] = point.map(f64::from);
@@ -94,7 +94,7 @@ impl Floor {
             }
             let share = (along_m / line.length_m.max(1e-6)).clamp(0.0, 1.0);
             let place = (share * last as f64).round() as usize;
-            if z > low[place] && z < heights[place] + self.robot.clearance {
+            if z > low[place] && z < heights[place] + self.robot.clearance_m {
                 sides[usize::from(left_m < 0.0)].push(distance_m);
             }
         }
@@ -104,7 +104,7 @@ impl Floor {
             }
             *distances.select_nth_unstable_by(points_min - 1, f64::total_cmp).1
         });
-        Room { left_m, right_m }
+        FreeWidth { left_m, right_m }
     }
 
     /// Whether there is ground all along a line.
@@ -125,7 +125,7 @@ impl Floor {
     }
 
     /// Free room along a line up to `reach_m` to both sides; none if it ends on another floor.
-    pub fn room(&self, from: &Vector3, to: &Vector3, reach_m: f64) -> Option<Room> {
+    pub fn room(&self, from: &Vector3, to: &Vector3, reach_m: f64) -> Option<FreeWidth> {
         let line = Line::new(from, to);
         let profile = self.profile(&line)?;
         Some(self.room_along(&line, &profile.heights, reach_m, self.config.obstacle_points_min))
@@ -136,10 +136,10 @@ impl Floor {
         let (line, max_m) = (Line::new(from, to), self.config.corridor_max_m);
         let none = site_model::Corridor { left_m: 0.0, right_m: 0.0 };
         let Some(profile) = self.profile(&line) else { return none };
-        let reach_m = max_m + self.robot.radius;
+        let reach_m = max_m + self.robot.radius_m;
         let room = self.room_along(&line, &profile.heights, reach_m, self.config.obstacle_points_min);
         let width = |side: f64, free_m: f64| {
-            let free_m = (free_m - self.robot.radius).clamp(0.0, max_m);
+            let free_m = (free_m - self.robot.radius_m).clamp(0.0, max_m);
             let ground_m = self.ground_beside(&line, &profile.heights, side, free_m);
             // Whole centimetres, because the points are no more accurate.
             (100.0 * free_m.min(ground_m)).floor() / 100.0
@@ -167,7 +167,7 @@ impl Floor {
     }
 }
 
-/// Decides which straight lines are ways.
+/// Decides which straight lines are paths.
 pub(crate) struct Passage<'a> {
     pub floor: &'a Floor,
     pub path: &'a Path,
@@ -179,7 +179,7 @@ impl Passage<'_> {
     pub fn is_free(&self, from: &Vector3, to: &Vector3) -> bool {
         let (robot, config) = (&self.floor.robot, &self.floor.config);
         // Points are known to the middle of a voxel.
-        let turning_m = robot.radius + config.voxel_m / 2.0;
+        let turning_m = robot.radius_m + config.voxel_m / 2.0;
         let is_passable = |clearance_m, points_min| self.floor.is_passable(from, to, clearance_m, points_min);
         is_passable(turning_m, config.obstacle_points_min)
             || (self.is_walked(from, to)

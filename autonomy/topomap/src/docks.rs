@@ -1,15 +1,15 @@
-//! Docks: a node on each, one in front of it, and the way between them.
+//! Docks: a node on each, one in front of it, and the path between them.
 
 use crate::TopomapInput;
 use crate::corridor::Passage;
 use crate::path::Sample;
-use crate::way_graph::{LinkKind, PlaceKind, WayGraph};
+use crate::path_graph::{LinkKind, PathGraph, PlaceKind};
 use geometry::{Isometry, Vector3};
 
-/// Adds the docks, before any way, so that ways that come to a dock end at it.
-pub(crate) fn add_docks(graph: &mut WayGraph, input: &TopomapInput<'_>, passage: &Passage<'_>) {
+/// Adds the docks, before any path, so that paths that come to a dock end at it.
+pub(crate) fn add_docks(graph: &mut PathGraph, input: &TopomapInput<'_>, passage: &Passage<'_>) {
     for (number, map_from_base) in input.docks.iter().enumerate() {
-        let feet = map_from_base.translation.vector - Vector3::z() * input.robot.standing_height;
+        let feet = map_from_base.translation.vector - Vector3::z() * input.robot.standing_height_m;
         let yaw = map_from_base.rotation.euler_angles().2;
         let dock = graph.add(Sample { feet, yaw }, PlaceKind::Dock(number));
         let Some(approach) = approach(map_from_base, &feet, passage) else { continue };
@@ -30,14 +30,14 @@ fn approach(map_from_base: &Isometry, feet: &Vector3, passage: &Passage<'_>) -> 
         Vector3::new(at.x, at.y, ground.unwrap_or(feet.z))
     });
     let is_walked = |at: &Vector3| passage.path.is_near(at, config.dock_radius_m);
-    // The dock itself is an obstacle behind or before the robot, so only the place is checked and not the way onto the dock.
+    // The dock itself is an obstacle behind or before the robot, so only the place is checked and not the path onto the dock.
     let is_free = |at: &Vector3| passage.is_free(at, at);
     let walked = places.iter().find(|at| is_walked(at) && is_free(at));
     walked.or_else(|| places.iter().find(|at| is_free(at))).copied()
 }
 
-/// Joins the places before docks that no way has come to with the nearest way. Docks without a way near them are left out.
-pub(crate) fn join_docks(graph: &mut WayGraph, passage: &Passage<'_>) {
+/// Joins the places before docks that no path has come to with the nearest path. Docks without a path near them are left out.
+pub(crate) fn join_docks(graph: &mut PathGraph, passage: &Passage<'_>) {
     for place in 0..graph.places.len() {
         let is_alone = matches!(graph.places[place].kind, PlaceKind::DockApproach(_))
             && graph.links[place].values().all(|link| link.kind == LinkKind::Dock);

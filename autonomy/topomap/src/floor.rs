@@ -133,7 +133,7 @@ impl FloorBuilder {
 
     fn ground_config(&self) -> GroundConfig {
         let config = GroundConfig::default();
-        let headroom_layers = (self.robot.clearance / f64::from(config.layer_m)).ceil() as i32;
+        let headroom_layers = (self.robot.clearance_m / f64::from(config.layer_m)).ceil() as i32;
         GroundConfig { headroom_layers, min_neighbours: self.config.ground_neighbours_min, ..config }
     }
 }
@@ -263,7 +263,7 @@ impl Floor {
     fn add_obstacles(&mut self, seen: &[([f32; 3], Sighting)], walked: &[Standpoint]) {
         let passes = self.passes(walked);
         let layer_m = f64::from(self.grid.layer_m);
-        let top_m = self.robot.clearance + self.robot.step;
+        let top_m = self.robot.clearance_m + self.robot.step_m;
         let column_of = |point: &[f32; 3]| self.locate(f64::from(point[0]), f64::from(point[1]), 0.0).0;
         let mut obstacles: BTreeMap<(i32, i32), Vec<[f32; 3]>> = BTreeMap::new();
         let mut heights: Vec<i32> = Vec::new();
@@ -282,9 +282,9 @@ impl Floor {
             let passes = passes.get(&(x, y));
             for (_, point, seen) in group {
                 let z = f64::from(point[2]);
-                let is_in_way = heights.iter().any(|layer| {
+                let is_obstacle = heights.iter().any(|layer| {
                     let above = z - (f64::from(*layer) + 0.5) * layer_m;
-                    above > self.robot.step - layer_m && above < top_m
+                    above > self.robot.step_m - layer_m && above < top_m
                 });
                 let layer = (z / layer_m).floor() as i32;
                 let is_ground = self
@@ -294,7 +294,7 @@ impl Floor {
                 let is_gone = || {
                     passes.is_some_and(|passes| passes.iter().any(|pass| self.has_passed(pass, point, seen)))
                 };
-                if is_in_way && !is_ground && !is_gone() {
+                if is_obstacle && !is_ground && !is_gone() {
                     let block =
                         [point[0], point[1]].map(|c| (f64::from(c) / OBSTACLE_BLOCK_M).floor() as i32);
                     obstacles.entry((block[0], block[1])).or_default().push(**point);
@@ -329,12 +329,12 @@ impl Floor {
 
     /// Half the width of the robot's body, metres.
     pub(crate) fn half_width_m(&self) -> f64 {
-        self.config.half_width_share * self.robot.radius
+        self.config.half_width_share * self.robot.radius_m
     }
 
     /// Half the width that the robot's feet need, metres.
     pub(crate) fn half_stance_m(&self) -> f64 {
-        self.config.half_stance_share * self.robot.radius
+        self.config.half_stance_share * self.robot.radius_m
     }
 
     /// Radius around a standpoint in which the body was: standpoints are [`TopomapConfig::sample_m`] apart.
@@ -348,7 +348,7 @@ impl Floor {
         let is_brief = (seen.last - seen.first).secs_f64() < self.config.lasting_s;
         (is_brief || standpoint.stamp > seen.first)
             && offset.xy().norm() <= self.swept_m()
-            && (0.0..=self.robot.clearance).contains(&offset.z)
+            && (0.0..=self.robot.clearance_m).contains(&offset.z)
     }
 }
 

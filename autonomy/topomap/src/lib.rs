@@ -3,8 +3,8 @@
 //! [`generate`] takes the path that the robot has walked and the clouds of the keyframes ([`FloorBuilder`]), and makes nodes, edges and docks:
 //!
 //! 1. `floor`: ground and obstacles of all storeys;
-//! 2. `path`: the walked path with its stairs, or `survey`: ways over the walkable floor of a survey that nobody walked;
-//! 3. `way_graph`: ways that come back to the same places share them; small loops and dead ends go, junctions near to each other become one;
+//! 2. `path`: the walked path with its stairs, or `survey`: paths over the walkable floor of a survey that nobody walked;
+//! 3. `path_graph`: paths that come back to the same places share them; small loops and dead ends go, junctions near to each other become one;
 //! 4. `simplify`: nodes at junctions, bends and regular distances, with straight edges between them, each checked by `corridor`;
 //! 5. `objects`: the objects of [`site_model`], anchored to keyframes.
 //!
@@ -18,26 +18,26 @@ mod floor;
 mod follow;
 mod objects;
 mod path;
+mod path_graph;
 mod simplify;
 mod site_edit;
 mod survey;
 mod texts;
-mod way_graph;
 
 pub use config::{NodeToleranceConfig, TopomapConfig};
 pub use floor::FloorBuilder;
 pub use follow::{FollowConfig, Following, MapMotion};
 pub use navigation::RobotShape;
+pub use path_graph::{BlockedBy, BlockedSegment};
 pub use site_edit::Replacement;
-pub use way_graph::{BlockedBy, BlockedWay};
 
 use corridor::Passage;
 use geometry::Isometry;
 use path::Path;
+use path_graph::PathGraph;
 use site_model::{Dock, Edge, Node, Object};
 use std::collections::BTreeMap;
 use vocab::{KeyframeId, MapId, Stamp};
-use way_graph::WayGraph;
 
 /// What a topological map is made from, besides the clouds.
 #[derive(Clone, Copy, Debug)]
@@ -61,10 +61,10 @@ pub struct GeneratedMap {
     pub nodes: Vec<Node>,
     /// Edges, in pairs: one for each direction.
     pub edges: Vec<Edge>,
-    /// Docks that are joined to a way.
+    /// Docks that are joined to a path.
     pub docks: Vec<Dock>,
     /// Stretches of the path where the map shows an obstacle. They have no edge.
-    pub blocked: Vec<BlockedWay>,
+    pub blocked: Vec<BlockedSegment>,
     /// Number of connected pieces; 1 if every node can be reached from every other.
     pub pieces: usize,
 }
@@ -91,14 +91,14 @@ impl GeneratedMap {
 
 /// Makes a topological map. `floor` holds the clouds of the keyframes. Takes about a second for a hall of 60 m x 40 m.
 pub fn generate(input: &TopomapInput<'_>, floor: FloorBuilder, config: &TopomapConfig) -> GeneratedMap {
-    let path = Path::new(input.path, input.robot.standing_height, config);
+    let path = Path::new(input.path, input.robot.standing_height_m, config);
     let floor = floor.build(&path.standpoints);
     let passage = Passage { floor: &floor, path: &path };
-    let mut graph = WayGraph::new(config);
+    let mut graph = PathGraph::new(config);
     docks::add_docks(&mut graph, input, &passage);
     if path.walks.is_empty() {
-        for way in survey::survey_ways(&floor) {
-            graph.add_walk(&path::virtual_walk(&way, config), &passage);
+        for feet in survey::survey_paths(&floor) {
+            graph.add_walk(&path::virtual_walk(&feet, config), &passage);
         }
         // Nobody has walked there.
         graph.blocked.clear();
@@ -114,8 +114,10 @@ pub fn generate(input: &TopomapInput<'_>, floor: FloorBuilder, config: &TopomapC
     graph.remove_small_loops(config);
     let mut straight = simplify::straight_edges(&graph, &passage);
     simplify::merge_near_nodes(&mut straight, &graph, &passage);
-    // Where an edge leads past an obstacle, the way is not blocked.
-    let is_cut = |way: &BlockedWay| !simplify::has_edge_past(&straight, &graph, way, config.merge_distance_m);
+    // Where an edge leads past an obstacle, the path is not blocked.
+    let is_cut = |segment: &BlockedSegment| {
+        !simplify::has_edge_past(&straight, &graph, segment, config.merge_distance_m)
+    };
     let blocked = graph.blocked.iter().copied().filter(is_cut).collect();
     GeneratedMap { blocked, ..objects::objects(input, &graph, &straight, &passage) }
 }

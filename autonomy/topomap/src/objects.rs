@@ -1,9 +1,9 @@
 //! The objects of a site that a topological map consists of.
 
 use crate::corridor::Passage;
+use crate::path_graph::{LinkKind, PathGraph, PlaceKind};
 use crate::simplify::StraightEdges;
 use crate::texts;
-use crate::way_graph::{LinkKind, PlaceKind, WayGraph};
 use crate::{GeneratedMap, NodeToleranceConfig, TopomapConfig, TopomapInput};
 use geometry::{Isometry, Rotation, Vector3};
 use site_model::{
@@ -17,7 +17,7 @@ use vocab::{KeyframeId, MapId};
 /// Makes nodes, edges and docks.
 pub(crate) fn objects(
     input: &TopomapInput<'_>,
-    graph: &WayGraph,
+    graph: &PathGraph,
     straight: &StraightEdges,
     passage: &Passage<'_>,
 ) -> GeneratedMap {
@@ -34,7 +34,7 @@ pub(crate) fn objects(
     for &place in &used {
         let at = &graph.places[place];
         let map_from_node =
-            pose_at(&(at.sample.feet + Vector3::z() * input.robot.standing_height), at.sample.yaw);
+            pose_at(&(at.sample.feet + Vector3::z() * input.robot.standing_height_m), at.sample.yaw);
         let anchor = anchor(input, &map_from_node, passage.floor.config.floor_separation_m);
         let keyframe = anchor.map(|anchor| anchor.keyframe);
         let ordinal = anchored.entry(keyframe).or_default();
@@ -90,7 +90,7 @@ pub(crate) fn objects(
 }
 
 /// The docks whose two nodes were made.
-fn docks(input: &TopomapInput<'_>, graph: &WayGraph, ids: &BTreeMap<usize, NodeId>) -> Vec<Dock> {
+fn docks(input: &TopomapInput<'_>, graph: &PathGraph, ids: &BTreeMap<usize, NodeId>) -> Vec<Dock> {
     let find =
         |kind: PlaceKind| ids.iter().find(|(place, _)| graph.places[**place].kind == kind).map(|(_, id)| *id);
     let made = (0..input.docks.len()).filter_map(|number| {
@@ -102,7 +102,7 @@ fn docks(input: &TopomapInput<'_>, graph: &WayGraph, ids: &BTreeMap<usize, NodeI
 }
 
 /// Which way the robot faces on an edge.
-fn direction(graph: &WayGraph, kind: LinkKind, number: usize, from: usize, to: usize) -> TravelDirection {
+fn direction(graph: &PathGraph, kind: LinkKind, number: usize, from: usize, to: usize) -> TravelDirection {
     let is_backward = match kind {
         LinkKind::Walk => false,
         LinkKind::Stairs(backward) => backward[number],
@@ -162,7 +162,7 @@ impl NameCounts {
 
 /// The floor of each place: pieces of the graph without its stairs, numbered from the lowest, 0 where the map began.
 fn floors(
-    graph: &WayGraph,
+    graph: &PathGraph,
     straight: &StraightEdges,
     used: &BTreeSet<usize>,
     config: &TopomapConfig,

@@ -10,7 +10,7 @@ use vocab::Stamp;
 /// Edge of the squares by which samples are looked up, metres.
 const SAMPLE_BLOCK_M: f64 = 1.0;
 
-/// A place on a way.
+/// A place on a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Sample {
     /// Position of the feet, metres, map frame.
@@ -19,9 +19,9 @@ pub(crate) struct Sample {
     pub yaw: f64,
 }
 
-/// The next place of a way.
+/// The next place of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Step {
+pub(crate) enum PathStep {
     /// Walked straight from the last place.
     Walk(Sample),
     /// The near end of stairs, walked straight from the last place.
@@ -34,7 +34,7 @@ pub(crate) enum Step {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Path {
     /// One after the other, without their stairs.
-    pub walks: Vec<Vec<Step>>,
+    pub walks: Vec<Vec<PathStep>>,
     /// All samples, those on stairs too, by squares.
     blocks: BTreeMap<(i32, i32), Vec<Vector3>>,
     /// All samples in order.
@@ -115,7 +115,7 @@ fn flights(samples: &[Sample], config: &TopomapConfig) -> Vec<RangeInclusive<usi
     let is_steep = |index: usize| {
         let (a, b) = (index.saturating_sub(reach), (index + reach).min(samples.len() - 1));
         let span = samples[b].feet - samples[a].feet;
-        // A robot that turns on the spot says nothing of the slope.
+        // A robot that turns in place says nothing of the slope.
         let level_m = span.xy().norm();
         level_m > config.stairs_window_m / 4.0 && span.z.abs() > config.stairs_slope_min * level_m
     };
@@ -134,7 +134,7 @@ fn flights(samples: &[Sample], config: &TopomapConfig) -> Vec<RangeInclusive<usi
 }
 
 /// The steps of a walk: each flight of stairs from a place before it to a place behind it.
-fn steps(samples: &[Sample], flights: &[RangeInclusive<usize>], config: &TopomapConfig) -> Vec<Step> {
+fn steps(samples: &[Sample], flights: &[RangeInclusive<usize>], config: &TopomapConfig) -> Vec<PathStep> {
     let margin = (config.stairs_margin_m / config.sample_m).round() as usize;
     let mut steps = Vec::new();
     let mut next = 0;
@@ -145,21 +145,21 @@ fn steps(samples: &[Sample], flights: &[RangeInclusive<usize>], config: &Topomap
             .get(number + 1)
             .map_or(samples.len() - 1, |after| usize::midpoint(*flight.end(), *after.start()));
         let end = (flight.end() + margin).min(limit);
-        steps.extend(samples[next..begin.max(next)].iter().copied().map(Step::Walk));
+        steps.extend(samples[next..begin.max(next)].iter().copied().map(PathStep::Walk));
         let (first, last) = (samples[begin], samples[end]);
         let forward = (last.feet - first.feet).xy();
         let middle = samples[usize::midpoint(begin, end)].yaw;
         let is_backward = forward.x * middle.cos() + forward.y * middle.sin() < 0.0;
-        steps.push(Step::StairsBegin(first));
-        steps.push(Step::StairsEnd { sample: last, is_backward });
+        steps.push(PathStep::StairsBegin(first));
+        steps.push(PathStep::StairsEnd { sample: last, is_backward });
         next = end + 1;
     }
-    steps.extend(samples[next.min(samples.len())..].iter().copied().map(Step::Walk));
+    steps.extend(samples[next.min(samples.len())..].iter().copied().map(PathStep::Walk));
     steps
 }
 
-/// A way that nobody walked, over these places of the feet, with its flights of stairs.
-pub(crate) fn virtual_walk(feet: &[Vector3], config: &TopomapConfig) -> Vec<Step> {
+/// A path that nobody walked, over these places of the feet, with its flights of stairs.
+pub(crate) fn virtual_walk(feet: &[Vector3], config: &TopomapConfig) -> Vec<PathStep> {
     let yaw = |index: usize| {
         let (a, b) = (feet[index.saturating_sub(1)], feet[(index + 1).min(feet.len() - 1)]);
         (b.y - a.y).atan2(b.x - a.x)

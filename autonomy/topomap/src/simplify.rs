@@ -1,15 +1,15 @@
-//! Nodes and edges of the ways: nodes where ways meet or end, where they bend, and at regular distances.
+//! Nodes and edges of the paths: nodes where paths meet or end, where they bend, and at regular distances.
 
 use crate::corridor::Passage;
-use crate::way_graph::{BlockedWay, LinkKind, PlaceKind, WayGraph};
+use crate::path_graph::{BlockedSegment, LinkKind, PathGraph, PlaceKind};
 use geometry::Vector3;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A straight edge between two places of the graph, the smaller number first.
 pub(crate) type StraightEdges = BTreeMap<(usize, usize), LinkKind>;
 
-/// The edges of a graph of ways. Each is straight, free, and near the ways that it stands for.
-pub(crate) fn straight_edges(graph: &WayGraph, passage: &Passage<'_>) -> StraightEdges {
+/// The edges of a graph of paths. Each is straight, free, and near the paths that it stands for.
+pub(crate) fn straight_edges(graph: &PathGraph, passage: &Passage<'_>) -> StraightEdges {
     let mut edges = StraightEdges::new();
     let is_node = |place: usize| {
         graph.places[place].kind != PlaceKind::Plain
@@ -43,7 +43,7 @@ pub(crate) fn straight_edges(graph: &WayGraph, passage: &Passage<'_>) -> Straigh
 
 /// Makes one node of two that are joined by an edge shorter than [`crate::TopomapConfig::node_merge_m`], the shortest edge first, where all other edges of
 /// the node that goes stay free.
-pub(crate) fn merge_near_nodes(edges: &mut StraightEdges, graph: &WayGraph, passage: &Passage<'_>) {
+pub(crate) fn merge_near_nodes(edges: &mut StraightEdges, graph: &PathGraph, passage: &Passage<'_>) {
     while let Some((keep, gone)) = mergeable(edges, graph, passage) {
         for next in neighbours(edges, gone) {
             edges.remove(&(gone.min(next), gone.max(next)));
@@ -55,7 +55,7 @@ pub(crate) fn merge_near_nodes(edges: &mut StraightEdges, graph: &WayGraph, pass
 }
 
 /// The two nodes to merge next: the one that stays, and the one that goes.
-fn mergeable(edges: &StraightEdges, graph: &WayGraph, passage: &Passage<'_>) -> Option<(usize, usize)> {
+fn mergeable(edges: &StraightEdges, graph: &PathGraph, passage: &Passage<'_>) -> Option<(usize, usize)> {
     let config = &passage.floor.config;
     let length_m = |a: usize, b: usize| (graph.feet(a) - graph.feet(b)).norm();
     let mut short: Vec<(f64, usize, usize)> = edges
@@ -95,8 +95,8 @@ fn neighbours(edges: &StraightEdges, node: usize) -> Vec<usize> {
 /// Whether an edge leads past both ends of a blocked stretch, within a distance of them.
 pub(crate) fn has_edge_past(
     edges: &StraightEdges,
-    graph: &WayGraph,
-    blocked: &BlockedWay,
+    graph: &PathGraph,
+    blocked: &BlockedSegment,
     within_m: f64,
 ) -> bool {
     edges.keys().any(|&(a, b)| {
@@ -113,7 +113,7 @@ fn insert(edges: &mut StraightEdges, a: usize, b: usize, kind: LinkKind) {
 }
 
 /// The places from a node by its neighbour to the next node.
-fn chain(graph: &WayGraph, from: usize, next: usize, is_node: &impl Fn(usize) -> bool) -> Vec<usize> {
+fn chain(graph: &PathGraph, from: usize, next: usize, is_node: &impl Fn(usize) -> bool) -> Vec<usize> {
     let mut chain = vec![from, next];
     while !is_node(chain[chain.len() - 1]) {
         let (before, at) = (chain[chain.len() - 2], chain[chain.len() - 1]);
@@ -124,7 +124,7 @@ fn chain(graph: &WayGraph, from: usize, next: usize, is_node: &impl Fn(usize) ->
 }
 
 /// Adds the edges of a chain of places.
-fn add_chain(edges: &mut StraightEdges, graph: &WayGraph, passage: &Passage<'_>, chain: &[usize]) {
+fn add_chain(edges: &mut StraightEdges, graph: &PathGraph, passage: &Passage<'_>, chain: &[usize]) {
     let feet: Vec<Vector3> = chain.iter().map(|place| graph.feet(*place)).collect();
     let mut corners = vec![0];
     split_at_bends(&feet, passage, 0, feet.len() - 1, &mut corners);

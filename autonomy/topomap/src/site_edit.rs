@@ -160,7 +160,7 @@ mod tests {
         assert_eq!(names(&site), ["N1", "N2", "N3", "N5"]);
         let ends: Vec<_> = site.edges().map(|edge| (edge.from, edge.to)).collect();
         let expected = [(1, 2), (2, 3), (2, 5)].map(|(from, to)| (node(from).id, node(to).id));
-        assert_eq!(ends, expected, "the way to the kept node stays, that to the removed one goes");
+        assert_eq!(ends, expected, "the path to the kept node stays, that to the removed one goes");
     }
 
     #[test]

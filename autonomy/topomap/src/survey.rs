@@ -1,7 +1,7 @@
-//! Ways through a survey that nobody walked: places spread over the walkable floor, and the cheapest ways between neighbouring ones.
+//! Paths through a survey that nobody walked: places spread over the walkable floor, and the cheapest paths between neighbouring ones.
 //!
 //! Places are chosen farthest first (Gonzalez, 1985) by the distance over the floor, so that every walkable place is near one. Neighbours are places
-//! whose regions touch. Of the ways between them, a greedy spanner is kept (Althöfer, Das, Dobkin, Joseph, Soares, *On sparse spanners of weighted
+//! whose regions touch. Of the paths between them, a greedy spanner is kept (Althöfer, Das, Dobkin, Joseph, Soares, *On sparse spanners of weighted
 //! graphs*, 1993), which is connected where the floor is.
 
 use crate::floor::{Floor, square};
@@ -22,7 +22,7 @@ const MM: f64 = 1e3;
 struct Walkable {
     cells: Vec<GroundCell>,
     centres: Vec<Vector3>,
-    /// For each cell: free distance to obstacles, metres, at most the comfortable one.
+    /// For each cell: free distance to obstacles, metres, at most the inflation distance.
     clearance_m: Vec<f64>,
     /// For each cell: the cells to which one can step.
     neighbours: Vec<[u32; 8]>,
@@ -32,14 +32,14 @@ struct Walkable {
 struct Reach {
     /// For each cell: its distance to the nearest place over the floor, millimetres.
     distance: Vec<u32>,
-    /// For each cell: the next cell on the way to that place.
+    /// For each cell: the next cell on the path to that place.
     parent: Vec<u32>,
     /// For each cell: the number of that place.
     place: Vec<u32>,
 }
 
-/// The ways: positions of the feet, metres.
-pub(crate) fn survey_ways(floor: &Floor) -> Vec<Vec<Vector3>> {
+/// The paths: positions of the feet, metres.
+pub(crate) fn survey_paths(floor: &Floor) -> Vec<Vec<Vector3>> {
     let walkable = Walkable::new(floor);
     let cover = (floor.config.survey_cover_m * MM) as u32;
     let mut reach = Reach::new(walkable.cells.len());
@@ -53,19 +53,19 @@ pub(crate) fn survey_ways(floor: &Floor) -> Vec<Vec<Vector3>> {
             next = walkable.next_place(&piece, &reach, cover);
         }
     }
-    let ways = spanner(connections(&walkable, &reach), places.len(), floor.config.survey_detour_max);
-    ways.iter().map(|way| walkable.trace(floor, &reach, way)).collect()
+    let kept = spanner(connections(&walkable, &reach), places.len(), floor.config.survey_detour_max);
+    kept.iter().map(|connection| walkable.trace(floor, &reach, connection)).collect()
 }
 
 impl Walkable {
     fn new(floor: &Floor) -> Self {
-        let comfort_m = floor.config.survey_comfort_m;
-        // The way through a narrow passage is moved to its middle later.
-        let least_m = floor.robot.radius - floor.config.survey_shift_max_m;
+        let inflation_m = floor.config.survey_inflation_m;
+        // The path through a narrow passage is moved to its middle later.
+        let least_m = floor.robot.radius_m - floor.config.survey_shift_max_m;
         let (mut cells, mut clearance_m) = (Vec::new(), Vec::new());
         for cell in floor.cells() {
             let at = floor.centre(cell);
-            let room = floor.room(&at, &at, comfort_m);
+            let room = floor.room(&at, &at, inflation_m);
             let free_m = room.map_or(0.0, |room| room.left_m.min(room.right_m));
             // At the border of the known ground the feet have no room.
             if free_m >= least_m && floor.ground_neighbours(cell) >= floor.config.survey_ground_neighbours_min
@@ -155,7 +155,7 @@ impl Walkable {
 
     /// The cells on which the robot can turn. The others are only passed, in the middle of narrow passages.
     fn with_room(&self, floor: &Floor, mut cells: Vec<u32>) -> Vec<u32> {
-        let least_m = floor.robot.radius + floor.config.voxel_m / 2.0;
+        let least_m = floor.robot.radius_m + floor.config.voxel_m / 2.0;
         cells.retain(|cell| self.clearance_m[*cell as usize] >= least_m);
         cells
     }
@@ -174,21 +174,21 @@ impl Walkable {
 
     /// Cost of a step, millimetres.
     fn cost(&self, floor: &Floor, from: u32, to: u32) -> u32 {
-        let is_tight = self.clearance_m[to as usize] < floor.config.survey_comfort_m;
+        let is_tight = self.clearance_m[to as usize] < floor.config.survey_inflation_m;
         let factor = if is_tight { floor.config.survey_tight_cost } else { 1.0 };
         ((self.centres[from as usize] - self.centres[to as usize]).norm() * factor * MM) as u32
     }
 
-    /// The way of a connection, in the middle of narrow passages.
-    fn trace(&self, floor: &Floor, reach: &Reach, way: &Connection) -> Vec<Vector3> {
+    /// The path of a connection, in the middle of narrow passages.
+    fn trace(&self, floor: &Floor, reach: &Reach, connection: &Connection) -> Vec<Vector3> {
         let half = |cell: u32| {
             std::iter::successors(Some(cell), |at| {
                 Some(reach.parent[*at as usize]).filter(|next| *next != NONE)
             })
         };
-        let mut cells: Vec<u32> = half(way.border[0]).collect();
+        let mut cells: Vec<u32> = half(connection.border[0]).collect();
         cells.reverse();
-        cells.extend(half(way.border[1]));
+        cells.extend(half(connection.border[1]));
         let feet: Vec<Vector3> = cells.iter().map(|cell| self.centres[*cell as usize]).collect();
         let centred = (0..feet.len()).map(|index| {
             let (before, after) = (feet[index.saturating_sub(1)], feet[(index + 1).min(feet.len() - 1)]);
@@ -197,12 +197,12 @@ impl Walkable {
         centred.collect()
     }
 
-    /// A place of a way, moved sideways to where there is the same room on both sides.
+    /// A place of a path, moved sideways to where there is the same room on both sides.
     fn centre(&self, floor: &Floor, at: Vector3, before: &Vector3, after: &Vector3) -> Vector3 {
-        let comfort_m = floor.config.survey_comfort_m;
+        let inflation_m = floor.config.survey_inflation_m;
         let Some(along) = (after - before).xy().try_normalize(1e-6) else { return at };
         let half = Vector3::new(along.x, along.y, 0.0) * floor.config.survey_room_half_length_m;
-        let Some(room) = floor.room(&(at - half), &(at + half), comfort_m) else { return at };
+        let Some(room) = floor.room(&(at - half), &(at + half), inflation_m) else { return at };
         let max_m = floor.config.survey_shift_max_m;
         let shift_m = ((room.left_m - room.right_m) / 2.0).clamp(-max_m, max_m);
         at + Vector3::new(-along.y, along.x, 0.0) * shift_m
@@ -233,7 +233,7 @@ impl Reach {
     }
 }
 
-/// The cheapest way between two neighbouring places.
+/// The cheapest path between two neighbouring places.
 #[derive(Clone, Copy, Debug)]
 struct Connection {
     cost: u32,
@@ -242,7 +242,7 @@ struct Connection {
     border: [u32; 2],
 }
 
-/// The cheapest way between each two places whose regions touch.
+/// The cheapest path between each two places whose regions touch.
 fn connections(walkable: &Walkable, reach: &Reach) -> Vec<Connection> {
     let mut best: BTreeMap<[u32; 2], Connection> = BTreeMap::new();
     for cell in 0..walkable.cells.len() as u32 {
@@ -282,7 +282,7 @@ fn spanner(mut connections: Vec<Connection>, places: usize, detour_max: f64) -> 
     kept
 }
 
-/// Whether there is a way between two places that costs at most `limit`.
+/// Whether there is a path between two places that costs at most `limit`.
 fn is_within(links: &[BTreeMap<u32, u32>], from: u32, to: u32, limit: u32) -> bool {
     let steps = |place: &u32| links[*place as usize].iter().map(|(next, step)| (*next, u64::from(*step)));
     dijkstra_reach(&from, steps)

@@ -115,10 +115,11 @@ impl Drawn {
 const MAP: MapId = MapId(Uuid::from_u128(7));
 
 /// A robot for tests.
-const ROBOT: RobotShape = RobotShape { radius: 0.38, standing_height: 0.55, clearance: 0.95, step: 0.22 };
+const ROBOT: RobotShape =
+    RobotShape { radius_m: 0.38, standing_height_m: 0.55, clearance_m: 0.95, step_m: 0.22 };
 
 fn base_at(feet: &Vector3, yaw: f64) -> Isometry {
-    let base = feet + Vector3::z() * ROBOT.standing_height;
+    let base = feet + Vector3::z() * ROBOT.standing_height_m;
     Isometry::from_parts(base.into(), Rotation::from_euler_angles(0.0, 0.0, yaw))
 }
 
@@ -181,7 +182,7 @@ fn at(x: f64, y: f64) -> [f64; 3] {
 }
 
 #[test]
-fn a_walk_round_a_corner_and_back_is_one_way_with_a_node_at_the_corner() {
+fn a_walk_round_a_corner_and_back_is_one_path_with_a_node_at_the_corner() {
     let drawn = hall().walk(&[at(0.0, 0.0), at(9.0, 0.0), at(9.0, 9.0), at(9.3, 0.4), at(0.0, 0.5)]);
     let made = drawn.generate();
     check_laws(&drawn, &made);
@@ -194,7 +195,7 @@ fn a_walk_round_a_corner_and_back_is_one_way_with_a_node_at_the_corner() {
 }
 
 #[test]
-fn long_ways_have_nodes_at_regular_distances() {
+fn long_paths_have_nodes_at_regular_distances() {
     let drawn = hall().walk(&[at(-6.0, 0.0), at(24.0, 0.0)]);
     let made = drawn.generate();
     check_laws(&drawn, &made);
@@ -205,7 +206,7 @@ fn long_ways_have_nodes_at_regular_distances() {
 }
 
 #[test]
-fn ways_that_cross_share_a_junction() {
+fn paths_that_cross_share_a_junction() {
     let drawn = hall().walk(&[at(0.0, 0.0), at(16.0, 0.0), at(16.0, 12.0), at(8.0, 12.0), at(8.0, -8.0)]);
     let made = drawn.generate();
     check_laws(&drawn, &made);
@@ -218,7 +219,7 @@ fn ways_that_cross_share_a_junction() {
 }
 
 #[test]
-fn what_stands_in_a_walked_way_blocks_it() {
+fn what_stands_in_a_walked_path_blocks_it() {
     let walk = [at(0.0, 0.0), at(10.0, 0.0)];
     let drawn = hall().walk(&walk).wall([5.0, -3.0], [5.0, 3.0], 0.0, 1.5);
     let made = drawn.generate();
@@ -272,7 +273,7 @@ fn no_edge_cuts_the_corner_of_an_obstacle() {
 }
 
 #[test]
-fn a_doorway_that_is_narrower_than_the_turning_circle_is_a_way_where_it_was_walked() {
+fn a_doorway_that_is_narrower_than_the_turning_circle_is_a_path_where_it_was_walked() {
     // A wall has two faces.
     let room = |width: f64| {
         let walls = [5.0, 5.1].into_iter().fold(hall(), |drawn, x| {
@@ -352,11 +353,11 @@ fn is_eastward(made: &GeneratedMap, edge: &site_model::Edge) -> bool {
 }
 
 #[test]
-fn a_dock_has_an_approach_that_is_joined_to_the_way() {
+fn a_dock_has_an_approach_that_is_joined_to_the_path() {
     let mut drawn =
         hall().block([-0.9, -0.3], [-0.5, 0.3], 0.6).walk(&[at(0.0, 0.0), at(6.0, 0.0), at(6.0, 8.0)]);
     drawn.docks.push(base_at(&Vector3::zeros(), 0.0));
-    // Nobody has been at this one, and the robot stands on it with its back to the way.
+    // Nobody has been at this one, and the robot stands on it with its back to the path.
     drawn = drawn.block([1.7, 6.8], [2.3, 7.2], 0.6);
     drawn.docks.push(base_at(&Vector3::new(2.0, 6.0, 0.0), std::f64::consts::FRAC_PI_2));
     let made = drawn.generate();
@@ -375,7 +376,7 @@ fn a_dock_has_an_approach_that_is_joined_to_the_way() {
     assert_eq!(onto.len(), 2);
     let direction =
         |dock: usize| onto.iter().find(|edge| edge.to == made.docks[dock].node).map(|edge| edge.direction);
-    assert_eq!(direction(0), Some(TravelDirection::Backward), "the way is ahead of the docked robot");
+    assert_eq!(direction(0), Some(TravelDirection::Backward), "the path is ahead of the docked robot");
     assert_eq!(direction(1), Some(TravelDirection::Forward));
 }
 
@@ -390,7 +391,7 @@ fn survey() -> Drawn {
 }
 
 #[test]
-fn a_survey_that_nobody_walked_gets_ways_over_its_whole_floor() {
+fn a_survey_that_nobody_walked_gets_paths_over_its_whole_floor() {
     let drawn = survey();
     let made = drawn.generate();
     check_laws(&drawn, &made);

@@ -12,7 +12,7 @@ use anyhow::{Context, Result, ensure};
 use benches::quantile;
 use clap::Parser;
 use client::PageClient;
-use platform::{PROCESSES, Platform};
+use platform::{MeasuredPlatform, PROCESSES};
 use std::time::{Duration, Instant};
 
 /// Cores that core, gateway and simulated robot take while a mission runs.
@@ -50,7 +50,7 @@ fn main() -> Result<()> {
     let arguments = Arguments::parse();
     let data = tempfile::tempdir()?;
     let columns = arguments.columns.to_string();
-    let platform = Platform::start(&arguments.site, data.path(), &arguments.listen, &columns)?;
+    let platform = MeasuredPlatform::start(&arguments.site, data.path(), &arguments.listen, &columns)?;
     platform.make_example(PATIENCE)?;
     let mission = platform.first_mission()?;
     let page = PageClient::connect(platform.address())?;
@@ -68,11 +68,11 @@ fn main() -> Result<()> {
             runs += 1;
         }
     }
-    let took_s = began.elapsed().as_secs_f64();
+    let duration_s = began.elapsed().as_secs_f64();
     let (cpu_after, clock_after) = (platform.cpu_s()?, page.robot_clock().context("no estimate has come")?);
-    let real_time_factor = (clock_after - clock_before).secs_f64() / took_s;
+    let real_time_factor = (clock_after - clock_before).secs_f64() / duration_s;
     let cores: Vec<f64> =
-        cpu_after.iter().zip(cpu_before).map(|(after, before)| (after - before) / took_s).collect();
+        cpu_after.iter().zip(cpu_before).map(|(after, before)| (after - before) / duration_s).collect();
     let together: f64 = cores.iter().sum();
     let page = page.end();
     ensure!(page.scans > 0, "no scan has come to the client");
@@ -83,10 +83,10 @@ fn main() -> Result<()> {
     }
     println!("| together | {together:.2} |");
     println!(
-        "{runs} missions in {took_s:.0} s; real-time factor {real_time_factor:.3} (worst second {:.2}); the client got {:.1} scans and {:.0} kB a second",
+        "{runs} missions in {duration_s:.0} s; real-time factor {real_time_factor:.3} (worst second {:.2}); the client got {:.1} scans and {:.0} kB a second",
         quantile(&page.real_time_factors, 0.0),
-        page.scans as f64 / took_s,
-        page.bytes as f64 / took_s / 1e3,
+        page.scans as f64 / duration_s,
+        page.bytes as f64 / duration_s / 1e3,
     );
     let mut missed = Vec::new();
     if together > CORES_MAX {

@@ -16,14 +16,14 @@ const READY: &str = "AutoInspect is running: http://";
 const PERIOD: Duration = Duration::from_secs(1);
 
 /// A platform, which is stopped when dropped.
-pub struct Platform {
+pub struct MeasuredPlatform {
     process: Child,
     address: SocketAddr,
     /// Of [`PROCESSES`].
     ids: [u32; 3],
 }
 
-impl Platform {
+impl MeasuredPlatform {
     /// Starts a platform with a simulated robot and waits until it can be reached.
     pub fn start(site: &str, data: &Path, listen: &str, columns: &str) -> Result<Self> {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
@@ -153,7 +153,7 @@ impl Platform {
     }
 }
 
-impl Drop for Platform {
+impl Drop for MeasuredPlatform {
     fn drop(&mut self) {
         let id = rustix::process::Pid::from_child(&self.process);
         // In order, so that its processes end too.

@@ -8,7 +8,7 @@ use benches::prior_map::PriorMapBuilder;
 use benches::stack_walk::{StackWalk, StepKind, WalkPlan};
 use geometry::{Isometry, Vector3, so3};
 use messages::{PriorMap, StackEffect};
-use sim::Site;
+use sim::SimulatedSite;
 use std::sync::Arc;
 use vocab::Span;
 
@@ -39,7 +39,7 @@ pub struct PlacedMap {
 /// # Errors
 /// When the site has no such route, or a minute passes without an estimate.
 pub fn map(arguments: &Arguments, keep_map: bool, print: impl Fn(&Minute)) -> Result<Mapped> {
-    let site = Arc::new(Site::new(arguments.site));
+    let site = Arc::new(SimulatedSite::new(arguments.site));
     let (mut measurement, mut builder) = (Measurement::default(), PriorMapBuilder::default());
     let mut observer = |kind: StepKind, ms: f64, effects: &[StackEffect]| {
         measurement.update(kind, ms, effects);
@@ -77,7 +77,7 @@ pub fn map(arguments: &Arguments, keep_map: bool, print: impl Fn(&Minute)) -> Re
 /// # Errors
 /// The errors of [`map`].
 pub fn localise(arguments: &Arguments, map: PlacedMap, print: impl Fn(&Minute)) -> Result<Walked> {
-    let site = Arc::new(Site::new(arguments.site));
+    let site = Arc::new(SimulatedSite::new(arguments.site));
     let plan = plan(arguments, arguments.seed + 1);
     let mut measurement = Measurement::default();
     let mut walk = StackWalk::localised(

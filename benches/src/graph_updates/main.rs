@@ -7,7 +7,9 @@ use anyhow::{Context, Result};
 use api::{Graph, GraphChanged, GraphNode};
 use clap::Parser;
 use geometry::{Isometry, Matrix6, RngTree, Vector3, Vector6, pose_from_isometry};
-use mapping::{Edge, GraphChanges, GraphPublisher, KeyframePair, Node, OptimiserConfig, PoseGraph};
+use mapping::{
+    GraphChanges, GraphPublisher, KeyframePair, OptimiserConfig, PoseGraph, PoseGraphEdge, PoseGraphNode,
+};
 use plotters::prelude::*;
 use std::path::{Path, PathBuf};
 use vocab::{KeyframeId, Stamp};
@@ -114,10 +116,10 @@ fn truth(number: u32) -> Isometry {
     Isometry::new(Vector3::new(x, f64::from(lane) * LANE_DISTANCE_M, 0.0), Vector3::z() * yaw)
 }
 
-fn edge((from, to): (u32, u32), from_from_to: Isometry) -> Edge {
+fn edge((from, to): (u32, u32), from_from_to: Isometry) -> PoseGraphEdge {
     let [rotation, translation] = STEP_STD.map(|deviation| deviation.powi(-2));
     let information = Vector6::new(rotation, rotation, rotation, translation, translation, translation);
-    Edge {
+    PoseGraphEdge {
         from: KeyframeId(from),
         to: KeyframeId(to),
         from_from_to,
@@ -128,8 +130,9 @@ fn edge((from, to): (u32, u32), from_from_to: Isometry) -> Edge {
 /// Encodes an update, applies it in the client, and returns its size in bytes.
 fn send(changes: Option<GraphChanges>, client: &mut Graph) -> usize {
     let Some(changes) = changes else { return 0 };
-    let pairs = |edges: &[Edge]| -> Vec<KeyframePair> { edges.iter().map(|e| (e.from, e.to)).collect() };
-    let node = |node: &Node| GraphNode {
+    let pairs =
+        |edges: &[PoseGraphEdge]| -> Vec<KeyframePair> { edges.iter().map(|e| (e.from, e.to)).collect() };
+    let node = |node: &PoseGraphNode| GraphNode {
         id: node.id,
         stamp: node.stamp,
         map_from_keyframe: pose_from_isometry(&node.map_from_keyframe),

@@ -8,7 +8,7 @@ use mapping::scan_context_index::ScanContextIndex;
 use mapping::submap::KeyframeCloud;
 use mapping::{LoopFinder, PoseGraph};
 use points::Downsampler;
-use sim::Site;
+use sim::SimulatedSite;
 use std::sync::Arc;
 use std::time::Instant;
 use vocab::KeyframeId;
@@ -49,7 +49,7 @@ pub struct ComponentFigures {
 
 /// Measures place recognition at every keyframe of `revisits`, and removal of people at every eighth keyframe.
 pub fn measure(
-    site: &Site,
+    site: &SimulatedSite,
     recorded: &[RecordedKeyframe],
     revisits: &[usize],
     (finder, graph): (&LoopFinder, &PoseGraph),
@@ -108,7 +108,7 @@ impl ComponentFigures {
 
     fn measure_people(
         &mut self,
-        site: &Site,
+        site: &SimulatedSite,
         recorded: &[RecordedKeyframe],
         (finder, graph): (&LoopFinder, &PoseGraph),
     ) {

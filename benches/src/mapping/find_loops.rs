@@ -4,7 +4,8 @@ use crate::recorded_walk::RecordedKeyframe;
 use benches::keyframe_policy;
 use geometry::{Isometry, Matrix6, RngTree, Vector6, se3};
 use mapping::{
-    Decision, Edge, LoopConfig, LoopFinder, NewKeyframe, PoseGraph, ScanPose, Session, SessionConfig, verify,
+    Decision, LoopConfig, LoopFinder, NewKeyframe, PoseGraph, PoseGraphEdge, ScanPose, Session,
+    SessionConfig, verify,
 };
 use std::time::Instant;
 
@@ -19,7 +20,7 @@ pub struct LoopFinderRun {
     /// The pose graph after the last keyframe.
     pub graph: PoseGraph,
     /// Edges of the odometry, with the added drift.
-    pub edges: Vec<Edge>,
+    pub edges: Vec<PoseGraphEdge>,
     pub decisions: Vec<Decision>,
     /// Time of inserting each keyframe (cloud, descriptor, search, submaps), milliseconds.
     pub insert_keyframe: Vec<f64>,
@@ -75,7 +76,7 @@ pub fn find(recorded: &[RecordedKeyframe], drift: f64, seed: u64, config: LoopCo
 }
 
 /// The odometry edges of a mapping session.
-fn edges(recorded: &[RecordedKeyframe], drift: f64, seed: u64) -> Vec<Edge> {
+fn edges(recorded: &[RecordedKeyframe], drift: f64, seed: u64) -> Vec<PoseGraphEdge> {
     let Some(first) = recorded.first() else { return Vec::new() };
     let mut session =
         Session::begin(&first.odom_from_base, SessionConfig::new(keyframe_policy()), PoseGraph::default());
@@ -94,7 +95,7 @@ fn edges(recorded: &[RecordedKeyframe], drift: f64, seed: u64) -> Vec<Edge> {
     }
     let mut rng = RngTree::new(seed).child("drift").rng();
     let (mut bias, mut walked) = (Vector6::zeros(), f64::INFINITY);
-    let mut drifted = |edge: &Edge| {
+    let mut drifted = |edge: &PoseGraphEdge| {
         walked += edge.from_from_to.translation.vector.norm();
         if walked >= CONSTANT_ERROR_DISTANCE_M {
             (bias, walked) = (Vector6::from_fn(|_, _| rng.normal()), 0.0);
@@ -106,7 +107,7 @@ fn edges(recorded: &[RecordedKeyframe], drift: f64, seed: u64) -> Vec<Edge> {
 
 /// An edge with its share of a constant error. The covariance is that of a random walk that reaches the same error over
 /// [`CONSTANT_ERROR_DISTANCE_M`].
-fn add_drift(edge: &Edge, drift: f64, bias: &Vector6) -> Edge {
+fn add_drift(edge: &PoseGraphEdge, drift: f64, bias: &Vector6) -> PoseGraphEdge {
     if drift == 0.0 {
         return *edge;
     }
@@ -120,7 +121,7 @@ fn add_drift(edge: &Edge, drift: f64, bias: &Vector6) -> Edge {
     let added = Matrix6::from_diagonal(&deviations.component_mul(&deviations));
     let covariance = edge.information.try_inverse().unwrap_or_else(Matrix6::identity) + added;
     let from_from_to: Isometry = se3::retract(&edge.from_from_to, &error);
-    Edge { from_from_to, information: covariance.try_inverse().unwrap_or(edge.information), ..*edge }
+    PoseGraphEdge { from_from_to, information: covariance.try_inverse().unwrap_or(edge.information), ..*edge }
 }
 
 fn milliseconds(since: Instant) -> f64 {

@@ -3,7 +3,7 @@
 use crate::find_loops::LoopFinderRun;
 use crate::recorded_walk::RecordedKeyframe;
 use anyhow::Result;
-use factors::{Between, Graph, Key, Options, Prior, Value, Values, optimise};
+use factors::{BatchConfig, Between, FactorGraph, Key, Prior, Value, Values, optimise};
 use geometry::{Isometry, Matrix6, Vector3, aligned_rmse};
 use mapping::Verdict;
 
@@ -17,7 +17,7 @@ pub struct MapError {
 /// Optimises the walk with the accepted loops and compares the keyframes before and after with the ground truth.
 pub fn error(recorded: &[RecordedKeyframe], found: &LoopFinderRun) -> Result<MapError> {
     let mut values = Values::default();
-    let mut graph = Graph::default();
+    let mut graph = FactorGraph::default();
     let mut pose = Isometry::identity();
     let mut keys: Vec<Key> = vec![values.insert(Value::Pose(pose))];
     for edge in &found.edges {
@@ -30,7 +30,7 @@ pub fn error(recorded: &[RecordedKeyframe], found: &LoopFinderRun) -> Result<Map
         let (from, to) = (keys[edge.from.0 as usize], keys[edge.to.0 as usize]);
         graph.add(Between::new(from, to, &edge.from_from_to, &edge.information)?, &values)?;
     }
-    let solved = optimise(&graph, &values, &Options::default())?.values;
+    let solved = optimise(&graph, &values, &BatchConfig::default())?.values;
     let positions = |values: &Values| -> Result<Vec<Vector3>> {
         keys.iter().map(|&key| Ok(values.pose(key)?.translation.vector)).collect()
     };

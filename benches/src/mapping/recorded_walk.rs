@@ -8,7 +8,7 @@ use mapping::{PoseGraph, ScanPose, Session, SessionConfig};
 use messages::Sensor;
 use odometry::{Mounting, Odometry, OdometryConfig, OdometryEvent, PoseEvent, ScanView};
 use points::Downsampler;
-use sim::{RouteFollower, SimConfig, Simulator, Site};
+use sim::{RouteFollower, SimConfig, SimulatedSite, Simulator};
 use std::io::{Read, Write};
 use std::path::Path;
 use std::sync::Arc;
@@ -34,7 +34,7 @@ pub struct RecordedKeyframe {
 
 /// The keyframes of a walk: read from `file` if it exists, otherwise simulated and written there.
 pub fn keyframes(
-    site: &Arc<Site>,
+    site: &Arc<SimulatedSite>,
     plan: &WalkPlan,
     seconds: f64,
     file: &Path,
@@ -47,7 +47,7 @@ pub fn keyframes(
     Ok(walked)
 }
 
-fn walk(site: &Arc<Site>, plan: &WalkPlan, seconds: f64) -> Result<Vec<RecordedKeyframe>> {
+fn walk(site: &Arc<SimulatedSite>, plan: &WalkPlan, seconds: f64) -> Result<Vec<RecordedKeyframe>> {
     let Some(route) = site.route("round").cloned() else { bail!("{} has no round", site.name()) };
     let mut config = SimConfig {
         lidar_columns: plan.columns,
@@ -210,11 +210,11 @@ fn store(keyframes: &[RecordedKeyframe], file: &Path) -> Result<()> {
 
 fn load(file: &Path) -> Result<Vec<RecordedKeyframe>> {
     let mut reader = std::io::BufReader::new(std::fs::File::open(file)?);
-    let count = u64::from_le_bytes(take(&mut reader)?);
+    let count = u64::from_le_bytes(read_word(&mut reader)?);
     (0..count)
         .map(|_| {
-            let stamp = Stamp::from_nanos(i64::from_le_bytes(take(&mut reader)?));
-            let mut number = || -> Result<f64> { Ok(f64::from_le_bytes(take(&mut reader)?)) };
+            let stamp = Stamp::from_nanos(i64::from_le_bytes(read_word(&mut reader)?));
+            let mut number = || -> Result<f64> { Ok(f64::from_le_bytes(read_word(&mut reader)?)) };
             let mut pose = || -> Result<Isometry> {
                 let [x, y, z] = [number()?, number()?, number()?];
                 let [i, j, k, w] = [number()?, number()?, number()?, number()?];
@@ -228,7 +228,7 @@ fn load(file: &Path) -> Result<Vec<RecordedKeyframe>> {
                 *value = number()?;
             }
             let degenerate = number()? > 0.5;
-            let points = u64::from_le_bytes(take(&mut reader)?) as usize;
+            let points = u64::from_le_bytes(read_word(&mut reader)?) as usize;
             let mut bytes = vec![0; points * 12];
             reader.read_exact(&mut bytes)?;
             let coordinate = |c: &[u8]| f32::from_le_bytes([c[0], c[1], c[2], c[3]]);
@@ -241,7 +241,7 @@ fn load(file: &Path) -> Result<Vec<RecordedKeyframe>> {
         .collect()
 }
 
-fn take(reader: &mut impl Read) -> Result<[u8; 8]> {
+fn read_word(reader: &mut impl Read) -> Result<[u8; 8]> {
     let mut bytes = [0; 8];
     reader.read_exact(&mut bytes)?;
     Ok(bytes)

@@ -3,7 +3,7 @@
 use anyhow::Result;
 use benches::map_score::{MapScore, score_map};
 use benches::stack_walk::{StackWalk, StepKind, WalkPlan, made_keyframe, reanchorings};
-use sim::Site;
+use sim::SimulatedSite;
 use std::sync::Arc;
 use vocab::Span;
 
@@ -17,7 +17,7 @@ pub struct WholeStackRun {
 }
 
 /// Walks for `duration`, finishes the map and scores it.
-pub fn walk(site: &Arc<Site>, plan: &WalkPlan, duration: Span) -> Result<WholeStackRun> {
+pub fn walk(site: &Arc<SimulatedSite>, plan: &WalkPlan, duration: Span) -> Result<WholeStackRun> {
     let (mut keyframe_ms, mut job_result_ms, mut reanchored) = (Vec::new(), Vec::new(), Vec::new());
     let mut observer = |kind: StepKind, ms: f64, effects: &[messages::StackEffect]| {
         match kind {

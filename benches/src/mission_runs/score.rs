@@ -58,7 +58,7 @@ pub struct MissionScore {
     /// Position (m) and heading (rad) from the docked pose at the end; none if the robot is not charged there.
     pub docked: Option<(f64, f64)>,
     /// Robot time, seconds.
-    pub took_s: f64,
+    pub duration_s: f64,
     /// A line for each contact, failure and block, for whoever looks for causes.
     pub details: Vec<String>,
 }
@@ -98,7 +98,7 @@ pub fn run_mission(
         outcome: day.outcome(RUN),
         tasks: planned.targets.len(),
         docked: docked_error(day.lockstep.simulator()).filter(|_| day.is_charging),
-        took_s: (day.lockstep.now() - begun).secs_f64(),
+        duration_s: (day.lockstep.now() - begun).secs_f64(),
         ..MissionScore::default()
     };
     score.add_steps(&day);

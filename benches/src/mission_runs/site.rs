@@ -5,7 +5,7 @@ use anyhow::{Context, Result};
 use geometry::{Isometry, Rng, RngTree, Rotation, Vector3, isometry_from_pose, pose_from_isometry};
 use messages::{PriorMap, RobotProfile};
 use nalgebra::Point3;
-use sim::{CameraConfig, Site as SimulatedSite};
+use sim::{CameraConfig, SimulatedSite};
 use site_files::SiteSource;
 use site_model::{
     ActionRequest, EditId, FailurePolicy, InspectionPoint, InspectionPointId, Mission, MissionEnd, MissionId,

@@ -40,9 +40,9 @@ pub(super) fn print(name: &str, mapped: &MissionSite, arguments: &Arguments) -> 
         let mut failures = Vec::new();
         for outcome in dock_again_and_again(mapped, scenario, number as u64 + 1, arguments)? {
             match outcome {
-                Ok((error, took_s)) => {
+                Ok((error, duration_s)) => {
                     errors.push(error);
-                    times_s.push(took_s);
+                    times_s.push(duration_s);
                 }
                 Err(failure) => failures.push(failure),
             }
@@ -117,8 +117,9 @@ fn near_nodes(mapped: &MissionSite, dock: NodeId) -> Result<Vec<NodeId>> {
     let place = graph.node(dock).context("the dock has a node")?.map_from_node.position;
     let is_near = |node: &&site_model::Node| {
         let at = node.map_from_node.position;
-        let is_way = !matches!(node.kind, NodeKind::Dock | NodeKind::DockApproach | NodeKind::Portal);
-        is_way && (at.x - place.x).hypot(at.y - place.y) <= START_DISTANCE_MAX_M
+        let is_start_candidate =
+            !matches!(node.kind, NodeKind::Dock | NodeKind::DockApproach | NodeKind::Portal);
+        is_start_candidate && (at.x - place.x).hypot(at.y - place.y) <= START_DISTANCE_MAX_M
     };
     let nodes: Vec<NodeId> = graph.nodes().filter(is_near).map(|node| node.id).collect();
     ensure!(!nodes.is_empty(), "no node is within {START_DISTANCE_MAX_M} m of the dock");

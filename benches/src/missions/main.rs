@@ -161,7 +161,7 @@ fn print_row(name: &str, seed: u64, score: &MissionScore) {
             Some((off_m, off_rad)) => format!("{:.1} cm, {:.2}°", 100.0 * off_m, off_rad.to_degrees()),
             None => "no".to_owned(),
         },
-        score.took_s,
+        score.duration_s,
         score.failures.iter().map(|failure| format!("{failure:?}")).collect::<Vec<_>>().join("; "),
     );
 }

@@ -4,7 +4,7 @@
 
 use geometry::{Isometry, Vector3, vec_from_plain};
 use nalgebra::Point3;
-use sim::Site;
+use sim::SimulatedSite;
 use site_model::Traversal;
 use std::collections::{BTreeMap, BTreeSet};
 use topomap::GeneratedMap;
@@ -63,7 +63,7 @@ pub fn edges(made: &GeneratedMap) -> impl Iterator<Item = CheckedEdge> + '_ {
 
 /// The solids of a site in the frame of a map.
 pub struct SolidCheck<'a> {
-    pub site: &'a Site,
+    pub site: &'a SimulatedSite,
     pub site_from_map: Isometry,
 }
 

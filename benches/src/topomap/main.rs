@@ -160,11 +160,11 @@ fn row(inputs: &RowInputs<'_>, config: &TopomapConfig, verbose: bool) -> Result<
     let made = source.generate();
     let made_s = (thread_ms() - begun) * 1e-3;
     if verbose {
-        for way in &made.blocked {
-            let (a, b) = (way.from_m, way.to_m);
+        for segment in &made.blocked {
+            let (a, b) = (segment.from_m, segment.to_m);
             println!(
                 "blocked: {:?} {:.2},{:.2},{:.2} - {:.2},{:.2},{:.2}",
-                way.by, a.x, a.y, a.z, b.x, b.y, b.z
+                segment.by, a.x, a.y, a.z, b.x, b.y, b.z
             );
         }
     }
@@ -251,7 +251,7 @@ fn config(values: &[String]) -> Result<TopomapConfig> {
             "ceiling_height_min_m" => &mut config.ceiling_height_min_m,
             "ceiling_reach_m" => &mut config.ceiling_reach_m,
             "survey_detour_max" => &mut config.survey_detour_max,
-            "survey_comfort_m" => &mut config.survey_comfort_m,
+            "survey_inflation_m" => &mut config.survey_inflation_m,
             "survey_tight_cost" => &mut config.survey_tight_cost,
             "survey_shift_max_m" => &mut config.survey_shift_max_m,
             "obstacle_points_min" => {

@@ -10,12 +10,12 @@ use vocab::{Pose, Quat, Vec3};
 
 /// A pose in a calibration file.
 #[derive(Clone, Copy, Debug, Deserialize)]
-pub struct Transform {
+pub struct CalibrationTransform {
     translation_m: [f64; 3],
     quaternion_xyzw: [f64; 4],
 }
 
-impl Transform {
+impl CalibrationTransform {
     /// Converts it; an error if it is not finite or its quaternion is not a rotation.
     pub fn isometry(&self) -> Result<Isometry, Failure> {
         isometry(self.translation_m, self.quaternion_xyzw)
@@ -32,9 +32,9 @@ pub fn isometry(position: [f64; 3], [x, y, z, w]: [f64; 4]) -> Result<Isometry, 
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Calibration {
-    base_from_lidar: Option<Transform>,
-    base_from_imu: Option<Transform>,
-    base_from_external: Option<Transform>,
+    base_from_lidar: Option<CalibrationTransform>,
+    base_from_imu: Option<CalibrationTransform>,
+    base_from_external: Option<CalibrationTransform>,
     standing_height_m: Option<f64>,
     #[serde(default)]
     robot: RobotFile,

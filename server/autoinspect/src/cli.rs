@@ -91,7 +91,7 @@ enum SimCommand {
 #[derive(Subcommand, Debug)]
 enum SiteCommand {
     /// Write a site as a glTF building, to look at, or as an example of one's own.
-    Export(site::ExportArgs),
+    Export(site::SiteExportArgs),
 }
 
 #[derive(Subcommand, Debug)]

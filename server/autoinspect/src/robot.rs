@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::texts;
-use crate::up::Stop;
+use crate::up::ShutdownSignal;
 use links::{ConnectError, ReplayConfig, ReplayLink, ReplaySource, SocketLink, SocketLinkConfig};
 use messages::{BootRecord, RobotProfile, Sources};
 use ports::RobotLink;
@@ -102,7 +102,7 @@ impl RobotArgs {
     }
 
     /// Links to the robot. Waits until it listens; `None` after a request to stop.
-    pub fn link(&self, stop: &Stop) -> Result<Option<Box<dyn RobotLink>>, Failure> {
+    pub fn link(&self, stop: &ShutdownSignal) -> Result<Option<Box<dyn RobotLink>>, Failure> {
         Ok(match &self.robot {
             RobotName::Sim(_) => return Err(Failure::usage(texts::SIMULATED_ROBOT_IS_A_PROCESS)),
             RobotName::Socket(path) => connect(path, stop)?.map(|link| Box::new(link) as Box<dyn RobotLink>),
@@ -123,7 +123,7 @@ impl RobotArgs {
 }
 
 /// Connects to the robot that listens there, or will soon.
-fn connect(path: &Path, stop: &Stop) -> Result<Option<SocketLink>, Failure> {
+fn connect(path: &Path, stop: &ShutdownSignal) -> Result<Option<SocketLink>, Failure> {
     let since = Instant::now();
     loop {
         match SocketLink::connect(path, SocketLinkConfig::default()) {

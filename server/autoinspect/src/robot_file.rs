@@ -27,9 +27,13 @@ pub struct RobotFile {
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Limits {
-    forward_mps: f64,
-    sideways_mps: f64,
-    turn_degps: f64,
+    // Files of earlier programs have the aliases.
+    #[serde(alias = "forward_mps")]
+    forward_m_s: f64,
+    #[serde(alias = "sideways_mps")]
+    sideways_m_s: f64,
+    #[serde(alias = "turn_degps")]
+    turn_deg_s: f64,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -67,9 +71,9 @@ impl RobotFile {
         ] {
             if let Some(given) = given {
                 *known = SpeedLimits {
-                    forward_mps: positive(entry, given.forward_mps)?,
-                    sideways_mps: positive(entry, given.sideways_mps)?,
-                    turn_radps: positive(entry, given.turn_degps)?.to_radians(),
+                    forward_m_s: positive(entry, given.forward_m_s)?,
+                    sideways_m_s: positive(entry, given.sideways_m_s)?,
+                    turn_rad_s: positive(entry, given.turn_deg_s)?.to_radians(),
                 };
             }
         }
@@ -107,7 +111,7 @@ mod tests {
     fn given_entries_replace_those_of_the_default_profile_and_the_others_stay() {
         let profile = applied(
             r#"{"footprint_radius_m": 0.5, "keyframe_rotation_deg": 30, "manual_watchdog_s": 0.3,
-                "manual_limits": {"forward_mps": 0.6, "sideways_mps": 0.2, "turn_degps": 45},
+                "manual_limits": {"forward_m_s": 0.6, "sideways_m_s": 0.2, "turn_deg_s": 45},
                 "self_filter": {"min_m": [-0.5, -0.3, -0.4], "max_m": [0.5, 0.3, 0.2]}}"#,
         )
         .expect("right");
@@ -117,8 +121,19 @@ mod tests {
         assert!((profile.keyframe_rotation_rad - 30_f64.to_radians()).abs() < 1e-12);
         assert_eq!(profile.manual_watchdog, Span::from_millis(300));
         assert_eq!(profile.autonomous_limits, usual.autonomous_limits);
-        assert!((profile.manual_limits.turn_radps - 45_f64.to_radians()).abs() < 1e-12);
+        assert!((profile.manual_limits.turn_rad_s - 45_f64.to_radians()).abs() < 1e-12);
         assert_eq!(profile.self_filter.map(|body| body.max), Some([0.5, 0.3, 0.2]));
+    }
+
+    #[test]
+    fn limits_with_the_names_of_earlier_programs_are_read() {
+        let limits = |names: [&str; 3]| {
+            let [forward, sideways, turn] = names;
+            applied(&format!(r#"{{"manual_limits": {{"{forward}": 0.6, "{sideways}": 0.2, "{turn}": 45}}}}"#))
+                .expect("right")
+        };
+        let earlier = limits(["forward_mps", "sideways_mps", "turn_degps"]);
+        assert_eq!(earlier, limits(["forward_m_s", "sideways_m_s", "turn_deg_s"]));
     }
 
     #[test]

@@ -9,7 +9,7 @@ use faults::FaultName;
 use messages::Input;
 use recorder::{RecordingMeta, RecordingWriter};
 use serde::Serialize;
-use sim::{FULL_COLUMNS, Route, RouteFollower, SimConfig, SimEvent, Simulator};
+use sim::{FULL_COLUMNS, RouteFollower, SimConfig, SimEvent, Simulator, SiteRoute};
 use site_files::SiteSource;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -135,7 +135,7 @@ fn share(text: &str) -> Result<f64, String> {
 /// Walks to the end of the route, or for `minutes`.
 fn walk(
     simulator: &mut Simulator,
-    route: &Route,
+    route: &SiteRoute,
     minutes: Option<f64>,
     writer: &mut RecordingWriter,
 ) -> Result<Recorded, Failure> {

@@ -16,7 +16,7 @@ EXAMPLES:
   autoinspect site export b1 --out sites
   autoinspect up --robot sim:sites/b1.glb"
 )]
-pub struct ExportArgs {
+pub struct SiteExportArgs {
     /// Site: b1, torus, plant, twins, generated:SEED, or FILE.glb.
     site: SiteSource,
     /// Folder to write into.
@@ -34,7 +34,7 @@ struct Exported {
 }
 
 /// Runs `autoinspect site export`.
-pub fn export(args: &ExportArgs) -> Result<(), Failure> {
+pub fn export(args: &SiteExportArgs) -> Result<(), Failure> {
     let site = args.site.load().map_err(Failure::usage)?;
     let file = write_site(&args.out, &site).map_err(Failure::failed)?;
     output::print_human(args.json, &format!("{} and its .site.json", file.display()));

@@ -16,7 +16,7 @@ pub enum Encoding {
 }
 
 /// Reads values one after the other and never past the end.
-pub struct Reader<'a> {
+pub struct CdrReader<'a> {
     bytes: &'a [u8],
     at: usize,
     /// Offset from which alignment counts.
@@ -44,7 +44,7 @@ const fn align_of_wire<T>() -> usize {
     size_of::<T>()
 }
 
-impl<'a> Reader<'a> {
+impl<'a> CdrReader<'a> {
     /// Starts reading a message; `what` names it in errors.
     ///
     /// # Errors
@@ -236,7 +236,7 @@ mod tests {
         assert_eq!(write(Encoding::Ros1).len(), 1 + 8 + 4 + 2 + 2);
         for encoding in [Encoding::Cdr, Encoding::Ros1] {
             let bytes = write(encoding);
-            let mut reader = Reader::new(encoding, &bytes, "test").unwrap();
+            let mut reader = CdrReader::new(encoding, &bytes, "test").unwrap();
             assert_eq!(reader.u8().unwrap(), 7);
             assert_eq!(reader.f64().unwrap(), 1.5);
             assert_eq!(reader.string().unwrap(), "ab");
@@ -248,11 +248,11 @@ mod tests {
 
     #[test]
     fn big_endian_and_xcdr2_are_read() {
-        let mut reader = Reader::new(Encoding::Cdr, &[0, 0, 0, 0, 1, 2], "test").unwrap();
+        let mut reader = CdrReader::new(Encoding::Cdr, &[0, 0, 0, 0, 1, 2], "test").unwrap();
         assert_eq!(reader.u16().unwrap(), 0x0102);
         let mut bytes = vec![0, 7, 0, 0, 5, 0, 0, 0];
         bytes.extend(2.5f64.to_le_bytes());
-        let mut reader = Reader::new(Encoding::Cdr, &bytes, "test").unwrap();
+        let mut reader = CdrReader::new(Encoding::Cdr, &bytes, "test").unwrap();
         assert_eq!(reader.u32().unwrap(), 5);
         assert_eq!(reader.f64().unwrap(), 2.5, "XCDR2 aligns eight-byte values to four");
     }
@@ -260,9 +260,9 @@ mod tests {
     #[test]
     fn an_absurd_count_is_refused_without_allocating() {
         let bytes = [0, 1, 0, 0, 255, 255, 255, 255];
-        let mut reader = Reader::new(Encoding::Cdr, &bytes, "test").unwrap();
-        assert!(matches!(reader.sequence(8, Reader::f64), Err(FormatError::Truncated { .. })));
-        let mut reader = Reader::new(Encoding::Cdr, &bytes, "test").unwrap();
+        let mut reader = CdrReader::new(Encoding::Cdr, &bytes, "test").unwrap();
+        assert!(matches!(reader.sequence(8, CdrReader::f64), Err(FormatError::Truncated { .. })));
+        let mut reader = CdrReader::new(Encoding::Cdr, &bytes, "test").unwrap();
         assert!(matches!(reader.byte_sequence(), Err(FormatError::Truncated { .. })));
     }
 }

@@ -9,7 +9,7 @@ use vocab::{Pose, Quat, Vec3};
 
 /// A pose of the graph.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Vertex<P> {
+pub struct G2oVertex<P> {
     /// Its number in the file.
     pub id: u64,
     /// Its pose in the map.
@@ -18,7 +18,7 @@ pub struct Vertex<P> {
 
 /// A measured relative pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Edge<P, const N: usize> {
+pub struct G2oEdge<P, const N: usize> {
     /// Parent vertex.
     pub from: u64,
     /// Child vertex.
@@ -42,15 +42,15 @@ pub struct PlanarPose {
 
 /// The content of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Graph {
+pub struct G2oGraph {
     /// SE(3) poses.
-    pub vertices: Vec<Vertex<Pose>>,
+    pub vertices: Vec<G2oVertex<Pose>>,
     /// SE(3) edges, information as `[rotation; translation]`.
-    pub edges: Vec<Edge<Pose, 6>>,
+    pub edges: Vec<G2oEdge<Pose, 6>>,
     /// SE(2) poses.
-    pub planar_vertices: Vec<Vertex<PlanarPose>>,
+    pub planar_vertices: Vec<G2oVertex<PlanarPose>>,
     /// SE(2) edges, information as `[x, y, yaw]`.
-    pub planar_edges: Vec<Edge<PlanarPose, 3>>,
+    pub planar_edges: Vec<G2oEdge<PlanarPose, 3>>,
     /// Vertices that the file holds fixed.
     pub fixed: Vec<u64>,
 }
@@ -85,7 +85,7 @@ const G2O_INDEX: [usize; 6] = [3, 4, 5, 0, 1, 2];
 ///
 /// # Errors
 /// When a line is not understood.
-pub fn read(text: &str) -> Result<Graph, FormatError> {
+pub fn read(text: &str) -> Result<G2oGraph, FormatError> {
     read_as(text, Information::RotationVector)
 }
 
@@ -93,30 +93,30 @@ pub fn read(text: &str) -> Result<Graph, FormatError> {
 ///
 /// # Errors
 /// When a line is not understood.
-pub fn read_as(text: &str, convention: Information) -> Result<Graph, FormatError> {
-    let mut graph = Graph::default();
+pub fn read_as(text: &str, convention: Information) -> Result<G2oGraph, FormatError> {
+    let mut graph = G2oGraph::default();
     let is_data = |line: &&str| !line.is_empty() && !line.starts_with('#');
     for (index, line) in text.lines().enumerate().filter(|(_, line)| is_data(&line.trim())) {
         let mut words = Words { words: line.split_whitespace(), line: index + 1 };
         match words.next_word()? {
             "VERTEX_SE3:QUAT" => {
-                graph.vertices.push(Vertex { id: words.id()?, pose: pose(words.numbers()?) });
+                graph.vertices.push(G2oVertex { id: words.id()?, pose: pose(words.numbers()?) });
             }
             "VERTEX_SE2" => {
                 let (id, [x, y, yaw]) = (words.id()?, words.numbers()?);
-                graph.planar_vertices.push(Vertex { id, pose: PlanarPose { x, y, yaw } });
+                graph.planar_vertices.push(G2oVertex { id, pose: PlanarPose { x, y, yaw } });
             }
             "EDGE_SE3:QUAT" => {
                 let (from, to, measured) = (words.id()?, words.id()?, words.numbers()?);
                 let stored: [[f64; 6]; 6] = symmetric(words.numbers::<21>()?);
                 let ordered = G2O_INDEX.map(|row| G2O_INDEX.map(|column| stored[row][column]));
                 let information = scaled(ordered, convention.scale());
-                graph.edges.push(Edge { from, to, from_from_to: pose(measured), information });
+                graph.edges.push(G2oEdge { from, to, from_from_to: pose(measured), information });
             }
             "EDGE_SE2" => {
                 let (from, to, [x, y, yaw]) = (words.id()?, words.id()?, words.numbers()?);
                 let information = symmetric(words.numbers::<6>()?);
-                graph.planar_edges.push(Edge {
+                graph.planar_edges.push(G2oEdge {
                     from,
                     to,
                     from_from_to: PlanarPose { x, y, yaw },
@@ -137,7 +137,11 @@ pub fn read_as(text: &str, convention: Information) -> Result<Graph, FormatError
 ///
 /// # Errors
 /// When `out` fails.
-pub fn write(out: &mut impl Write, vertices: &[Vertex<Pose>], edges: &[Edge<Pose, 6>]) -> io::Result<()> {
+pub fn write(
+    out: &mut impl Write,
+    vertices: &[G2oVertex<Pose>],
+    edges: &[G2oEdge<Pose, 6>],
+) -> io::Result<()> {
     write_space(out, vertices, edges, Information::RotationVector)
 }
 
@@ -145,11 +149,11 @@ pub fn write(out: &mut impl Write, vertices: &[Vertex<Pose>], edges: &[Edge<Pose
 ///
 /// # Errors
 /// When `out` fails.
-pub fn write_as(out: &mut impl Write, graph: &Graph, convention: Information) -> io::Result<()> {
-    for Vertex { id, pose } in &graph.planar_vertices {
+pub fn write_as(out: &mut impl Write, graph: &G2oGraph, convention: Information) -> io::Result<()> {
+    for G2oVertex { id, pose } in &graph.planar_vertices {
         writeln!(out, "VERTEX_SE2 {id} {} {} {}", pose.x, pose.y, pose.yaw)?;
     }
-    for Edge { from, to, from_from_to: pose, information } in &graph.planar_edges {
+    for G2oEdge { from, to, from_from_to: pose, information } in &graph.planar_edges {
         write!(out, "EDGE_SE2 {from} {to} {} {} {}", pose.x, pose.y, pose.yaw)?;
         write_upper(out, information)?;
     }
@@ -159,8 +163,8 @@ pub fn write_as(out: &mut impl Write, graph: &Graph, convention: Information) ->
 
 fn write_space(
     out: &mut impl Write,
-    vertices: &[Vertex<Pose>],
-    edges: &[Edge<Pose, 6>],
+    vertices: &[G2oVertex<Pose>],
+    edges: &[G2oEdge<Pose, 6>],
     convention: Information,
 ) -> io::Result<()> {
     for vertex in vertices {
@@ -261,8 +265,8 @@ mod tests {
                 *value = 1.0 / (1 + i.min(j) * 6 + i.max(j)) as f64;
             }
         }
-        let vertices = [Vertex { id: 0, pose }, Vertex { id: 7, pose }];
-        let edges = [Edge { from: 0, to: 7, from_from_to: pose, information }];
+        let vertices = [G2oVertex { id: 0, pose }, G2oVertex { id: 7, pose }];
+        let edges = [G2oEdge { from: 0, to: 7, from_from_to: pose, information }];
         let mut text = Vec::new();
         write(&mut text, &vertices, &edges).unwrap();
         let text = String::from_utf8(text).unwrap();

@@ -75,8 +75,8 @@ impl<W: Seek> Seek for FailureKeeper<W> {
         let before_start = || io::Error::new(io::ErrorKind::InvalidInput, texts::SEEK_BEFORE_START);
         self.position = match to {
             SeekFrom::Start(place) => Some(place),
-            SeekFrom::Current(way) => self.position.checked_add_signed(way),
-            SeekFrom::End(way) => self.end.checked_add_signed(way),
+            SeekFrom::Current(offset) => self.position.checked_add_signed(offset),
+            SeekFrom::End(offset) => self.end.checked_add_signed(offset),
         }
         .ok_or_else(before_start)?;
         let place = self.position;

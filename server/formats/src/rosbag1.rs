@@ -18,7 +18,7 @@ const SHOWN_NAME_CHARS_MAX: usize = 40;
 
 /// One publisher's topic.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Connection {
+pub struct BagConnection {
     /// Its topic.
     pub topic: String,
     /// ROS type, e.g. `sensor_msgs/Imu`.
@@ -40,7 +40,7 @@ pub struct Chunk {
 #[derive(Clone, Debug, Default)]
 pub struct BagIndex {
     /// Connections by number.
-    pub connections: BTreeMap<u32, Connection>,
+    pub connections: BTreeMap<u32, BagConnection>,
     /// Chunks in file order.
     pub chunks: Vec<Chunk>,
     /// Damage of the file, one sentence each.
@@ -49,7 +49,7 @@ pub struct BagIndex {
 
 /// A message in an unpacked chunk.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Message {
+pub struct BagMessage {
     /// Connection it came on.
     pub connection: u32,
     /// When it was recorded.
@@ -64,9 +64,9 @@ pub struct UnpackedChunk {
     /// The records.
     pub bytes: Vec<u8>,
     /// The messages among them, in file order.
-    pub messages: Vec<Message>,
+    pub messages: Vec<BagMessage>,
     /// Connections declared among them.
-    pub connections: BTreeMap<u32, Connection>,
+    pub connections: BTreeMap<u32, BagConnection>,
     /// The loss, if not all could be unpacked.
     pub warning: Option<String>,
 }
@@ -263,7 +263,7 @@ fn list_messages(chunk: &mut UnpackedChunk) -> Result<(), FormatError> {
         at = range.end;
         match record.op() {
             Some(op::MESSAGE) => {
-                chunk.messages.push(Message {
+                chunk.messages.push(BagMessage {
                     connection: record.u32("conn")?,
                     at: record.time("time")?,
                     range,
@@ -287,10 +287,10 @@ fn checked_range(bytes: &[u8], record: &Record) -> Result<Range<usize>, FormatEr
     Ok(record.data_start as usize..record.end() as usize)
 }
 
-fn connection(record: &Record, data: &[u8]) -> Connection {
+fn connection(record: &Record, data: &[u8]) -> BagConnection {
     let fields = records::parse_fields(data).unwrap_or_default();
     let text = |name: &str| fields.get(name).map(|value| String::from_utf8_lossy(value).into_owned());
-    Connection {
+    BagConnection {
         topic: record.text("topic").or_else(|| text("topic")).unwrap_or_default(),
         type_name: text("type").unwrap_or_default(),
     }

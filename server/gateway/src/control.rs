@@ -5,7 +5,7 @@ use crate::access::texts::{SIGN_IN_FIRST, role_refused};
 use crate::app::App;
 use crate::hub::ControlSeat;
 use crate::limits::RateLimit;
-use crate::outbox::Answer;
+use crate::outbox::OutboxItem;
 use crate::snapshot::Cursor;
 use crate::socket::{Closing, Incoming, Outgoing, close};
 use crate::texts;
@@ -108,13 +108,13 @@ async fn write_events(sink: &mut Outgoing, seat: &ControlSeat, app: &App, you: &
                 cursor.forget_site();
             }
             // Answers to this client come before state; they are few.
-            let next = seat.outbox.next().or_else(|| seat.next_event(&mut cursor).map(Answer::Event));
+            let next = seat.outbox.next().or_else(|| seat.next_event(&mut cursor).map(OutboxItem::Event));
             let sent = match next {
-                Some(Answer::Pong(token)) => {
+                Some(OutboxItem::Pong(token)) => {
                     let pong = ServerMessageRef::Pong { token, now: app.hub.robot_now() };
                     sink_message(sink, &pong).await
                 }
-                Some(Answer::Event(event)) => {
+                Some(OutboxItem::Event(event)) => {
                     sequence += 1;
                     sink_message(sink, &ServerMessageRef::Event { sequence, event: &event }).await
                 }

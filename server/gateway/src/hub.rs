@@ -13,7 +13,7 @@ use crate::access::AccessGate;
 use crate::access::current_caller;
 use crate::limits::{FIXED, Limits};
 use crate::outbox::Outbox;
-use crate::robot_clock::RobotClock;
+use crate::robot_clock::RobotClockEstimate;
 use crate::site::{ActionSchemas, SiteRequests};
 use crate::snapshot::Snapshot;
 use crate::stored_data::StoredData;
@@ -78,7 +78,7 @@ struct State {
     snapshot: Snapshot,
     /// What clients are told once the robot's clock is known.
     restart_notice: Option<String>,
-    clock: RobotClock,
+    clock: RobotClockEstimate,
     /// Queue to the core; `None` while it is not connected.
     core: Option<CoreQueue>,
     /// Why the core is not connected, one sentence.
@@ -171,7 +171,7 @@ impl Hub {
             state: Mutex::new(State {
                 restart_notice: restart.as_ref().map(|restart| texts::server_restarted(&restart.cause)),
                 snapshot: Snapshot::new(restart),
-                clock: RobotClock::new(),
+                clock: RobotClockEstimate::new(),
                 core: None,
                 core_fault: texts::CORE_NOT_REACHED.to_owned(),
                 is_graph_requested: false,
@@ -209,7 +209,7 @@ impl Hub {
             state.core = Some(queue);
             state.is_graph_requested = false;
             state.is_site_requested = false;
-            state.clock = RobotClock::new();
+            state.clock = RobotClockEstimate::new();
             state.snapshot.forget_tiles();
             state.snapshot.change_platform(|platform| platform.core_connected = true);
         }

@@ -1,8 +1,8 @@
 use super::*;
 use crate::schemas::HealthDocument;
 use api::{
-    Anchor, BinnedMap, DamagedMap, Graph, GraphNode, MapSummary, Problem, StoredUpload, TileEntry, TileHash,
-    TileList,
+    BinnedMap, DamagedMap, Graph, GraphNode, MapSummary, Problem, StoredUpload, TileAnchor, TileEntry,
+    TileHash, TileList,
 };
 use serde_json::{Value, json};
 use std::path::Path;
@@ -57,14 +57,14 @@ fn schemas_say_what_the_types_become() {
     let bounds = Aabb { min: [0.0; 3], max: [1.0; 3] };
     let tile = TileEntry {
         hash: TileHash([7; 32]),
-        anchor: Anchor::Keyframe(KeyframeId(3)),
+        anchor: TileAnchor::Keyframe(KeyframeId(3)),
         level: 1,
         spacing_m: 0.5,
         bounds,
         points: 2,
         bytes: 3,
     };
-    let in_map = TileEntry { anchor: Anchor::Map, ..tile };
+    let in_map = TileEntry { anchor: TileAnchor::Map, ..tile };
     let node =
         GraphNode { id: KeyframeId(1), stamp: Stamp::from_nanos(2), map_from_keyframe: Pose::IDENTITY };
     let id = uuid::Uuid::from_u128(5);

@@ -39,7 +39,7 @@ impl WholeRequests {
     }
 
     /// Returns whether an answer is due, now counted as given.
-    fn take(&mut self, now: Instant) -> bool {
+    fn answer_if_due(&mut self, now: Instant) -> bool {
         let is_due = self.due(now).is_some_and(|due| due <= now);
         if is_due {
             *self = Self { is_waiting: false, answered: Some(now) };
@@ -50,7 +50,7 @@ impl WholeRequests {
 
 /// The next thing for a client.
 #[derive(Debug, PartialEq)]
-pub(crate) enum Answer {
+pub(crate) enum OutboxItem {
     /// Answer to a ping with this token.
     Pong(u64),
     /// An event.
@@ -92,7 +92,7 @@ impl Outbox {
 
     /// Returns whether the whole graph is to be sent now, and counts it as sent.
     pub(crate) fn take_graph_request(&self, now: Instant) -> bool {
-        self.lock().graph_requests.take(now)
+        self.lock().graph_requests.answer_if_due(now)
     }
 
     /// Adds a request for the whole site.
@@ -103,7 +103,7 @@ impl Outbox {
 
     /// Returns whether the whole site is to be sent now, and counts it as sent.
     pub(crate) fn take_site_request(&self, now: Instant) -> bool {
-        self.lock().site_requests.take(now)
+        self.lock().site_requests.answer_if_due(now)
     }
 
     /// When a request that waits has an answer to give.
@@ -113,10 +113,10 @@ impl Outbox {
     }
 
     /// Takes the next answer.
-    pub(crate) fn next(&self) -> Option<Answer> {
+    pub(crate) fn next(&self) -> Option<OutboxItem> {
         let mut content = self.lock();
-        let pong = content.pongs.pop_front().map(Answer::Pong);
-        pong.or_else(|| content.answers.pop_front().map(Answer::Event))
+        let pong = content.pongs.pop_front().map(OutboxItem::Pong);
+        pong.or_else(|| content.answers.pop_front().map(OutboxItem::Event))
     }
 
     /// Returns after something was added since the last call. For one waiter.
@@ -140,8 +140,8 @@ mod tests {
         let notice = Arc::new(Event::Maps(Vec::new()));
         outbox.answer(notice.clone());
         outbox.pong(1);
-        assert_eq!(outbox.next(), Some(Answer::Pong(1)));
-        assert_eq!(outbox.next(), Some(Answer::Event(notice)));
+        assert_eq!(outbox.next(), Some(OutboxItem::Pong(1)));
+        assert_eq!(outbox.next(), Some(OutboxItem::Event(notice)));
         assert_eq!(outbox.next(), None);
         (0..=FIXED.max_answers as u64).for_each(|token| outbox.pong(token));
         outbox.overflowed().await;

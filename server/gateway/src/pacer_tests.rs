@@ -10,7 +10,7 @@ fn open(max_hz: f32) -> (Pacer, Instant) {
 }
 
 #[test]
-fn at_most_four_are_under_way() {
+fn at_most_four_are_in_flight() {
     let (mut pacer, now) = open(1e9);
     let later = |i: u32| now + i * SCAN;
     for i in 0..4 {
@@ -95,7 +95,7 @@ fn a_thin_link_gets_fewer_scans_rather_than_old_ones() {
 
 proptest! {
     #[test]
-    fn never_more_under_way_than_allowed_and_never_stuck(steps in prop::collection::vec((0_u64..400, any::<bool>()), 1..300)) {
+    fn never_more_in_flight_than_allowed_and_never_stuck(steps in prop::collection::vec((0_u64..400, any::<bool>()), 1..300)) {
         let (mut pacer, mut now) = open(30.0);
         for (wait, acknowledge) in steps {
             now += Duration::from_millis(wait);

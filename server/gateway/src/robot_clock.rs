@@ -7,11 +7,11 @@ use vocab::{Span, Stamp};
 
 /// Last stamp received, and when it was received.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct RobotClock {
+pub(crate) struct RobotClockEstimate {
     last: Option<(Stamp, Instant)>,
 }
 
-impl RobotClock {
+impl RobotClockEstimate {
     /// Stays at the epoch until the first stamp.
     pub(crate) fn new() -> Self {
         Self { last: None }
@@ -44,12 +44,12 @@ mod tests {
     use std::time::Duration;
 
     #[test]
-    fn follows_the_platform_both_ways_and_estimates_forward_only() {
+    fn follows_the_platform_in_both_directions_and_estimates_forward_only() {
         let start = Instant::now();
         let estimate =
             |s| Event::Estimate(Estimate { stamp: Stamp::from_parts(s, 0), ..Estimate::default() });
         let platform = |s| Event::Platform(Platform { now: Stamp::from_parts(s, 0), ..Platform::default() });
-        let mut clock = RobotClock::new();
+        let mut clock = RobotClockEstimate::new();
         assert_eq!(clock.now(start), Stamp::EPOCH);
         clock.update(&estimate(100), start);
         assert_eq!(clock.now(start + Duration::from_secs(1)), Stamp::from_parts(101, 0));

@@ -1,6 +1,6 @@
 //! Accepts connections, limits their number, and ends them when the gateway stops.
 
-use crate::access::{AccessGate, Connection, is_loopback};
+use crate::access::{AccessGate, TcpConnection, is_loopback};
 use crate::address_places::AddressPlaces;
 use crate::app::App;
 use crate::client_io::ClientIo;
@@ -93,7 +93,7 @@ async fn accept(listener: TcpListener, app: Arc<App>) {
                     (Some(place_of_address), Ok(place)) => {
                         // Without it the connection has ended already.
                         let Ok(local) = stream.local_addr() else { continue };
-                        let about = Connection {
+                        let about = TcpConnection {
                             peer: peer.ip(),
                             local: local.ip(),
                             is_tls: false,
@@ -121,7 +121,7 @@ fn turn_away(stream: &TcpStream) {
 /// Tells handlers which connection a request came over.
 struct ConnectionService {
     router: TowerToHyperService<Router>,
-    about: Connection,
+    about: TcpConnection,
 }
 
 impl Service<Request<Incoming>> for ConnectionService {
@@ -136,7 +136,7 @@ impl Service<Request<Incoming>> for ConnectionService {
 }
 
 /// Encrypts a connection, if this server does, and serves it.
-async fn begin_connection(io: ClientIo, router: Router, about: Connection, app: Arc<App>) {
+async fn begin_connection(io: ClientIo, router: Router, about: TcpConnection, app: Arc<App>) {
     let service = |about| ConnectionService { router: TowerToHyperService::new(router), about };
     let Some(encryption) = &app.encryption else {
         return serve_connection(io, service(about), &app).await;
@@ -153,10 +153,10 @@ async fn begin_connection(io: ClientIo, router: Router, about: Connection, app: 
     };
     match begun {
         Ok(Ok(Ok(encrypted))) => {
-            serve_connection(encrypted, service(Connection { is_tls: true, ..about }), &app).await;
+            serve_connection(encrypted, service(TcpConnection { is_tls: true, ..about }), &app).await;
         }
         Ok(Ok(Err(plain))) => {
-            serve_connection(plain, service(Connection { lacks_tls: true, ..about }), &app).await;
+            serve_connection(plain, service(TcpConnection { lacks_tls: true, ..about }), &app).await;
         }
         Ok(Err(error)) => tracing::debug!(%error, "a connection could not be encrypted"),
         // It is silent.

@@ -12,7 +12,7 @@ fn tile(number: u32) -> TileEntry {
     hash[..4].copy_from_slice(&number.to_le_bytes());
     TileEntry {
         hash: TileHash(hash),
-        anchor: api::Anchor::Map,
+        anchor: api::TileAnchor::Map,
         level: 0,
         spacing_m: 1.0,
         bounds: vocab::Aabb::EMPTY,

@@ -20,5 +20,5 @@ pub use protocol::{
     RobotMessage, RobotRequest,
 };
 pub use replay::{ReplayConfig, ReplayLink, ReplaySource};
-pub use simulated_robot::{OnStep, SimulatedRobot, SimulatedRobotConfig, StartError};
+pub use simulated_robot::{OnStep, RobotStartError, SimulatedRobot, SimulatedRobotConfig};
 pub use socket_link::{ConnectError, SocketLink, SocketLinkConfig};

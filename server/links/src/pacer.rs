@@ -5,12 +5,12 @@ use vocab::Stamp;
 
 /// Parameters of a [`RealTimePacer`].
 #[derive(Clone, Copy, Debug)]
-struct PacerConfig {
+struct RealTimePacerConfig {
     /// A lag up to this is made up for by running faster. A longer one is dropped, so that a suspended laptop does not replay an hour at full speed.
     max_lag: Duration,
 }
 
-const CONFIG: PacerConfig = PacerConfig { max_lag: Duration::from_millis(500) };
+const CONFIG: RealTimePacerConfig = RealTimePacerConfig { max_lag: Duration::from_millis(500) };
 
 /// Computes the time until an instant of the robot's clock is due.
 #[derive(Debug)]

@@ -258,7 +258,7 @@ fn a_robot_that_is_started_again_is_another_robot() {
     let mut bench = Bench::start();
     let link = bench.link();
     let second = SimulatedRobot::start(bench.config(PATIENCE)).err().expect("the socket is in use");
-    assert!(matches!(second, StartError::InUse { .. }), "{second}");
+    assert!(matches!(second, RobotStartError::InUse { .. }), "{second}");
     bench.robot = None;
     assert!(!bench.socket().exists());
     bench.robot = Some(SimulatedRobot::start(bench.config(PATIENCE)).expect("starts again"));

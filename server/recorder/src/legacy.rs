@@ -187,12 +187,12 @@ pub(crate) struct BootRecordV3 {
 pub(crate) struct CommandV3 {
     id: CommandId,
     by: ClientId,
-    order: OrderV3,
+    kind: CommandKindV3,
 }
 
 /// `messages::CommandKind`, version 3: walks and relocalisation were commands without a goal id.
 #[derive(Debug, Serialize, Deserialize)]
-pub(crate) enum OrderV3 {
+pub(crate) enum CommandKindV3 {
     TakeControl { name: String },
     ReleaseControl,
     StartMapping(SessionId),
@@ -230,7 +230,7 @@ pub(crate) enum JobResultV3 {
     MapNotLoaded { map: MapId, reason: String },
     PlaceSought(MapSearchResult),
     Relocalised(Box<RelocalisationResponse>),
-    ToldApart(DisambiguationPlan),
+    DisambiguationPlanned(DisambiguationPlan),
 }
 
 impl From<InputV3> for Input {
@@ -265,23 +265,23 @@ impl From<CommandV3> for Command {
     fn from(command: CommandV3) -> Self {
         // Version 3 had no goal ids, so the goal takes the command's id.
         let goal = GoalId(command.id.0);
-        let kind = match command.order {
-            OrderV3::TakeControl { name } => CommandKind::TakeControl { name },
-            OrderV3::ReleaseControl => CommandKind::ReleaseControl,
-            OrderV3::StartMapping(session) => CommandKind::StartMapping(session),
-            OrderV3::FinishMapping { map, name } => CommandKind::FinishMapping { map, name },
-            OrderV3::DiscardMapping => CommandKind::DiscardMapping,
-            OrderV3::Teleoperate(velocity) => CommandKind::Teleoperate(velocity),
-            OrderV3::WalkTo(point) => CommandKind::StartGoal { goal, kind: GoalKind::WalkTo(point) },
-            OrderV3::StopMotion => CommandKind::StopMotion,
-            OrderV3::AllowMotion => CommandKind::AllowMotion,
-            OrderV3::AcceptLoop { from, to } => CommandKind::AcceptLoop { from, to },
-            OrderV3::RejectLoop { from, to } => CommandKind::RejectLoop { from, to },
-            OrderV3::ProposeLoop { from, to, guess } => CommandKind::ProposeLoop { from, to, guess },
-            OrderV3::ExtendMap { session, map } => CommandKind::ExtendMap { session, map },
-            OrderV3::Localise { map, at } => CommandKind::Localise { map, at },
-            OrderV3::LeaveMap => CommandKind::LeaveMap,
-            OrderV3::LookAbout => CommandKind::StartGoal { goal, kind: GoalKind::Relocalise },
+        let kind = match command.kind {
+            CommandKindV3::TakeControl { name } => CommandKind::TakeControl { name },
+            CommandKindV3::ReleaseControl => CommandKind::ReleaseControl,
+            CommandKindV3::StartMapping(session) => CommandKind::StartMapping(session),
+            CommandKindV3::FinishMapping { map, name } => CommandKind::FinishMapping { map, name },
+            CommandKindV3::DiscardMapping => CommandKind::DiscardMapping,
+            CommandKindV3::Teleoperate(velocity) => CommandKind::Teleoperate(velocity),
+            CommandKindV3::WalkTo(point) => CommandKind::StartGoal { goal, kind: GoalKind::WalkTo(point) },
+            CommandKindV3::StopMotion => CommandKind::StopMotion,
+            CommandKindV3::AllowMotion => CommandKind::AllowMotion,
+            CommandKindV3::AcceptLoop { from, to } => CommandKind::AcceptLoop { from, to },
+            CommandKindV3::RejectLoop { from, to } => CommandKind::RejectLoop { from, to },
+            CommandKindV3::ProposeLoop { from, to, guess } => CommandKind::ProposeLoop { from, to, guess },
+            CommandKindV3::ExtendMap { session, map } => CommandKind::ExtendMap { session, map },
+            CommandKindV3::Localise { map, at } => CommandKind::Localise { map, at },
+            CommandKindV3::LeaveMap => CommandKind::LeaveMap,
+            CommandKindV3::LookAbout => CommandKind::StartGoal { goal, kind: GoalKind::Relocalise },
         };
         Self { id: command.id, by: Principal::operator(command.by), kind }
     }
@@ -301,7 +301,7 @@ impl From<JobResultV3> for JobResult {
             JobResultV3::MapLoaded(map) => JobResultV4::MapLoaded(map).into(),
             JobResultV3::PlaceSought(found) => JobResultV4::MapSearched(found).into(),
             JobResultV3::Relocalised(found) => JobResultV4::Relocalised(found).into(),
-            JobResultV3::ToldApart(plan) => JobResultV4::DisambiguationPlanned(plan).into(),
+            JobResultV3::DisambiguationPlanned(plan) => JobResultV4::DisambiguationPlanned(plan).into(),
         }
     }
 }
@@ -323,16 +323,16 @@ mod tests {
 
     #[test]
     fn the_layout_of_version_3_is_frozen() {
-        let order = OrderV3::WalkTo(Vec3::new(1.0, 0.0, 0.0));
+        let kind = CommandKindV3::WalkTo(Vec3::new(1.0, 0.0, 0.0));
         let (id, by) = (CommandId(Uuid::from_u128(7)), ClientId(Uuid::from_u128(8)));
-        let bytes = postcard::to_stdvec(&InputV3::Command(CommandV3 { id, by, order })).unwrap_or_default();
+        let bytes = postcard::to_stdvec(&InputV3::Command(CommandV3 { id, by, kind })).unwrap_or_default();
         // Variant 3, two ids of 16 bytes with their length before them, variant 6, three numbers.
         assert_eq!((bytes[0], bytes[1], bytes[17], bytes[18], bytes[34], bytes[35]), (3, 16, 7, 16, 8, 6));
         assert_eq!(bytes.len(), 1 + 17 + 17 + 1 + 24);
-        let looked = InputV3::Command(CommandV3 { id, by, order: OrderV3::LookAbout });
+        let looked = InputV3::Command(CommandV3 { id, by, kind: CommandKindV3::LookAbout });
         assert_eq!(postcard::to_stdvec(&looked).unwrap_or_default().last(), Some(&15));
         let task = DisambiguationTask { map: MapId(Uuid::from_u128(3)), number: 0 };
-        let apart = JobResultV3::ToldApart(DisambiguationPlan { task, path: Vec::new() });
+        let apart = JobResultV3::DisambiguationPlanned(DisambiguationPlan { task, path: Vec::new() });
         assert_eq!(postcard::to_stdvec(&apart).unwrap_or_default().first(), Some(&9));
     }
 
@@ -340,7 +340,7 @@ mod tests {
     fn walks_become_goals_and_the_three_failures_become_one() {
         let (id, by) = (CommandId(Uuid::from_u128(7)), ClientId(Uuid::from_u128(8)));
         let point = Vec3::new(1.0, 2.0, 3.0);
-        let walk = InputV3::Command(CommandV3 { id, by, order: OrderV3::WalkTo(point) });
+        let walk = InputV3::Command(CommandV3 { id, by, kind: CommandKindV3::WalkTo(point) });
         let goal = GoalId(Uuid::from_u128(7));
         let kind = CommandKind::StartGoal { goal, kind: GoalKind::WalkTo(point) };
         assert_eq!(read(&walk), Input::Command(Command { id, by: Principal::operator(by), kind }));

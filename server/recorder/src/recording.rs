@@ -1,6 +1,6 @@
 //! One interface to every kind of recording: its content, the mounting of the sensors, and its messages in order.
 
-use crate::containers::{self, Container, MessageEncoding, Order, RawMessage, Topic};
+use crate::containers::{self, Container, MessageEncoding, MessageOrder, RawMessage, Topic};
 use crate::decode;
 use crate::error::{OpenError, ReadError};
 use crate::frames;
@@ -109,7 +109,7 @@ impl Recording {
         let roles = self.roles.clone();
         let wanted = self.wanted(|role| !matches!(role, TopicRole::Tf | TopicRole::Truth));
         Inputs {
-            messages: self.container.messages(&wanted, Order::LogTime),
+            messages: self.container.messages(&wanted, MessageOrder::LogTime),
             latest: vec![None; roles.len()],
             container: self.container.clone(),
             roles,
@@ -136,7 +136,7 @@ impl Recording {
         let roles: Vec<_> = self.topics().map(|(topic, _)| crate::journal_role(&topic.name)).collect();
         let wanted: Vec<bool> = roles.iter().map(Option::is_some).collect();
         let container = self.container.clone();
-        let messages = self.container.messages(&wanted, Order::File);
+        let messages = self.container.messages(&wanted, MessageOrder::File);
         Ok(messages.filter_map(move |raw| {
             let decoded = raw.and_then(|raw| {
                 let role = roles[raw.topic].unwrap_or(TopicRole::Journal);
@@ -157,7 +157,7 @@ impl Recording {
             return Ok(None);
         }
         let mut poses = Vec::new();
-        for raw in self.container.messages(&wanted, Order::LogTime) {
+        for raw in self.container.messages(&wanted, MessageOrder::LogTime) {
             let raw = raw?;
             poses.extend(decode::truth(&raw, &self.container.topics()[raw.topic])?);
         }
@@ -270,7 +270,7 @@ impl Recording {
 
     fn first_message(&self, topic: usize) -> Option<RawMessage> {
         let wanted: Vec<bool> = (0..self.roles.len()).map(|index| index == topic).collect();
-        self.container.messages(&wanted, Order::LogTime).find_map(Result::ok)
+        self.container.messages(&wanted, MessageOrder::LogTime).find_map(Result::ok)
     }
 
     fn ros_encoding(&self, topic: usize) -> Option<formats::cdr::Encoding> {
@@ -308,7 +308,7 @@ impl Recording {
         if !wanted.contains(&true) {
             return Vec::new();
         }
-        let messages = self.container.messages(&wanted, Order::LogTime).filter_map(Result::ok);
+        let messages = self.container.messages(&wanted, MessageOrder::LogTime).filter_map(Result::ok);
         messages
             .filter_map(|raw| TfMessage::from_bytes(self.ros_encoding(raw.topic)?, raw.bytes()).ok())
             .flat_map(|message| message.transforms)

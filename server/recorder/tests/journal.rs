@@ -126,7 +126,7 @@ fn any_uuid() -> impl Strategy<Value = Uuid> {
     any::<u128>().prop_map(Uuid::from_u128)
 }
 
-fn any_order() -> impl Strategy<Value = CommandKind> {
+fn any_command_kind() -> impl Strategy<Value = CommandKind> {
     prop_oneof![
         any::<String>().prop_map(|name| CommandKind::TakeControl { name }),
         any_uuid().prop_map(|id| CommandKind::StartMapping(SessionId(id))),
@@ -134,8 +134,10 @@ fn any_order() -> impl Strategy<Value = CommandKind> {
             .prop_map(|(id, name)| CommandKind::FinishMapping { map: MapId(id), name }),
         (any_uuid(), any_uuid())
             .prop_map(|(id, map)| CommandKind::ExtendMap { session: SessionId(id), map: MapId(map) }),
-        (any_uuid(), any::<bool>(), any_pose())
-            .prop_map(|(map, told, at)| CommandKind::Localise { map: MapId(map), at: told.then_some(at) }),
+        (any_uuid(), any::<bool>(), any_pose()).prop_map(|(map, is_given, at)| CommandKind::Localise {
+            map: MapId(map),
+            at: is_given.then_some(at)
+        }),
         any_twist().prop_map(CommandKind::Teleoperate),
         (any_uuid(), any_vec3()).prop_map(|(goal, point)| CommandKind::StartGoal {
             goal: GoalId(goal),
@@ -150,8 +152,8 @@ fn any_input() -> impl Strategy<Value = Input> {
     prop_oneof![
         4 => any_sensor().prop_map(Input::Sensor),
         1 => Just(Input::Tick),
-        1 => (any_uuid(), any_uuid(), any_order()).prop_map(|(id, by, order)| {
-            Input::Command(Command { id: CommandId(id), by: Principal::operator(ClientId(by)), kind: order })
+        1 => (any_uuid(), any_uuid(), any_command_kind()).prop_map(|(id, by, kind)| {
+            Input::Command(Command { id: CommandId(id), by: Principal::operator(ClientId(by)), kind })
         }),
         1 => (any::<u64>(), any_uuid()).prop_map(|(number, map)| {
             Input::JobDone(JobDone { number, result: JobResult::MapSaving(Ok(MapId(map))) })

@@ -107,7 +107,7 @@ fn inputs() -> Vec<Input> {
     let place = RouteActionPlace::Edge { edge: EdgeId(id(15)), stage: EdgeStage::Enter, index: 0 };
     let request = ActionRequest { action: "open".to_owned(), parameters: Parameters::new() };
     let step = RouteActionStep::Began { place, request, is_idempotent: false, task: None };
-    let on_the_way = MissionEventKind::RouteAction { run, call, step };
+    let route_action = MissionEventKind::RouteAction { run, call, step };
     let ended = MissionEventKind::RunEnded { run, outcome: RunState::Succeeded };
     let photo = RegisteredAction {
         name: "photo".to_owned(),
@@ -134,7 +134,7 @@ fn inputs() -> Vec<Input> {
         Input::MissionsRestored(vec![MissionEvent { utc: Some(Utc(5)), command: None, kind: ended }]),
         Input::ActionsRegistered(vec![photo]),
         Input::SiteEdited(Box::new(Edit { id: EditId(id(13)), changes: vec![hold] })),
-        Input::MissionsRestored(vec![MissionEvent { utc: None, command: None, kind: on_the_way }]),
+        Input::MissionsRestored(vec![MissionEvent { utc: None, command: None, kind: route_action }]),
     ];
     [Input::Boot(Box::new(boot)), Input::Tick].into_iter().chain(kinds.map(command)).chain(others).collect()
 }

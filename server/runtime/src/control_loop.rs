@@ -71,7 +71,7 @@ pub enum LoopRequest {
 }
 
 /// What the control loop listens to.
-pub struct Sources {
+pub struct InputSources {
     /// From the robot.
     pub arrivals: Receiver<Arrival>,
     /// Stop motion and Allow motion, from clients, in their order. They go before everything else of theirs.
@@ -118,7 +118,7 @@ pub struct ControlLoop {
 
 impl ControlLoop {
     /// Runs until told to stop. Returns the loop's parts by dropping them: the link stops its robot.
-    pub fn run(self, sources: &Sources, heartbeat: &Heartbeat) {
+    pub fn run(self, sources: &InputSources, heartbeat: &Heartbeat) {
         // The robot's clock begins with its first arrival; nothing can be stepped without an instant.
         let first = loop {
             heartbeat.beat();
@@ -172,7 +172,7 @@ struct Running {
 }
 
 impl Running {
-    fn run(&mut self, sources: &Sources, heartbeat: &Heartbeat) {
+    fn run(&mut self, sources: &InputSources, heartbeat: &Heartbeat) {
         let silent = crossbeam_channel::never();
         let mut arrivals = &sources.arrivals;
         loop {

@@ -270,8 +270,8 @@ pub fn event(publication: Publication) -> Option<Event> {
 }
 
 /// Docks of saved maps.
-pub fn docks(docks: &[PoseInMap]) -> Vec<api::Dock> {
-    docks.iter().map(|dock| api::Dock { map: dock.map, map_from_base: dock.map_from_base }).collect()
+pub fn docks(docks: &[PoseInMap]) -> Vec<api::MapDock> {
+    docks.iter().map(|dock| api::MapDock { map: dock.map, map_from_base: dock.map_from_base }).collect()
 }
 
 fn quality(quality: messages::MapQuality) -> api::Quality {
@@ -332,7 +332,7 @@ fn goal_status(status: messages::GoalStatus) -> api::GoalStatus {
             }),
         }),
         GoalStatus::Succeeded(result) => {
-            api::GoalStatus::Succeeded { map_from_base: result.map_from_base, took: result.took }
+            api::GoalStatus::Succeeded { map_from_base: result.map_from_base, duration: result.duration }
         }
         GoalStatus::Failed { reason, tried } => api::GoalStatus::Failed {
             reason: match reason {
@@ -368,9 +368,9 @@ fn goal_status(status: messages::GoalStatus) -> api::GoalStatus {
     }
 }
 
-fn executive(status: messages::ExecutiveStatus) -> api::Executive {
+fn executive(status: messages::ExecutiveStatus) -> api::ExecutiveStatus {
     use messages::{ExecutiveEvent, ExecutiveState};
-    api::Executive {
+    api::ExecutiveStatus {
         state: match status.state {
             ExecutiveState::Stopped => api::ExecutiveState::Stopped,
             ExecutiveState::ManualDriving => api::ExecutiveState::ManualDriving,

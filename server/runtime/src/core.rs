@@ -1,11 +1,11 @@
 //! Starts the core's threads with the queues between them, and ends them in order.
 
-use crate::access::{AccessConfig, AccessDirectory, AccessMode, AccessWorker, AccountInbox, CommandAudit};
+use crate::access::{AccessDirectory, AccessMode, AccessWorker, AccountInbox, AccountsConfig, CommandAudit};
 use crate::actions::{ActionConfig, ActionQueue, ActionWorker, OpenActions, SightChecker};
 use crate::clock::CalendarTime;
-use crate::control_loop::{ControlLoop, LoopRequest, Sources};
+use crate::control_loop::{ControlLoop, InputSources, LoopRequest};
 use crate::gateway_link::{GatewayLink, GatewayLinkConfig};
-use crate::imports::{ImportWorker, Imports};
+use crate::imports::{ImportQueue, ImportWorker};
 use crate::interrupted_sessions::InterruptedSessionWorker;
 use crate::jobs::{ComputeWorker, DiskWorker, Jobs, finished_queue};
 use crate::lease_arbiter::{LeaseArbiter, LeaseConfig};
@@ -150,9 +150,10 @@ impl Core {
             tracing::error!("{problem}");
         }
         let new_robot = robot_restart.as_ref().filter(|robot| robot.is_new);
-        let told = new_robot.map(|robot| texts::robot_restarted(&robot.restart.cause));
-        let told = told.into_iter().chain(restart.iter().map(|core| texts::core_restarted(&core.cause)));
-        let problems: Vec<String> = told.chain(problems).collect();
+        let restarts = new_robot.map(|robot| texts::robot_restarted(&robot.restart.cause));
+        let restarts =
+            restarts.into_iter().chain(restart.iter().map(|core| texts::core_restarted(&core.cause)));
+        let problems: Vec<String> = restarts.chain(problems).collect();
         let restarts = robot_restart.map(|robot| robot.restart).into_iter().chain(restart).collect();
         state_publisher.publish(api::Event::InterruptedSessions(interrupted.clone()));
         let interrupted_ids = interrupted.iter().map(|session| session.session).collect();
@@ -284,9 +285,9 @@ impl Core {
             tile_recovery: TileRecovery::default(),
         };
         let (imports, imports_thread) = match importer {
-            None => (Imports::none(), None),
+            None => (ImportQueue::none(), None),
             Some(importer) => {
-                let (imports, requests) = Imports::new();
+                let (imports, requests) = ImportQueue::new();
                 let commands_of_imports = command_sender.clone();
                 let worker = ImportWorker {
                     importer,
@@ -320,7 +321,7 @@ impl Core {
             clock: Arc::clone(&clock),
             stop: stopped.clone(),
         };
-        let sources = Sources {
+        let sources = InputSources {
             arrivals: link.arrivals(),
             stops,
             commands,
@@ -336,7 +337,7 @@ impl Core {
             inbox_of_audit.write(LedgerWork { write, done }).is_ok()
         }));
         let access = Arc::new(AccessDirectory::new(access_mode));
-        let access_config = AccessConfig::default();
+        let access_config = AccountsConfig::default();
         let accounts = Arc::new(AccountInbox::new(access_config, Arc::clone(&access)));
         let access_worker = AccessWorker::new(
             access_config,

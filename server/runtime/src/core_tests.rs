@@ -36,7 +36,7 @@ impl RobotLink for FakeLink {
         BootRecord {
             profile: RobotProfile {
                 name: "Fake".to_owned(),
-                manual_limits: SpeedLimits { forward_mps: 0.7, sideways_mps: 0.0, turn_radps: 0.6 },
+                manual_limits: SpeedLimits { forward_m_s: 0.7, sideways_m_s: 0.0, turn_rad_s: 0.6 },
                 ..RobotProfile::default()
             },
             ..BootRecord::default()
@@ -680,7 +680,7 @@ fn clients_are_told_the_limits_of_the_robots_profile() {
         Event::Platform(platform) => platform.manual_limits,
         _ => None,
     });
-    assert_eq!(limits, api::SpeedLimits { forward_mps: 0.7, sideways_mps: 0.0, turn_radps: 0.6 });
+    assert_eq!(limits, api::SpeedLimits { forward_m_s: 0.7, sideways_m_s: 0.0, turn_rad_s: 0.6 });
 }
 
 #[test]

@@ -8,10 +8,10 @@ use crate::access::{AccessDirectory, AccountInbox};
 use crate::clock::{CalendarTime, RobotClock};
 use crate::control_loop::LoopRequest;
 use crate::convert::{self, RoutedCommand};
-use crate::imports::{ImportRequest, Imports};
+use crate::imports::{ImportQueue, ImportRequest};
 use crate::interrupted_sessions::SessionRequest;
 use crate::jobs::{DiskJob, Jobs};
-use crate::lease_arbiter::{LeaseArbiter, TakeDecision};
+use crate::lease_arbiter::{LeaseArbiter, LeaseDecision};
 use crate::ledger::{EditRequest, LedgerInbox};
 use crate::state_publisher::StatePublisher;
 use crate::stored_data::StoredDataRequest;
@@ -61,7 +61,7 @@ struct Shared {
     state_publisher: Arc<StatePublisher>,
     stops: Sender<Command>,
     commands: Sender<LoopRequest>,
-    imports: Imports,
+    imports: ImportQueue,
     jobs: Jobs,
     topomap: TopomapGenerator,
     ledger: Arc<LedgerInbox>,
@@ -81,7 +81,7 @@ impl GatewayLink {
         state_publisher: Arc<StatePublisher>,
         stops: Sender<Command>,
         commands: Sender<LoopRequest>,
-        imports: Imports,
+        imports: ImportQueue,
         jobs: Jobs,
         topomap: TopomapGenerator,
         ledger: Arc<LedgerInbox>,
@@ -264,13 +264,13 @@ fn read_all(stream: &UnixStream, shared: &Shared, heartbeat: &Heartbeat) -> io::
                     RoutedCommand::Stack(CommandKind::TakeControl { name }) => {
                         let kind = CommandKind::TakeControl { name: name.clone() };
                         let command = Command { id, by: principal, kind };
-                        match shared.lease.take(command, name, caller, Instant::now()) {
-                            TakeDecision::Grant(command) => LoopRequest::Command(command),
-                            TakeDecision::Asked => {
+                        match shared.lease.request(command, name, caller, Instant::now()) {
+                            LeaseDecision::Grant(command) => LoopRequest::Command(command),
+                            LeaseDecision::Asked => {
                                 shared.state_publisher.answer(id, by, None);
                                 continue;
                             }
-                            TakeDecision::Refused(reason) => {
+                            LeaseDecision::Refused(reason) => {
                                 shared.state_publisher.answer(id, by, Some(reason));
                                 continue;
                             }

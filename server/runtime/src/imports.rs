@@ -102,7 +102,7 @@ type Cancelled = Arc<Mutex<Option<UploadId>>>;
 
 /// Sends requests to the import thread.
 #[derive(Clone)]
-pub struct Imports {
+pub struct ImportQueue {
     /// `None` without an importer.
     requests: Option<Sender<ImportRequest>>,
     cancelled: Cancelled,
@@ -130,7 +130,7 @@ pub struct ImportWorker {
     pub cancelled: Cancelled,
 }
 
-impl Imports {
+impl ImportQueue {
     /// With the worker's end of the queue. One request may wait.
     pub fn new() -> (Self, Receiver<ImportRequest>) {
         let (sender, requests) = crossbeam_channel::bounded(1);

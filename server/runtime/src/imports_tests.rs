@@ -10,19 +10,19 @@ fn request(number: u128) -> ImportRequest {
 
 #[test]
 fn one_request_waits_and_the_next_is_refused() {
-    let (imports, requests) = Imports::new();
+    let (imports, requests) = ImportQueue::new();
     assert_eq!(imports.begin(request(1)), Ok(()));
     assert_eq!(imports.begin(request(2)), Err(texts::IMPORT_BUSY.to_owned()));
     assert_eq!(requests.try_recv().expect("the first waits").upload, UploadId(Uuid::from_u128(1)));
     assert_eq!(imports.begin(request(3)), Ok(()));
     drop(requests);
     assert_eq!(imports.begin(request(4)), Err(texts::PLATFORM_ENDING.to_owned()));
-    assert_eq!(Imports::none().begin(request(5)), Err(texts::NO_IMPORTER.to_owned()));
+    assert_eq!(ImportQueue::none().begin(request(5)), Err(texts::NO_IMPORTER.to_owned()));
 }
 
 #[test]
 fn the_worker_learns_which_import_is_cancelled() {
-    let (imports, _requests) = Imports::new();
+    let (imports, _requests) = ImportQueue::new();
     let cancelled = imports.cancelled();
     let upload = UploadId(Uuid::from_u128(1));
     imports.clone().cancel(upload);

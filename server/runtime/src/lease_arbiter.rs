@@ -63,7 +63,7 @@ struct Request {
 
 /// What becomes of somebody who wants the lease.
 #[derive(Debug, PartialEq)]
-pub enum TakeDecision {
+pub enum LeaseDecision {
     /// The stack gives it.
     Grant(Command),
     /// The holder is asked.
@@ -114,26 +114,26 @@ impl LeaseArbiter {
     }
 
     /// Somebody wants the lease, under this name.
-    pub fn take(&self, command: Command, name: String, caller: Caller, now: Instant) -> TakeDecision {
+    pub fn request(&self, command: Command, name: String, caller: Caller, now: Instant) -> LeaseDecision {
         let mut state = self.lock();
         let client = command.by.client;
         let is_own = state.lease.owner.is_none_or(|owner| owner == client);
         if is_own || command.by.role == Role::Admin || state.holder_gone.is_some() {
-            return TakeDecision::Grant(command);
+            return LeaseDecision::Grant(command);
         }
         if let Some((_, until)) = state.refused.filter(|(refused, until)| *refused == client && now < *until)
         {
             let wait = until.saturating_duration_since(now);
-            return TakeDecision::Refused(texts::take_over_refused_lately(&state.lease.name, wait));
+            return LeaseDecision::Refused(texts::take_over_refused_lately(&state.lease.name, wait));
         }
         match &state.request {
-            Some(request) if request.by.client == client => TakeDecision::Asked,
-            Some(request) => TakeDecision::Refused(texts::another_takes_over(&request.name)),
+            Some(request) if request.by.client == client => LeaseDecision::Asked,
+            Some(request) => LeaseDecision::Refused(texts::another_takes_over(&request.name)),
             None => {
                 let until = now + self.config.refusal_time;
                 state.request = Some(Request { by: command.by, caller, name, until });
                 self.publish(&state, now);
-                TakeDecision::Asked
+                LeaseDecision::Asked
             }
         }
     }

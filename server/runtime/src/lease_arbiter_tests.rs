@@ -15,10 +15,10 @@ fn held(now: Instant) -> LeaseArbiter {
     arbiter
 }
 
-fn take(arbiter: &LeaseArbiter, client: ClientId, role: Role, now: Instant) -> TakeDecision {
+fn request(arbiter: &LeaseArbiter, client: ClientId, role: Role, now: Instant) -> LeaseDecision {
     let by = Principal { role, ..Principal::operator(client) };
     let kind = CommandKind::TakeControl { name: "bob".into() };
-    arbiter.take(Command { id: new_id(), by, kind }, "bob".into(), client.into(), now)
+    arbiter.request(Command { id: new_id(), by, kind }, "bob".into(), client.into(), now)
 }
 
 fn after(now: Instant, seconds: f64) -> Instant {
@@ -35,9 +35,12 @@ fn due(arbiter: &LeaseArbiter, now: Instant) -> Option<Option<ClientId>> {
 fn a_take_over_that_is_not_refused_is_granted_after_five_seconds() {
     let now = Instant::now();
     let arbiter = held(now);
-    assert_eq!(take(&arbiter, OTHER, Role::Operator, now), TakeDecision::Asked);
-    assert_eq!(take(&arbiter, OTHER, Role::Operator, after(now, 1.0)), TakeDecision::Asked, "as before");
-    assert!(matches!(take(&arbiter, THIRD, Role::Operator, now), TakeDecision::Refused(_)), "one at a time");
+    assert_eq!(request(&arbiter, OTHER, Role::Operator, now), LeaseDecision::Asked);
+    assert_eq!(request(&arbiter, OTHER, Role::Operator, after(now, 1.0)), LeaseDecision::Asked, "as before");
+    assert!(
+        matches!(request(&arbiter, THIRD, Role::Operator, now), LeaseDecision::Refused(_)),
+        "one at a time"
+    );
     assert_eq!(due(&arbiter, after(now, 4.9)), None);
     assert_eq!(due(&arbiter, after(now, 5.0)), Some(Some(OTHER)));
     assert_eq!(due(&arbiter, after(now, 5.1)), None, "once");
@@ -48,12 +51,12 @@ fn the_holder_refuses_and_the_same_client_waits_before_it_asks_again() {
     let now = Instant::now();
     let arbiter = held(now);
     assert!(arbiter.refuse(&Principal::operator(HOLDER), AT, now).is_err(), "nobody asks");
-    take(&arbiter, OTHER, Role::Operator, now);
+    request(&arbiter, OTHER, Role::Operator, now);
     assert!(arbiter.refuse(&Principal::operator(THIRD), AT, now).is_err(), "not the holder");
     assert_eq!(arbiter.refuse(&Principal::operator(HOLDER), AT, after(now, 4.0)), Ok(()));
     assert_eq!(due(&arbiter, after(now, 6.0)), None);
-    assert!(matches!(take(&arbiter, OTHER, Role::Operator, after(now, 6.0)), TakeDecision::Refused(_)));
-    assert_eq!(take(&arbiter, THIRD, Role::Operator, after(now, 6.0)), TakeDecision::Asked);
+    assert!(matches!(request(&arbiter, OTHER, Role::Operator, after(now, 6.0)), LeaseDecision::Refused(_)));
+    assert_eq!(request(&arbiter, THIRD, Role::Operator, after(now, 6.0)), LeaseDecision::Asked);
     let now = after(now, 20.0);
     assert_eq!(due(&arbiter, now), Some(Some(THIRD)));
 }
@@ -62,10 +65,10 @@ fn the_holder_refuses_and_the_same_client_waits_before_it_asks_again() {
 fn an_admin_and_whoever_has_the_lease_are_not_refused() {
     let now = Instant::now();
     let arbiter = held(now);
-    assert!(matches!(take(&arbiter, OTHER, Role::Admin, now), TakeDecision::Grant(_)));
-    assert!(matches!(take(&arbiter, HOLDER, Role::Operator, now), TakeDecision::Grant(_)));
+    assert!(matches!(request(&arbiter, OTHER, Role::Admin, now), LeaseDecision::Grant(_)));
+    assert!(matches!(request(&arbiter, HOLDER, Role::Operator, now), LeaseDecision::Grant(_)));
     arbiter.set_lease(ControlState::default(), now);
-    assert!(matches!(take(&arbiter, OTHER, Role::Operator, now), TakeDecision::Grant(_)), "it is free");
+    assert!(matches!(request(&arbiter, OTHER, Role::Operator, now), LeaseDecision::Grant(_)), "it is free");
 }
 
 #[test]
@@ -73,7 +76,7 @@ fn a_holder_without_a_connection_is_not_asked_and_loses_the_lease() {
     let now = Instant::now();
     let arbiter = held(now);
     arbiter.set_clients([OTHER], now);
-    assert!(matches!(take(&arbiter, OTHER, Role::Operator, now), TakeDecision::Grant(_)));
+    assert!(matches!(request(&arbiter, OTHER, Role::Operator, now), LeaseDecision::Grant(_)));
     assert_eq!(due(&arbiter, after(now, 14.9)), None);
     assert_eq!(due(&arbiter, after(now, 15.0)), Some(None));
     // A holder who is back in time keeps it.
@@ -88,7 +91,7 @@ fn whoever_asks_gets_the_lease_when_its_holder_goes_or_gives_it_back() {
     let now = Instant::now();
     for is_gone in [true, false] {
         let arbiter = held(now);
-        take(&arbiter, OTHER, Role::Operator, now);
+        request(&arbiter, OTHER, Role::Operator, now);
         if is_gone {
             arbiter.set_clients([OTHER], now);
         } else {

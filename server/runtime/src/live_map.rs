@@ -3,7 +3,7 @@
 //! The cloud of a new keyframe is cut into tiles in the keyframe's frame. After a loop closure only poses are sent again, no points.
 
 use crate::convert;
-use api::{Anchor, Event, Graph, LoopsChanged, TileEntry, TileHash, TilesChanged};
+use api::{Event, Graph, LoopsChanged, TileAnchor, TileEntry, TileHash, TilesChanged};
 use map_codec::{LevelPoints, LevelSplitter, SplitConfig};
 use messages::{Cloud, GraphNode, Keyframe, LocalisationState, MappingState};
 use std::sync::Arc;
@@ -156,7 +156,7 @@ impl LiveMap {
         }
         Ok(TileEntry {
             hash: self.store.tiles().put(&bytes)?,
-            anchor: Anchor::Keyframe(keyframe),
+            anchor: TileAnchor::Keyframe(keyframe),
             level: level.level,
             spacing_m: level.spacing,
             bounds,

@@ -32,7 +32,7 @@ fn a_keyframe_becomes_tiles_in_its_own_frame_that_a_new_session_forgets() {
     let added = &tiles(&event).added;
     assert_eq!(added.iter().map(|tile| tile.points).sum::<u32>(), 400);
     for tile in added {
-        assert_eq!(tile.anchor, Anchor::Keyframe(KeyframeId(3)));
+        assert_eq!(tile.anchor, TileAnchor::Keyframe(KeyframeId(3)));
         assert!((tile.bounds.min[0] - 1.0).abs() < 0.02, "the wall is 1 m before the keyframe: {tile:?}");
         assert!(store.dir().tile(tile.hash).exists());
     }

@@ -109,7 +109,7 @@ impl Mail {
             match &publication {
                 Publication::Keyframe(keyframe) => slots.drop_keyframe(keyframe),
                 Publication::Graph { .. } | Publication::GraphDelta(_) => self.is_graph_dropped = true,
-                _ if !slots.take(&publication) => {}
+                _ if !slots.admit(&publication) => {}
                 // It begins and ends sessions, so it comes before what belongs to them.
                 Publication::Mapping(_) => mapping.push_front(publication),
                 _ => kept.push_front(publication),
@@ -136,7 +136,7 @@ struct Slots {
 
 impl Slots {
     /// Whether a publication is kept, now counted.
-    fn take(&mut self, publication: &Publication) -> bool {
+    fn admit(&mut self, publication: &Publication) -> bool {
         match publication {
             Publication::Notice(_) => {
                 self.notices += 1;

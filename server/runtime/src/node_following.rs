@@ -50,8 +50,9 @@ impl NodeFollower {
             map.0.as_u64_pair().1,
         ));
         let store = Arc::clone(&self.store);
-        let told = Arc::new(Mutex::new(None));
-        let (tell, mailbox, clock) = (Arc::clone(&told), Arc::clone(&self.mailbox), Arc::clone(&self.clock));
+        let moved = Arc::new(Mutex::new(None));
+        let (of_edit, mailbox, clock) =
+            (Arc::clone(&moved), Arc::clone(&self.mailbox), Arc::clone(&self.clock));
         let handed_in = self.ledger.change_site(SiteWork {
             by: Principal::operator(ClientId(Uuid::nil())),
             make: Box::new(move |site| {
@@ -59,12 +60,12 @@ impl NodeFollower {
                 else {
                     return Edit { id, changes: Vec::new() };
                 };
-                *told.lock().unwrap_or_else(PoisonError::into_inner) = Some((moved_nodes, distance_max_m));
+                *moved.lock().unwrap_or_else(PoisonError::into_inner) = Some((moved_nodes, distance_max_m));
                 edit
             }),
             done: Box::new(move |outcome| {
-                let told = tell.lock().unwrap_or_else(PoisonError::into_inner).take();
-                let (severity, text) = match (outcome, told) {
+                let moved = of_edit.lock().unwrap_or_else(PoisonError::into_inner).take();
+                let (severity, text) = match (outcome, moved) {
                     (_, None) => return,
                     (EditOutcome::Applied { .. }, Some((nodes, distance_m))) => {
                         (Severity::Info, texts::site_follows_map(nodes, distance_m))

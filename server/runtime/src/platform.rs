@@ -33,8 +33,8 @@ impl PlatformProbe {
         recordings: Recordings,
         restarts: Vec<ProcessRestart>,
     ) -> Self {
-        let messages::SpeedLimits { forward_mps, sideways_mps, turn_radps } = profile.manual_limits;
-        let manual_limits = SpeedLimits { forward_mps, sideways_mps, turn_radps };
+        let messages::SpeedLimits { forward_m_s, sideways_m_s, turn_rad_s } = profile.manual_limits;
+        let manual_limits = SpeedLimits { forward_m_s, sideways_m_s, turn_rad_s };
         let body = RobotBody {
             footprint_radius_m: profile.footprint_radius_m,
             clearance_height_m: profile.clearance_height_m,

@@ -192,7 +192,7 @@ impl Recorder {
         loop {
             heartbeat.beat();
             match self.inputs.recv_deadline(maintenance_at.min(Instant::now() + BEAT_PERIOD)) {
-                Ok(input) => self.take(input),
+                Ok(input) => self.record(input),
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => break,
             }
@@ -205,7 +205,7 @@ impl Recorder {
     }
 
     /// Records one input, in a new segment if one is due.
-    fn take(&mut self, (number, at, input): NumberedInput) {
+    fn record(&mut self, (number, at, input): NumberedInput) {
         let left_out = number - std::mem::replace(&mut self.next_input, number + 1);
         if left_out > 0 {
             *self.missing.get_or_insert(0) += left_out;

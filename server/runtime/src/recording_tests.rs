@@ -114,7 +114,7 @@ impl Rig {
     /// Passes what waits in the queue to the recorder.
     fn pump(&mut self) {
         while let Ok(input) = self.recorder.inputs.try_recv() {
-            self.recorder.take(input);
+            self.recorder.record(input);
         }
     }
 
@@ -244,7 +244,7 @@ fn the_start_after_an_interruption_is_pinned() {
     let rig_before = rig(10, RecordingsConfig::default());
     let Rig { mut recorder, mut queue, disk, dir, .. } = rig_before;
     queue.record(Stamp::EPOCH, &Input::Tick);
-    recorder.take(recorder.inputs.recv().expect("queued"));
+    recorder.record(recorder.inputs.recv().expect("queued"));
     // The process dies here: the run is not ended.
     let config = RecordingsConfig { free_bytes_min: 0, ..RecordingsConfig::default() };
     let run = Recordings::new(dir.path(), config).begin_run(Stamp::from_parts(1, 0)).expect("begins");
@@ -254,6 +254,6 @@ fn the_start_after_an_interruption_is_pinned() {
     let (mut queue, mut next) =
         Recorder::new(RecorderConfig::default(), target, Arc::default(), Arc::default());
     queue.record(Stamp::EPOCH, &Input::Tick);
-    next.take(next.inputs.recv().expect("queued"));
+    next.record(next.inputs.recv().expect("queued"));
     assert!(pinned(run.segment(0)));
 }

@@ -99,8 +99,8 @@ impl RunCloudQueue {
     }
 
     fn follow_run(&mut self, status: &MissionStatus) {
-        let is_under_way = |state| matches!(state, RunState::Running | RunState::Ending);
-        let run = status.runs.iter().find(|run| is_under_way(run.state));
+        let is_active = |state| matches!(state, RunState::Running | RunState::Ending);
+        let run = status.runs.iter().find(|run| is_active(run.state));
         let id = run.map(|run| run.run);
         if id != self.run {
             (self.run, self.last, self.task, self.is_task_wanted) = (id, None, None, false);
@@ -142,14 +142,14 @@ impl RunCloudWorker {
     /// Works until the control loop has ended.
     pub fn run(self, heartbeat: &Heartbeat) {
         // People are told once for each run.
-        let mut told = None;
+        let mut reported = None;
         loop {
             heartbeat.beat();
             match self.clouds.0.recv_timeout(BEAT_PERIOD) {
                 Ok(chosen) => {
                     let run = chosen.run;
                     if let Err(reason) = self.keep(chosen)
-                        && told.replace(run) != Some(run)
+                        && reported.replace(run) != Some(run)
                     {
                         tracing::warn!("{reason}");
                         self.mailbox.notice(self.clock.now(), Severity::Warning, reason);
@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn clouds_are_kept_every_two_metres_and_at_tasks_while_a_run_is_under_way() {
+    fn clouds_are_kept_every_two_metres_and_at_tasks_while_a_run_is_active() {
         let dir = tempfile::tempdir().expect("temporary directory");
         let store = Arc::new(Store::open(dir.path()).expect("opens"));
         let (mut queue, clouds) =

@@ -17,7 +17,7 @@ fn battery(charge: f32) -> Event {
 fn tiles(reset: bool, first_byte: u8) -> Event {
     let tile = TileEntry {
         hash: TileHash([first_byte; 32]),
-        anchor: api::Anchor::Map,
+        anchor: api::TileAnchor::Map,
         level: 0,
         spacing_m: 1.0,
         bounds: vocab::Aabb::EMPTY,
@@ -173,7 +173,7 @@ fn a_map_of_any_size_reaches_a_gateway_in_messages_of_less_than_one_megabyte() {
     let tile = |number: u32| {
         let mut hash = [7; 32];
         hash[..4].copy_from_slice(&number.to_le_bytes());
-        let anchor = api::Anchor::Keyframe(vocab::KeyframeId(number));
+        let anchor = api::TileAnchor::Keyframe(vocab::KeyframeId(number));
         let bounds = vocab::Aabb { min: [-30.0; 3], max: [30.0; 3] };
         TileEntry {
             hash: TileHash(hash),

@@ -6,7 +6,7 @@ use crate::ledger::{LedgerInbox, SiteWork};
 use crate::state_publisher::StatePublisher;
 use crate::texts;
 use api::{
-    EditOutcome, EditRefusal, Event, MAX_BLOCKED_WAYS, TopomapGeneration, TopomapStage, TopomapSummary,
+    EditOutcome, EditRefusal, Event, MAX_BLOCKED_SEGMENTS, TopomapGeneration, TopomapStage, TopomapSummary,
 };
 use messages::{Principal, RobotProfile};
 use ports::error_with_causes;
@@ -155,8 +155,8 @@ fn summary_of(made: &GeneratedMap) -> TopomapSummary {
     let blocked = made
         .blocked
         .iter()
-        .take(MAX_BLOCKED_WAYS)
-        .map(|way| [way.from_m, way.to_m].map(|at| Vec3::new(at.x, at.y, at.z)));
+        .take(MAX_BLOCKED_SEGMENTS)
+        .map(|segment| [segment.from_m, segment.to_m].map(|at| Vec3::new(at.x, at.y, at.z)));
     TopomapSummary {
         nodes: made.nodes.len() as u32,
         edges: made.edges.len() as u32,

@@ -35,7 +35,7 @@ pub(crate) struct PlacedMesh {
 
 /// The content of a GLB file.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Document {
+pub(crate) struct GltfDocument {
     pub(crate) meshes: Vec<PlacedMesh>,
     /// Names of the materials. A material without a name has an empty one.
     pub(crate) materials: Vec<String>,
@@ -45,7 +45,7 @@ pub(crate) struct Document {
 ///
 /// # Errors
 /// A sentence that says what is wrong.
-pub(crate) fn read(bytes: &[u8], max_triangles: usize) -> Result<Document, String> {
+pub(crate) fn read(bytes: &[u8], max_triangles: usize) -> Result<GltfDocument, String> {
     // The parser subtracts the length of the header from this number.
     let length = bytes.get(8..HEADER_BYTES).and_then(|field| <[u8; 4]>::try_from(field).ok());
     let is_long_enough = length.is_some_and(|field| u32::from_le_bytes(field) as usize >= HEADER_BYTES);
@@ -70,7 +70,7 @@ pub(crate) fn read(bytes: &[u8], max_triangles: usize) -> Result<Document, Strin
     for node in reader.roots() {
         reader.read_node(node, &Matrix4::identity(), &[])?;
     }
-    Ok(Document { meshes: reader.meshes, materials })
+    Ok(GltfDocument { meshes: reader.meshes, materials })
 }
 
 struct Reader<'a> {

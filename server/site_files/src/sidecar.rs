@@ -1,9 +1,9 @@
 //! `FILE.site.json`: what a model of a building does not hold. Positions are in the site frame: z up, metres, as Blender shows them.
 
-use crate::glb::{Document, IndexedTriangle, PlacedMesh};
+use crate::glb::{GltfDocument, IndexedTriangle, PlacedMesh};
 use crate::texts;
 use serde::{Deserialize, Serialize};
-use sim::{BuildingModel, Dock, Material, Mobility, ModelPart, ModelTriangle, Route, Start};
+use sim::{BuildingModel, Material, Mobility, ModelPart, ModelTriangle, SimulatedDock, SiteRoute, Start};
 use std::collections::BTreeMap;
 use vocab::Vec3;
 
@@ -202,7 +202,11 @@ pub(crate) fn to_text(model: &BuildingModel) -> Result<String, String> {
 ///
 /// # Errors
 /// A sentence about the sidecar.
-pub(crate) fn model(name: String, document: &Document, sidecar: &Sidecar) -> Result<BuildingModel, String> {
+pub(crate) fn model(
+    name: String,
+    document: &GltfDocument,
+    sidecar: &Sidecar,
+) -> Result<BuildingModel, String> {
     sidecar.check_numbers()?;
     let materials = sidecar.materials(&document.materials)?;
     let default = material(&sidecar.default_material)?;
@@ -241,9 +245,10 @@ pub(crate) fn model(name: String, document: &Document, sidecar: &Sidecar) -> Res
             .as_ref()
             .or(first)
             .map_or_else(|| Start { position: Vec3::new(x, y, 0.0), yaw: 0.0 }, Place::start);
-        Some(Route { name, start, waypoints: walk.waypoints.clone(), speed: walk.speed_m_s })
+        Some(SiteRoute { name, start, waypoints: walk.waypoints.clone(), speed: walk.speed_m_s })
     });
-    let dock = |place: &Place| Dock { position: vec3(place.position), yaw: place.heading_deg.to_radians() };
+    let dock =
+        |place: &Place| SimulatedDock { position: vec3(place.position), yaw: place.heading_deg.to_radians() };
     Ok(BuildingModel {
         name,
         parts,

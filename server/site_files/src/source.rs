@@ -2,7 +2,7 @@
 
 use crate::error::SiteFileError;
 use crate::{glb, sidecar, texts};
-use sim::{BuildingModelConfig, Site, SiteName, TessellationConfig};
+use sim::{BuildingModelConfig, SimulatedSite, SiteName, TessellationConfig};
 use std::fmt;
 use std::fs;
 use std::io::ErrorKind;
@@ -29,7 +29,7 @@ impl SiteSource {
     ///
     /// # Errors
     /// When its files cannot be used.
-    pub fn load(&self) -> Result<Arc<Site>, SiteFileError> {
+    pub fn load(&self) -> Result<Arc<SimulatedSite>, SiteFileError> {
         match self {
             Self::BuiltIn(name) => Ok((*name).into()),
             Self::File(file) => read_site(file).map(Arc::new),
@@ -61,7 +61,7 @@ impl FromStr for SiteSource {
 ///
 /// # Errors
 /// When one of both files cannot be used, or when they do not make a site.
-pub fn read_site(file: &Path) -> Result<Site, SiteFileError> {
+pub fn read_site(file: &Path) -> Result<SimulatedSite, SiteFileError> {
     let config = BuildingModelConfig::default();
     let bytes = fs::read(file).map_err(|error| SiteFileError::new(file, texts::not_read(&error)))?;
     let document =
@@ -76,14 +76,14 @@ pub fn read_site(file: &Path) -> Result<Site, SiteFileError> {
     let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let model =
         sidecar::model(name, &document, &sidecar).map_err(|reason| SiteFileError::new(&beside, reason))?;
-    Site::from_model(model, &config).map_err(|error| SiteFileError::new(file, error.to_string()))
+    SimulatedSite::from_model(model, &config).map_err(|error| SiteFileError::new(file, error.to_string()))
 }
 
 /// Writes a site as `NAME.glb` and `NAME.site.json` into a folder, which is made if it is missing. Returns the first file.
 ///
 /// # Errors
 /// When a file cannot be written.
-pub fn write_site(folder: &Path, site: &Site) -> Result<PathBuf, SiteFileError> {
+pub fn write_site(folder: &Path, site: &SimulatedSite) -> Result<PathBuf, SiteFileError> {
     let failed = |file: &Path, error: &dyn fmt::Display| SiteFileError::new(file, texts::not_written(error));
     fs::create_dir_all(folder).map_err(|error| failed(folder, &error))?;
     let model = site.to_model(&TessellationConfig::default());

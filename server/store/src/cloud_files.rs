@@ -168,7 +168,7 @@ pub fn copy_viewpoint_files(from: &Path, to: &Path, first: u32) -> Result<Virtua
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{MapPoints, Viewpoint, write_viewpoint_clouds};
+    use crate::{CloudViewpoint, MapPoints, write_viewpoint_clouds};
     use geometry::Isometry;
     use messages::Cloud;
     use std::sync::Arc;
@@ -191,7 +191,7 @@ mod tests {
         let cloud =
             MapPoints { xyz: (1..4).map(|x| [x as f32, 0.0, 0.0]).collect(), intensity: vec![1.0; 3] };
         let visible = [vec![0], vec![1], vec![2]];
-        let viewpoints = visible.into_iter().map(|visible| Viewpoint {
+        let viewpoints = visible.into_iter().map(|visible| CloudViewpoint {
             cloud_from_base: Isometry::identity(),
             lidar: [0.0; 3],
             visible,

@@ -71,7 +71,7 @@ pub use stored_data_check::StoredDataReport;
 pub use tiles::TileFiles;
 pub use topomap_source::TopomapSource;
 pub use uploads::{StoredUpload, UploadNote};
-pub use viewpoint_clouds::{Viewpoint, visible_points, write_viewpoint_clouds};
+pub use viewpoint_clouds::{CloudViewpoint, visible_points, write_viewpoint_clouds};
 
 use ports::DataDir;
 use std::fs::{File, TryLockError};

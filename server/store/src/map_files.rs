@@ -21,8 +21,8 @@ use crate::map_folder_files::files_with_checksum;
 use crate::robust_bounds::{RobustBoundsConfig, robust_bounds};
 use crate::tiles::Durability;
 use crate::{MapClouds, MapPoints, StoreError, TileFiles, files};
-use api::{Anchor, Graph, GraphNode, MapSummary, TileEntry, TileList};
-use formats::g2o::{Edge, Vertex};
+use api::{Graph, GraphNode, MapSummary, TileAnchor, TileEntry, TileList};
+use formats::g2o::{G2oEdge, G2oVertex};
 use map_codec::BakeConfig;
 use messages::{EdgeKind, FinishedMap, PoseGraph};
 use std::io::{self, Write};
@@ -146,7 +146,7 @@ fn write_tiles(tiles: &TileFiles, points: &MapPoints, options: &BakeConfig) -> R
         list.bounds.include(tile.bounds.max);
         list.tiles.push(TileEntry {
             hash: tiles.put_with_durability(&tile.bytes, Durability::Map)?,
-            anchor: Anchor::Map,
+            anchor: TileAnchor::Map,
             level: tile.node.level,
             spacing_m: tile.spacing,
             bounds: tile.bounds,
@@ -158,8 +158,9 @@ fn write_tiles(tiles: &TileFiles, points: &MapPoints, options: &BakeConfig) -> R
 }
 
 fn write_g2o(out: &mut impl Write, graph: &PoseGraph) -> io::Result<()> {
-    let vertex = |node: &messages::GraphNode| Vertex { id: node.id.0.into(), pose: node.map_from_keyframe };
-    let edge = |edge: &messages::GraphEdge| Edge {
+    let vertex =
+        |node: &messages::GraphNode| G2oVertex { id: node.id.0.into(), pose: node.map_from_keyframe };
+    let edge = |edge: &messages::GraphEdge| G2oEdge {
         from: edge.from.0.into(),
         to: edge.to.0.into(),
         from_from_to: edge.from_from_to,

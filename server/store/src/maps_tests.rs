@@ -113,8 +113,11 @@ fn clients_find_the_whole_scan_of_a_keyframe_while_its_session_lasts() {
     let mut found: Vec<[f32; 3]> = chunk.points.iter().map(|point| chunk.position(point)).collect();
     found.sort_by(|a, b| a[0].total_cmp(&b[0]));
     assert_eq!(found.len(), xyz.len());
-    for (found, told) in found.iter().zip(&xyz) {
-        assert!((0..3).all(|axis| (found[axis] - told[axis]).abs() < 0.011), "{found:?} for {told:?}");
+    for (found, expected) in found.iter().zip(&xyz) {
+        assert!(
+            (0..3).all(|axis| (found[axis] - expected[axis]).abs() < 0.011),
+            "{found:?} for {expected:?}"
+        );
     }
     assert!(!files::temporary_path(&path).exists());
     store.discard_session(SESSION).expect("discarded");
@@ -215,7 +218,7 @@ fn an_imported_map_can_be_extended_with_its_viewpoints_in_one_file() {
         intensity: vec![2.0; 50],
     };
     let all: Vec<u32> = (0..50).collect();
-    let viewpoint = |x: f64| crate::Viewpoint {
+    let viewpoint = |x: f64| crate::CloudViewpoint {
         cloud_from_base: Isometry::translation(x, 0.0, 0.0),
         lidar: [0.0; 3],
         visible: all.clone(),

@@ -185,10 +185,10 @@ mod tests {
             assert_eq!(fs::read_to_string(path).expect("kept"), later);
         }
         let problems = store.take_problems();
-        let tell = |name: &str| {
+        let is_reported = |name: &str| {
             problems.iter().any(|text| text.contains(name) && text.contains("update AutoInspect"))
         };
-        assert!(tell("place.json") && tell("docks.json"), "{problems:?}");
+        assert!(is_reported("place.json") && is_reported("docks.json"), "{problems:?}");
     }
 
     #[test]

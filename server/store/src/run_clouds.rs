@@ -263,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn the_oldest_run_makes_room_and_the_one_under_way_never() {
+    fn the_oldest_run_makes_room_and_the_active_one_never() {
         let dir = tempfile::tempdir().expect("temporary directory");
         let store = Store::open(dir.path()).expect("opens");
         let free = RunCloudsConfig { free_bytes_min: 0, ..RunCloudsConfig::default() };

@@ -116,9 +116,9 @@ impl Store {
 
 fn robot_shape(profile: &RobotProfile) -> RobotShape {
     RobotShape {
-        radius: profile.footprint_radius_m,
-        standing_height: profile.standing_height_m,
-        clearance: profile.clearance_height_m,
-        step: profile.step_height_m,
+        radius_m: profile.footprint_radius_m,
+        standing_height_m: profile.standing_height_m,
+        clearance_m: profile.clearance_height_m,
+        step_m: profile.step_height_m,
     }
 }

@@ -44,7 +44,7 @@ const CONFIG: ViewpointCloudsConfig = ViewpointCloudsConfig { zstd_level: 6, max
 
 /// A place in a cloud without a robot, and what is visible from it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Viewpoint {
+pub struct CloudViewpoint {
     /// Pose of the base in the cloud's frame.
     pub cloud_from_base: Isometry,
     /// Position of the LiDAR in the base frame, metres.
@@ -87,7 +87,7 @@ pub(crate) fn list(directory: &Path) -> Result<Vec<(KeyframeId, PathBuf)>, Store
 }
 
 /// The transform of a viewpoint's points into its base frame: linear in the visible points.
-pub fn visible_points(viewpoint: &Viewpoint, cloud: &[[f32; 3]]) -> Vec<[f32; 3]> {
+pub fn visible_points(viewpoint: &CloudViewpoint, cloud: &[[f32; 3]]) -> Vec<[f32; 3]> {
     let base_from_cloud = viewpoint.cloud_from_base.inverse();
     let in_base = |index: &u32| transform(&base_from_cloud, &cloud[*index as usize]);
     viewpoint.visible.iter().map(in_base).collect()
@@ -108,7 +108,7 @@ pub fn write_viewpoint_clouds(
     directory: &Path,
     first: KeyframeId,
     cloud: &MapPoints,
-    viewpoints: impl ExactSizeIterator<Item = Viewpoint>,
+    viewpoints: impl ExactSizeIterator<Item = CloudViewpoint>,
 ) -> Result<(), StoreError> {
     let path = directory.join(file_name(first));
     let mut fits = true;
@@ -127,7 +127,7 @@ pub fn write_viewpoint_clouds(
 fn write(
     out: &mut impl Write,
     cloud: &MapPoints,
-    viewpoints: impl ExactSizeIterator<Item = Viewpoint>,
+    viewpoints: impl ExactSizeIterator<Item = CloudViewpoint>,
 ) -> io::Result<bool> {
     if !write_head(out, cloud, viewpoints.len())? {
         return Ok(false);
@@ -156,7 +156,7 @@ fn write_head(out: &mut impl Write, cloud: &MapPoints, viewpoints: usize) -> io:
 }
 
 /// Returns false if its indices do not ascend or exceed the points of the cloud.
-fn write_viewpoint(out: &mut impl Write, points: usize, viewpoint: &Viewpoint) -> io::Result<bool> {
+fn write_viewpoint(out: &mut impl Write, points: usize, viewpoint: &CloudViewpoint) -> io::Result<bool> {
     let encode = || {
         let Pose { position, orientation: Quat { w, x, y, z } } =
             pose_from_isometry(&viewpoint.cloud_from_base);
@@ -400,8 +400,8 @@ mod tests {
         vec![every(2), every(200), every(1), Vec::new(), vec![0, points - 1]]
     }
 
-    fn viewpoints(lists: &[Vec<u32>]) -> Vec<Viewpoint> {
-        let make = |(step, visible): (usize, &Vec<u32>)| Viewpoint {
+    fn viewpoints(lists: &[Vec<u32>]) -> Vec<CloudViewpoint> {
+        let make = |(step, visible): (usize, &Vec<u32>)| CloudViewpoint {
             cloud_from_base: pose(step as f64),
             lidar: [0.1, 0.0, 0.3],
             visible: visible.clone(),
@@ -410,7 +410,7 @@ mod tests {
     }
 
     /// None if the viewpoints do not fit the cloud.
-    fn encode(cloud: &MapPoints, viewpoints: &[Viewpoint]) -> Option<Vec<u8>> {
+    fn encode(cloud: &MapPoints, viewpoints: &[CloudViewpoint]) -> Option<Vec<u8>> {
         let mut bytes = Vec::new();
         write(&mut bytes, cloud, viewpoints.iter().cloned()).expect("memory").then_some(bytes)
     }

@@ -1,8 +1,8 @@
 //! Events for clients. Every event replaces the last of its kind unless its documentation says otherwise.
 
 use crate::{
-    BinnedMap, CommandOutcome, DamagedMap, EditDone, Executive, Goal, GraphChanged, GraphPart, LoopsChanged,
-    MapSummary, SiteChanged, SitePart, StoredResult, TileEntry, TopomapGeneration,
+    BinnedMap, CommandOutcome, DamagedMap, EditDone, ExecutiveStatus, Goal, GraphChanged, GraphPart,
+    LoopsChanged, MapSummary, SiteChanged, SitePart, StoredResult, TileEntry, TopomapGeneration,
 };
 use serde::{Deserialize, Serialize};
 use site_model::{MissionStatus, RouteStatus};
@@ -28,7 +28,7 @@ pub enum Event {
     /// State of motion.
     Motion(Motion),
     /// State of the executive.
-    Executive(Executive),
+    Executive(ExecutiveStatus),
     /// The newest goals with their outcomes, the newest first, [`crate::MAX_GOALS`] at most.
     Goals(Vec<Goal>),
     /// Holder of the control lease.
@@ -55,7 +55,7 @@ pub enum Event {
     /// State of the running or the last import.
     Import(Import),
     /// Docks of saved maps, as the robot recorded them while it was charged.
-    Docks(Vec<Dock>),
+    Docks(Vec<MapDock>),
     /// Changes of the graph of the current mapping session; adds to [`Self::Graph`]. See [`GraphChanged`] for what to do if they do not apply.
     GraphChanged(GraphChanged),
     /// Saved maps that cannot be read, in the order of their folders' names. They are not in [`Self::Maps`].
@@ -137,7 +137,7 @@ pub struct InterruptedSession {
 
 /// A dock of a saved map.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Dock {
+pub struct MapDock {
     /// The saved map.
     pub map: MapId,
     /// The base there while it is charged.
@@ -585,11 +585,11 @@ pub struct RobotBody {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SpeedLimits {
     /// Forwards and backwards, m/s.
-    pub forward_mps: f64,
+    pub forward_m_s: f64,
     /// To either side, m/s.
-    pub sideways_mps: f64,
+    pub sideways_m_s: f64,
     /// Turning to either side, rad/s.
-    pub turn_radps: f64,
+    pub turn_rad_s: f64,
 }
 
 /// A process that failed and was started again.

@@ -49,7 +49,7 @@ pub enum GoalStatus {
         /// Base in the map at the end.
         map_from_base: Pose,
         /// From acceptance to the end.
-        took: Span,
+        duration: Span,
     },
     /// It was not reached.
     Failed {
@@ -145,7 +145,7 @@ pub enum CancelCause {
 
 /// State of the executive: what moves the robot now.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Executive {
+pub struct ExecutiveStatus {
     /// What moves the robot.
     pub state: ExecutiveState,
     /// Since when.

@@ -35,7 +35,7 @@ pub use goal::*;
 pub use graph::{GraphAssembly, GraphChanged, GraphPart, MAX_GRAPH_ENTRIES};
 pub use loops::{LoopDecision, LoopSource, LoopVerdict, LoopsChanged, MAX_LOOP_DECISIONS};
 pub use map::{
-    Anchor, BinnedMap, DamagedMap, MapSummary, Problem, TileEntry, TileHash, TileHashError, TileList,
+    BinnedMap, DamagedMap, MapSummary, Problem, TileAnchor, TileEntry, TileHash, TileHashError, TileList,
 };
 pub use paths::{CONTROL_PATH, STREAM_PATH};
 pub use query::{
@@ -47,7 +47,7 @@ pub use site::{
     SiteAssembly, SiteChanged, SitePart, SiteParts, SiteState, encoded_bytes,
 };
 pub use socket::{ClientMessage, MAX_UNACKNOWLEDGED, ScanFrame, ServerMessage, StreamRequest};
-pub use topomap::{MAX_BLOCKED_WAYS, TopomapGeneration, TopomapStage, TopomapSummary};
+pub use topomap::{MAX_BLOCKED_SEGMENTS, TopomapGeneration, TopomapStage, TopomapSummary};
 
 /// Version of everything in this crate. Server and client refuse each other when it differs, and say so.
 pub const VERSION: u16 = 22;

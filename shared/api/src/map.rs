@@ -70,7 +70,7 @@ content_hash! {
 
 /// What a tile's coordinates are relative to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-pub enum Anchor {
+pub enum TileAnchor {
     /// The map frame.
     Map,
     /// A keyframe, whose pose a loop closure may move.
@@ -83,7 +83,7 @@ pub struct TileEntry {
     /// Its name.
     pub hash: TileHash,
     /// What its coordinates are relative to.
-    pub anchor: Anchor,
+    pub anchor: TileAnchor,
     /// 0 is coarsest.
     pub level: u8,
     /// Distance between neighbouring points of this level, metres. It is `spacing` in JSON, because clients get the tile lists of saved maps as

@@ -5,7 +5,7 @@ use site_model::EditId;
 use vocab::{MapId, Vec3};
 
 /// Stretches of [`TopomapSummary::blocked`] at most.
-pub const MAX_BLOCKED_WAYS: usize = 32;
+pub const MAX_BLOCKED_SEGMENTS: usize = 32;
 
 /// State of the making of a topological map.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -66,7 +66,7 @@ pub struct TopomapSummary {
     /// Number of connected pieces; 1 if every node can be reached from every other.
     pub pieces: u32,
     /// Stretches of the walked path where the map shows an obstacle, so that there is no edge: where each begins and ends, metres, map frame.
-    /// [`MAX_BLOCKED_WAYS`] at most.
+    /// [`MAX_BLOCKED_SEGMENTS`] at most.
     pub blocked: Vec<[Vec3; 2]>,
     /// Nodes of the site before that stay, although they were not generated, because inspection points or missions need them.
     pub kept_nodes: u32,

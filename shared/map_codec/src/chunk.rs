@@ -86,7 +86,7 @@ impl PointChunk {
 
 /// Why bytes are not a chunk.
 #[derive(Debug, thiserror::Error)]
-pub enum DecodeError {
+pub enum ChunkDecodeError {
     /// Fewer bytes than a header.
     #[error("{present} bytes are too few for a point chunk")]
     Short {
@@ -143,7 +143,7 @@ pub enum DecodeError {
 /// Reads a chunk.
 ///
 /// Any bytes give a chunk or an error. It allocates at most [`EXPANSION_MAX`] times `bytes.len()` plus 2 MiB.
-pub fn decode(bytes: &[u8]) -> Result<PointChunk, DecodeError> {
+pub fn decode(bytes: &[u8]) -> Result<PointChunk, ChunkDecodeError> {
     let (mut chunk, packing, count, payload) = read_header(bytes)?;
     let expected = count * PLANES;
     let unpacked;
@@ -153,34 +153,34 @@ pub fn decode(bytes: &[u8]) -> Result<PointChunk, DecodeError> {
             unpacked = unpack(payload, expected)?;
             &unpacked
         }
-        found => return Err(DecodeError::Packing { found }),
+        found => return Err(ChunkDecodeError::Packing { found }),
     };
     if planes.len() != expected {
-        return Err(DecodeError::PlaneLength { expected, found: planes.len() });
+        return Err(ChunkDecodeError::PlaneLength { expected, found: planes.len() });
     }
     chunk.points = read_planes(planes, count);
     Ok(chunk)
 }
 
 /// The checked header as a chunk without points, the packing, the number of points and the payload.
-fn read_header(bytes: &[u8]) -> Result<(PointChunk, u8, usize, &[u8]), DecodeError> {
+fn read_header(bytes: &[u8]) -> Result<(PointChunk, u8, usize, &[u8]), ChunkDecodeError> {
     let Some((header, payload)) = bytes.split_first_chunk::<HEADER_LEN>() else {
-        return Err(DecodeError::Short { present: bytes.len() });
+        return Err(ChunkDecodeError::Short { present: bytes.len() });
     };
     if header[..4] != MAGIC {
-        return Err(DecodeError::Magic);
+        return Err(ChunkDecodeError::Magic);
     }
     if header[4] != VERSION {
-        return Err(DecodeError::Version { found: header[4] });
+        return Err(ChunkDecodeError::Version { found: header[4] });
     }
     let word = |at: usize| [header[at], header[at + 1], header[at + 2], header[at + 3]];
     let float = |at: usize| f32::from_le_bytes(word(at));
     let (count, announced) = (u32::from_le_bytes(word(8)) as usize, u32::from_le_bytes(word(12)) as usize);
     if announced != payload.len() {
-        return Err(DecodeError::PayloadLength { announced, present: payload.len() });
+        return Err(ChunkDecodeError::PayloadLength { announced, present: payload.len() });
     }
     if count > POINTS_MAX || count * PLANES > payload.len().saturating_mul(EXPANSION_MAX) {
-        return Err(DecodeError::TooManyPoints { points: count, present: payload.len() });
+        return Err(ChunkDecodeError::TooManyPoints { points: count, present: payload.len() });
     }
     let chunk = PointChunk {
         origin: [float(16), float(20), float(24)],
@@ -194,19 +194,20 @@ fn read_header(bytes: &[u8]) -> Result<(PointChunk, u8, usize, &[u8]), DecodeErr
     let far_corner = chunk.position(&GpuPoint { position: [u16::MAX; 3], ..GpuPoint::default() });
     let finite = chunk.origin.iter().chain(&far_corner).chain([&chunk.spacing, &chunk.intensity_unit]);
     if !finite.into_iter().all(|v| v.is_finite()) || chunk.step <= 0.0 || chunk.intensity_unit <= 0.0 {
-        return Err(DecodeError::Lattice);
+        return Err(ChunkDecodeError::Lattice);
     }
     Ok((chunk, header[5], count, payload))
 }
 
-fn unpack(payload: &[u8], expected: usize) -> Result<Vec<u8>, DecodeError> {
+fn unpack(payload: &[u8], expected: usize) -> Result<Vec<u8>, ChunkDecodeError> {
     let mut planes = vec![0; expected];
     let mut decoder = FrameDecoder::new();
     // The encoder's window never exceeds the next power of two above the content.
     decoder.set_max_window_size((expected as u64).next_power_of_two().max(1024));
-    let found = decoder.decode_all(payload, &mut planes).map_err(|e| DecodeError::Unpack(Box::new(e)))?;
+    let found =
+        decoder.decode_all(payload, &mut planes).map_err(|e| ChunkDecodeError::Unpack(Box::new(e)))?;
     if found != expected {
-        return Err(DecodeError::PlaneLength { expected, found });
+        return Err(ChunkDecodeError::PlaneLength { expected, found });
     }
     Ok(planes)
 }

@@ -185,7 +185,7 @@ fn a_short_chunk_cannot_allocate_many_points() {
     assert_eq!(decode(&stored).unwrap().points.len(), 1_000_000);
     let mut absurd = encode_scan(&same[..10], &[], 0.01);
     absurd[8..12].copy_from_slice(&u32::MAX.to_le_bytes());
-    assert!(matches!(decode(&absurd), Err(DecodeError::TooManyPoints { .. })));
+    assert!(matches!(decode(&absurd), Err(ChunkDecodeError::TooManyPoints { .. })));
 }
 
 #[test]
@@ -196,16 +196,16 @@ fn headers_are_checked_field_by_field() {
         bytes[at..at + with.len()].copy_from_slice(with);
         decode(&bytes).unwrap_err()
     };
-    assert!(matches!(damaged(0, b"LASF"), DecodeError::Magic));
-    assert!(matches!(damaged(4, &[2]), DecodeError::Version { found: 2 }));
-    assert!(matches!(damaged(5, &[9]), DecodeError::Packing { found: 9 }));
-    assert!(matches!(damaged(12, &[0; 4]), DecodeError::PayloadLength { announced: 0, .. }));
-    assert!(matches!(damaged(16, &f32::NAN.to_le_bytes()), DecodeError::Lattice));
-    assert!(matches!(damaged(28, &f32::MAX.to_le_bytes()), DecodeError::Lattice));
-    assert!(matches!(damaged(32, &0.0_f32.to_le_bytes()), DecodeError::Lattice));
-    assert!(matches!(decode(b"AIPC"), Err(DecodeError::Short { present: 4 })));
+    assert!(matches!(damaged(0, b"LASF"), ChunkDecodeError::Magic));
+    assert!(matches!(damaged(4, &[2]), ChunkDecodeError::Version { found: 2 }));
+    assert!(matches!(damaged(5, &[9]), ChunkDecodeError::Packing { found: 9 }));
+    assert!(matches!(damaged(12, &[0; 4]), ChunkDecodeError::PayloadLength { announced: 0, .. }));
+    assert!(matches!(damaged(16, &f32::NAN.to_le_bytes()), ChunkDecodeError::Lattice));
+    assert!(matches!(damaged(28, &f32::MAX.to_le_bytes()), ChunkDecodeError::Lattice));
+    assert!(matches!(damaged(32, &0.0_f32.to_le_bytes()), ChunkDecodeError::Lattice));
+    assert!(matches!(decode(b"AIPC"), Err(ChunkDecodeError::Short { present: 4 })));
     // Packed bytes that are read as unpacked ones have the wrong length.
-    assert!(matches!(damaged(5, &[PACKING_STORED]), DecodeError::PlaneLength { .. }));
+    assert!(matches!(damaged(5, &[PACKING_STORED]), ChunkDecodeError::PlaneLength { .. }));
 }
 
 #[test]

@@ -119,7 +119,7 @@ pub struct GoalResult {
     /// Base in the map at the end.
     pub map_from_base: Pose,
     /// From acceptance to the end.
-    pub took: Span,
+    pub duration: Span,
 }
 
 /// Why a goal was not reached.

@@ -34,11 +34,11 @@ pub struct RobotProfile {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SpeedLimits {
     /// Forwards and backwards, m/s.
-    pub forward_mps: f64,
+    pub forward_m_s: f64,
     /// To either side, m/s.
-    pub sideways_mps: f64,
+    pub sideways_m_s: f64,
     /// Turning to either side, rad/s.
-    pub turn_radps: f64,
+    pub turn_rad_s: f64,
 }
 
 impl Default for RobotProfile {
@@ -49,8 +49,8 @@ impl Default for RobotProfile {
             clearance_height_m: 0.95,
             standing_height_m: 0.55,
             step_height_m: 0.22,
-            autonomous_limits: SpeedLimits { forward_mps: 0.9, sideways_mps: 0.25, turn_radps: 0.9 },
-            manual_limits: SpeedLimits { forward_mps: 1.2, sideways_mps: 0.5, turn_radps: 1.0 },
+            autonomous_limits: SpeedLimits { forward_m_s: 0.9, sideways_m_s: 0.25, turn_rad_s: 0.9 },
+            manual_limits: SpeedLimits { forward_m_s: 1.2, sideways_m_s: 0.5, turn_rad_s: 1.0 },
             manual_watchdog: Span::from_millis(500),
             self_filter: None,
             // Neighbouring scans of a Hesai XT-32 then overlap by more than 80 % indoors.

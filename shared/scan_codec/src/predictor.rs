@@ -106,10 +106,10 @@ impl Predictor {
         let channel = &mut self.channels[usize::from(ring)];
         if is_new_column {
             let column = azimuth - channel.azimuth_lag;
-            self.azimuth_step = shorter_way(column - self.column_azimuth);
+            self.azimuth_step = wrap_angle_steps(column - self.column_azimuth);
             self.column_azimuth = column;
         } else {
-            channel.azimuth_lag = shorter_way(azimuth - self.column_azimuth);
+            channel.azimuth_lag = wrap_angle_steps(azimuth - self.column_azimuth);
         }
     }
 
@@ -169,8 +169,8 @@ impl Predictor {
     }
 }
 
-/// A difference of angles as the shorter way round.
-pub(crate) fn shorter_way(steps: i32) -> i32 {
+/// A difference of angles in steps, wrapped to half a turn at most.
+pub(crate) fn wrap_angle_steps(steps: i32) -> i32 {
     let half = ANGLE_STEPS / 2;
     (steps + half).rem_euclid(ANGLE_STEPS) - half
 }

@@ -24,7 +24,7 @@
 
 use crate::error::RangeImageError;
 use crate::grid::{ANGLE_STEPS, DirectionGuesses, ELEVATION_MAX, Grid, GridPoint, RANGE_MAX, RANGE_STEP_UM};
-use crate::predictor::{CLASSES, Predictor, shorter_way};
+use crate::predictor::{CLASSES, Predictor, wrap_angle_steps};
 use crate::symbols::{SymbolReader, SymbolWriter, pack, unpack};
 use messages::Scan;
 use std::ops::RangeInclusive;
@@ -99,7 +99,8 @@ pub fn encode(scan: &Scan, out: &mut Vec<u8>) -> bool {
             times.put(0, time - predictor.expected_time(ring, is_new));
             predictor.learn_time(ring, is_new, time);
         }
-        azimuths.put(0, i64::from(shorter_way(point.azimuth - predictor.expected_azimuth(ring, is_new))));
+        azimuths
+            .put(0, i64::from(wrap_angle_steps(point.azimuth - predictor.expected_azimuth(ring, is_new))));
         predictor.learn_azimuth(ring, is_new, point.azimuth);
         elevations.put(0, i64::from(point.elevation - predictor.expected_elevation(ring)));
         let expected = predictor.expected_range(ring);

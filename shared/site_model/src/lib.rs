@@ -58,7 +58,7 @@ pub use mutex_hold::MutexHold;
 pub use object::{Object, Revision, Versioned};
 pub use parameters::{Parameter, Parameters};
 pub use plan_file::{PLAN_FILE_VERSION, PlanFile, PlanFileError};
-pub use problem::{Problem, ProblemKind, Severity};
+pub use problem::{ProblemKind, ProblemSeverity, SiteProblem};
 pub use route_action::{EdgeStage, RouteActionEnd, RouteActionPlace, RouteActionStep};
 pub use run::{
     EndPlace, MissionCommand, MissionCommandKind, PlannedTask, QuestionAnswer, RunCause, RunId, RunPlan,
@@ -75,8 +75,8 @@ pub use settings::SiteSettings;
 pub use site::Site;
 pub use thermal_scale::ThermalScale;
 pub use topological_map::{
-    Anchor, Asset, Corridor, Dock, Edge, EdgeBlock, EdgeCost, EdgeFailStep, InspectionPoint, Limits, Node,
-    NodeKind, PoseTolerance, TravelDirection, Traversal, Zone, ZoneEffect,
+    Anchor, Asset, Corridor, Dock, Edge, EdgeBlock, EdgeCost, EdgeFailStep, InspectionPoint, Node, NodeKind,
+    PoseTolerance, ReadingLimits, TravelDirection, Traversal, Zone, ZoneEffect,
 };
 pub use undo::UndoHistory;
 pub use validation::ValidationConfig;

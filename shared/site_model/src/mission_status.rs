@@ -13,7 +13,7 @@ pub const MAX_ENDED_RUNS: usize = 16;
 /// State of all missions.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MissionStatus {
-    /// Runs that have not ended: the one under way, those that are suspended, then the queue in the order in which they begin.
+    /// Runs that have not ended: the one active, those that are suspended, then the queue in the order in which they begin.
     pub runs: Vec<RunStatus>,
     /// Runs that have ended lately, the newest last. The ledger has all.
     pub ended: Vec<EndedRun>,
@@ -110,7 +110,7 @@ pub struct RouteProgress {
 pub enum RouteWait {
     /// Its place in the map is not known, as just after a start.
     Place,
-    /// There is no way but over edges that are blocked for a short time.
+    /// There is no route but over edges that are blocked for a short time.
     Block {
         /// When the first of them is tried again, robot's clock.
         until: Stamp,

@@ -6,7 +6,7 @@ use std::fmt;
 
 /// Something that is wrong with an object.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Problem {
+pub struct SiteProblem {
     /// Which object.
     pub object: ObjectId,
     /// What is wrong.
@@ -16,7 +16,7 @@ pub struct Problem {
 /// Whether a site can be used with a problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Severity {
+pub enum ProblemSeverity {
     /// It can, but somebody should look at it.
     Warning,
     /// The object cannot be used.
@@ -59,9 +59,11 @@ pub enum ProblemKind {
     /// Another edge joins the same nodes in the same direction.
     SameEdge(ObjectId),
     /// No edge leads to a node that is needed.
-    NoWayTo(NodeId),
+    #[serde(rename = "no_way_to")]
+    NoEdgeTo(NodeId),
     /// No edge leads away from a node that is needed.
-    NoWayFrom(NodeId),
+    #[serde(rename = "no_way_from")]
+    NoEdgeFrom(NodeId),
     /// A node is not of the kind that it is used as.
     WrongNodeKind(NodeId),
     /// A mission has no tasks.
@@ -78,17 +80,17 @@ pub enum ProblemKind {
 
 impl ProblemKind {
     /// Whether the object can be used.
-    pub fn severity(&self) -> Severity {
+    pub fn severity(&self) -> ProblemSeverity {
         match self {
             Self::NoName
             | Self::SameName(_)
             | Self::SameEdge(_)
-            | Self::NoWayTo(_)
-            | Self::NoWayFrom(_)
+            | Self::NoEdgeTo(_)
+            | Self::NoEdgeFrom(_)
             | Self::WrongNodeKind(_)
             | Self::NoTasks
-            | Self::NeverDue => Severity::Warning,
-            _ => Severity::Error,
+            | Self::NeverDue => ProblemSeverity::Warning,
+            _ => ProblemSeverity::Error,
         }
     }
 }
@@ -110,9 +112,9 @@ impl fmt::Display for ProblemKind {
             Self::OrderConstraintsCircular => f.write_str("its order constraints contradict each other"),
             Self::OutOfRange { field, permitted } => write!(f, "{field} must be {permitted}"),
             Self::EdgeToItself => f.write_str("it begins and ends at the same node"),
-            Self::SameEdge(other) => write!(f, "{other} goes the same way"),
-            Self::NoWayTo(node) => write!(f, "no edge leads to node {node}"),
-            Self::NoWayFrom(node) => write!(f, "no edge leads away from node {node}"),
+            Self::SameEdge(other) => write!(f, "{other} leads in the same direction"),
+            Self::NoEdgeTo(node) => write!(f, "no edge leads to node {node}"),
+            Self::NoEdgeFrom(node) => write!(f, "no edge leads away from node {node}"),
             Self::WrongNodeKind(node) => write!(f, "node {node} is of another kind"),
             Self::NoTasks => f.write_str("it has no tasks"),
             Self::NeverDue => f.write_str("it never becomes due"),
@@ -123,7 +125,7 @@ impl fmt::Display for ProblemKind {
     }
 }
 
-impl fmt::Display for Problem {
+impl fmt::Display for SiteProblem {
     /// A sentence without its full stop.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.object, self.kind)

@@ -92,7 +92,7 @@ fn objects() -> Vec<Object> {
         node: NodeId(uuid(1)),
         target_m: Vec3::new(1.0, 2.0, 1.5),
         request: photo(),
-        limits: Some(Limits { min: Some(3.8), max: Some(5.0), unit: "bar".to_owned() }),
+        limits: Some(ReadingLimits { min: Some(3.8), max: Some(5.0), unit: "bar".to_owned() }),
     };
     let tasks = vec![
         TaskPlace::InspectionPoint(point.id),
@@ -327,7 +327,7 @@ fn every_problem_is_found_with_its_object() {
     let fast = problems_with(Object::Edge(Edge { max_speed_m_s: Some(9.0), ..edge(5, 1, 2) }));
     assert!(matches!(&fast[..], [(_, ProblemKind::OutOfRange { field, .. })] if field == "max_speed_m_s"));
     let cut = problems_with(Object::Edge(Edge { is_enabled: false, ..edge(7, 2, 4) }));
-    assert_eq!(cut, [(ObjectId::Dock(DockId(uuid(60))), ProblemKind::NoWayTo(NodeId(uuid(4))))]);
+    assert_eq!(cut, [(ObjectId::Dock(DockId(uuid(60))), ProblemKind::NoEdgeTo(NodeId(uuid(4))))]);
     let kind = problems_with(Object::Node(node(4, "Before dock 1", NodeKind::Waypoint)));
     assert!(kind.contains(&(ObjectId::Dock(DockId(uuid(60))), ProblemKind::WrongNodeKind(NodeId(uuid(4))))));
 

@@ -208,9 +208,9 @@ pub enum TravelDirection {
     /// Where it goes.
     #[default]
     Forward,
-    /// The opposite way.
+    /// The opposite direction.
     Backward,
-    /// Any way.
+    /// Any direction.
     Any,
 }
 
@@ -323,12 +323,12 @@ pub struct InspectionPoint {
     pub request: ActionRequest,
     /// Limits of the reading; none: it is not judged.
     #[serde(default)]
-    pub limits: Option<Limits>,
+    pub limits: Option<ReadingLimits>,
 }
 
 /// The range of a reading in which nothing is wrong.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Limits {
+pub struct ReadingLimits {
     /// Smallest value; none: no limit.
     #[serde(default)]
     pub min: Option<f64>,

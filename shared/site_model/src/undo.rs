@@ -83,7 +83,7 @@ impl UndoHistory {
     /// When somebody else has changed one of its objects since. The edit is then given up, and the next call undoes the one before.
     pub fn undo(&mut self, site: &mut Site, id: EditId) -> Result<Option<Edit>, EditError> {
         let Some(step) = self.undo.pop() else { return Ok(None) };
-        let (edit, opposite) = self.take(step, site, id)?;
+        let (edit, opposite) = self.apply_step(step, site, id)?;
         self.redo.push(opposite);
         Ok(Some(edit))
     }
@@ -94,13 +94,13 @@ impl UndoHistory {
     /// As for [`Self::undo`].
     pub fn redo(&mut self, site: &mut Site, id: EditId) -> Result<Option<Edit>, EditError> {
         let Some(step) = self.redo.pop() else { return Ok(None) };
-        let (edit, opposite) = self.take(step, site, id)?;
+        let (edit, opposite) = self.apply_step(step, site, id)?;
         self.undo.push(opposite);
         Ok(Some(edit))
     }
 
-    /// Takes a step in `site`, and makes the other steps refer to the revisions after it. Returns the edit and the opposite step.
-    fn take(&mut self, step: Step, site: &mut Site, id: EditId) -> Result<(Edit, Step), EditError> {
+    /// Applies a step to `site`, and makes the other steps refer to the revisions after it. Returns the edit and the opposite step.
+    fn apply_step(&mut self, step: Step, site: &mut Site, id: EditId) -> Result<(Edit, Step), EditError> {
         let edit = Edit { id, ..step.edit };
         let applied = site.apply(&edit, id)?;
         for change in &applied.revisions {

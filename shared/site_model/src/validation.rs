@@ -2,7 +2,7 @@
 
 use crate::{
     Dock, Edge, EdgeCost, InspectionPoint, Mission, MissionEnd, Monitor, MonitorCondition, MonitorResponse,
-    Node, NodeId, NodeKind, Object, ObjectId, Problem, ProblemKind, Recurrence, Schedule, Site, TaskId,
+    Node, NodeId, NodeKind, Object, ObjectId, ProblemKind, Recurrence, Schedule, Site, SiteProblem, TaskId,
     TaskPlace, Traversal, Zone, ZoneEffect,
 };
 use std::collections::{BTreeMap, BTreeSet};
@@ -35,7 +35,7 @@ impl Default for ValidationConfig {
 
 impl Site {
     /// All problems, in the order of the objects. Empty: the site can be used as it is.
-    pub fn problems(&self, config: &ValidationConfig) -> Vec<Problem> {
+    pub fn problems(&self, config: &ValidationConfig) -> Vec<SiteProblem> {
         let mut finder = ProblemFinder { site: self, config, ends: Ends::default(), found: Vec::new() };
         finder.ends = Ends::of(self);
         finder.find();
@@ -65,7 +65,7 @@ struct ProblemFinder<'a> {
     site: &'a Site,
     config: &'a ValidationConfig,
     ends: Ends,
-    found: Vec<Problem>,
+    found: Vec<SiteProblem>,
 }
 
 impl ProblemFinder<'_> {
@@ -296,10 +296,10 @@ impl ProblemFinder<'_> {
             return;
         }
         if !self.ends.reached.contains(&node) {
-            self.add(id, ProblemKind::NoWayTo(node));
+            self.add(id, ProblemKind::NoEdgeTo(node));
         }
         if !self.ends.left.contains(&node) {
-            self.add(id, ProblemKind::NoWayFrom(node));
+            self.add(id, ProblemKind::NoEdgeFrom(node));
         }
     }
 
@@ -323,7 +323,7 @@ impl ProblemFinder<'_> {
     }
 
     fn add(&mut self, object: ObjectId, kind: ProblemKind) {
-        self.found.push(Problem { object, kind });
+        self.found.push(SiteProblem { object, kind });
     }
 }
 

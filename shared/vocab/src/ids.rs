@@ -55,7 +55,7 @@ uuid_id! {
     GoalId
 }
 uuid_id! {
-    /// A part of the way to a goal on the topological map, which the robot walks in one go; or a turn of its body for an action.
+    /// A part of the route to a goal on the topological map, which the robot walks in one go; or a turn of its body for an action.
     LegId
 }
 uuid_id! {

@@ -89,7 +89,7 @@ impl GraphGestures {
                 others: self.preview.obstructed.len() - 1,
             })
         });
-        SceneDrag { is_under_way: was_dragging || self.is_dragging(), obstruction }
+        SceneDrag { is_active: was_dragging || self.is_dragging(), obstruction }
     }
 
     /// Takes the drag back.

@@ -7,7 +7,7 @@ use client_model::{Model, Selection};
 use egui::Color32;
 use glam::DVec3;
 use panels::theme::{Tokens, mix};
-use scene::{Colour, Marker, Polyline, Shape};
+use scene::{Colour, Marker, MarkerShape, Polyline};
 use site_model::{Edge, InspectionPoint, Node, NodeId, NodeKind, Site, ZoneId};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -115,17 +115,17 @@ impl GraphOverlay {
         let standing_height_m = model.platform.standing_height_m();
         let positions: BTreeMap<NodeId, DVec3> =
             site.nodes().map(|node| (node.id, on_floor(source.position(node), standing_height_m))).collect();
-        let ways: BTreeSet<[NodeId; 2]> = site.edges().map(|edge| [edge.from, edge.to]).collect();
+        let directions: BTreeSet<[NodeId; 2]> = site.edges().map(|edge| [edge.from, edge.to]).collect();
         let blocked: BTreeSet<_> = site.edge_blocks().map(|block| block.edge).collect();
-        let selected_way = match model.selection() {
+        let selected_direction = match model.selection() {
             Some(Selection::Edge(edge)) => site.edge(edge).map(|edge| [edge.from, edge.to]),
             _ => None,
         };
         for edge in site.edges().filter(|edge| model.site.is_edge_shown(edge)) {
-            let is_pair = ways.contains(&[edge.to, edge.from]);
+            let is_pair = directions.contains(&[edge.to, edge.from]);
             let is_selected = model.selection() == Some(Selection::Edge(edge.id));
             // One of a pair stands for both, unless the other one is selected.
-            let back_is_selected = selected_way == Some([edge.to, edge.from]);
+            let back_is_selected = selected_direction == Some([edge.to, edge.from]);
             if is_pair && !is_selected && (back_is_selected || edge.from > edge.to) {
                 continue;
             }
@@ -161,7 +161,8 @@ impl GraphOverlay {
         let is_wide = is_selected || preview.is_obstructed(edge.from, edge.to);
         let width = if is_wide { 2.0 * CONFIG.line_width_px } else { CONFIG.line_width_px };
         self.lines.push(Polyline { points: vec![from, to], colour: solid(colour), width, dash });
-        let (shape, ahead) = if is_pair { (Shape::Disc, DVec3::ZERO) } else { (Shape::Arrow, to - from) };
+        let (shape, ahead) =
+            if is_pair { (MarkerShape::Disc, DVec3::ZERO) } else { (MarkerShape::Arrow, to - from) };
         let radius = if is_pair { CONFIG.edge_radius_px } else { 2.0 * CONFIG.edge_radius_px };
         let marker = Marker { ahead, ..marker(from.midpoint(to), shape, radius, colour, tokens.ground) };
         self.push(marker, GraphTarget::Object(Selection::Edge(edge.id)));
@@ -180,7 +181,7 @@ impl GraphOverlay {
             let handle = at + ahead * preview.handle_m;
             let (colour, width) = (solid(tokens.accent), CONFIG.line_width_px);
             self.lines.push(Polyline { points: vec![at, handle], colour, width, dash: 0.0 });
-            let arrow = marker(handle, Shape::Arrow, CONFIG.handle_radius_px, tokens.accent, rim);
+            let arrow = marker(handle, MarkerShape::Arrow, CONFIG.handle_radius_px, tokens.accent, rim);
             self.push(Marker { ahead, ..arrow }, GraphTarget::Heading(node.id));
         }
         let marker = marker(at, shape_of(node.kind), radius, fill, rim);
@@ -195,7 +196,7 @@ impl GraphOverlay {
         let width = if is_selected { 2.0 * CONFIG.sight_width_px } else { CONFIG.sight_width_px };
         self.lines.push(Polyline { points: vec![from, target], colour: solid(colour), width, dash: 0.0 });
         let radius = if is_selected { CONFIG.selected_radius_px } else { CONFIG.target_radius_px };
-        let marker = marker(target, Shape::Diamond, radius, colour, tokens.ground);
+        let marker = marker(target, MarkerShape::Diamond, radius, colour, tokens.ground);
         self.push(marker, GraphTarget::Object(Selection::InspectionPoint(point.id)));
     }
 
@@ -212,7 +213,13 @@ fn on_floor(base: DVec3, standing_height_m: f64) -> DVec3 {
 }
 
 /// A marker without direction that cannot be picked yet.
-pub(crate) fn marker(position: DVec3, shape: Shape, radius: f32, fill: Color32, rim: Color32) -> Marker {
+pub(crate) fn marker(
+    position: DVec3,
+    shape: MarkerShape,
+    radius: f32,
+    fill: Color32,
+    rim: Color32,
+) -> Marker {
     let (fill, rim) = (solid(fill), solid(rim));
     Marker { id: None, position, ahead: DVec3::ZERO, shape, radius, fill, rim }
 }
@@ -224,11 +231,11 @@ fn yaw_of(node: &Node) -> f64 {
 }
 
 /// Shape by which the kind of a node is told.
-fn shape_of(kind: NodeKind) -> Shape {
+fn shape_of(kind: NodeKind) -> MarkerShape {
     match kind {
-        NodeKind::Inspection => Shape::Diamond,
-        NodeKind::Dock | NodeKind::DockApproach => Shape::Square,
-        NodeKind::Waypoint | NodeKind::Hold | NodeKind::Portal | NodeKind::Safe => Shape::Disc,
+        NodeKind::Inspection => MarkerShape::Diamond,
+        NodeKind::Dock | NodeKind::DockApproach => MarkerShape::Square,
+        NodeKind::Waypoint | NodeKind::Hold | NodeKind::Portal | NodeKind::Safe => MarkerShape::Disc,
     }
 }
 

@@ -1,11 +1,11 @@
-//! The way of the mission that is edited, as lines and markers over the scene.
+//! The route of the mission that is edited, as lines and markers over the scene.
 
 use crate::vector::vector;
 use client_model::{Model, PlannedStop};
 use glam::DVec3;
 use panels::SceneLabel;
 use panels::theme::Tokens;
-use scene::{Colour, Marker, Polyline, Shape};
+use scene::{Colour, Marker, MarkerShape, Polyline};
 use site_model::{NodeId, Site};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,14 +16,14 @@ struct MissionOverlayConfig {
     height_m: f64,
     /// Radius of a stop, logical px.
     stop_radius_px: f32,
-    /// Width of the way, logical px.
+    /// Width of the route, logical px.
     line_width_px: f32,
 }
 
 const CONFIG: MissionOverlayConfig =
     MissionOverlayConfig { height_m: 0.16, stop_radius_px: 10.0, line_width_px: 5.0 };
 
-/// Lines and markers of the way.
+/// Lines and markers of the route.
 #[derive(Default)]
 pub(crate) struct MissionOverlay {
     pub(crate) lines: Vec<Polyline>,
@@ -36,8 +36,8 @@ impl MissionOverlay {
         let mut overlay = Self::default();
         let Some((site, plan)) = panels::shown_mission(model) else { return overlay };
         let tokens = Tokens::of(model.view_settings().theme);
-        for way in plan.stops.iter().map(|stop| &stop.way).chain([&plan.end.way]) {
-            let points: Vec<DVec3> = way.iter().filter_map(|node| place(model, site, *node)).collect();
+        for route in plan.stops.iter().map(|stop| &stop.route).chain([&plan.end.route]) {
+            let points: Vec<DVec3> = route.iter().filter_map(|node| place(model, site, *node)).collect();
             if points.len() > 1 {
                 let colour = solid(tokens.accent);
                 overlay.lines.push(Polyline { points, colour, width: CONFIG.line_width_px, dash: 0.0 });
@@ -49,7 +49,7 @@ impl MissionOverlay {
                 id: None,
                 position,
                 ahead: DVec3::ZERO,
-                shape: Shape::Disc,
+                shape: MarkerShape::Disc,
                 radius: CONFIG.stop_radius_px,
                 fill: solid(if stop.problem.is_some() { tokens.bad } else { tokens.accent }),
                 rim: solid(tokens.ground),

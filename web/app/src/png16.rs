@@ -1,7 +1,7 @@
 //! PNG files with one channel of 16 bits, which a browser's own decoder reduces to 8: the pixels, but for the decompression.
 
 /// A picture as it is in the file.
-pub(crate) struct Picture {
+pub(crate) struct Png16 {
     /// Columns and rows.
     pub(crate) size: [usize; 2],
     /// A zlib stream.
@@ -15,7 +15,7 @@ const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 const PIXEL: usize = 2;
 
 /// Reads the chunks. None unless the file is a grey PNG of 16 bits without interlacing.
-pub(crate) fn parse(file: &[u8]) -> Option<Picture> {
+pub(crate) fn parse(file: &[u8]) -> Option<Png16> {
     let mut rest = file.strip_prefix(SIGNATURE)?;
     let mut size = None;
     let mut compressed = Vec::new();
@@ -40,11 +40,11 @@ pub(crate) fn parse(file: &[u8]) -> Option<Picture> {
     }
     let size = size?;
     let pixels = size[0].checked_mul(size[1])?;
-    (0 < pixels && pixels <= MAX_PIXELS).then_some(Picture { size, compressed })
+    (0 < pixels && pixels <= MAX_PIXELS).then_some(Png16 { size, compressed })
 }
 
 /// The values of the pixels from the decompressed rows, each of which begins with the kind of its filter.
-pub(crate) fn unfilter(picture: &Picture, rows: Vec<u8>) -> Option<Vec<u16>> {
+pub(crate) fn unfilter(picture: &Png16, rows: Vec<u8>) -> Option<Vec<u16>> {
     let [columns, row_count] = picture.size;
     let width = columns * PIXEL;
     let mut above = vec![0_u8; width];
@@ -124,7 +124,7 @@ mod tests {
 
     #[test]
     fn every_filter_is_taken_back() {
-        let picture = Picture { size: [2, 5], compressed: Vec::new() };
+        let picture = Png16 { size: [2, 5], compressed: Vec::new() };
         #[rustfmt::skip]
         let rows = vec![
             0, 1, 0, 2, 5,

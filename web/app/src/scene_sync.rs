@@ -11,8 +11,8 @@ use glam::{DQuat, DVec3};
 use map_codec::PointChunk;
 use panels::theme::Tokens;
 use scene::{
-    AnchorId, CameraPose, LoopEdge, LoopState, Marker, Node, Options, Palette, PointBlock, Polyline,
-    Renderer, RobotState, Shape, TileId, View, WHOLE_MAP,
+    AnchorId, CameraPose, LoopEdge, LoopState, Marker, MarkerShape, Options, Palette, PointBlock, Polyline,
+    PoseNode, Renderer, RobotState, TileId, View, WHOLE_MAP,
 };
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -116,8 +116,8 @@ impl SceneSync {
         map: &MapView,
     ) {
         let (anchor, stamp) = match entry.anchor {
-            api::Anchor::Map => (WHOLE_MAP, 0.0),
-            api::Anchor::Keyframe(id) => {
+            api::TileAnchor::Map => (WHOLE_MAP, 0.0),
+            api::TileAnchor::Keyframe(id) => {
                 let node = map.graph.nodes.iter().find(|node| node.id == id);
                 (AnchorId(u64::from(id.0)), node.map_or(0.0, |node| node.stamp.secs_f64()))
             }
@@ -203,8 +203,8 @@ impl SceneSync {
         self.graph_overlay = GraphOverlay::of(model, preview);
         zone_overlay::add(&mut self.graph_overlay, model, preview);
         lines.extend(self.graph_overlay.lines.iter().cloned());
-        let way = MissionOverlay::of(model);
-        lines.extend(way.lines);
+        let mission = MissionOverlay::of(model);
+        lines.extend(mission.lines);
         let above_floor_m = model.platform.standing_height_m() - marker_height / 4.0;
         let docks = model.docks().map(|map_from_base| dock_marker(map_from_base, &colours, above_floor_m));
         let picked = model.alignment().zip(model.viewed_map());
@@ -215,7 +215,7 @@ impl SceneSync {
             .chain(docks)
             .chain(picked)
             .chain(self.graph_overlay.markers.iter().copied())
-            .chain(way.markers)
+            .chain(mission.markers)
             .chain(arrow_heads);
         renderer.set_annotations(lines, markers.collect());
         renderer.set_robot(if live && model.has_pose_in_map() {
@@ -339,7 +339,7 @@ fn survey_marker(place: &api::SurveyTarget, palette: &Palette, height: f64) -> M
         id: None,
         position: vector(place.at) + DVec3::Z * height,
         ahead: DVec3::ZERO,
-        shape: Shape::Ring,
+        shape: MarkerShape::Ring,
         radius: 11.0,
         fill: palette.loop_open,
         rim: palette.loop_open,
@@ -352,7 +352,7 @@ fn dock_marker(map_from_base: &Pose, palette: &Palette, above_m: f64) -> Marker 
         id: None,
         position: vector(map_from_base.position) - DVec3::Z * above_m,
         ahead: DVec3::ZERO,
-        shape: Shape::Square,
+        shape: MarkerShape::Square,
         radius: 9.0,
         fill: palette.accent,
         rim: palette.node,
@@ -365,7 +365,7 @@ fn picked_point_marker(position: DVec3, palette: &Palette) -> Marker {
         id: None,
         position,
         ahead: DVec3::ZERO,
-        shape: Shape::Diamond,
+        shape: MarkerShape::Diamond,
         radius: 9.0,
         fill: palette.loop_open,
         rim: palette.outline,
@@ -382,7 +382,7 @@ fn pose_arrow([from, to]: [DVec3; 2], model: &Model, height: f64) -> (Polyline, 
         id: None,
         position: ends[1],
         ahead: to - from,
-        shape: Shape::Arrow,
+        shape: MarkerShape::Arrow,
         radius: 14.0,
         fill: colour,
         rim: colour,
@@ -407,14 +407,14 @@ fn set_graph(
     }
     let position_of = |id| {
         shown
-            .map_from_anchor(api::Anchor::Keyframe(id))
+            .map_from_anchor(api::TileAnchor::Keyframe(id))
             .map(|map_from_keyframe| vector(map_from_keyframe.position))
     };
-    let nodes: Vec<Node> = shown
+    let nodes: Vec<PoseNode> = shown
         .graph
         .nodes
         .iter()
-        .map(|node| Node {
+        .map(|node| PoseNode {
             number: node.id.0,
             position: vector(node.map_from_keyframe.position),
             uncertainty: quality
@@ -437,7 +437,7 @@ fn uncertainty(config: &SceneSyncConfig, deviation: f32) -> f32 {
 fn loop_edges(model: &Model) -> Vec<LoopEdge> {
     let shown = model.displayed_map();
     let edge = |from: KeyframeId, to: KeyframeId, state| {
-        let position_of = |id| Some(vector(shown.map_from_anchor(api::Anchor::Keyframe(id))?.position));
+        let position_of = |id| Some(vector(shown.map_from_anchor(api::TileAnchor::Keyframe(id))?.position));
         Some(LoopEdge { nodes: [from.0, to.0], ends: [position_of(from)?, position_of(to)?], state })
     };
     let closed = shown.graph.loops.iter().filter_map(|&(from, to)| edge(from, to, LoopState::Closed));

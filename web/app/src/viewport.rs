@@ -13,7 +13,7 @@ use egui::{PointerButton, Response, Sense, Ui};
 use glam::{DVec2, DVec3, Vec3};
 use panels::SceneLabel;
 use scene::{
-    Camera, CameraConfig, CameraPose, CameraProjection, FramePacer, FreeArea, Hit, PickOptions, View,
+    Camera, CameraPose, CameraProjection, FramePacer, FreeArea, Hit, PickOptions, SceneCameraConfig, View,
 };
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -103,7 +103,7 @@ impl Viewport {
     pub(crate) fn new(config: ViewportConfig, frame_pacer: FramePacer) -> Self {
         Self {
             config,
-            camera: Camera::new(CameraConfig::default(), first_pose()),
+            camera: Camera::new(SceneCameraConfig::default(), first_pose()),
             centred_on_robot: false,
             view: None,
             frame_pacer,
@@ -287,7 +287,7 @@ impl Viewport {
         let [min, max] = [bounds.min, bounds.max].map(|corner| Vec3::from_array(corner).as_dvec3());
         let ceiling = f64::from(scene.ceiling(model.view_settings()));
         let max = max.with_z(max.z.min(ceiling).max(min.z));
-        Some(Camera::new(CameraConfig::default(), direction).pose_fitting(
+        Some(Camera::new(SceneCameraConfig::default(), direction).pose_fitting(
             min,
             max,
             view.viewport_px,
@@ -564,7 +564,7 @@ impl Viewport {
 
 /// Positions of the two keyframes of a loop, m, map frame; `None` while they are unknown.
 fn ends(model: &Model, pair: LoopPair) -> Option<[DVec3; 2]> {
-    let pose_of = |id| model.displayed_map().map_from_anchor(api::Anchor::Keyframe(id));
+    let pose_of = |id| model.displayed_map().map_from_anchor(api::TileAnchor::Keyframe(id));
     Some([vector(pose_of(pair.from)?.position), vector(pose_of(pair.to)?.position)])
 }
 

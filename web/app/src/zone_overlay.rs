@@ -6,7 +6,7 @@ use client_model::{Model, Selection, middle_of};
 use egui::Color32;
 use glam::{DVec2, DVec3};
 use panels::theme::Tokens;
-use scene::{Marker, Polyline, Shape};
+use scene::{Marker, MarkerShape, Polyline};
 use site_model::{Zone, ZoneEffect, ZoneId};
 
 /// Parameters of the drawing of zones.
@@ -109,18 +109,19 @@ fn add_handles(
     let fill = if is_selected { tokens.accent } else { tokens.card };
     let rim = if tokens.dark { tokens.text } else { tokens.ground };
     let [x, y] = middle_of(corners_m);
-    let middle = marker(DVec3::new(x, y, z), Shape::Square, CONFIG.corner_radius_px, fill, rim);
+    let middle = marker(DVec3::new(x, y, z), MarkerShape::Square, CONFIG.corner_radius_px, fill, rim);
     overlay.push(middle, GraphTarget::Object(Selection::Zone(zone)));
     if !is_selected {
         return;
     }
     for (index, [x, y]) in corners_m.iter().enumerate() {
         let at = DVec3::new(*x, *y, z);
-        let corner = marker(at, Shape::Disc, CONFIG.corner_radius_px, tokens.accent, rim);
+        let corner = marker(at, MarkerShape::Disc, CONFIG.corner_radius_px, tokens.accent, rim);
         overlay.push(corner, GraphTarget::ZoneCorner(zone, index));
         let [next_x, next_y] = corners_m[(index + 1) % corners_m.len()];
         let middle = at.midpoint(DVec3::new(next_x, next_y, z));
-        let side: Marker = marker(middle, Shape::Ring, CONFIG.side_radius_px, tokens.accent, tokens.accent);
+        let side: Marker =
+            marker(middle, MarkerShape::Ring, CONFIG.side_radius_px, tokens.accent, tokens.accent);
         overlay.push(side, GraphTarget::ZoneSide(zone, index));
     }
 }

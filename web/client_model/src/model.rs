@@ -1,7 +1,7 @@
 //! The entrance of the model, and what views ask that concerns several slices.
 
 use crate::features::Feature;
-use crate::features::alignment::MapAlignment;
+use crate::features::alignment::AlignmentDraft;
 use crate::features::connection::Connection;
 use crate::features::control::ControlLease;
 use crate::features::history::LoopEdit;
@@ -12,7 +12,7 @@ use crate::features::missions::PlanConditions;
 use crate::features::notices::Notices;
 use crate::features::selection::{GraphTool, PointerMode, Selection};
 use crate::features::view_settings::ViewFeature;
-use crate::shared::{Change, Context, Shared};
+use crate::shared::{Context, Shared, SliceChange};
 use crate::{
     ClientCommand, ClientEffect, ClientEvent, ClientTime, Ids, Model, Socket, StoredDraft, ViewSettings,
 };
@@ -81,7 +81,7 @@ impl Model {
         message: &ServerMessage,
         bytes: usize,
         effects: &mut Vec<ClientEffect>,
-        changes: &mut Vec<Change>,
+        changes: &mut Vec<SliceChange>,
     ) {
         let mut next = None;
         self.context(effects, changes, |cx| next = cx.on_message(message, bytes));
@@ -105,7 +105,7 @@ impl Model {
     fn context(
         &mut self,
         effects: &mut Vec<ClientEffect>,
-        changes: &mut Vec<Change>,
+        changes: &mut Vec<SliceChange>,
         work: impl FnOnce(&mut Context<'_>),
     ) {
         work(&mut Context { shared: &mut self.shared, effects, changes });
@@ -115,14 +115,14 @@ impl Model {
     fn dispatch(
         &mut self,
         effects: &mut Vec<ClientEffect>,
-        changes: &mut Vec<Change>,
+        changes: &mut Vec<SliceChange>,
         mut work: impl FnMut(&mut dyn Feature, &mut Context<'_>),
     ) {
         self.for_each_feature(|feature, shared| work(feature, &mut Context { shared, effects, changes }));
         self.dispatch_changes(effects, changes);
     }
 
-    fn dispatch_changes(&mut self, effects: &mut Vec<ClientEffect>, changes: &mut Vec<Change>) {
+    fn dispatch_changes(&mut self, effects: &mut Vec<ClientEffect>, changes: &mut Vec<SliceChange>) {
         while !changes.is_empty() {
             for change in std::mem::take(changes) {
                 self.for_each_feature(|feature, shared| {
@@ -133,7 +133,7 @@ impl Model {
     }
 
     /// Takes back a part of something unfinished, or else the last step that can be. The view keeps fewer steps than the history.
-    fn undo(&mut self, effects: &mut Vec<ClientEffect>, changes: &mut Vec<Change>) {
+    fn undo(&mut self, effects: &mut Vec<ClientEffect>, changes: &mut Vec<SliceChange>) {
         let mut done = false;
         self.for_each_feature(|feature, shared| {
             done = done || feature.undo_unfinished(&mut Context { shared, effects, changes });
@@ -146,7 +146,7 @@ impl Model {
         self.dispatch_changes(effects, changes);
     }
 
-    fn redo(&mut self, effects: &mut Vec<ClientEffect>, changes: &mut Vec<Change>) {
+    fn redo(&mut self, effects: &mut Vec<ClientEffect>, changes: &mut Vec<SliceChange>) {
         let mut done = false;
         while !done && let Some(step) = self.shared.history.take_undone() {
             self.for_each_feature(|feature, shared| {
@@ -385,7 +385,7 @@ impl Model {
     }
 
     /// The alignment of two saved maps that the operator prepares; `None` while nobody does.
-    pub fn alignment(&self) -> Option<&MapAlignment> {
+    pub fn alignment(&self) -> Option<&AlignmentDraft> {
         self.alignment.current()
     }
 

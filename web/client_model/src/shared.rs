@@ -75,7 +75,7 @@ impl Shared {
 
 /// Something that changed in one slice and that others react to.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Change {
+pub(crate) enum SliceChange {
     /// The server has welcomed this client, for the first time or again. Its snapshot follows.
     Connected,
     /// The graph belongs to another mapping session than before; keyframe ids start anew.
@@ -107,7 +107,7 @@ pub(crate) struct Context<'a> {
     /// What the shell shall do, in this order.
     pub(crate) effects: &'a mut Vec<ClientEffect>,
     /// Changes that other features get after this reducer.
-    pub(crate) changes: &'a mut Vec<Change>,
+    pub(crate) changes: &'a mut Vec<SliceChange>,
 }
 
 impl Context<'_> {
@@ -173,7 +173,7 @@ impl Context<'_> {
             self.shared.selected.part();
             self.shared.selected.leave(PointerMode::PickPose);
         }
-        self.changes.push(Change::MapViewed { map, changed });
+        self.changes.push(SliceChange::MapViewed { map, changed });
     }
 
     /// The robot answered a command.
@@ -187,7 +187,7 @@ impl Context<'_> {
                 false
             }
         };
-        self.changes.push(Change::CommandAnswered { id, command, accepted });
+        self.changes.push(SliceChange::CommandAnswered { id, command, accepted });
     }
 
     /// Shows the notices whose age the robot's clock tells by now.

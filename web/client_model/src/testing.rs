@@ -1,7 +1,7 @@
 //! A client without a browser: its model, its clock and the effects that it emitted.
 
 use crate::*;
-use api::{Anchor, ClientMessage, Command, Estimate, ServerMessage, TileEntry, TileHash};
+use api::{ClientMessage, Command, Estimate, ServerMessage, TileAnchor, TileEntry, TileHash};
 use uuid::Uuid;
 use vocab::{Aabb, ClientId, KeyframeId, Pose, Stamp, Vec3};
 
@@ -93,7 +93,7 @@ pub(crate) fn estimate_at(secs: f64, x: f64) -> Estimate {
 pub(crate) fn tile(number: u8, level: u8, x: f32, points: u32) -> TileEntry {
     TileEntry {
         hash: TileHash([number; 32]),
-        anchor: Anchor::Map,
+        anchor: TileAnchor::Map,
         level,
         spacing_m: 0.4 / f32::from(1_u16 << level),
         bounds: Aabb { min: [x, -1.0, 0.0], max: [x + 2.0, 1.0, 2.0] },

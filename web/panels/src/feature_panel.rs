@@ -67,7 +67,7 @@ pub(crate) struct Tab {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SceneDrag {
     /// Whether something is.
-    pub is_under_way: bool,
+    pub is_active: bool,
     /// Something that stands in an edge of the node that is dragged.
     pub obstruction: Option<DragObstruction>,
 }
@@ -100,7 +100,7 @@ pub(crate) struct FrameState {
     pub(crate) help_open: bool,
     /// Whether Escape belongs to something that was shown in the last frame, such as a field for a name, a drag or a question. It then ends that and does nothing
     /// else.
-    pub(crate) is_escape_taken: bool,
+    pub(crate) is_escape_consumed: bool,
     /// Whether a picture is shown over all cards. Keys belong to it then.
     pub(crate) is_covered: bool,
     /// Whether a card covers the scene beside the tools. The drive card gives way to it.

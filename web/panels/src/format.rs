@@ -129,8 +129,8 @@ pub fn position(position: &Vec3) -> String {
 }
 
 /// A speed, `0.8 m/s`.
-pub fn speed(speed_mps: f64) -> String {
-    format!("{speed_mps:.1} m/s")
+pub fn speed(speed_m_s: f64) -> String {
+    format!("{speed_m_s:.1} m/s")
 }
 
 /// A rate: `9.9 Hz` below twenty, `200 Hz` above.

@@ -9,7 +9,7 @@ use std::f64::consts::{PI, TAU};
 
 /// Parameters of [`Camera`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CameraConfig {
+pub struct SceneCameraConfig {
     /// Duration of a flight, s.
     pub flight_duration_s: f64,
     /// Shortest distance between camera and target, m. Ten times [`CameraProjection::NEAR_M`]; close
@@ -30,7 +30,7 @@ pub struct CameraConfig {
     pub fitted_share: f64,
 }
 
-impl Default for CameraConfig {
+impl Default for SceneCameraConfig {
     fn default() -> Self {
         Self {
             flight_duration_s: 0.3,
@@ -47,7 +47,7 @@ impl Default for CameraConfig {
 
 impl CameraPose {
     /// The same pose with every number in its range; `fallback` if a number is not finite.
-    fn clamped(mut self, config: &CameraConfig, fallback: &Self) -> Self {
+    fn clamped(mut self, config: &SceneCameraConfig, fallback: &Self) -> Self {
         let finite = self.target.is_finite() && self.yaw.is_finite() && self.pitch.is_finite();
         if !finite || !self.distance.is_finite() {
             return *fallback;
@@ -78,7 +78,7 @@ impl FreeArea {
 /// A camera that gestures and flights move.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Camera {
-    config: CameraConfig,
+    config: SceneCameraConfig,
     pose: CameraPose,
     flight: Option<Flight>,
 }
@@ -92,7 +92,7 @@ struct Flight {
 
 impl Camera {
     /// A camera at rest.
-    pub fn new(config: CameraConfig, pose: CameraPose) -> Self {
+    pub fn new(config: SceneCameraConfig, pose: CameraPose) -> Self {
         Self { pose: pose.clamped(&config, &CameraPose::default()), config, flight: None }
     }
 
@@ -112,7 +112,7 @@ impl Camera {
         self.pose = pose.clamped(&self.config, &self.pose);
     }
 
-    /// Flies to a pose within [`CameraConfig::flight_duration_s`], turning by the smaller angle.
+    /// Flies to a pose within [`SceneCameraConfig::flight_duration_s`], turning by the smaller angle.
     pub fn fly_to(&mut self, pose: CameraPose) {
         let mut to = pose.clamped(&self.config, &self.pose);
         let turn = (to.yaw - self.pose.yaw + PI).rem_euclid(TAU) - PI;
@@ -186,7 +186,7 @@ impl Camera {
     }
 
     /// Moves the target along the line of sight to the depth of `point` (m, map frame); the image stays as it is. Orbiting, panning and
-    /// zooming then refer to this depth, and [`CameraConfig::min_distance_m`] limits the distance to it. A point behind the camera
+    /// zooming then refer to this depth, and [`SceneCameraConfig::min_distance_m`] limits the distance to it. A point behind the camera
     /// changes nothing.
     pub fn move_target_to_depth_of(&mut self, point: DVec3) {
         let position = self.pose.position();

@@ -41,15 +41,15 @@ mod view;
 #[cfg(test)]
 mod tests;
 
-pub use camera::{Camera, CameraConfig, FreeArea};
+pub use camera::{Camera, FreeArea, SceneCameraConfig};
 pub use camera_pose::CameraPose;
 pub use colour_map::ColourMap;
 pub use frame_pacing::{FramePacer, FramePacingConfig};
 pub use hatching::hatching;
-pub use overlay::{Marker, Polyline, Shape};
+pub use overlay::{Marker, MarkerShape, Polyline};
 pub use picking::{Hit, PickOptions};
 pub use point_columns::{ColumnsConfig, Obstruction, PointColumns};
-pub use pose_graph::{LoopEdge, LoopState, Node};
+pub use pose_graph::{LoopEdge, LoopState, PoseNode};
 pub use projection::{CameraProjection, Ray};
 pub use renderer::{FrameStatistics, Renderer};
 pub use robot::RobotState;

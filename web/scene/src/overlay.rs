@@ -3,7 +3,7 @@
 use crate::overlay_instances::{
     ALWAYS_VISIBLE, LIFT, LineInstance, MarkerInstance, Stroke, circle, lifted, push_polyline,
 };
-use crate::pose_graph::{LoopEdge, Node, push_loops};
+use crate::pose_graph::{LoopEdge, PoseNode, push_loops};
 use crate::projection::CameraProjection;
 use crate::robot::RobotState;
 use crate::view::{Colour, Palette, View};
@@ -51,7 +51,7 @@ impl OverlayConfig {
 
 /// Shape of a marker.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Shape {
+pub enum MarkerShape {
     /// A position without direction.
     #[default]
     Disc,
@@ -77,7 +77,7 @@ pub struct Marker {
     /// Direction of an arrow, map frame; zero for upright.
     pub ahead: DVec3,
     /// Shape.
-    pub shape: Shape,
+    pub shape: MarkerShape,
     /// Radius, logical px.
     pub radius: f32,
     /// Colour of its inside.
@@ -103,7 +103,7 @@ pub struct Polyline {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Overlay {
     pub(crate) trajectory: Vec<DVec3>,
-    pub(crate) nodes: Vec<Node>,
+    pub(crate) nodes: Vec<PoseNode>,
     pub(crate) edges: Vec<[DVec3; 2]>,
     pub(crate) robot: Option<RobotState>,
     pub(crate) goal: Option<DVec3>,
@@ -176,7 +176,7 @@ impl Overlay {
                 radius_max: if selected { 10.0 } else { 6.5 },
                 radius_min: if selected { 7.0 } else { 2.5 },
                 radius_world: 0.16,
-                shape: shape_number(Shape::Disc),
+                shape: shape_number(MarkerShape::Disc),
                 behind: 0.25,
                 visible_px: ALWAYS_VISIBLE,
             });
@@ -207,7 +207,7 @@ impl Overlay {
             radius_max: 11.0,
             radius_min: 7.0,
             radius_world: 0.14,
-            shape: shape_number(Shape::Diamond),
+            shape: shape_number(MarkerShape::Diamond),
             behind: 0.6,
             visible_px: ALWAYS_VISIBLE,
         });
@@ -243,7 +243,7 @@ impl Overlay {
             radius_max: 14.0,
             radius_min: 5.0,
             radius_world: ARROW_RADIUS_M,
-            shape: shape_number(Shape::Arrow),
+            shape: shape_number(MarkerShape::Arrow),
             behind: 0.5,
             visible_px: [ARROW_RADIUS_M * least_px_per_m, ALWAYS_VISIBLE[1]],
         });
@@ -256,7 +256,7 @@ impl Overlay {
             radius_max: config.robot_marker_radius_px,
             radius_min: config.robot_marker_radius_px,
             radius_world: half_length_m,
-            shape: shape_number(Shape::Heading),
+            shape: shape_number(MarkerShape::Heading),
             behind: 0.75,
             visible_px: [0.0, half_length_m * least_px_per_m],
         });
@@ -287,13 +287,13 @@ fn instance_of(marker: &Marker) -> MarkerInstance {
 }
 
 /// Number of a shape in `edge_distance` of overlay.wgsl.
-fn shape_number(shape: Shape) -> f32 {
+fn shape_number(shape: MarkerShape) -> f32 {
     match shape {
-        Shape::Disc => 0.0,
-        Shape::Diamond => 1.0,
-        Shape::Square => 2.0,
-        Shape::Arrow => 3.0,
-        Shape::Ring => 4.0,
-        Shape::Heading => 5.0,
+        MarkerShape::Disc => 0.0,
+        MarkerShape::Diamond => 1.0,
+        MarkerShape::Square => 2.0,
+        MarkerShape::Arrow => 3.0,
+        MarkerShape::Ring => 4.0,
+        MarkerShape::Heading => 5.0,
     }
 }

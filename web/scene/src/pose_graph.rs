@@ -6,8 +6,8 @@ use glam::DVec3;
 
 /// A node of the pose graph.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Node {
-    /// Reported by [`crate::Hit::Node`] when it is picked.
+pub struct PoseNode {
+    /// Reported by [`crate::Hit::PoseNode`] when it is picked.
     pub number: u32,
     /// Position, m, map frame.
     pub position: DVec3,
@@ -46,7 +46,7 @@ const DASH_M: f32 = 0.3;
 pub(crate) fn push_loops(
     segments: &mut Vec<LineInstance>,
     loops: &[LoopEdge],
-    selected: Option<[Node; 2]>,
+    selected: Option<[PoseNode; 2]>,
     palette: &Palette,
 ) {
     for state in [LoopState::Rejected, LoopState::Open, LoopState::Closed] {

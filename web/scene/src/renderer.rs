@@ -11,7 +11,7 @@ use crate::picking::{
 };
 use crate::pipelines::{OverlayPipelines, Pipelines};
 use crate::point_columns::{ColumnsConfig, PointColumns};
-use crate::pose_graph::{LoopEdge, Node};
+use crate::pose_graph::{LoopEdge, PoseNode};
 use crate::projection::CameraProjection;
 use crate::render_targets::{RenderTargets, attachment};
 use crate::robot::{self, RobotState};
@@ -210,7 +210,7 @@ impl Renderer {
     }
 
     /// Sets the pose graph: its nodes, and the two ends of each edge (m, map frame).
-    pub fn set_graph(&mut self, nodes: &[Node], edges: &[[DVec3; 2]]) {
+    pub fn set_graph(&mut self, nodes: &[PoseNode], edges: &[[DVec3; 2]]) {
         self.change_overlay(|overlay| {
             nodes.clone_into(&mut overlay.nodes);
             edges.clone_into(&mut overlay.edges);

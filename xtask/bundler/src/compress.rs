@@ -14,14 +14,14 @@ use flate2::write::GzEncoder;
 
 /// Compression effort.
 #[derive(Clone, Copy)]
-pub(crate) enum Effort {
+pub(crate) enum CompressionEffort {
     /// 1 s for 10 MB; for development.
     Quick,
     /// Smallest size, 30 s for 10 MB; for releases.
     Smallest,
 }
 
-impl Effort {
+impl CompressionEffort {
     fn brotli_quality(self) -> i32 {
         match self {
             Self::Quick => 4,
@@ -68,7 +68,7 @@ pub(crate) fn write_with_variants(
     folder: &Path,
     name: &str,
     content: &[u8],
-    effort: Effort,
+    effort: CompressionEffort,
     written: &mut BTreeSet<PathBuf>,
 ) -> Result<Sizes> {
     let gzip = gzip(content, effort).with_context(|| format!("could not compress {name} with gzip"))?;
@@ -84,13 +84,13 @@ pub(crate) fn write_with_variants(
     Ok(Sizes { plain: content.len() as u64, gzip: gzip.len() as u64, brotli: brotli.len() as u64 })
 }
 
-fn gzip(content: &[u8], effort: Effort) -> std::io::Result<Vec<u8>> {
+fn gzip(content: &[u8], effort: CompressionEffort) -> std::io::Result<Vec<u8>> {
     let mut encoder = GzEncoder::new(Vec::new(), effort.gzip_level());
     encoder.write_all(content)?;
     encoder.finish()
 }
 
-fn brotli(content: &[u8], effort: Effort) -> std::io::Result<Vec<u8>> {
+fn brotli(content: &[u8], effort: CompressionEffort) -> std::io::Result<Vec<u8>> {
     let parameters = brotli::enc::BrotliEncoderParams {
         quality: effort.brotli_quality(),
         lgwin: 24,
@@ -111,7 +111,7 @@ mod tests {
     #[test]
     fn both_forms_decompress_to_the_original() {
         let original: Vec<u8> = (0..100_000_u32).flat_map(|i| i.wrapping_mul(i).to_le_bytes()).collect();
-        for effort in [Effort::Quick, Effort::Smallest] {
+        for effort in [CompressionEffort::Quick, CompressionEffort::Smallest] {
             let mut unzipped = Vec::new();
             let zipped = gzip(&original, effort).unwrap();
             flate2::read::GzDecoder::new(&*zipped).read_to_end(&mut unzipped).unwrap();

@@ -18,7 +18,7 @@ use wasm_bindgen_cli_support::Bindgen;
 
 mod compress;
 
-use compress::{Effort, Sizes};
+use compress::{CompressionEffort, Sizes};
 
 /// Name of the client in the files and in the page.
 const NAME: &str = "autoinspect_client";
@@ -37,7 +37,7 @@ const WASM_FEATURES: [&str; 6] = [
 struct Options {
     wasm: PathBuf,
     out: PathBuf,
-    effort: Effort,
+    effort: CompressionEffort,
     /// Path of a `wasm-opt` in JavaScript, run with node.
     wasm_opt: Option<PathBuf>,
     /// Largest size of WASM and glue together, compressed with brotli, bytes. A larger client is an error.
@@ -61,14 +61,14 @@ fn options() -> Result<Options> {
     let mut options = Options {
         wasm: PathBuf::new(),
         out: PathBuf::new(),
-        effort: Effort::Quick,
+        effort: CompressionEffort::Quick,
         wasm_opt: None,
         brotli_bytes_max: None,
     };
     let mut parser = lexopt::Parser::from_env();
     while let Some(argument) = parser.next()? {
         match argument {
-            Long("smallest") => options.effort = Effort::Smallest,
+            Long("smallest") => options.effort = CompressionEffort::Smallest,
             Long("wasm-opt") => options.wasm_opt = Some(parser.value()?.into()),
             Long("brotli-max") => options.brotli_bytes_max = Some(parser.value()?.parse()?),
             Value(value) => positional.push(value),

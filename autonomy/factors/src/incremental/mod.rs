@@ -16,7 +16,7 @@ mod update;
 
 use crate::error::{FactorError, SolveError};
 use crate::factor::Factor;
-use crate::graph::{Entry, Graph};
+use crate::graph::{Entry, FactorGraph};
 use crate::kernel::Kernel;
 use crate::linear::assembly::Assembly;
 use crate::names::{FactorId, Key};
@@ -28,20 +28,20 @@ pub use snapshot::IncrementalSnapshot;
 
 /// Thresholds of relinearisation and of back-substitution.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct IncrementalOptions {
+pub struct IncrementalConfig {
     /// A variable is relinearised once an angle of its error exceeds this value, radians.
-    pub relinearise_angle: f64,
+    pub relinearise_angle_rad: f64,
     /// The same for every other component (metres, metres per second…).
-    pub relinearise_length: f64,
+    pub relinearise_length_m: f64,
     /// Back-substitution stops at changes of the solution smaller than this value (radians, metres).
-    pub change_min: f64,
+    pub min_change: f64,
     /// An update that affects more than this share of the variables solves for all of them again.
-    pub afresh_share: f64,
+    pub batch_share: f64,
 }
 
-impl Default for IncrementalOptions {
+impl Default for IncrementalConfig {
     fn default() -> Self {
-        Self { relinearise_angle: 0.05, relinearise_length: 0.2, change_min: 1e-3, afresh_share: 0.7 }
+        Self { relinearise_angle_rad: 0.05, relinearise_length_m: 0.2, min_change: 1e-3, batch_share: 0.7 }
     }
 }
 
@@ -67,8 +67,8 @@ pub struct Updated {
 /// closure costs about as much as eliminating its loop's separators. Memory is that of the factor (see [`Self::memory`]).
 #[derive(Debug, Default)]
 pub struct Incremental {
-    options: IncrementalOptions,
-    graph: Graph,
+    config: IncrementalConfig,
+    graph: FactorGraph,
     /// Linearisation points.
     values: Values,
     /// Solution relative to `values`, all scalars in the keys' order.
@@ -97,8 +97,8 @@ struct Staged {
 
 impl Incremental {
     /// An empty solver.
-    pub fn new(options: IncrementalOptions) -> Self {
-        Self { options, starts: vec![0], ..Self::default() }
+    pub fn new(config: IncrementalConfig) -> Self {
+        Self { config, starts: vec![0], ..Self::default() }
     }
 
     /// Stages a new variable with its first estimate. If the update fails, its key becomes free again.
@@ -188,7 +188,7 @@ impl Incremental {
     }
 
     /// The factors after the last update.
-    pub fn graph(&self) -> &Graph {
+    pub fn graph(&self) -> &FactorGraph {
         &self.graph
     }
 

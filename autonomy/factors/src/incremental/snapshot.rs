@@ -1,15 +1,15 @@
 //! The graph and the estimates of one moment, to be solved once more elsewhere while the solver goes on.
 
-use super::{Incremental, IncrementalOptions};
+use super::{Incremental, IncrementalConfig};
 use crate::error::SolveError;
-use crate::graph::Graph;
+use crate::graph::FactorGraph;
 use crate::value::{Value, Values};
 
 /// Factors and estimates of an [`Incremental`], without its tree.
 #[derive(Clone, Debug)]
 pub struct IncrementalSnapshot {
-    options: IncrementalOptions,
-    graph: Graph,
+    config: IncrementalConfig,
+    graph: FactorGraph,
     values: Values,
     forgotten: Vec<bool>,
 }
@@ -25,7 +25,7 @@ impl Incremental {
             values.insert(if is_moved { value.retract(delta) } else { *value });
         }
         let (graph, forgotten) = (self.graph.clone(), self.forgotten.clone());
-        IncrementalSnapshot { options: self.options, graph, values, forgotten }
+        IncrementalSnapshot { config: self.config, graph, values, forgotten }
     }
 }
 
@@ -36,8 +36,8 @@ impl IncrementalSnapshot {
     /// # Errors
     /// When a variable is not determined or a factor cannot be evaluated.
     pub fn relinearise(self) -> Result<Values, SolveError> {
-        let Self { options, graph, values, forgotten } = self;
-        let mut solver = Incremental::new(options);
+        let Self { config, graph, values, forgotten } = self;
+        let mut solver = Incremental::new(config);
         for value in values.iter().map(|(_, value)| value) {
             let dimension = Value::kind(value).dimension();
             solver.dimensions.push(dimension as u8);

@@ -9,7 +9,7 @@ use crate::linear::assembly::{packed_len, scalars};
 use crate::linear::factorisation::{Undetermined, scatter, variable_of};
 use crate::linear::ordering::{Adjacency, minimum_degree};
 use crate::linear::symbolic::{Forest, analyse};
-use crate::names::{FactorId, Key, Kind};
+use crate::names::{FactorId, Key, VariableKind};
 use crate::value::Value;
 
 /// State that is restored when an update fails.
@@ -51,8 +51,8 @@ impl Incremental {
     pub fn update(&mut self) -> Result<Updated, SolveError> {
         let staged = std::mem::take(&mut self.staged);
         let measured = touched(self, &staged);
-        let mut undo = self.take_over(staged);
-        let far = self.far_variables(self.options.relinearise_angle, self.options.relinearise_length);
+        let mut undo = self.apply_staged(staged);
+        let far = self.far_variables(self.config.relinearise_angle_rad, self.config.relinearise_length_m);
         let mut result = self.try_update(&measured, &far, &mut undo);
         if matches!(result, Err(SolveError::Undetermined { .. })) {
             // The cause may be rounding in the Schur complements of the subtrees. A second attempt starts from all factors.
@@ -72,7 +72,7 @@ impl Incremental {
     pub fn relinearise_all(&mut self) -> Result<Updated, SolveError> {
         let staged = std::mem::take(&mut self.staged);
         let measured = touched(self, &staged);
-        let mut undo = self.take_over(staged);
+        let mut undo = self.apply_staged(staged);
         let all = self.far_variables(0.0, 0.0);
         let result = self.afresh(&measured, &all, &mut undo);
         if result.is_err() {
@@ -99,7 +99,7 @@ impl Incremental {
         self.move_variables(far, undo)?;
         let mut top = self.top(&seeds);
         let alive = self.values.len() - self.forgotten.iter().filter(|&&forgotten| forgotten).count();
-        if top.variables.len() as f64 > self.options.afresh_share * alive as f64 && !top.orphans.is_empty() {
+        if top.variables.len() as f64 > self.config.batch_share * alive as f64 && !top.orphans.is_empty() {
             let everything: Vec<u32> =
                 (0..self.values.len() as u32).filter(|&v| !self.forgotten[v as usize]).collect();
             top = self.top(&everything);
@@ -118,7 +118,7 @@ impl Incremental {
     }
 
     /// Moves staged variables and factors into the problem.
-    fn take_over(&mut self, staged: Staged) -> Undo {
+    fn apply_staged(&mut self, staged: Staged) -> Undo {
         let mut undo = Undo {
             variables: self.values.len(),
             factors: self.graph.ids(),
@@ -197,8 +197,8 @@ impl Incremental {
             let index = variable as usize;
             let delta = &self.delta[self.starts[index]..self.starts[index + 1]];
             let angles = match self.values.get(Key(variable)).map(Value::kind) {
-                Some(Kind::Pose) => 0..3,
-                Some(Kind::Planar) => 2..3,
+                Some(VariableKind::Pose) => 0..3,
+                Some(VariableKind::Planar) => 2..3,
                 _ => 0..0,
             };
             delta.iter().enumerate().any(|(axis, component)| {
@@ -252,7 +252,7 @@ impl Incremental {
 
     /// The cliques of `seeds` and all above them.
     pub(super) fn top(&self, seeds: &[u32]) -> Top {
-        let mut taken = vec![false; self.tree.numbers()];
+        let mut visited = vec![false; self.tree.numbers()];
         let mut cliques = Vec::new();
         let mut variables: Vec<u32> = Vec::new();
         for &seed in seeds {
@@ -262,7 +262,7 @@ impl Incremental {
                 variables.push(seed);
             }
             while let Some(number) = next {
-                if std::mem::replace(&mut taken[number as usize], true) {
+                if std::mem::replace(&mut visited[number as usize], true) {
                     break;
                 }
                 cliques.push(number);
@@ -273,7 +273,7 @@ impl Incremental {
         let mut orphans = Vec::new();
         for clique in cliques.iter().filter_map(|&number| self.tree.get(number)) {
             variables.extend(&clique.frontal);
-            orphans.extend(clique.children.iter().filter(|&&child| !taken[child as usize]));
+            orphans.extend(clique.children.iter().filter(|&&child| !visited[child as usize]));
         }
         variables.sort_unstable();
         variables.dedup();
@@ -409,7 +409,7 @@ impl Incremental {
             let index = variable as usize;
             let before = &self.delta[self.starts[index]..self.starts[index + 1]];
             let (now, after) = rest.split_at(before.len());
-            changed[index] = before.iter().zip(now).any(|(a, b)| (a - b).abs() > self.options.change_min);
+            changed[index] = before.iter().zip(now).any(|(a, b)| (a - b).abs() > self.config.min_change);
             rest = after;
         }
         scatter(&self.starts, &clique.frontal, local, &mut self.delta);

@@ -151,7 +151,7 @@ pub fn fill_reducing(graph: &Adjacency) -> Vec<u32> {
 
 /// Everything that depends only on the structure of a system. Computed once and used by every iteration.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub struct EliminationPlan {
     /// Clusters of the elimination.
     pub forest: Forest,
     /// Contributions, sorted by the cluster that adds them.
@@ -160,7 +160,7 @@ pub struct Plan {
     starts: Vec<usize>,
 }
 
-impl Plan {
+impl EliminationPlan {
     /// Finds an elimination order and analyses the structure.
     pub fn new(system: &System) -> Self {
         let graph = Adjacency::from_cliques(system.dimensions.len(), system.cliques());
@@ -235,7 +235,12 @@ impl<T: Stored> Factorisation<T> {
     ///
     /// # Errors
     /// The first variable that is not determined.
-    pub fn factorise(&mut self, plan: &Plan, system: &System, damping: &[f64]) -> Result<(), Undetermined> {
+    pub fn factorise(
+        &mut self,
+        plan: &EliminationPlan,
+        system: &System,
+        damping: &[f64],
+    ) -> Result<(), Undetermined> {
         self.right_hand_sides = system.right_hand_sides;
         self.panels.clear();
         self.panel_starts.clear();
@@ -270,7 +275,7 @@ impl<T: Stored> Factorisation<T> {
     }
 
     /// Solution for the right-hand side `which`: all unknowns in the order of the variables.
-    pub fn solve(&self, plan: &Plan, dimensions: &[u8], which: usize) -> Vec<f64> {
+    pub fn solve(&self, plan: &EliminationPlan, dimensions: &[u8], which: usize) -> Vec<f64> {
         let mut solution = vec![0.0; plan.starts.last().copied().unwrap_or(0)];
         let mut local = Vec::new();
         for (index, cluster) in plan.forest.clusters.iter().enumerate().rev() {
@@ -284,7 +289,7 @@ impl<T: Stored> Factorisation<T> {
     }
 
     /// Squared length of the first right-hand side after forward substitution: the predicted decrease of the cost by a full step.
-    pub fn squared_right_hand_side(&self, plan: &Plan, dimensions: &[u8]) -> f64 {
+    pub fn squared_right_hand_side(&self, plan: &EliminationPlan, dimensions: &[u8]) -> f64 {
         let mut sum = 0.0;
         for (cluster, &start) in plan.forest.clusters.iter().zip(&self.panel_starts) {
             let columns = scalars(&cluster.frontal, dimensions);
@@ -304,7 +309,7 @@ impl<T: Stored> Factorisation<T> {
     /// (docs/maths/factors.md, equation 8).
     ///
     /// Cost: one forward substitution along the paths for each scalar.
-    pub fn forward(&self, plan: &Plan, dimensions: &[u8], variables: &[u32]) -> Vec<Vec<f64>> {
+    pub fn forward(&self, plan: &EliminationPlan, dimensions: &[u8], variables: &[u32]) -> Vec<Vec<f64>> {
         let clusters = &plan.forest.clusters;
         let mut path = Vec::new();
         for &variable in variables {

@@ -6,7 +6,7 @@
 use crate::error::FactorError;
 use crate::factor::{Factor, Linearised};
 use crate::information::Whitening;
-use crate::names::{Key, Kind};
+use crate::names::{Key, VariableKind};
 use crate::value::{Planar, Values};
 use geometry::{Isometry, Matrix3, Matrix6, Vector3, Vector6, so3};
 use nalgebra::{Matrix2, SMatrix, UnitComplex, Vector2};
@@ -114,8 +114,8 @@ impl Factor for Between {
         &self.keys
     }
 
-    fn kinds(&self) -> &[Kind] {
-        &[Kind::Pose, Kind::Pose]
+    fn kinds(&self) -> &[VariableKind] {
+        &[VariableKind::Pose, VariableKind::Pose]
     }
 
     fn rows(&self) -> usize {
@@ -241,8 +241,8 @@ impl Factor for PlanarBetween {
         &self.keys
     }
 
-    fn kinds(&self) -> &[Kind] {
-        &[Kind::Planar, Kind::Planar]
+    fn kinds(&self) -> &[VariableKind] {
+        &[VariableKind::Planar, VariableKind::Planar]
     }
 
     fn rows(&self) -> usize {

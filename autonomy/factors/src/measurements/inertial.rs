@@ -7,7 +7,7 @@
 use crate::error::FactorError;
 use crate::factor::{Factor, Linearised};
 use crate::information::Whitening;
-use crate::names::{Key, Kind};
+use crate::names::{Key, VariableKind};
 use crate::value::Values;
 use geometry::{Matrix3, Rotation, Vector3, Vector6, so3};
 use nalgebra::{SMatrix, SVector};
@@ -20,9 +20,9 @@ type Matrix9x6 = SMatrix<f64, 9, 6>;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InertialNoise {
     /// Gyroscope noise density, rad/s/√Hz.
-    pub gyroscope: f64,
+    pub gyro_density_rad_s_per_sqrt_hz: f64,
     /// Accelerometer noise density, m/s²/√Hz.
-    pub accelerometer: f64,
+    pub accel_density_m_s2_per_sqrt_hz: f64,
 }
 
 /// Integrated readings: change of rotation, velocity and position in the frame of the first pose.
@@ -50,7 +50,7 @@ impl Preintegrated {
             return Err(FactorError::NotFinite { what: "the bias" });
         }
         let usable = |density: f64| density.is_finite() && density > 0.0;
-        if !usable(noise.gyroscope) || !usable(noise.accelerometer) {
+        if !usable(noise.gyro_density_rad_s_per_sqrt_hz) || !usable(noise.accel_density_m_s2_per_sqrt_hz) {
             return Err(FactorError::NotFinite { what: "a noise density" });
         }
         Ok(Self {
@@ -108,7 +108,7 @@ impl Preintegrated {
         view -= by_gyroscope;
         let mut view = self.by_bias.fixed_columns_mut::<3>(3);
         view -= by_accelerometer;
-        let (g, a) = (self.noise.gyroscope, self.noise.accelerometer);
+        let (g, a) = (self.noise.gyro_density_rad_s_per_sqrt_hz, self.noise.accel_density_m_s2_per_sqrt_hz);
         self.covariance = carry * self.covariance * carry.transpose()
             + by_gyroscope * by_gyroscope.transpose() * (g * g / h)
             + by_accelerometer * by_accelerometer.transpose() * (a * a / h);
@@ -169,8 +169,14 @@ impl Factor for Inertial {
         &self.keys
     }
 
-    fn kinds(&self) -> &[Kind] {
-        &[Kind::Pose, Kind::Vector3, Kind::Pose, Kind::Vector3, Kind::Vector6]
+    fn kinds(&self) -> &[VariableKind] {
+        &[
+            VariableKind::Pose,
+            VariableKind::Vector3,
+            VariableKind::Pose,
+            VariableKind::Vector3,
+            VariableKind::Vector6,
+        ]
     }
 
     fn rows(&self) -> usize {

@@ -3,7 +3,7 @@
 use crate::error::FactorError;
 use crate::factor::{Factor, Linearised};
 use crate::information::Whitening;
-use crate::names::{Key, Kind};
+use crate::names::{Key, VariableKind};
 use crate::value::Values;
 use geometry::{Matrix3, Vector3, so3};
 use nalgebra::{Matrix2, Matrix2x3, RowVector2, SMatrix, Vector2};
@@ -40,8 +40,8 @@ impl Factor for Landmark {
         &self.keys
     }
 
-    fn kinds(&self) -> &[Kind] {
-        &[Kind::Pose, Kind::Vector3]
+    fn kinds(&self) -> &[VariableKind] {
+        &[VariableKind::Pose, VariableKind::Vector3]
     }
 
     fn rows(&self) -> usize {
@@ -103,8 +103,8 @@ impl Factor for BearingRange {
         &self.keys
     }
 
-    fn kinds(&self) -> &[Kind] {
-        &[Kind::Planar, Kind::Vector2]
+    fn kinds(&self) -> &[VariableKind] {
+        &[VariableKind::Planar, VariableKind::Vector2]
     }
 
     fn rows(&self) -> usize {

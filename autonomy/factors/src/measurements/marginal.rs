@@ -2,7 +2,7 @@
 
 use crate::error::FactorError;
 use crate::factor::{Factor, Linearised};
-use crate::names::{Key, Kind};
+use crate::names::{Key, VariableKind};
 use crate::value::{Value, Values};
 use nalgebra::{DMatrix, DVector};
 
@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 #[derive(Clone, Debug)]
 pub struct Marginal {
     keys: Vec<Key>,
-    kinds: Vec<Kind>,
+    kinds: Vec<VariableKind>,
     at: Vec<Value>,
     /// `R` with `RᵀR = H`.
     root: DMatrix<f64>,
@@ -33,7 +33,7 @@ impl Marginal {
         information: &DMatrix<f64>,
         right_hand_side: &DVector<f64>,
     ) -> Result<Self, FactorError> {
-        let kinds: Vec<Kind> = at.iter().map(Value::kind).collect();
+        let kinds: Vec<VariableKind> = at.iter().map(Value::kind).collect();
         let size: usize = kinds.iter().map(|kind| kind.dimension()).sum();
         if keys.len() != at.len() || information.shape() != (size, size) || right_hand_side.len() != size {
             return Err(FactorError::Information { problem: "does not fit the variables" });
@@ -59,7 +59,7 @@ impl Factor for Marginal {
         &self.keys
     }
 
-    fn kinds(&self) -> &[Kind] {
+    fn kinds(&self) -> &[VariableKind] {
         &self.kinds
     }
 

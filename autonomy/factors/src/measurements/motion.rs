@@ -3,7 +3,7 @@
 use crate::error::FactorError;
 use crate::factor::{Factor, Linearised};
 use crate::information::Whitening;
-use crate::names::{Key, Kind};
+use crate::names::{Key, VariableKind};
 use crate::value::Values;
 use geometry::{Matrix3, Matrix6, Vector3, Vector6, so3};
 use nalgebra::SMatrix;
@@ -40,8 +40,8 @@ impl Factor for BodyVelocity {
         &self.keys
     }
 
-    fn kinds(&self) -> &[Kind] {
-        &[Kind::Pose, Kind::Vector3]
+    fn kinds(&self) -> &[VariableKind] {
+        &[VariableKind::Pose, VariableKind::Vector3]
     }
 
     fn rows(&self) -> usize {
@@ -104,8 +104,8 @@ impl Factor for GravityDirection {
         &self.key
     }
 
-    fn kinds(&self) -> &[Kind] {
-        &[Kind::Pose]
+    fn kinds(&self) -> &[VariableKind] {
+        &[VariableKind::Pose]
     }
 
     fn rows(&self) -> usize {
@@ -144,8 +144,8 @@ impl Factor for RandomWalk {
         &self.keys
     }
 
-    fn kinds(&self) -> &[Kind] {
-        &[Kind::Vector6, Kind::Vector6]
+    fn kinds(&self) -> &[VariableKind] {
+        &[VariableKind::Vector6, VariableKind::Vector6]
     }
 
     fn rows(&self) -> usize {

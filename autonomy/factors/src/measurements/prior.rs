@@ -3,7 +3,7 @@
 use crate::error::FactorError;
 use crate::factor::{Factor, Linearised};
 use crate::information::Whitening;
-use crate::names::{Key, Kind};
+use crate::names::{Key, VariableKind};
 use crate::value::{Planar, Value, Values};
 use geometry::{Isometry, Matrix3, Matrix6};
 use nalgebra::{SMatrix, SVector, Vector3};
@@ -34,8 +34,8 @@ impl Factor for Prior {
         &self.key
     }
 
-    fn kinds(&self) -> &[Kind] {
-        &[Kind::Pose]
+    fn kinds(&self) -> &[VariableKind] {
+        &[VariableKind::Pose]
     }
 
     fn rows(&self) -> usize {
@@ -81,8 +81,8 @@ impl Factor for PlanarPrior {
         &self.key
     }
 
-    fn kinds(&self) -> &[Kind] {
-        &[Kind::Planar]
+    fn kinds(&self) -> &[VariableKind] {
+        &[VariableKind::Planar]
     }
 
     fn rows(&self) -> usize {
@@ -107,7 +107,7 @@ impl Factor for PlanarPrior {
 #[derive(Clone, Debug)]
 pub struct VectorPrior<const N: usize> {
     key: [Key; 1],
-    kind: [Kind; 1],
+    kind: [VariableKind; 1],
     known: SVector<f64, N>,
     whitening: Whitening<N>,
 }
@@ -122,28 +122,28 @@ impl VectorPrior<2> {
         known: &SVector<f64, 2>,
         information: &SMatrix<f64, 2, 2>,
     ) -> Result<Self, FactorError> {
-        Self::new(key, Kind::Vector2, known, information)
+        Self::new(key, VariableKind::Vector2, known, information)
     }
 }
 
 impl VectorPrior<3> {
     /// A prior on a space vector. Errors as for [`VectorPrior::plane`].
     pub fn space(key: Key, known: &SVector<f64, 3>, information: &Matrix3) -> Result<Self, FactorError> {
-        Self::new(key, Kind::Vector3, known, information)
+        Self::new(key, VariableKind::Vector3, known, information)
     }
 }
 
 impl VectorPrior<6> {
     /// A prior on six numbers. Errors as for [`VectorPrior::plane`].
     pub fn six(key: Key, known: &SVector<f64, 6>, information: &Matrix6) -> Result<Self, FactorError> {
-        Self::new(key, Kind::Vector6, known, information)
+        Self::new(key, VariableKind::Vector6, known, information)
     }
 }
 
 impl<const N: usize> VectorPrior<N> {
     fn new(
         key: Key,
-        kind: Kind,
+        kind: VariableKind,
         known: &SVector<f64, N>,
         information: &SMatrix<f64, N, N>,
     ) -> Result<Self, FactorError> {
@@ -160,7 +160,7 @@ impl<const N: usize> Factor for VectorPrior<N> {
         &self.key
     }
 
-    fn kinds(&self) -> &[Kind] {
+    fn kinds(&self) -> &[VariableKind] {
         &self.kind
     }
 
@@ -171,8 +171,8 @@ impl<const N: usize> Factor for VectorPrior<N> {
     fn linearise(&self, values: &Values, out: &mut Linearised) -> Result<(), FactorError> {
         let mut residual = -self.known;
         let components: &[f64] = match self.kind[0] {
-            Kind::Vector2 => values.vector2(self.key[0])?.as_slice(),
-            Kind::Vector3 => values.vector3(self.key[0])?.as_slice(),
+            VariableKind::Vector2 => values.vector2(self.key[0])?.as_slice(),
+            VariableKind::Vector3 => values.vector3(self.key[0])?.as_slice(),
             _ => values.vector6(self.key[0])?.as_slice(),
         };
         for (entry, component) in residual.iter_mut().zip(components) {

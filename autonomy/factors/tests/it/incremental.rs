@@ -3,8 +3,8 @@
 use crate::jacobians::{random_information, random_pose};
 use crate::support::{Published, load};
 use factors::{
-    Between, FactorId, Graph, Incremental, IncrementalOptions, Key, Marginals, Options, PlanarBetween,
-    PlanarPrior, Prior, RelativePose, SolveError, Value, Values, VectorPrior, optimise,
+    BatchConfig, Between, FactorGraph, FactorId, Incremental, IncrementalConfig, Key, Marginals,
+    PlanarBetween, PlanarPrior, Prior, RelativePose, SolveError, Value, Values, VectorPrior, optimise,
 };
 use geometry::{Isometry, Matrix3, Matrix6, Rng, RngTree, Vector3, Vector6, se3};
 
@@ -38,7 +38,7 @@ fn predict(solver: &Incremental, published: &Published, edge: usize, new: Key) -
 
 /// Adds the poses one by one, each with all its edges to earlier ones. Calls `after` each time.
 fn walk(published: &Published, poses: usize, mut after: impl FnMut(usize, &mut Incremental)) -> Incremental {
-    let mut solver = Incremental::new(IncrementalOptions::default());
+    let mut solver = Incremental::new(IncrementalConfig::default());
     let mut edges: Vec<Vec<usize>> = vec![Vec::new(); published.values.len()];
     for (index, (from, to, _)) in published.edges.iter().enumerate() {
         edges[from.index().max(to.index())].push(index);
@@ -81,14 +81,14 @@ fn stays_near_the_optimum(name: &str) {
         if index % 100 == 0 && index > 0 {
             let estimates = solver.estimates();
             let ours = solver.graph().chi_squared(&estimates).unwrap();
-            let best = optimise(solver.graph(), &estimates, &Options::default()).unwrap().cost;
+            let best = optimise(solver.graph(), &estimates, &BatchConfig::default()).unwrap().cost;
             // Before the first loop both costs are zero except for rounding.
             worst = worst.max((ours - 1e-9) / best.max(1e-9) - 1.0);
             assert!(worst <= 0.1, "{name} at {index}: {ours} instead of {best}");
         }
     });
     let ours = solver.graph().chi_squared(&solver.estimates()).unwrap();
-    let best = optimise(&published.graph, &solver.estimates(), &Options::default()).unwrap().cost;
+    let best = optimise(&published.graph, &solver.estimates(), &BatchConfig::default()).unwrap().cost;
     println!("{name}: {ours} instead of {best}; at worst {:.2} % above on the way", worst * 100.0);
     assert!(ours <= best * 1.01, "{name}: {ours} instead of {best}");
 }
@@ -118,10 +118,10 @@ fn noisy(pose: &Isometry, rng: &mut Rng) -> Isometry {
 }
 
 /// A small random graph: a chain with loops, anchored at its first pose.
-fn random_chain(poses: usize, seed: u64) -> (Graph, Values) {
+fn random_chain(poses: usize, seed: u64) -> (FactorGraph, Values) {
     let mut rng = RngTree::new(seed).child("chain").rng();
     let mut values = Values::default();
-    let mut graph = Graph::default();
+    let mut graph = FactorGraph::default();
     let truth: Vec<Isometry> = (0..poses).map(|_| random_pose(&mut rng, 0.6)).collect();
     for pose in &truth {
         values.insert(Value::Pose(noisy(pose, &mut rng)));
@@ -138,8 +138,8 @@ fn random_chain(poses: usize, seed: u64) -> (Graph, Values) {
 }
 
 /// Builds the same graph in an incremental solver, `chunk` poses at a time.
-fn incremental(graph: &Graph, values: &Values, chunk: usize) -> Incremental {
-    let mut solver = Incremental::new(IncrementalOptions::default());
+fn incremental(graph: &FactorGraph, values: &Values, chunk: usize) -> Incremental {
+    let mut solver = Incremental::new(IncrementalConfig::default());
     for (key, value) in values.iter() {
         solver.insert(*value);
         if key.index() % chunk == 0 || key.index() + 1 == values.len() {
@@ -202,8 +202,8 @@ fn the_converged_solution_equals_the_batch_solution_in_estimates_and_covariances
         let mut solver = incremental(&graph, &values, chunk);
         assert_eq!(solver.graph().len(), graph.len());
         settle(&mut solver);
-        let options = Options { relative_decrease_min: 1e-13, ..Options::default() };
-        let best = optimise(solver.graph(), &values, &options).unwrap();
+        let config = BatchConfig { relative_decrease_min: 1e-13, ..BatchConfig::default() };
+        let best = optimise(solver.graph(), &values, &config).unwrap();
         assert!(distance(&solver.estimates(), &best.values) < 1e-5, "seed {seed}");
 
         let marginals = Marginals::new(solver.graph(), &solver.estimates()).unwrap();
@@ -218,7 +218,7 @@ fn the_converged_solution_equals_the_batch_solution_in_estimates_and_covariances
 #[test]
 fn covariance_is_the_inverse_of_the_information() {
     let information = Matrix3::new(4.0, 1.0, 0.0, 1.0, 3.0, 0.5, 0.0, 0.5, 2.0);
-    let mut solver = Incremental::new(IncrementalOptions::default());
+    let mut solver = Incremental::new(IncrementalConfig::default());
     let key = solver.insert(Value::Vector3(Vector3::new(1.0, 2.0, 3.0)));
     solver.add(VectorPrior::space(key, &Vector3::zeros(), &information).unwrap()).unwrap();
     solver.update().unwrap();
@@ -303,7 +303,7 @@ fn marginalising_keeps_estimates_and_covariances_of_the_other_variables() {
 fn a_fixed_lag_keeps_memory_bounded() {
     let Some(published) = load("pose-graphs/parking-garage.g2o") else { return };
     let mut largest = 0;
-    let mut solver = Incremental::new(IncrementalOptions::default());
+    let mut solver = Incremental::new(IncrementalConfig::default());
     let odometry: Vec<usize> = (0..published.edges.len())
         .filter(|&edge| published.edges[edge].1.index() == published.edges[edge].0.index() + 1)
         .collect();

@@ -176,7 +176,7 @@ fn a_degenerate_measurement_is_reported_with_its_variable() {
     assert!(matches!(error, Err(FactorError::Degenerate { key, .. }) if key == point), "{error:?}");
     assert!(BearingRange::new(pose, point, 0.0, -1.0, &nalgebra::Matrix2::identity()).is_err());
     assert!(GravityDirection::new(pose, &Vector3::z(), &Vector3::zeros(), 0.1).is_err());
-    let noise = InertialNoise { gyroscope: 1e-3, accelerometer: 1e-2 };
+    let noise = InertialNoise { gyro_density_rad_s_per_sqrt_hz: 1e-3, accel_density_m_s2_per_sqrt_hz: 1e-2 };
     let mut sum = Preintegrated::new(&Vector6::zeros(), noise).unwrap();
     assert!(sum.add(&Vector3::zeros(), &Vector3::zeros(), 0.0).is_err());
     assert!(sum.add(&Vector3::repeat(f64::NAN), &Vector3::zeros(), 0.1).is_err());
@@ -198,7 +198,7 @@ fn readings(rng: &mut Rng, bias: &Vector6, noise: InertialNoise) -> Preintegrate
 #[test]
 fn inertial_readings() {
     let mut rng = RngTree::new(14).child("inertial").rng();
-    let noise = InertialNoise { gyroscope: 1e-3, accelerometer: 1e-2 };
+    let noise = InertialNoise { gyro_density_rad_s_per_sqrt_hz: 1e-3, accel_density_m_s2_per_sqrt_hz: 1e-2 };
     for _ in 0..20 {
         let bias = Vector6::from_fn(|_, _| rng.normal() * 0.02);
         let sum = readings(&mut rng, &bias, noise);
@@ -220,7 +220,7 @@ fn inertial_readings() {
 
 #[test]
 fn a_changed_bias_is_corrected_to_first_order_and_a_steady_turn_is_exact() {
-    let noise = InertialNoise { gyroscope: 1e-3, accelerometer: 1e-2 };
+    let noise = InertialNoise { gyro_density_rad_s_per_sqrt_hz: 1e-3, accel_density_m_s2_per_sqrt_hz: 1e-2 };
     let change = Vector6::new(1e-3, -2e-3, 1e-3, 0.01, 0.02, -0.01);
     let summed = |bias: &Vector6| readings(&mut RngTree::new(15).rng(), bias, noise);
     let (guessed, exact) = (summed(&Vector6::zeros()).gained(&change), summed(&change).gained(&change));

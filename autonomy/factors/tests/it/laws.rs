@@ -2,7 +2,8 @@
 
 use crate::jacobians::{random_information, random_pose};
 use factors::{
-    Between, Graph, Incremental, IncrementalOptions, Key, Marginals, Options, Prior, Value, Values, optimise,
+    BatchConfig, Between, FactorGraph, Incremental, IncrementalConfig, Key, Marginals, Prior, Value, Values,
+    optimise,
 };
 use geometry::{Isometry, Matrix6, Rng, RngTree, Vector6, se3};
 use proptest::prelude::*;
@@ -44,8 +45,8 @@ impl Network {
     }
 
     /// Its first pose is fixed at the truth.
-    fn graph<'a>(&self, edges: impl IntoIterator<Item = &'a Edge>) -> Graph {
-        let (mut graph, values) = (Graph::default(), self.values());
+    fn graph<'a>(&self, edges: impl IntoIterator<Item = &'a Edge>) -> FactorGraph {
+        let (mut graph, values) = (FactorGraph::default(), self.values());
         graph.add(Prior::new(Key(0), &self.truth[0], &Matrix6::identity()).unwrap(), &values).unwrap();
         for edge in edges {
             graph.add(between(edge), &values).unwrap();
@@ -67,8 +68,8 @@ fn networks(noise: f64) -> impl Strategy<Value = Network> {
         .prop_map(move |(poses, loops, seed)| Network::new(poses, &loops, noise, seed))
 }
 
-fn precise() -> Options {
-    Options { relative_decrease_min: 1e-13, ..Options::default() }
+fn precise() -> BatchConfig {
+    BatchConfig { relative_decrease_min: 1e-13, ..BatchConfig::default() }
 }
 
 fn distance(a: &Values, b: &Values) -> f64 {
@@ -88,7 +89,7 @@ proptest! {
     #[test]
     fn optimising_never_raises_the_cost(network in networks(0.02)) {
         let (graph, start) = (network.graph(&network.edges), network.values());
-        let solution = optimise(&graph, &start, &Options::default()).unwrap();
+        let solution = optimise(&graph, &start, &BatchConfig::default()).unwrap();
         let (before, after) = (graph.chi_squared(&start).unwrap(), graph.chi_squared(&solution.values).unwrap());
         prop_assert!(after <= before * (1.0 + 1e-12), "{after} after {before}");
     }
@@ -104,7 +105,7 @@ proptest! {
     #[test]
     fn relative_measurements_do_not_see_a_motion_of_all_poses(network in networks(0.02), seed in any::<u64>()) {
         let motion = random_pose(&mut RngTree::new(seed).child("motion").rng(), 1.0);
-        let (mut graph, values) = (Graph::default(), network.values());
+        let (mut graph, values) = (FactorGraph::default(), network.values());
         for edge in &network.edges {
             graph.add(between(edge), &values).unwrap();
         }
@@ -130,7 +131,7 @@ proptest! {
 
     #[test]
     fn the_incremental_solution_equals_the_batch_solution(network in networks(0.01)) {
-        let mut solver = Incremental::new(IncrementalOptions::default());
+        let mut solver = Incremental::new(IncrementalConfig::default());
         for (newest, pose) in network.start.iter().enumerate() {
             let key = solver.insert(Value::Pose(*pose));
             if newest == 0 {

@@ -2,7 +2,7 @@
 
 use crate::support::{Published, load, load_with};
 use factors::Residual;
-use factors::{ChordalConfig, Method, Options, chordal, optimise};
+use factors::{BatchConfig, ChordalConfig, Method, chordal, optimise};
 
 /// Name and chi-squared at the optimum, with the residual that is the logarithm of the whole motion.
 const OPTIMA: [(&str, f64); 7] = [
@@ -30,8 +30,8 @@ fn every_published_graph_reaches_its_optimum_by_every_method() {
             return;
         };
         for method in [Method::GaussNewton, Method::LevenbergMarquardt, Method::Dogleg] {
-            let options = Options { method, ..Options::default() };
-            let solution = optimise(&published.graph, &start(&published), &options).unwrap();
+            let config = BatchConfig { method, ..BatchConfig::default() };
+            let solution = optimise(&published.graph, &start(&published), &config).unwrap();
             let chi2 = published.graph.chi_squared(&solution.values).unwrap();
             println!("{name} {method:?} {chi2} in {} iterations", solution.iterations);
             assert!((chi2 / optimum - 1.0).abs() < 1e-3, "{name} {method:?}: {chi2} instead of {optimum}");
@@ -53,8 +53,8 @@ fn the_chordal_start_is_close_to_the_optimum() {
         let values = chordal(&published.graph, &published.values, &ChordalConfig::default()).unwrap();
         let chi2 = published.graph.chi_squared(&values).unwrap();
         println!("{name}: {chi2} at the chordal start, {chordal_chi2} published");
-        let options = Options { method: Method::GaussNewton, ..Options::default() };
-        let solution = optimise(&published.graph, &values, &options).unwrap();
+        let config = BatchConfig { method: Method::GaussNewton, ..BatchConfig::default() };
+        let solution = optimise(&published.graph, &values, &config).unwrap();
         assert!((solution.cost / optimum - 1.0).abs() < 1e-3, "{name}: {}", solution.cost);
         assert!(chi2 < 3.0 * chordal_chi2, "{name}: {chi2}");
     }
@@ -63,7 +63,7 @@ fn the_chordal_start_is_close_to_the_optimum() {
 #[test]
 fn the_same_graph_gives_the_same_bits() {
     let Some(published) = load("pose-graphs/intel.g2o") else { return };
-    let run = || optimise(&published.graph, &published.values, &Options::default()).unwrap();
+    let run = || optimise(&published.graph, &published.values, &BatchConfig::default()).unwrap();
     let (first, second) = (run(), run());
     assert_eq!(first.cost.to_bits(), second.cost.to_bits());
     assert_eq!(first.values, second.values);

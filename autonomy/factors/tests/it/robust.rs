@@ -3,7 +3,7 @@
 use crate::jacobians::random_pose;
 use crate::support::{Published, load};
 use factors::{
-    Between, ChordalConfig, FactorId, Graph, Kernel, Key, Method, Options, Planar, PlanarBetween,
+    BatchConfig, Between, ChordalConfig, FactorGraph, FactorId, Kernel, Key, Method, Planar, PlanarBetween,
     RelativePose, RobustConfig, Value, Values, VectorPrior, chordal, optimise, optimise_robustly,
 };
 use geometry::{Isometry, Matrix3, RngTree, Vector3};
@@ -36,7 +36,12 @@ fn is_loop(keys: &[Key]) -> bool {
 }
 
 /// Adds loops between random poses with random relative poses and the information of random real loops.
-fn add_wrong_loops(published: &Published, extent: f64, share: f64, seed: u64) -> (Graph, Vec<FactorId>) {
+fn add_wrong_loops(
+    published: &Published,
+    extent: f64,
+    share: f64,
+    seed: u64,
+) -> (FactorGraph, Vec<FactorId>) {
     let mut rng = RngTree::new(seed).child("wrong").rng();
     let mut graph = published.graph.clone();
     let loops: Vec<FactorId> =
@@ -73,7 +78,7 @@ fn add_wrong_loops(published: &Published, extent: f64, share: f64, seed: u64) ->
 
 /// Initial poses from the odometry alone.
 fn chained(published: &Published) -> Values {
-    let mut graph = Graph::default();
+    let mut graph = FactorGraph::default();
     for (_, entry) in published.graph.iter().filter(|(_, entry)| !is_loop(entry.factor.keys())) {
         let keys = entry.factor.keys();
         match (entry.factor.relative_pose(), entry.factor.anchor()) {
@@ -109,7 +114,7 @@ fn a_fifth_of_wrong_loops_changes_the_trajectory_by_less_than_a_percent() {
         } else {
             chordal(&published.graph, &published.values, &ChordalConfig::default()).unwrap()
         };
-        let clean = optimise(&published.graph, &clean_start, &Options::default()).unwrap().values;
+        let clean = optimise(&published.graph, &clean_start, &BatchConfig::default()).unwrap().values;
         let (_, extent) = rmse(&clean, &clean);
         let (graph, wrong) = add_wrong_loops(&published, extent, 0.2, 1);
         let solution =
@@ -157,7 +162,7 @@ fn kernels_are_squares_near_zero_and_their_weights_are_their_slopes() {
 #[test]
 fn kernels_resist_one_wrong_loop() {
     let Some(published) = load("pose-graphs/intel.g2o") else { return };
-    let clean = optimise(&published.graph, &published.values, &Options::default()).unwrap().values;
+    let clean = optimise(&published.graph, &published.values, &BatchConfig::default()).unwrap().values;
     let mut errors = Vec::new();
     for kernel in [
         Kernel::None,
@@ -175,8 +180,8 @@ fn kernels_resist_one_wrong_loop() {
         let wrong =
             PlanarBetween::new(Key(10), Key(900), &Planar::new(Vector2::new(9.0, 9.0), 2.0), &information);
         graph.add_robust(wrong.unwrap(), kernel, &published.values).unwrap();
-        let options = Options { method: Method::LevenbergMarquardt, ..Options::default() };
-        let solution = optimise(&graph, &published.values, &options).unwrap();
+        let config = BatchConfig { method: Method::LevenbergMarquardt, ..BatchConfig::default() };
+        let solution = optimise(&graph, &published.values, &config).unwrap();
         errors.push(rmse(&clean, &solution.values).0);
     }
     println!("RMSE in metres without a kernel and with each: {errors:?}");
@@ -190,12 +195,12 @@ fn hubers_kernel_turns_a_mean_into_a_median() {
     let estimate = |kernel: Kernel| {
         let mut values = Values::default();
         let key = values.insert(Value::Vector3(Vector3::zeros()));
-        let mut graph = Graph::default();
+        let mut graph = FactorGraph::default();
         for x in [0.0, 0.1, 0.2, 0.3, 100.0] {
             let prior = VectorPrior::space(key, &Vector3::new(x, 0.0, 0.0), &Matrix3::identity()).unwrap();
             graph.add_robust(prior, kernel, &values).unwrap();
         }
-        let values = optimise(&graph, &values, &Options::default()).unwrap().values;
+        let values = optimise(&graph, &values, &BatchConfig::default()).unwrap().values;
         values.vector3(key).unwrap().x
     };
     assert!((estimate(Kernel::None) - 20.12).abs() < 1e-6);

@@ -1,7 +1,7 @@
 //! Loads published graphs as factor graphs.
 
 use factors::{Between, PlanarBetween, PlanarPrior, Prior, Residual};
-use factors::{FactorId, Graph, Key, Planar, Value, Values};
+use factors::{FactorGraph, FactorId, Key, Planar, Value, Values};
 use formats::g2o;
 use geometry::{Isometry, Matrix3, Matrix6, isometry_from_pose};
 use std::collections::BTreeMap;
@@ -24,7 +24,7 @@ pub fn data(name: &str) -> Option<PathBuf> {
 /// A published graph.
 pub struct Published {
     pub values: Values,
-    pub graph: Graph,
+    pub graph: FactorGraph,
     /// Edges in the file's order, with their factors.
     pub edges: Vec<(Key, Key, FactorId)>,
     /// Whether the file had vertices; otherwise all estimates are the origin.
@@ -61,7 +61,7 @@ pub fn load_with(name: &str, residual: Residual) -> Option<Published> {
     let mut values = Values::default();
     let keys: BTreeMap<u64, Key> =
         ids.iter().map(|id| (*id, values.insert(poses.get(id).copied().unwrap_or(origin)))).collect();
-    let mut graph = Graph::default();
+    let mut graph = FactorGraph::default();
     let mut edges = Vec::new();
     for edge in &file.edges {
         let (from, to) = (keys[&edge.from], keys[&edge.to]);

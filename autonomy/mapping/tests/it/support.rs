@@ -1,10 +1,10 @@
 //! Simulates a walk through a site and keeps the odometry's keyframes in memory.
 
 use geometry::{Isometry, isometry_from_pose, vec_from_plain};
-use mapping::{Edge, KeyframePolicy, PoseGraph, ScanPose, Session, SessionConfig};
+use mapping::{KeyframePolicy, PoseGraph, PoseGraphEdge, ScanPose, Session, SessionConfig};
 use messages::Sensor;
 use odometry::{Mounting, Odometry, OdometryConfig, OdometryEvent, PoseEvent, ScanView};
-use sim::{Route, RouteFollower, SimConfig, Simulator, SiteName};
+use sim::{RouteFollower, SimConfig, Simulator, SiteName, SiteRoute};
 use vocab::{Span, Stamp};
 
 /// A keyframe.
@@ -17,11 +17,11 @@ pub struct Keyframe {
 /// Keyframes in order, and the odometry's edges between them.
 pub struct Walk {
     pub keyframes: Vec<Keyframe>,
-    pub edges: Vec<Edge>,
+    pub edges: Vec<PoseGraphEdge>,
 }
 
 /// Walks a route with 200 LiDAR columns and one person on the site.
-pub fn walk(site: SiteName, route: Route) -> Walk {
+pub fn walk(site: SiteName, route: SiteRoute) -> Walk {
     let mut config = SimConfig { lidar_columns: 200, people: 1, ..SimConfig::new(site, 5) };
     config.start = Some(route.start);
     let mut simulator = Simulator::new(config);
@@ -39,7 +39,7 @@ pub fn walk(site: SiteName, route: Route) -> Walk {
             feed(&mut odometry, &event.sensor, &mut out);
         }
         for event in out.drain(..) {
-            recorder.take(event, |stamp: Stamp| {
+            recorder.handle_event(event, |stamp: Stamp| {
                 let after = truth.partition_point(|t| t.stamp < stamp).min(truth.len() - 1);
                 isometry_from_pose(&truth[after].site_from_base).unwrap_or_default()
             });
@@ -82,7 +82,7 @@ struct Recorder {
 const KEYFRAMES: KeyframePolicy = KeyframePolicy { distance_m: 1.0, rotation_rad: 0.7 };
 
 impl Recorder {
-    fn take(&mut self, event: OdometryEvent, truth: impl Fn(Stamp) -> Isometry) {
+    fn handle_event(&mut self, event: OdometryEvent, truth: impl Fn(Stamp) -> Isometry) {
         match event {
             OdometryEvent::Pose(pose) => self.pending = Some(pose),
             OdometryEvent::Scan(scan) => {

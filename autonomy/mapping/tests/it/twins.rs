@@ -1,8 +1,8 @@
 //! Two identical rooms. The walk enters the first, then the second, then the first again.
 
 use crate::support::{Walk, walk};
-use mapping::{Decision, Edge, LoopConfig, LoopFinder, NewKeyframe, PoseGraph, Verdict, verify};
-use sim::{Route, SiteName, Start};
+use mapping::{Decision, LoopConfig, LoopFinder, NewKeyframe, PoseGraph, PoseGraphEdge, Verdict, verify};
+use sim::{SiteName, SiteRoute, Start};
 use std::sync::OnceLock;
 use vocab::Vec3;
 
@@ -18,15 +18,16 @@ fn twins() -> &'static Walk {
         };
         let waypoints = [look(6.0), look(6.0 + APART), look(6.0)].concat();
         let start = Start { position: Vec3::new(3.0, -1.5, 0.0), yaw: 0.0 };
-        walk(SiteName::Twins, Route { name: "twice the first", start, waypoints, speed: 1.1 })
+        walk(SiteName::Twins, SiteRoute { name: "twice the first", start, waypoints, speed: 1.1 })
     })
 }
 
 /// Finds loops. The odometry's standard deviations are multiplied by `doubt`.
 fn decide(walk: &Walk, doubt: f64) -> Vec<Decision> {
     let (mut finder, mut graph) = (LoopFinder::new(LoopConfig::default()), PoseGraph::default());
-    let doubted = |edge: &Edge| Edge { information: edge.information / (doubt * doubt), ..*edge };
-    let edges: Vec<Edge> = walk.edges.iter().map(doubted).collect();
+    let doubted =
+        |edge: &PoseGraphEdge| PoseGraphEdge { information: edge.information / (doubt * doubt), ..*edge };
+    let edges: Vec<PoseGraphEdge> = walk.edges.iter().map(doubted).collect();
     let mut decisions = Vec::new();
     for (index, keyframe) in walk.keyframes.iter().enumerate() {
         let tasks = finder.add_keyframe(

@@ -13,7 +13,7 @@ pub struct EdgeBlockConfig {
     pub longest: Span,
     /// An edge that was not tried for this time after its block has ended counts as never failed.
     pub forget_after: Span,
-    /// Where there is no other way, the robot waits for the end of a block that is not longer than this. Chosen: the first two blocks.
+    /// Where there is no other route, the robot waits for the end of a block that is not longer than this. Chosen: the first two blocks.
     pub wait_max: Span,
 }
 

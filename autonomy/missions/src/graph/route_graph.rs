@@ -50,10 +50,10 @@ pub struct LearnedTime {
 
 impl LearnedTime {
     /// Adds a traversal.
-    pub fn add(&mut self, took_s: f64, config: &RouteConfig) {
+    pub fn add(&mut self, duration_s: f64, config: &RouteConfig) {
         // The plain mean until the weight of the newest would be smaller than the learning rate.
         let weight = config.learning_rate.max(1.0 / f64::from(self.count + 1));
-        let difference = took_s - self.mean_s;
+        let difference = duration_s - self.mean_s;
         self.mean_s += weight * difference;
         self.variance_s2 = (1.0 - weight) * (self.variance_s2 + weight * difference * difference);
         self.count += 1;
@@ -87,7 +87,7 @@ pub enum Closure {
 
 /// An edge of the graph.
 #[derive(Clone, Debug)]
-pub(super) struct GraphEdge {
+pub(super) struct RouteEdge {
     pub id: EdgeId,
     pub from: usize,
     pub to: usize,
@@ -104,7 +104,7 @@ pub struct RouteGraph {
     pub(super) nodes: Vec<NodeId>,
     pub(super) positions: Vec<Vec3>,
     pub(super) index: BTreeMap<NodeId, usize>,
-    pub(super) edges: Vec<GraphEdge>,
+    pub(super) edges: Vec<RouteEdge>,
     pub(super) edge_index: BTreeMap<EdgeId, usize>,
     /// Edges that end at each node.
     pub(super) incoming: Vec<Vec<usize>>,
@@ -143,7 +143,7 @@ impl RouteGraph {
             let cost_us = to_microseconds(cost_s);
             graph.incoming[to].push(graph.edges.len());
             graph.edge_index.insert(edge.id, graph.edges.len());
-            graph.edges.push(GraphEdge { id: edge.id, from, to, length_m, cost_us, speed_m_s, closure });
+            graph.edges.push(RouteEdge { id: edge.id, from, to, length_m, cost_us, speed_m_s, closure });
         }
         graph
     }

@@ -1,11 +1,11 @@
-//! The cheapest routes from all nodes to one: the policy, single routes, and what blocks the way.
+//! The cheapest routes from all nodes to one: the policy, single routes, and what blocks them.
 
 use super::route_graph::{Closure, RouteGraph, to_seconds};
 use pathfinding::directed::dijkstra::dijkstra_reach;
 use site_model::{EdgeId, NodeId};
 use std::collections::BTreeMap;
 
-/// Cost of a closed edge when the way with the fewest closed edges is looked for. More than the cost of any route over open ones.
+/// Cost of a closed edge when the route with the fewest closed edges is looked for. More than the cost of any route over open ones.
 const CLOSED_US: u64 = 1_000_000_000_000_000;
 
 /// The cheapest routes from all nodes to one.
@@ -35,9 +35,9 @@ pub struct Route {
 pub enum NoRoute {
     /// There is no such node.
     NoSuchNode(NodeId),
-    /// All ways are closed.
+    /// All routes are closed.
     Closed {
-        /// The closed edges of the way that needs the fewest of them to open, in the order of walking.
+        /// The closed edges of the route that needs the fewest of them to open, in the order of walking.
         edges: Vec<(EdgeId, Closure)>,
     },
     /// No edges lead there, open or not.
@@ -94,7 +94,7 @@ impl<'a> RouteTree<'a> {
         Ok(route)
     }
 
-    /// The closed edges of the way with the fewest of them.
+    /// The closed edges of the route with the fewest of them.
     fn find_closures(&self, start: usize) -> NoRoute {
         let next = search(self.graph, self.goal, |_| true);
         let closed = walk(self.graph, &next, start).filter_map(|edge| {

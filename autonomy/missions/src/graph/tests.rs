@@ -31,7 +31,7 @@ fn the_cheapest_route_and_the_policy_agree() {
     let policy = tree.policy();
     let next = |number| policy.get(&node_id(number)).copied();
     assert_eq!([1, 2, 3, 4].map(next), [Some(edge_id(1, 2)), Some(edge_id(2, 3)), None, Some(edge_id(4, 3))]);
-    assert_eq!(tree.route(node_id(3)).expect("no way at all").edges, []);
+    assert_eq!(tree.route(node_id(3)).expect("no route at all").edges, []);
 }
 
 #[test]
@@ -61,15 +61,15 @@ fn fixed_costs_stairs_and_learned_times_count() {
 #[test]
 fn learned_times_have_mean_and_variance() {
     let mut learned = LearnedTime::default();
-    for took_s in [10.0, 12.0, 14.0] {
-        learned.add(took_s, &RouteConfig::default());
+    for duration_s in [10.0, 12.0, 14.0] {
+        learned.add(duration_s, &RouteConfig::default());
     }
     assert!((learned.mean_s - 12.0).abs() < 1e-9 && learned.count == 3);
     assert!((learned.variance_s2 - 8.0 / 3.0).abs() < 1e-9, "{learned:?}");
 }
 
 #[test]
-fn no_way_names_what_blocks() {
+fn no_route_names_what_blocks() {
     let mut builder = row_and_detour();
     builder.change_edge(2, 3, |edge| edge.is_enabled = false);
     let until = Stamp::from_nanos(60_000_000_000);
@@ -93,7 +93,7 @@ fn no_way_names_what_blocks() {
     let tree = apart.routes_to(node_id(9)).expect("a node");
     assert_eq!(tree.route(node_id(1)), Err(NoRoute::NotConnected));
     assert_eq!(tree.route(node_id(77)), Err(NoRoute::NoSuchNode(node_id(77))));
-    // After the block has ended, the way is open.
+    // After the block has ended, the route is open.
     let later = RouteConditions { now: until, ..RouteConditions::default() };
     let open = RouteGraph::new(&builder.site(), &later, &RouteConfig::default());
     assert!(open.routes_to(node_id(3)).expect("a node").route(node_id(4)).is_ok());

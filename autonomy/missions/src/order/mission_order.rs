@@ -5,35 +5,35 @@ use crate::graph::{RouteGraph, RouteTree};
 use site_model::{Mission, MissionEnd, NodeId, Site, Task, TaskId, TaskOrder, TaskPlace};
 use std::collections::BTreeMap;
 
-/// What a way takes.
+/// What a route takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct WayCost {
+pub struct RouteCost {
     /// Expected time, seconds.
     pub time_s: f64,
     /// Length, metres.
     pub length_m: f64,
 }
 
-/// The order in which the tasks of a mission are done, beside that of its list. Both ways are those over the tasks that can be reached.
+/// The order in which the tasks of a mission are done, beside that of its list. Both routes are those over the tasks that can be reached.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OrderPreview {
     /// All tasks in the order of the mission's setting. Those that cannot be reached are the last.
     pub order: Vec<TaskId>,
     /// Tasks that cannot be reached from the robot's place.
     pub unreachable: Vec<TaskId>,
-    /// The way in the order of the list. None if it cannot be walked.
-    pub listed: Option<WayCost>,
-    /// The way in the order above. None if it cannot be walked.
-    pub chosen: Option<WayCost>,
+    /// The route in the order of the list. None if it cannot be walked.
+    pub listed: Option<RouteCost>,
+    /// The route in the order above. None if it cannot be walked.
+    pub chosen: Option<RouteCost>,
     /// Whether no order takes less time. False for an order as listed.
     pub is_shortest: bool,
 }
 
 impl OrderPreview {
     /// What the order gains over the list. None if one of both cannot be walked.
-    pub fn gain(&self) -> Option<WayCost> {
+    pub fn gain(&self) -> Option<RouteCost> {
         let (listed, chosen) = (self.listed?, self.chosen?);
-        Some(WayCost { time_s: listed.time_s - chosen.time_s, length_m: listed.length_m - chosen.length_m })
+        Some(RouteCost { time_s: listed.time_s - chosen.time_s, length_m: listed.length_m - chosen.length_m })
     }
 }
 
@@ -69,17 +69,17 @@ pub fn order_tasks(
     let (reachable, unreachable): (Vec<usize>, Vec<usize>) = (0..nodes.len()).partition(can_reach);
     let ends: Vec<RouteTree<'_>> =
         end_nodes(site, mission.end).into_iter().filter_map(|node| graph.routes_to(node)).collect();
-    let ways = Ways { start, nodes: &nodes, trees: &trees, ends: &ends };
-    let problem = problem(mission, &reachable, &ways);
+    let routes = TaskRoutes { start, nodes: &nodes, trees: &trees, ends: &ends };
+    let problem = problem(mission, &reachable, &routes);
     let listed: Vec<usize> = (0..reachable.len()).collect();
     let tour = match mission.order {
         TaskOrder::AsListed => None,
         TaskOrder::Shortest { .. } => solve(&problem, config).ok(),
     };
     let order = tour.as_ref().map_or(&listed, |tour| &tour.order);
-    let way = |order: &[usize]| {
+    let cost = |order: &[usize]| {
         let stops: Vec<usize> = order.iter().map(|&stop| reachable[stop]).collect();
-        ways.cost(&stops)
+        routes.cost(&stops)
     };
     let id = |index: &usize| mission.tasks[*index].id;
     OrderPreview {
@@ -90,14 +90,14 @@ pub fn order_tasks(
             .map(|index| id(&index))
             .collect(),
         unreachable: unreachable.iter().map(id).collect(),
-        listed: way(&listed),
-        chosen: way(order),
+        listed: cost(&listed),
+        chosen: cost(order),
         is_shortest: tour.is_some_and(|tour| tour.is_exact),
     }
 }
 
 /// The routes between the tasks.
-struct Ways<'a> {
+struct TaskRoutes<'a> {
     start: NodeId,
     nodes: &'a [Option<NodeId>],
     /// Routes to each task.
@@ -105,7 +105,7 @@ struct Ways<'a> {
     ends: &'a [RouteTree<'a>],
 }
 
-impl Ways<'_> {
+impl TaskRoutes<'_> {
     fn time_s(&self, from: Option<NodeId>, to: usize) -> f64 {
         let tree = self.trees[to].as_ref();
         from.and_then(|from| tree?.cost_s(from)).unwrap_or(f64::INFINITY)
@@ -117,9 +117,9 @@ impl Ways<'_> {
         times.min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// What an order of tasks takes, with the way to the end. None if it cannot be walked.
-    fn cost(&self, order: &[usize]) -> Option<WayCost> {
-        let mut cost = WayCost::default();
+    /// What an order of tasks takes, with the route to the end. None if it cannot be walked.
+    fn cost(&self, order: &[usize]) -> Option<RouteCost> {
+        let mut cost = RouteCost::default();
         let mut place = Some(self.start);
         for &stop in order {
             let route = self.trees[stop].as_ref()?.route(place?).ok()?;
@@ -136,7 +136,7 @@ impl Ways<'_> {
 }
 
 /// The tasks that can be reached as the stops of a tour.
-fn problem(mission: &Mission, reachable: &[usize], ways: &Ways<'_>) -> TourProblem {
+fn problem(mission: &Mission, reachable: &[usize], routes: &TaskRoutes<'_>) -> TourProblem {
     let stops: BTreeMap<TaskId, usize> =
         reachable.iter().enumerate().map(|(stop, &index)| (mission.tasks[index].id, stop)).collect();
     let (keep_first, keep_last) = match mission.order {
@@ -151,11 +151,14 @@ fn problem(mission: &Mission, reachable: &[usize], ways: &Ways<'_>) -> TourProbl
     let first = pinned(keep_first, mission.tasks.first());
     // A single task is both.
     let last = pinned(keep_last, mission.tasks.last()).filter(|last| Some(*last) != first);
-    let row = |&from: &usize| reachable.iter().map(|&to| ways.time_s(ways.nodes[from], to)).collect();
+    let row = |&from: &usize| reachable.iter().map(|&to| routes.time_s(routes.nodes[from], to)).collect();
     TourProblem {
-        from_start: reachable.iter().map(|&to| ways.time_s(Some(ways.start), to)).collect(),
+        from_start: reachable.iter().map(|&to| routes.time_s(Some(routes.start), to)).collect(),
         between: reachable.iter().map(row).collect(),
-        to_end: reachable.iter().map(|&from| ways.end(ways.nodes[from]).map_or(0.0, |end| end.0)).collect(),
+        to_end: reachable
+            .iter()
+            .map(|&from| routes.end(routes.nodes[from]).map_or(0.0, |end| end.0))
+            .collect(),
         first,
         last,
         before: before.collect(),

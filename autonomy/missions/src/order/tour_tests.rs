@@ -88,7 +88,7 @@ proptest! {
     }
 }
 
-/// Stops at random places of a square, with straight ways between them.
+/// Stops at random places of a square, with straight routes between them.
 fn square(count: usize, seed: u64) -> TourProblem {
     let mut state = seed;
     let mut number = || {
@@ -161,7 +161,7 @@ pub(crate) fn mission(nodes: &[u128], order: TaskOrder, end: MissionEnd) -> Miss
 }
 
 #[test]
-fn a_preview_has_both_ways_the_gain_and_what_cannot_be_reached() {
+fn a_preview_has_both_routes_the_gain_and_what_cannot_be_reached() {
     // A corridor 1 - 2 - 3 - 4 of 7 m steps, with a node apart.
     let mut builder = SiteBuilder::new();
     for number in 1..=4 {
@@ -178,7 +178,7 @@ fn a_preview_has_both_ways_the_gain_and_what_cannot_be_reached() {
     assert_eq!(preview.unreachable, [task(1)]);
     assert_eq!(preview.order.last(), Some(&task(1)), "{preview:?}");
     // 21 + 14 + 7 + 14 as listed; there and back in the best order.
-    let metres = |way: Option<WayCost>| way.map(|way| way.length_m.round());
+    let metres = |cost: Option<RouteCost>| cost.map(|cost| cost.length_m.round());
     assert_eq!((metres(preview.listed), metres(preview.chosen)), (Some(56.0), Some(42.0)));
     let gain = preview.gain().expect("both can be walked");
     assert!((gain.length_m - 14.0).abs() < 1e-6 && (gain.time_s - 20.0).abs() < 1e-3, "{gain:?}");

@@ -1,6 +1,6 @@
 //! Actions of edges and zones. Those of an edge on entering and on leaving are performed one after the other while the robot stands at the beginning or the end of the edge. Those during
 //! begin together when it sets out, and what of them has not ended when the edge is left is cancelled. An edge that is traversed by an action of the robot's own has that as the
-//! last one on entering; then the robot walks what is left of the way to the end of the edge.
+//! last one on entering; then the robot walks the rest of the edge.
 //!
 //! The action of a zone is called when the robot comes into the zone on its way, and the robot walks on. It is not called where a goal begins inside.
 //!
@@ -19,7 +19,7 @@ use site_model::{
 use vocab::{ActionCallId, Span, Stamp};
 
 impl RouteExecutor {
-    /// Whether a call is one of the edges of the goal that is under way.
+    /// Whether a call is one of the edges of the goal that is active.
     pub fn is_calling(&self, call: ActionCallId) -> bool {
         let Some(journey) = &self.journey else { return false };
         self.is_standing_for(call) || journey.during.iter().any(|open| open.call == call)
@@ -31,7 +31,7 @@ impl RouteExecutor {
         matches!(leg, Some((_, Leg::Act { call: known, .. })) if known == call)
     }
 
-    /// An action of an edge has ended: it was done, or the reason why not, a sentence. Calls that are not under way change nothing.
+    /// An action of an edge has ended: it was done, or the reason why not, a sentence. Calls that are not active change nothing.
     pub fn end_action(
         &mut self,
         at: Stamp,

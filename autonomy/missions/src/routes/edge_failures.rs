@@ -12,7 +12,7 @@ use vocab::Stamp;
 impl RouteExecutor {
     /// Follows the edge's policy: tries again, waits, takes another route, or gives up.
     ///
-    /// `reason`: why, for people; none: the way was blocked.
+    /// `reason`: why, for people; none: the route was blocked.
     pub(super) fn handle_blocked_edge(
         &mut self,
         at: Stamp,
@@ -47,8 +47,8 @@ impl RouteExecutor {
         let previous = self.blocks.get(&edge).or(known);
         let reason = match (reason, view.map_from_base) {
             (Some(reason), _) => reason.to_owned(),
-            (None, Some(pose)) => texts::way_blocked(pose.position),
-            (None, None) => texts::WAY_BLOCKED.to_owned(),
+            (None, Some(pose)) => texts::path_blocked(pose.position),
+            (None, None) => texts::PATH_BLOCKED.to_owned(),
         };
         let block = next_block(edge, previous, at, reason, &self.config.blocks);
         self.effects.push(RouteEffect::Block(block.clone()));

@@ -3,8 +3,8 @@
 //! An edge that stays blocked is left out of routes for a time that doubles with each failure ([`next_block`]); the edge back is left out with it, because
 //! what stands in the way stands there for both. That the robot is charged is the only proof that it has docked.
 
-use super::interface::{LegResult, LegWalk, LegWay, RouteAttempt, RouteEffect, RouteView};
-use super::journey::{Journey, Leg, Target};
+use super::interface::{LegKind, LegResult, LegWalk, RouteAttempt, RouteEffect, RouteView};
+use super::journey::{Journey, Leg, RouteTarget};
 use super::waits::{hold_of, waits_for};
 use crate::action_time::ActionTimeConfig;
 use crate::graph::{Closure, EdgeBlockConfig, NoRoute, RouteGraph};
@@ -42,7 +42,7 @@ pub struct RouteExecutorConfig {
     /// Pose at the ends of stairs, in line with the flight: from beside it, the robot would walk into the end of a handrail. Across, a flight of 1 m leaves a robot of
     /// 0.76 m 0.12 m to each side.
     pub stairs_tolerance: PoseTolerance,
-    /// Speed by which ways beside the graph are compared with ways on it, m/s. Slower than on edges, which were checked for passage.
+    /// Speed by which routes beside the graph are compared with routes on it, m/s. Slower than on edges, which were checked for passage.
     pub off_graph_speed_m_s: f64,
 }
 
@@ -82,7 +82,7 @@ impl RouteExecutor {
         Self { config, ..Self::default() }
     }
 
-    /// The goal that is under way.
+    /// The goal that is active.
     pub fn goal(&self) -> Option<GoalId> {
         self.journey.as_ref().map(|journey| journey.goal)
     }
@@ -91,8 +91,8 @@ impl RouteExecutor {
     pub fn progress(&self, view: &RouteView<'_>) -> Option<RouteProgress> {
         let journey = self.journey.as_ref()?;
         let target = match journey.target {
-            Target::Node(node) | Target::Dock { node, .. } => node,
-            Target::OutOfDock => return None,
+            RouteTarget::Node(node) | RouteTarget::Dock { node, .. } => node,
+            RouteTarget::OutOfDock => return None,
         };
         let costs = journey.route.iter().filter_map(|edge| view.graph.cost(*edge));
         let (remaining_s, remaining_m) =
@@ -102,7 +102,7 @@ impl RouteExecutor {
         Some(RouteProgress { goal: journey.goal, target, edges, remaining_s, remaining_m, waits_for })
     }
 
-    /// Begins a goal. One that is under way ends as cancelled.
+    /// Begins a goal. One that is active ends as cancelled.
     pub fn begin(
         &mut self,
         at: Stamp,
@@ -111,15 +111,14 @@ impl RouteExecutor {
         view: &RouteView<'_>,
     ) -> Vec<RouteEffect> {
         self.end(RouteGoalResult::Cancelled);
-        let target = match request {
-            GoalRequest::Route(node) => view.site.node(node).map(|node| Target::Node(node.id)),
-            GoalRequest::Dock(dock) => view
-                .site
-                .docks()
-                .find(|known| known.id == dock)
-                .map(|dock| Target::Dock { dock: dock.id, node: dock.node, approach: dock.approach }),
-            GoalRequest::Undock => Some(Target::OutOfDock),
-        };
+        let target =
+            match request {
+                GoalRequest::Route(node) => view.site.node(node).map(|node| RouteTarget::Node(node.id)),
+                GoalRequest::Dock(dock) => view.site.docks().find(|known| known.id == dock).map(|dock| {
+                    RouteTarget::Dock { dock: dock.id, node: dock.node, approach: dock.approach }
+                }),
+                GoalRequest::Undock => Some(RouteTarget::OutOfDock),
+            };
         match target {
             None => {
                 let missing = RouteGoalResult::Failed(ReachFailure::NoSuchPlace);
@@ -133,7 +132,7 @@ impl RouteExecutor {
         std::mem::take(&mut self.effects)
     }
 
-    /// Ends a goal, if it is the one that is under way.
+    /// Ends a goal, if it is the one that is active.
     pub fn cancel(&mut self, goal: GoalId) -> Vec<RouteEffect> {
         if self.goal() == Some(goal) {
             self.end(RouteGoalResult::Cancelled);
@@ -141,7 +140,7 @@ impl RouteExecutor {
         std::mem::take(&mut self.effects)
     }
 
-    /// A walk of the executive has ended. Walks that are not under way change nothing.
+    /// A walk of the executive has ended. Walks that are not active change nothing.
     pub fn end_leg(
         &mut self,
         at: Stamp,
@@ -283,7 +282,7 @@ impl RouteExecutor {
         match leg {
             Leg::ToGraph(node) | Leg::OutOfDock(node) => {
                 journey.current = Some(node);
-                if journey.target == Target::OutOfDock {
+                if journey.target == RouteTarget::OutOfDock {
                     return self.end_as_reached();
                 }
             }
@@ -359,7 +358,7 @@ impl RouteExecutor {
         if journey.dock_failure != Some(ReachFailure::NotDocked) {
             journey.dock_failure = Some(reason);
         }
-        let Target::Dock { approach, .. } = journey.target else { return };
+        let RouteTarget::Dock { approach, .. } = journey.target else { return };
         let Some(node) = view.site.node(approach) else {
             return self.end(RouteGoalResult::Failed(ReachFailure::NotDocked));
         };
@@ -388,7 +387,7 @@ impl RouteExecutor {
         let Some(end) = target.route_end() else { return self.end_as_reached() };
         if journey.is_at_end {
             return match target {
-                Target::Dock { node, approach, .. } => self.walk_onto_dock(node, approach, view),
+                RouteTarget::Dock { node, approach, .. } => self.walk_onto_dock(node, approach, view),
                 _ => self.end_as_reached(),
             };
         }
@@ -427,7 +426,7 @@ impl RouteExecutor {
         }
     }
 
-    /// Waits, if a way opens soon. Otherwise the goal has failed.
+    /// Waits, if a route opens soon. Otherwise the goal has failed.
     fn handle_no_route(
         &mut self,
         at: Stamp,
@@ -477,7 +476,7 @@ impl RouteExecutor {
             map_from_goal,
             tolerance,
             speed_max_m_s: view.graph.speed_m_s(edge).filter(|_| self.limits_speed(edge, view.site)),
-            way: LegWay::Path,
+            kind: LegKind::Path,
         };
         self.begin_walk(Leg::Edge(edge), walk);
     }
@@ -511,11 +510,11 @@ impl RouteExecutor {
         let candidates = ends.flatten().chain(nearest.filter(|_| on.is_none()));
         let candidates = candidates.filter(|node| !journey.unreachable.contains(node));
         let cost_s = |node: NodeId| {
-            let way_m = match (view.map_from_base, view.site.node(node)) {
+            let off_graph_m = match (view.map_from_base, view.site.node(node)) {
                 (Some(base), Some(node)) => floor_distance_m(&base, &node.map_from_node),
                 _ => 0.0,
             };
-            Some(way_m / self.config.off_graph_speed_m_s + tree.cost_s(node)?)
+            Some(off_graph_m / self.config.off_graph_speed_m_s + tree.cost_s(node)?)
         };
         let best =
             candidates.filter_map(|node| Some((cost_s(node)?, node))).min_by(|(a, _), (b, _)| a.total_cmp(b));
@@ -571,7 +570,7 @@ impl RouteExecutor {
             // Where contacts touch is for the walk into the dock to say.
             tolerance: None,
             speed_max_m_s: Some(self.config.dock_speed_m_s),
-            way: LegWay::OntoDock { is_facing },
+            kind: LegKind::OntoDock { is_facing },
         };
         if let Some(journey) = &mut self.journey {
             journey.route.clear();
@@ -589,7 +588,7 @@ impl RouteExecutor {
 
     fn straight_walk(&self, map_from_goal: Pose, tolerance: PoseTolerance) -> LegWalk {
         let speed_max_m_s = Some(self.config.dock_speed_m_s);
-        LegWalk { map_from_goal, tolerance: Some(tolerance), speed_max_m_s, way: LegWay::Straight }
+        LegWalk { map_from_goal, tolerance: Some(tolerance), speed_max_m_s, kind: LegKind::Straight }
     }
 
     fn begin_walk(&mut self, leg: Leg, walk: LegWalk) {
@@ -625,12 +624,12 @@ fn flight_at_end(edge: EdgeId, next: Option<EdgeId>, site: &Site) -> Option<Pose
 }
 
 fn path_walk(map_from_goal: Pose, tolerance: Option<PoseTolerance>) -> LegWalk {
-    LegWalk { map_from_goal, tolerance, speed_max_m_s: None, way: LegWay::Path }
+    LegWalk { map_from_goal, tolerance, speed_max_m_s: None, kind: LegKind::Path }
 }
 
 /// Whether the robot is charged in the dock of the target.
-fn is_charged(target: Target, view: &RouteView<'_>) -> bool {
-    matches!(target, Target::Dock { dock, .. } if view.docked == Some(dock))
+fn is_charged(target: RouteTarget, view: &RouteView<'_>) -> bool {
+    matches!(target, RouteTarget::Dock { dock, .. } if view.docked == Some(dock))
 }
 
 fn no_route(reason: NoRoute) -> ReachFailure {

@@ -36,12 +36,12 @@ pub struct LegWalk {
     /// Greatest speed, m/s; none: that of the robot.
     pub speed_max_m_s: Option<f64>,
     /// How it goes.
-    pub way: LegWay,
+    pub kind: LegKind,
 }
 
 /// How a walk goes to its pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LegWay {
+pub enum LegKind {
     /// On a path round obstacles.
     Path,
     /// Straight and in any direction, as out of a dock.

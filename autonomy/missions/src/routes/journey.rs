@@ -1,4 +1,4 @@
-//! A goal on the topological map that is under way: where it leads, and what is done for it now.
+//! A goal on the topological map that is active: where it leads, and what is done for it now.
 
 use site_model::{DockId, EdgeId, EdgeStage, NodeId, ReachFailure};
 use std::collections::BTreeSet;
@@ -6,13 +6,13 @@ use vocab::{ActionCallId, GoalId, LegId, Stamp};
 
 /// Where a goal leads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Target {
+pub(super) enum RouteTarget {
     Node(NodeId),
     Dock { dock: DockId, node: NodeId, approach: NodeId },
     OutOfDock,
 }
 
-impl Target {
+impl RouteTarget {
     /// The node to which the route leads.
     pub fn route_end(self) -> Option<NodeId> {
         match self {
@@ -43,7 +43,7 @@ pub(super) enum Leg {
     Wait { edge: EdgeId, until: Stamp },
     /// An action of an edge is performed, while the robot stands.
     Act { edge: EdgeId, stage: EdgeStage, index: usize, call: ActionCallId, until: Stamp },
-    /// There is no way but over edges that are blocked for a short time.
+    /// There is no route but over edges that are blocked for a short time.
     WaitForBlock { until: Stamp },
     /// Its place is not known yet. It is looked for again then.
     WaitForPlace { until: Stamp },
@@ -76,11 +76,11 @@ pub(super) struct WalkingCall {
     pub is_of_edge: bool,
 }
 
-/// A goal that is under way.
+/// A goal that is active.
 #[derive(Clone, Debug)]
 pub(super) struct Journey {
     pub goal: GoalId,
-    pub target: Target,
+    pub target: RouteTarget,
     pub leg: Option<(LegId, Leg)>,
     /// When the robot began to stand for the present leg, if it stands.
     pub stands_since: Stamp,
@@ -102,7 +102,7 @@ pub(super) struct Journey {
     pub during: Vec<WalkingCall>,
     /// Calls of actions so far, from which their ids are made.
     pub calls: u64,
-    /// Nodes to which there was no way from beside the graph.
+    /// Nodes to which there was no route from beside the graph.
     pub unreachable: BTreeSet<NodeId>,
     /// Times that the robot waited because its place was not known.
     pub place_waits: u32,
@@ -115,7 +115,7 @@ pub(super) struct Journey {
 }
 
 impl Journey {
-    pub fn new(at: Stamp, goal: GoalId, target: Target) -> Self {
+    pub fn new(at: Stamp, goal: GoalId, target: RouteTarget) -> Self {
         Self {
             goal,
             target,

@@ -11,5 +11,5 @@ mod tests;
 mod waits;
 
 pub use executor::{RouteExecutor, RouteExecutorConfig};
-pub use interface::{LegResult, LegWalk, LegWay, RouteAttempt, RouteEffect, RouteView};
+pub use interface::{LegKind, LegResult, LegWalk, RouteAttempt, RouteEffect, RouteView};
 pub use remaining::RouteRemaining;

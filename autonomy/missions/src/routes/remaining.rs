@@ -2,7 +2,7 @@
 
 use super::executor::RouteExecutor;
 use super::interface::RouteView;
-use super::journey::{Journey, Leg, Target};
+use super::journey::{Journey, Leg, RouteTarget};
 use super::waits::waits_for;
 use crate::poses::floor_distance_m;
 use site_model::{EdgeId, EdgeStage, NodeId, RouteWait};
@@ -17,7 +17,7 @@ pub struct RouteRemaining {
 }
 
 impl RouteExecutor {
-    /// What is left of the goal that is under way. Without a goal nothing is known.
+    /// What is left of the goal that is active. Without a goal nothing is known.
     pub fn remaining(&self, view: &RouteView<'_>) -> RouteRemaining {
         let Some(journey) = &self.journey else { return RouteRemaining::default() };
         let Some((_, leg)) = journey.leg else { return RouteRemaining::default() };
@@ -58,14 +58,14 @@ fn length_m(edge: EdgeId, view: &RouteView<'_>) -> f64 {
 }
 
 /// Length of the route from a node to the end of the route; none if there is no open one.
-fn route_m(target: Target, from: NodeId, view: &RouteView<'_>) -> Option<f64> {
+fn route_m(target: RouteTarget, from: NodeId, view: &RouteView<'_>) -> Option<f64> {
     let Some(end) = target.route_end() else { return Some(0.0) };
     Some(view.graph.routes_to(end)?.route(from).ok()?.length_m)
 }
 
 /// Length of the walk from the end of the route into the dock.
-fn into_dock_m(target: Target, view: &RouteView<'_>) -> f64 {
-    let Target::Dock { node, approach, .. } = target else { return 0.0 };
+fn into_dock_m(target: RouteTarget, view: &RouteView<'_>) -> f64 {
+    let RouteTarget::Dock { node, approach, .. } = target else { return 0.0 };
     match (view.site.node(node), view.site.node(approach)) {
         (Some(node), Some(approach)) => floor_distance_m(&node.map_from_node, &approach.map_from_node),
         _ => 0.0,

@@ -1,7 +1,7 @@
 //! The executor with a world around it, in which walks end as each test says.
 
 use super::{
-    LegResult, LegWalk, LegWay, RouteAttempt, RouteEffect, RouteExecutor, RouteExecutorConfig,
+    LegKind, LegResult, LegWalk, RouteAttempt, RouteEffect, RouteExecutor, RouteExecutorConfig,
     RouteRemaining, RouteView,
 };
 use crate::graph::{GraphPlace, RouteConditions, RouteConfig, RouteGraph};
@@ -26,7 +26,7 @@ struct World {
     pose: Pose,
     place: GraphPlace,
     docked: Option<DockId>,
-    /// Walks that are under way.
+    /// Walks that are active.
     walks: VecDeque<(LegId, LegWalk)>,
     cancelled: usize,
     blocks: Vec<EdgeBlock>,
@@ -34,7 +34,7 @@ struct World {
     traversed: Vec<EdgeId>,
     ended: Vec<RouteGoalResult>,
     tried: Vec<RouteAttempt>,
-    /// Calls of actions that are under way, and the names of all that were called.
+    /// Calls of actions that are active, and the names of all that were called.
     calls: Vec<(ActionCallId, String)>,
     called: Vec<String>,
     /// What those belong to.
@@ -44,7 +44,7 @@ struct World {
 }
 
 impl World {
-    /// Nodes 1 to 4 along x, 10 m apart, and a way round by node 5; dock 91 at node 1 with node 2 in front of it.
+    /// Nodes 1 to 4 along x, 10 m apart, and a detour by node 5; dock 91 at node 1 with node 2 in front of it.
     fn new() -> Self {
         let mut builder = SiteBuilder::new();
         for number in 1..=4 {
@@ -109,7 +109,7 @@ impl World {
         call(&mut self.executor, self.at, &view)
     }
 
-    fn take(&mut self, effects: Vec<RouteEffect>) {
+    fn handle_effects(&mut self, effects: Vec<RouteEffect>) {
         for effect in effects {
             match effect {
                 RouteEffect::Walk(walk, leg) => self.walks.push_back((walk, leg)),
@@ -155,7 +155,7 @@ impl World {
         assert!(self.executor.is_calling(call));
         let result = result.map_err(str::to_owned);
         let effects = self.with(|executor, at, view| executor.end_action(at, call, result, view));
-        self.take(effects);
+        self.handle_effects(effects);
     }
 
     fn remaining(&mut self) -> RouteRemaining {
@@ -169,16 +169,16 @@ impl World {
 
     fn begin(&mut self, request: GoalRequest) {
         let effects = self.with(|executor, at, view| executor.begin(at, GOAL, request, view));
-        self.take(effects);
+        self.handle_effects(effects);
     }
 
     fn wait(&mut self, seconds: i64) {
         self.at += Span::from_millis(seconds * 1_000);
         let effects = self.with(|executor, at, view| executor.tick(at, view));
-        self.take(effects);
+        self.handle_effects(effects);
     }
 
-    /// The walk under way ends after 5 s. Returns where it led.
+    /// The active walk ends after 5 s. Returns where it led.
     fn end_walk(&mut self, result: LegResult) -> Vec3 {
         let (walk, leg) = self.walks.pop_front().expect("a walk");
         assert!(self.walks.is_empty(), "one walk at a time");
@@ -191,7 +191,7 @@ impl World {
             self.place = GraphPlace { at: id, nearest: id, on: None };
         }
         let effects = self.with(|executor, at, view| executor.end_leg(at, walk, result, view));
-        self.take(effects);
+        self.handle_effects(effects);
         leg.map_from_goal.position
     }
 
@@ -259,7 +259,7 @@ fn a_long_edge_is_walked_in_parts() {
 }
 
 #[test]
-fn a_blocked_edge_is_left_out_both_ways_and_the_route_goes_round() {
+fn a_blocked_edge_is_left_out_in_both_directions_and_the_route_goes_round() {
     let mut world = World::new();
     world.begin(GoalRequest::Route(node_id(4)));
     world.end_walk(LegResult::Reached);
@@ -274,9 +274,9 @@ fn a_blocked_edge_is_left_out_both_ways_and_the_route_goes_round() {
 }
 
 #[test]
-fn where_there_is_no_other_way_the_robot_waits_for_the_end_of_short_blocks() {
+fn where_there_is_no_other_route_the_robot_waits_for_the_end_of_short_blocks() {
     let mut world = World::new();
-    // Without the way round.
+    // Without the detour.
     for (from, to) in [(2, 5), (5, 4)] {
         world.builder.change_edge(from, to, |edge| edge.is_enabled = false);
     }
@@ -330,7 +330,7 @@ fn the_fail_policy_of_an_edge_is_followed_in_turn() {
 }
 
 #[test]
-fn an_edge_that_is_closed_under_way_is_not_walked_to_its_end() {
+fn an_edge_that_is_closed_meanwhile_is_not_walked_to_its_end() {
     let mut world = World::new();
     world.begin(GoalRequest::Route(node_id(4)));
     world.end_walk(LegResult::Reached);
@@ -352,7 +352,7 @@ fn only_the_charging_current_proves_that_the_robot_has_docked() {
             assert_eq!(world.end_walk(LegResult::Reached).x, 20.0);
         }
         // Node 2 looks along x, and the dock is behind it.
-        assert_eq!(world.walks[0].1.way, LegWay::OntoDock { is_facing: false });
+        assert_eq!(world.walks[0].1.kind, LegKind::OntoDock { is_facing: false });
         assert_eq!(world.end_walk(LegResult::Reached).x, 10.0);
         world.wait(3);
         assert!(world.walks.is_empty() && world.ended.is_empty(), "it waits for the current");
@@ -389,7 +389,7 @@ fn a_docked_robot_leaves_its_dock_first() {
     world.stand_at(1);
     world.docked = Some(DOCK);
     world.begin(GoalRequest::Route(node_id(3)));
-    assert_eq!(world.walks[0].1.way, LegWay::Straight);
+    assert_eq!(world.walks[0].1.kind, LegKind::Straight);
     world.docked = None;
     assert_eq!(world.walk_to_the_end(), [20.0, 30.0]);
     assert_eq!(world.ended, [RouteGoalResult::Reached]);
@@ -408,7 +408,7 @@ fn what_takes_the_robot_ends_the_goal_and_a_late_result_changes_nothing() {
     world.begin(GoalRequest::Route(node_id(4)));
     let (walk, _) = world.walks[0];
     let effects = world.with(|executor, _, _| executor.cancel(GOAL));
-    world.take(effects);
+    world.handle_effects(effects);
     assert_eq!((world.ended.as_slice(), world.walks.len()), ([RouteGoalResult::Cancelled].as_slice(), 0));
     let late = world.with(|executor, at, view| executor.end_leg(at, walk, LegResult::Reached, view));
     assert!(late.is_empty());
@@ -451,7 +451,7 @@ fn an_edge_whose_first_action_fails_follows_its_fail_policy() {
     assert_eq!(world.called.len(), 2, "once more");
     world.end_action("open", Err("The door is locked."));
     assert!(world.blocks[0].reason.contains("The door is locked."), "{:?}", world.blocks);
-    assert_eq!((world.called.len(), world.walks.len()), (2, 1), "the way round by node 5");
+    assert_eq!((world.called.len(), world.walks.len()), (2, 1), "the detour by node 5");
     assert!(world.ended.is_empty());
 }
 
@@ -468,7 +468,7 @@ fn an_action_of_an_edge_that_does_not_end_is_cancelled_and_one_of_a_cancelled_go
     world.give_actions((2, 3), [&["open"], &[], &[]]);
     world.begin(GoalRequest::Route(node_id(4)));
     let effects = world.with(|executor, _, _| executor.cancel(GOAL));
-    world.take(effects);
+    world.handle_effects(effects);
     assert_eq!((world.dropped.join(""), world.ended.len()), ("open cancelled".to_owned(), 1));
 }
 
@@ -607,7 +607,7 @@ fn an_edge_of_a_group_that_somebody_holds_is_waited_for() {
     world.walk_to_the_end();
     assert_eq!(world.ended, [RouteGoalResult::Reached]);
 
-    // A robot that waits takes another way once the edge is closed.
+    // A robot that waits takes another route once the edge is closed.
     world.ended.clear();
     world.builder.put(Object::MutexHold(MutexHold {
         id,
@@ -641,7 +641,7 @@ fn the_action_of_a_zone_is_called_once_when_the_robot_comes_into_it() {
     assert_eq!([21.9, 22.1, 27.0].map(|x| move_to(&mut world, x)), [1, 1, 1]);
     assert_eq!([28.4, 27.5].map(|x| move_to(&mut world, x)), [1, 2]);
     assert_eq!(world.places, [RouteActionPlace::Zone(site_model::ZoneId(Uuid::from_u128(41))); 2]);
-    // Those that are under way go on when the goal is reached.
+    // Those that are active go on when the goal is reached.
     world.walk_to_the_end();
     assert_eq!((world.ended.len(), world.calls.len()), (1, 2));
 

@@ -2,7 +2,7 @@
 
 use super::interface::{ActionResult, GoalRequest, MissionNotice};
 use super::records::{Run, TaskRecord};
-use super::runner::{Activity, DockErrand, Leg, MissionRunner, Purpose, Stop};
+use super::runner::{ActionCancelReason, Activity, DockErrand, MissionRunner, Purpose, RunLeg};
 use super::table::{RunTrigger, TaskTrigger};
 use crate::ids::{errand_goal_id, goal_id};
 use crate::order::{node_of, order_tasks};
@@ -20,7 +20,7 @@ impl MissionRunner {
     /// Takes steps until the robot has something to do or has to wait.
     pub(super) fn advance(&mut self) {
         for _ in 0..STEPS_MAX {
-            if !self.interrupt() && !self.take_step() {
+            if !self.interrupt() && !self.advance_once() {
                 return;
             }
         }
@@ -46,11 +46,11 @@ impl MissionRunner {
         self.record_count() != before
     }
 
-    /// Takes one step. Whether there was one.
-    fn take_step(&mut self) -> bool {
+    /// Does one step. Returns whether there was one.
+    fn advance_once(&mut self) -> bool {
         let active = self.records.active().map(|run| (run.id, run.state, run.ending));
         let is_on_errand =
-            matches!(&self.activity, Some(Activity::Leg(Leg { purpose: Purpose::Errand(_), .. })));
+            matches!(&self.activity, Some(Activity::Leg(RunLeg { purpose: Purpose::Errand(_), .. })));
         if let (true, Some((run, RunState::Ending, Some((_, EndPlace::Here))))) = (is_on_errand, active) {
             // The robot goes to a dock for a monitor, and the run ends without it.
             self.fire_run(run, RunTrigger::EndReached);
@@ -142,7 +142,7 @@ impl MissionRunner {
             (_, None, EndPlace::Here | EndPlace::NearestDock) => return,
         };
         self.emit(MissionEventKind::RunSetOutToEnd { run, goal, dock });
-        self.begin_leg(Leg { goal, purpose: Purpose::End(run, place), is_undocking }, request);
+        self.begin_leg(RunLeg { goal, purpose: Purpose::End(run, place), is_undocking }, request);
     }
 
     /// Sends the robot to a dock for a monitor. Whether it set out.
@@ -168,7 +168,7 @@ impl MissionRunner {
         let number = self.records.dockings;
         let goal = errand_goal_id(number);
         self.emit(MissionEventKind::DockingBegan { number, dock, goal });
-        let leg = Leg { goal, purpose: Purpose::Errand(dock), is_undocking: false };
+        let leg = RunLeg { goal, purpose: Purpose::Errand(dock), is_undocking: false };
         self.begin_leg(leg, GoalRequest::Dock(dock));
         true
     }
@@ -260,10 +260,10 @@ impl MissionRunner {
         {
             let acting = *acting;
             match acting.stop {
-                None => self.cancel_action(Stop::TimedOut),
+                None => self.cancel_action(ActionCancelReason::TimedOut),
                 Some(stop) => {
                     self.notify(MissionNotice::ActionSilent(acting.call));
-                    if stop == Stop::ForInterrupt {
+                    if stop == ActionCancelReason::ForInterrupt {
                         self.activity = None;
                         self.fire_task(acting.run, acting.task, TaskTrigger::OutcomeUnknown, None);
                     } else {

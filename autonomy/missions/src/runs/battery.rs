@@ -13,7 +13,7 @@ pub const RESERVE: MonitorId = MonitorId(Uuid::from_u128(0xba77_e210_0000_8000_8
 
 /// Signal of the charge, 0 to 1.
 pub const CHARGE_SIGNAL: &str = "battery.charge";
-/// Signal of the reserve: the charge less what the way to the nearest dock needs, and less the floor.
+/// Signal of the reserve: the charge less what the route to the nearest dock needs, and less the floor.
 pub const RESERVE_SIGNAL: &str = "battery.reserve";
 
 /// Quantile of the normal distribution below which 95 % lie.
@@ -82,7 +82,7 @@ pub fn battery_monitors(config: &BatteryConfig) -> Vec<Monitor> {
     ]
 }
 
-/// Time that the way to a dock takes in 95 of 100 cases, seconds: the sum of the edges' times, and their standard deviations as of independent times.
+/// Time that the route to a dock takes in 95 of 100 cases, seconds: the sum of the edges' times, and their standard deviations as of independent times.
 pub fn time_to_dock_p95_s(
     route: &Route,
     times_s: &[f64],
@@ -97,7 +97,7 @@ pub fn time_to_dock_p95_s(
     route.cost_s + P95 * variance_s2.sqrt()
 }
 
-/// The charge that is left over the way to the dock and the floor.
+/// The charge that is left over the route to the dock and the floor.
 pub(super) fn reserve(charge: f64, time_to_dock_s: f64, config: &BatteryConfig) -> f64 {
     charge - time_to_dock_s * config.use_per_s - config.floor
 }

@@ -57,7 +57,7 @@ pub enum MissionInput {
         /// Which.
         edge: EdgeId,
         /// How long it took.
-        took: Span,
+        duration: Span,
     },
     /// The route of a goal needs an action of an edge or a zone. The answer is [`MissionEffect::CallRouteAction`] or [`MissionEffect::RefuseRouteAction`]; none if the goal
     /// has ended.

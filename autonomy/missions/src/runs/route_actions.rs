@@ -5,7 +5,7 @@
 
 use super::interface::{ActionResult, MissionEffect};
 use super::records::RouteActionRecord;
-use super::runner::{Activity, Leg, MissionRunner, Purpose};
+use super::runner::{Activity, MissionRunner, Purpose, RunLeg};
 use super::table::TaskTrigger;
 use crate::texts;
 use site_model::{
@@ -34,7 +34,7 @@ impl MissionRunner {
         request: ActionRequest,
     ) {
         let purpose = match &self.activity {
-            Some(Activity::Leg(Leg { goal: known, purpose, .. })) if *known == goal => *purpose,
+            Some(Activity::Leg(RunLeg { goal: known, purpose, .. })) if *known == goal => *purpose,
             // The goal has ended meanwhile.
             _ => return,
         };
@@ -102,7 +102,7 @@ impl MissionRunner {
     }
 
     /// After a restart: a person is asked about the task on whose way an action was begun that cannot be repeated without harm.
-    pub(super) fn take_up_route_actions(&mut self, run: RunId) {
+    pub(super) fn recover_route_actions(&mut self, run: RunId) {
         let Some((action, Some(task))) = self.give_up_route_actions(run) else { return };
         let Some(record) = self.records.runs.get(&run) else { return };
         let Some(index) = record.index_of(task) else { return };

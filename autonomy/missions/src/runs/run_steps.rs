@@ -1,7 +1,7 @@
 //! Steps of runs: applies the run table.
 
 use super::interface::MissionNotice;
-use super::runner::{Activity, Leg, MissionRunner, Purpose};
+use super::runner::{Activity, MissionRunner, Purpose, RunLeg};
 use super::table::{RUN_TABLE, RunAction, RunTrigger, TaskTrigger};
 use site_model::{EndPlace, MissionEnd, MissionEventKind, RunChangeReason, RunId, RunState, TaskState};
 
@@ -63,7 +63,7 @@ impl MissionRunner {
         let outcome = run.ending.map_or(outcome, |(decided, _)| decided);
         self.emit(MissionEventKind::RunEnding { run: id, outcome, place });
         // A leg to where the run would have ended.
-        if let Some(Activity::Leg(Leg { goal, purpose: Purpose::End(..), .. })) = self.activity {
+        if let Some(Activity::Leg(RunLeg { goal, purpose: Purpose::End(..), .. })) = self.activity {
             self.cancel_goal(goal);
         }
     }
@@ -71,7 +71,7 @@ impl MissionRunner {
     fn end_run(&mut self, id: RunId) {
         let Some(run) = self.records.runs.get(&id) else { return };
         let outcome = run.ending.map_or(RunState::Cancelled, |(outcome, _)| outcome);
-        if let Some(Activity::Leg(Leg { goal, purpose: Purpose::End(..), .. })) = self.activity {
+        if let Some(Activity::Leg(RunLeg { goal, purpose: Purpose::End(..), .. })) = self.activity {
             self.cancel_goal(goal);
         }
         self.emit_end(id, outcome);

@@ -22,14 +22,14 @@ use vocab::{ActionCallId, CommandId, GoalId, Stamp};
 #[derive(Clone, Debug)]
 pub(super) enum Activity {
     /// It goes somewhere.
-    Leg(Leg),
+    Leg(RunLeg),
     /// It performs the action of a task.
     Action(Acting),
 }
 
 /// A goal that was requested, or waits for its commit.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Leg {
+pub(super) struct RunLeg {
     pub goal: GoalId,
     pub purpose: Purpose,
     /// Whether the robot leaves its dock first.
@@ -53,12 +53,12 @@ pub(super) struct Acting {
     pub call: ActionCallId,
     pub deadline: Stamp,
     /// Why it was cancelled, if it was.
-    pub stop: Option<Stop>,
+    pub stop: Option<ActionCancelReason>,
 }
 
 /// Why an action was cancelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Stop {
+pub(super) enum ActionCancelReason {
     ForSkip,
     ForEnd,
     ForInterrupt,
@@ -162,7 +162,7 @@ impl MissionRunner {
     pub fn update(&mut self, at: Stamp, input: MissionInput) -> Vec<MissionEffect> {
         self.at = at;
         if std::mem::take(&mut self.is_restarting) {
-            self.take_up_runs();
+            self.recover_runs();
         }
         match input {
             MissionInput::Tick => {}
@@ -180,11 +180,11 @@ impl MissionRunner {
             }
             MissionInput::RouteActionEnded { call, result } => self.handle_route_action_end(call, result),
             MissionInput::RouteActionCancelled(call) => self.cancel_route_action(call),
-            MissionInput::Traversed { edge, took } => {
-                self.learned.entry(edge).or_default().add(took.secs_f64(), &self.config.routes);
+            MissionInput::Traversed { edge, duration } => {
+                self.learned.entry(edge).or_default().add(duration.secs_f64(), &self.config.routes);
             }
         }
-        self.take_newest_site();
+        self.update_route_site();
         self.check_monitors();
         self.check_times();
         self.advance();
@@ -201,7 +201,7 @@ impl MissionRunner {
         {
             self.notify(MissionNotice::PlanKept(run));
         }
-        self.take_newest_site();
+        self.update_route_site();
     }
 
     /// Whether the newest site lacks a node of the run under way that the site of its routes has.
@@ -212,7 +212,7 @@ impl MissionRunner {
     }
 
     /// Plans routes on the newest site, as soon as that has what the run under way needs.
-    pub(super) fn take_newest_site(&mut self) {
+    pub(super) fn update_route_site(&mut self) {
         if !Arc::ptr_eq(&self.site, &self.route_site) && !self.lacks_what_a_run_needs() {
             self.route_site = self.site.clone();
             self.rebuild_graph();
@@ -328,17 +328,19 @@ impl MissionRunner {
                 self.succeed_task(run, task, result);
                 return;
             }
-            (ActionResult::Cancelled, Some(Stop::TimedOut)) => failed(TaskFailure::ActionTimedOut),
+            (ActionResult::Cancelled, Some(ActionCancelReason::TimedOut)) => {
+                failed(TaskFailure::ActionTimedOut)
+            }
             (ActionResult::Cancelled, Some(_)) => (TaskTrigger::ActionCancelled, None),
             (ActionResult::Cancelled, None) => {
                 failed(TaskFailure::ActionFailed(crate::texts::CANCELLED_BY_PROGRAM.to_owned()))
             }
             // What was cancelled on purpose counts as cancelled, whatever is reported.
-            (ActionResult::Failed(_), Some(Stop::ForSkip | Stop::ForEnd)) => {
+            (ActionResult::Failed(_), Some(ActionCancelReason::ForSkip | ActionCancelReason::ForEnd)) => {
                 (TaskTrigger::ActionCancelled, None)
             }
             (ActionResult::Failed(reason), _) => failed(TaskFailure::ActionFailed(reason)),
-            (ActionResult::Unavailable, Some(Stop::ForSkip | Stop::ForEnd)) => {
+            (ActionResult::Unavailable, Some(ActionCancelReason::ForSkip | ActionCancelReason::ForEnd)) => {
                 (TaskTrigger::ActionCancelled, None)
             }
             (ActionResult::Unavailable, _) => failed(TaskFailure::ActionUnavailable),
@@ -367,7 +369,7 @@ impl MissionRunner {
     }
 
     /// Requests a goal once that is durable. It is what the robot does now.
-    pub(super) fn begin_leg(&mut self, leg: Leg, request: GoalRequest) {
+    pub(super) fn begin_leg(&mut self, leg: RunLeg, request: GoalRequest) {
         self.activity = Some(Activity::Leg(leg));
         self.act(MissionEffect::RequestGoal { goal: leg.goal, request });
     }

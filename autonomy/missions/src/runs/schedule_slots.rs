@@ -88,9 +88,9 @@ impl MissionRunner {
         };
         let mission = mission.id;
         let queue = self.records.queue();
-        let under_way = self.records.active().or(self.records.suspended()).map(|run| run.id);
+        let active = self.records.active().or(self.records.suspended()).map(|run| run.id);
         let mut priority = schedule.priority;
-        match (schedule.overlap, under_way.or(queue.first().copied())) {
+        match (schedule.overlap, active.or(queue.first().copied())) {
             (_, None) => {}
             (OverlapPolicy::Skip, Some(other)) => return SlotDecision::Skipped(SkipReason::OtherRun(other)),
             (OverlapPolicy::Queue, _) => {
@@ -105,7 +105,7 @@ impl MissionRunner {
                 // The run of a monitor is more important.
                 let is_by_monitor =
                     |run: &RunId| matches!(self.records.runs[run].cause, RunCause::Monitor(_));
-                if let Some(other) = under_way.filter(|other| !is_by_monitor(other)) {
+                if let Some(other) = active.filter(|other| !is_by_monitor(other)) {
                     self.fire_run(other, RunTrigger::Replaced);
                 }
                 // Before all that wait.
@@ -134,7 +134,7 @@ impl MissionRunner {
         if name != CHARGE_SIGNAL {
             return;
         }
-        // The reserve follows from the charge and the way to the nearest dock.
+        // The reserve follows from the charge and the route to the nearest dock.
         let Some(from) = self.situation.place.nearest else { return };
         let routes =
             self.route_site.docks().filter_map(|dock| self.graph.routes_to(dock.node)?.route(from).ok());

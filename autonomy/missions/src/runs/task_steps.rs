@@ -2,7 +2,7 @@
 
 use super::interface::{ActionInfo, GoalRequest, MissionEffect, MissionNotice};
 use super::records::{Run, TaskRecord};
-use super::runner::{Acting, Activity, Leg, MissionRunner, Purpose, Stop};
+use super::runner::{Acting, ActionCancelReason, Activity, MissionRunner, Purpose, RunLeg};
 use super::table::{RunTrigger, TASK_TABLE, TaskAction, TaskGuard, TaskTransition, TaskTrigger};
 use crate::graph::{NoRoute, RouteTree};
 use crate::ids::{call_id, goal_id};
@@ -144,9 +144,9 @@ impl MissionRunner {
             }
             TaskGuard::Idempotent => task.planned.is_idempotent,
             TaskGuard::NotIdempotent => !task.planned.is_idempotent,
-            TaskGuard::ForSkip => stop == Some(Stop::ForSkip),
-            TaskGuard::ForEnd => stop == Some(Stop::ForEnd),
-            TaskGuard::ForInterrupt => stop == Some(Stop::ForInterrupt),
+            TaskGuard::ForSkip => stop == Some(ActionCancelReason::ForSkip),
+            TaskGuard::ForEnd => stop == Some(ActionCancelReason::ForEnd),
+            TaskGuard::ForInterrupt => stop == Some(ActionCancelReason::ForInterrupt),
         }
     }
 
@@ -168,11 +168,11 @@ impl MissionRunner {
             return self.fire_task(run, task, TaskTrigger::Reached, None);
         }
         if self.situation.docked.is_some() && !is_undocked {
-            return self.begin_leg(Leg { goal, purpose, is_undocking: true }, GoalRequest::Undock);
+            return self.begin_leg(RunLeg { goal, purpose, is_undocking: true }, GoalRequest::Undock);
         }
         match self.find_closed(node) {
             Some(failure) => fail(self, failure),
-            None => self.begin_leg(Leg { goal, purpose, is_undocking: false }, request),
+            None => self.begin_leg(RunLeg { goal, purpose, is_undocking: false }, request),
         }
     }
 
@@ -230,7 +230,7 @@ impl MissionRunner {
     }
 
     /// Cancels the present action. One that was not called yet is not called any more.
-    pub(super) fn cancel_action(&mut self, stop: Stop) {
+    pub(super) fn cancel_action(&mut self, stop: ActionCancelReason) {
         let limit = self.config.cancel_time_limit;
         let Some(Activity::Action(acting)) = &mut self.activity else { return };
         let is_first = acting.stop.is_none();
@@ -258,11 +258,11 @@ fn expected_time(info: &ActionInfo, request: &ActionRequest) -> Span {
     info.expected.max(Span::from_secs_f64(known_s)).max(Span::ZERO)
 }
 
-fn stop_reason(trigger: TaskTrigger) -> Stop {
+fn stop_reason(trigger: TaskTrigger) -> ActionCancelReason {
     match trigger {
-        TaskTrigger::SkipRequested => Stop::ForSkip,
-        TaskTrigger::RunInterrupted => Stop::ForInterrupt,
-        _ => Stop::ForEnd,
+        TaskTrigger::SkipRequested => ActionCancelReason::ForSkip,
+        TaskTrigger::RunInterrupted => ActionCancelReason::ForInterrupt,
+        _ => ActionCancelReason::ForEnd,
     }
 }
 

@@ -35,7 +35,7 @@ fn scenarios() -> Vec<(&'static str, ExpectFile)> {
         "battery",
         "other_monitors",
         "restart",
-        "actions_on_the_way",
+        "route_actions",
         "intent_before_act",
         "docks_fail",
         "schedules",
@@ -175,13 +175,15 @@ impl Player {
                 rig.actions.clear();
                 rig.input(MissionInput::Actions(rig.actions.clone()));
             }
-            "way" => rig.want_route_action(number(1), (number(2), number(3)), words[4]),
-            "way-cancel" => {
+            "route-action" => rig.want_route_action(number(1), (number(2), number(3)), words[4]),
+            "route-action-cancel" => {
                 let call = vocab::ActionCallId(Uuid::from_u128(20_000 + number(1)));
                 rig.input(MissionInput::RouteActionCancelled(call));
             }
-            "way-done" => rig.end_route_action(ActionResult::Succeeded(Some("{}".to_owned()))),
-            "way-fails" => rig.end_route_action(ActionResult::Failed("The door is locked.".to_owned())),
+            "route-action-done" => rig.end_route_action(ActionResult::Succeeded(Some("{}".to_owned()))),
+            "route-action-fails" => {
+                rig.end_route_action(ActionResult::Failed("The door is locked.".to_owned()))
+            }
             "wait" => rig.wait(number(1) as u32),
             "charge" => {
                 rig.input(MissionInput::Signal { name: "battery.charge".to_owned(), value: value(1) })

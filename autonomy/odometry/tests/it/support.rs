@@ -3,7 +3,7 @@
 use geometry::{Isometry, Vector3, se3, vec_from_plain};
 use messages::Sensor;
 use odometry::{Mounting, Odometry, OdometryConfig, OdometryEvent, PoseEvent, ScanView, Sources};
-use sim::{Route, RouteFollower, SimConfig, Simulator, Site, SiteName, Start};
+use sim::{RouteFollower, SimConfig, SimulatedSite, Simulator, SiteName, SiteRoute, Start};
 use std::sync::{Arc, OnceLock};
 use vocab::{Span, Stamp};
 
@@ -24,11 +24,11 @@ pub fn b1() -> &'static Walk {
 pub fn narrow_doors() -> &'static Walk {
     static WALK: OnceLock<Walk> = OnceLock::new();
     WALK.get_or_init(|| {
-        let site = Arc::new(Site::new(SiteName::B1));
+        let site = Arc::new(SimulatedSite::new(SiteName::B1));
         let start = Start { position: vocab::Vec3 { x: 18.0, y: 37.0, z: 0.0 }, yaw: -2.0 };
         let waypoints =
             vec![[17.0, 35.0], [12.5, 35.0], [12.5, 36.0], [8.0, 36.0], [12.5, 36.0], [12.5, 28.0]];
-        walk_route(&site, Route { start, waypoints, ..site.routes()[0].clone() }, 60.0)
+        walk_route(&site, SiteRoute { start, waypoints, ..site.routes()[0].clone() }, 60.0)
     })
 }
 
@@ -37,7 +37,7 @@ pub fn narrow_doors() -> &'static Walk {
 pub fn carried() -> &'static (Walk, Stamp) {
     static WALK: OnceLock<(Walk, Stamp)> = OnceLock::new();
     WALK.get_or_init(|| {
-        let mut walking = Walking::on(&Arc::new(Site::new(SiteName::B1)), None);
+        let mut walking = Walking::on(&Arc::new(SimulatedSite::new(SiteName::B1)), None);
         walking.simulate_until(10.0);
         walking.walker = None;
         let away = Start { position: vocab::Vec3 { x: 8.0, y: 36.0, z: 0.0 }, yaw: 1.0 };
@@ -50,12 +50,12 @@ pub fn carried() -> &'static (Walk, Stamp) {
 }
 
 fn walk(name: SiteName, seconds: f64) -> Walk {
-    let mut walking = Walking::on(&Arc::new(Site::new(name)), None);
+    let mut walking = Walking::on(&Arc::new(SimulatedSite::new(name)), None);
     walking.simulate_until(seconds);
     walking.end()
 }
 
-fn walk_route(site: &Arc<Site>, route: Route, seconds: f64) -> Walk {
+fn walk_route(site: &Arc<SimulatedSite>, route: SiteRoute, seconds: f64) -> Walk {
     let mut walking = Walking::on(site, Some(route));
     walking.simulate_until(seconds);
     walking.end()
@@ -73,7 +73,7 @@ struct Walking {
 
 impl Walking {
     /// Begins a route, by default the first one of the site.
-    fn on(site: &Arc<Site>, route: Option<Route>) -> Self {
+    fn on(site: &Arc<SimulatedSite>, route: Option<SiteRoute>) -> Self {
         let route = route.unwrap_or_else(|| site.routes()[0].clone());
         let mut config = SimConfig { lidar_columns: 500, ..SimConfig::new(Arc::clone(site), 3) };
         config.start = Some(route.start);

@@ -1,8 +1,8 @@
 //! What hangs on the walls of a site for the cameras to read: labels, gauges, and machines that are warm.
 
-use crate::route::Route;
+use crate::route::SiteRoute;
 use crate::shape::Material;
-use crate::site::Site;
+use crate::site::SimulatedSite;
 use geometry::{Isometry, Rotation, Vector3};
 use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion};
 use std::f64::consts::TAU;
@@ -32,7 +32,7 @@ pub enum Face {
         /// Value at its end.
         max: f64,
         /// What the needle shows.
-        reading: Reading,
+        reading: GaugeReading,
     },
     /// A casing that is warmer than the air, with its tag.
     Warm {
@@ -43,7 +43,7 @@ pub enum Face {
 
 /// A value that swings slowly.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reading {
+pub struct GaugeReading {
     /// Its mean.
     pub mean: f64,
     /// How far it swings to either side.
@@ -52,7 +52,7 @@ pub struct Reading {
     pub period_s: f64,
 }
 
-impl Reading {
+impl GaugeReading {
     /// The value at a time.
     pub fn at(&self, seconds: f64) -> f64 {
         self.mean + self.amplitude * (TAU * seconds / self.period_s).sin()
@@ -100,7 +100,7 @@ const PLATE_OUT_M: f64 = 0.002;
 const COUNT_MAX: usize = 40;
 
 /// The plates along the first route of a site. Always the same for a site.
-pub(super) fn placed(site: &Site) -> Vec<Fixture> {
+pub(super) fn placed(site: &SimulatedSite) -> Vec<Fixture> {
     let Some(route) = site.routes().first() else { return Vec::new() };
     let mut fixtures: Vec<Fixture> = Vec::new();
     for (feet, ahead) in places(site, route) {
@@ -126,7 +126,7 @@ pub(super) fn placed(site: &Site) -> Vec<Fixture> {
 }
 
 /// Places along a route: the feet and the direction of walking. Heights follow the ground.
-fn places(site: &Site, route: &Route) -> Vec<(Vector3, Vector3)> {
+fn places(site: &SimulatedSite, route: &SiteRoute) -> Vec<(Vector3, Vector3)> {
     let mut places = Vec::new();
     let mut ground = route.start.position.z;
     let first = [route.start.position.x, route.start.position.y];
@@ -151,7 +151,7 @@ fn places(site: &Site, route: &Route) -> Vec<(Vector3, Vector3)> {
 }
 
 /// The pose of a plate of that size on a flat, upright wall that is seen from `eye` in this direction.
-fn wall(site: &Site, eye: &Vector3, direction: &Vector3, half_m: [f64; 2]) -> Option<Isometry> {
+fn wall(site: &SimulatedSite, eye: &Vector3, direction: &Vector3, half_m: [f64; 2]) -> Option<Isometry> {
     let (range, solid) = site.cast_ray(eye, direction, WALL_DISTANCE_MAX_M)?;
     if range < WALL_DISTANCE_MIN_M || matches!(solid.material, Material::Glass | Material::Foliage) {
         return None;
@@ -186,7 +186,7 @@ fn face_of(number: usize) -> Face {
             unit: "bar",
             min: 0.0,
             max: 10.0,
-            reading: Reading { mean: 3.0 + (1.3 * spread) % 5.0, amplitude: 0.4, period_s: 900.0 },
+            reading: GaugeReading { mean: 3.0 + (1.3 * spread) % 5.0, amplitude: 0.4, period_s: 900.0 },
         },
         1 => Face::Label(vec![format!("VALVE V-{}", 201 + number), "KEEP CLOSED".to_owned()]),
         2 => Face::Warm { celsius: 48.0 + (9.0 * spread) % 40.0 },
@@ -194,7 +194,7 @@ fn face_of(number: usize) -> Face {
             unit: "C",
             min: 0.0,
             max: 120.0,
-            reading: Reading { mean: 40.0 + (17.0 * spread) % 60.0, amplitude: 3.0, period_s: 1800.0 },
+            reading: GaugeReading { mean: 40.0 + (17.0 * spread) % 60.0, amplitude: 3.0, period_s: 1800.0 },
         },
     }
 }
@@ -219,7 +219,7 @@ mod tests {
     #[test]
     fn every_site_has_plates_on_its_walls_which_can_be_seen_from_the_route() {
         for name in [SiteName::B1, SiteName::Torus, SiteName::Plant, SiteName::Generated(1)] {
-            let site = Site::new(name);
+            let site = SimulatedSite::new(name);
             let fixtures = placed(&site);
             assert!(fixtures.len() >= 9, "{name}: {}", fixtures.len());
             for fixture in &fixtures {

@@ -1,7 +1,7 @@
 //! Where light comes from: lamps under the ceilings, and the sun where there is none.
 
 use crate::ray_packet::{NO_HIT, RayPacket};
-use crate::site::Site;
+use crate::site::SimulatedSite;
 use geometry::Vector3;
 use std::collections::BTreeMap;
 
@@ -60,7 +60,7 @@ pub(super) struct LocalLight {
 
 impl Lamps {
     /// A lamp every 3 m under each ceiling.
-    pub(super) fn of(site: &Site) -> Self {
+    pub(super) fn of(site: &SimulatedSite) -> Self {
         let (mut lamps, mut places, mut open) = (Vec::new(), 0, 0);
         let Some((min, max)) = bounds(site) else { return Self { is_open: true, ..Self::default() } };
         let steps = |axis: usize| {
@@ -150,7 +150,7 @@ pub(super) fn strength_at(lamp: &Lamp, point: [f32; 3]) -> f32 {
 }
 
 /// The box round the ground plan and the solids; `None` without a ground plan.
-fn bounds(site: &Site) -> Option<(Vector3, Vector3)> {
+fn bounds(site: &SimulatedSite) -> Option<(Vector3, Vector3)> {
     let outline = site.outline();
     let edge = |axis: usize, pick: fn(f64, f64) -> f64| {
         outline.iter().map(|corner| corner[axis]).reduce(pick).unwrap_or_default()
@@ -166,7 +166,7 @@ fn bounds(site: &Site) -> Option<(Vector3, Vector3)> {
 }
 
 /// The lamps above one point of the ground plan, one for each floor with a ceiling.
-fn lamps_over(site: &Site, x: f64, y: f64, top: f64) -> Vec<Lamp> {
+fn lamps_over(site: &SimulatedSite, x: f64, y: f64, top: f64) -> Vec<Lamp> {
     let mut lamps = Vec::new();
     let mut from = Vector3::new(x, y, top);
     let mut ceiling: Option<f64> = None;
@@ -193,7 +193,7 @@ fn lamps_over(site: &Site, x: f64, y: f64, top: f64) -> Vec<Lamp> {
 }
 
 /// Height at which the solid whose upper side is at `upper` ends below; `None` if it cannot be seen from below.
-fn underside(site: &Site, x: f64, y: f64, upper: f64) -> Option<f64> {
+fn underside(site: &SimulatedSite, x: f64, y: f64, upper: f64) -> Option<f64> {
     const THICKNESSES_M: [f64; 6] = [0.05, 0.15, 0.3, 0.5, 0.8, 1.2];
     THICKNESSES_M.into_iter().find_map(|thickness| {
         let below = upper - thickness;
@@ -211,7 +211,7 @@ mod tests {
     #[test]
     fn every_floor_under_a_ceiling_has_lamps_and_none_is_inside_a_solid() {
         for name in [SiteName::B1, SiteName::Plant, SiteName::Generated(3)] {
-            let site = Site::new(name);
+            let site = SimulatedSite::new(name);
             let lamps = Lamps::of(&site);
             let listed: Vec<Lamp> = lamps.cells.values().flatten().copied().collect();
             assert!(listed.len() > 200, "{name}: {}", listed.len());

@@ -22,14 +22,14 @@ mod snapshot;
 mod surfaces;
 mod thermal;
 
-pub use fixtures::{Face, Fixture, Reading};
+pub use fixtures::{Face, Fixture, GaugeReading};
 pub use optics::{CameraAim, CameraConfig, Intrinsics};
 pub use snapshot::CameraSnapshot;
 pub(crate) use surfaces::air_celsius;
 pub use thermal::ThermalImage;
 
 use crate::people::People;
-use crate::site::Site;
+use crate::site::SimulatedSite;
 use geometry::{Isometry, Rng};
 use lamps::Lamps;
 use std::sync::Arc;
@@ -48,14 +48,14 @@ pub struct CameraImage {
 /// What both cameras see of a site, apart from its people: prepared once, shared by all pictures.
 #[derive(Clone, Debug)]
 pub struct CameraScene {
-    site: Arc<Site>,
+    site: Arc<SimulatedSite>,
     lamps: Lamps,
     fixtures: Vec<Fixture>,
 }
 
 impl CameraScene {
     /// Finds the lamps of a site, and hangs fixtures on the walls along its first route. The same site gets the same.
-    pub fn new(site: Arc<Site>) -> Self {
+    pub fn new(site: Arc<SimulatedSite>) -> Self {
         Self { lamps: Lamps::of(&site), fixtures: fixtures::placed(&site), site }
     }
 
@@ -65,7 +65,7 @@ impl CameraScene {
     }
 
     /// The site.
-    pub(crate) fn site(&self) -> &Arc<Site> {
+    pub(crate) fn site(&self) -> &Arc<SimulatedSite> {
         &self.site
     }
 
@@ -78,7 +78,7 @@ impl CameraScene {
         seconds: f64,
         rng: &mut Rng,
     ) -> CameraImage {
-        let view = render::View { scene: self, people, site_from_camera, intrinsics, seconds };
+        let view = render::CameraView { scene: self, people, site_from_camera, intrinsics, seconds };
         let light = view.light();
         exposure::expose(&light, intrinsics, rng)
     }
@@ -92,7 +92,7 @@ impl CameraScene {
         seconds: f64,
         rng: &mut Rng,
     ) -> ThermalImage {
-        let view = render::View { scene: self, people, site_from_camera, intrinsics, seconds };
+        let view = render::CameraView { scene: self, people, site_from_camera, intrinsics, seconds };
         thermal::measure(&view, rng)
     }
 }

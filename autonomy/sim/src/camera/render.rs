@@ -41,7 +41,7 @@ const EDGE_CONTRAST: f32 = 0.08;
 const SUBPIXELS: [[f32; 2]; 4] = [[0.375, 0.125], [0.875, 0.375], [0.625, 0.875], [0.125, 0.625]];
 
 /// A camera in a scene at one instant.
-pub(super) struct View<'a> {
+pub(super) struct CameraView<'a> {
     pub(super) scene: &'a CameraScene,
     pub(super) people: &'a People,
     /// Pose of the camera: x right, y down, z ahead.
@@ -53,7 +53,7 @@ pub(super) struct View<'a> {
 
 /// What a ray has met.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Target {
+pub(super) enum HitTarget {
     Nothing,
     Solid(Material),
     Person(Material),
@@ -63,8 +63,8 @@ pub(super) enum Target {
 
 /// The end of a ray.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Hit {
-    pub(super) target: Target,
+pub(super) struct SurfaceHit {
+    pub(super) target: HitTarget,
     /// Site frame, metres.
     pub(super) point: [f32; 3],
     /// Towards the camera.
@@ -76,9 +76,9 @@ pub(super) struct Hit {
     light: f32,
 }
 
-impl Hit {
+impl SurfaceHit {
     const NOTHING: Self = Self {
-        target: Target::Nothing,
+        target: HitTarget::Nothing,
         point: [0.0; 3],
         normal: [0.0; 3],
         direction: [0.0; 3],
@@ -103,7 +103,7 @@ struct VisiblePlate {
 /// Points of the picture, pixels. Packets hold neighbouring ones.
 type Points = [[f32; 2]; LANES];
 
-impl View<'_> {
+impl CameraView<'_> {
     /// Linear light of every pixel, row by row.
     pub(super) fn light(&self) -> Vec<[f32; 3]> {
         let plates = self.visible_plates();
@@ -137,7 +137,7 @@ impl View<'_> {
     }
 
     /// What the middle of every pixel sees, row by row.
-    pub(super) fn targets(&self, mut visit: impl FnMut(usize, &Hit)) {
+    pub(super) fn targets(&self, mut visit: impl FnMut(usize, &SurfaceHit)) {
         let plates = self.visible_plates();
         let width = self.intrinsics.width_px as usize;
         self.for_each_packet(|first, points| {
@@ -202,11 +202,11 @@ impl View<'_> {
     }
 
     /// What is seen at these points of the picture.
-    fn hits(&self, points: &Points, plates: &[VisiblePlate]) -> [Hit; LANES] {
+    fn hits(&self, points: &Points, plates: &[VisiblePlate]) -> [SurfaceHit; LANES] {
         let eye = self.site_from_camera.translation.vector;
         let origin = [[eye.x as f32; LANES], [eye.y as f32; LANES], [eye.z as f32; LANES]];
         let direction = self.directions(points);
-        let mut hits = [Hit::NOTHING; LANES];
+        let mut hits = [SurfaceHit::NOTHING; LANES];
         let mut packet = RayPacket::new(origin, direction, RANGE_MAX_M);
         let mut passed = [0.0_f32; LANES];
         for pane in 0..=PANES_MAX {
@@ -218,12 +218,12 @@ impl View<'_> {
                     continue;
                 }
                 let hit = self.hit(&packet, lane);
-                if hit.target == Target::Solid(Material::Glass) && pane < PANES_MAX {
+                if hit.target == HitTarget::Solid(Material::Glass) && pane < PANES_MAX {
                     passed[lane] += packet.range[lane] + OFFSET_M;
                     behind[lane] = RANGE_MAX_M - passed[lane];
                     hits[lane].light *= PANE_LIGHT;
                 } else {
-                    hits[lane] = Hit { light: hits[lane].light, ..hit };
+                    hits[lane] = SurfaceHit { light: hits[lane].light, ..hit };
                     passed[lane] += packet.range[lane];
                 }
             }
@@ -260,21 +260,21 @@ impl View<'_> {
         direction
     }
 
-    fn hit(&self, packet: &RayPacket, lane: usize) -> Hit {
+    fn hit(&self, packet: &RayPacket, lane: usize) -> SurfaceHit {
         let point = packet.end(lane);
         let solid = packet.solid[lane];
         let direction = [0, 1, 2].map(|axis| packet.direction[axis][lane]);
         let (normal, target) = if solid & PERSON_BIT != 0 {
             let (normal, material) = self.people.surface(solid, point);
-            (normal, Target::Person(material))
+            (normal, HitTarget::Person(material))
         } else {
             let bvh = self.scene.site.bvh();
-            (bvh.normal(solid, point), Target::Solid(bvh.solids()[solid as usize].material))
+            (bvh.normal(solid, point), HitTarget::Solid(bvh.solids()[solid as usize].material))
         };
         // Triangles are seen from both sides.
         let normal = if dot(normal, direction) > 0.0 { normal.map(|c| -c) } else { normal };
         let facing = normal.map(|c| (c * 2.0).round() as i32 as u32);
-        Hit {
+        SurfaceHit {
             target,
             point,
             normal,
@@ -290,7 +290,7 @@ impl View<'_> {
         points: &Points,
         plates: &[VisiblePlate],
         origin: &[Lane; 3],
-        hits: &mut [Hit; LANES],
+        hits: &mut [SurfaceHit; LANES],
     ) {
         for plate in plates {
             for lane in 0..LANES {
@@ -304,7 +304,7 @@ impl View<'_> {
                 let range = dot(offset, plate.outward) / dot(direction, plate.outward);
                 let hit = &mut hits[lane];
                 let behind = match hit.target {
-                    Target::Nothing => RANGE_MAX_M,
+                    HitTarget::Nothing => RANGE_MAX_M,
                     _ => length(subtract(hit.point, eye)),
                 };
                 if !(range > 0.0 && range < behind) {
@@ -316,8 +316,8 @@ impl View<'_> {
                 if on_plate[0].abs() > plate.half[0] || on_plate[1].abs() > plate.half[1] {
                     continue;
                 }
-                *hit = Hit {
-                    target: Target::Plate(plate.fixture, on_plate),
+                *hit = SurfaceHit {
+                    target: HitTarget::Plate(plate.fixture, on_plate),
                     point,
                     normal: plate.outward,
                     surface: NO_HIT - 1 - plate.fixture as u32,
@@ -328,10 +328,10 @@ impl View<'_> {
     }
 
     /// Linear light of hits.
-    fn shade(&self, hits: &[Hit; LANES], points: &Points) -> [[f32; 3]; LANES] {
+    fn shade(&self, hits: &[SurfaceHit; LANES], points: &Points) -> [[f32; 3]; LANES] {
         let mut local: [Option<LocalLight>; LANES] = [None; LANES];
         for lane in 0..LANES {
-            if hits[lane].target == Target::Nothing {
+            if hits[lane].target == HitTarget::Nothing {
                 continue;
             }
             let near = lane > 0 && length(subtract(hits[lane].point, hits[lane - 1].point)) < SHARED_LIGHT_M;
@@ -360,11 +360,11 @@ impl View<'_> {
         })
     }
 
-    fn finish(&self, hit: &Hit) -> Finish {
+    fn finish(&self, hit: &SurfaceHit) -> Finish {
         match hit.target {
-            Target::Nothing => Finish { albedo: SKY, gloss: 0.0 },
-            Target::Solid(material) | Target::Person(material) => finish(material, hit.point),
-            Target::Plate(fixture, at) => {
+            HitTarget::Nothing => Finish { albedo: SKY, gloss: 0.0 },
+            HitTarget::Solid(material) | HitTarget::Person(material) => finish(material, hit.point),
+            HitTarget::Plate(fixture, at) => {
                 let fixture = &self.scene.fixtures[fixture];
                 // The size of a pixel on the plate: letters are averaged over it.
                 let eye = self.site_from_camera.translation.vector;
@@ -387,7 +387,7 @@ impl View<'_> {
     fn add_lamps(
         &self,
         number: usize,
-        hits: &[Hit; LANES],
+        hits: &[SurfaceHit; LANES],
         points: &Points,
         local: &[Option<LocalLight>; LANES],
         fallen: &mut [[f32; 2]; LANES],
@@ -416,8 +416,8 @@ impl View<'_> {
         self.add_unless_shadowed(hits, &to_lamp, &strength, range, fallen);
     }
 
-    fn add_sun(&self, hits: &[Hit; LANES], fallen: &mut [[f32; 2]; LANES]) {
-        let lit = |hit: &Hit| hit.target != Target::Nothing && dot(hit.normal, TO_SUN) > 0.0;
+    fn add_sun(&self, hits: &[SurfaceHit; LANES], fallen: &mut [[f32; 2]; LANES]) {
+        let lit = |hit: &SurfaceHit| hit.target != HitTarget::Nothing && dot(hit.normal, TO_SUN) > 0.0;
         let range = hits.each_ref().map(|hit| if lit(hit) { RANGE_MAX_M } else { 0.0 });
         let strength = range.map(|range| if range > 0.0 { SUN } else { 0.0 });
         self.add_unless_shadowed(hits, &[TO_SUN; LANES], &strength, range, fallen);
@@ -425,7 +425,7 @@ impl View<'_> {
 
     fn add_unless_shadowed(
         &self,
-        hits: &[Hit; LANES],
+        hits: &[SurfaceHit; LANES],
         to_light: &[[f32; 3]; LANES],
         strength: &Lane,
         range: Lane,

@@ -1,6 +1,6 @@
 //! Pictures of temperatures.
 
-use super::render::{Target, View};
+use super::render::{CameraView, HitTarget};
 use super::surfaces;
 use geometry::Rng;
 
@@ -21,16 +21,16 @@ pub struct ThermalImage {
 }
 
 /// Measures the temperature at every pixel.
-pub(super) fn measure(view: &View<'_>, rng: &mut Rng) -> ThermalImage {
+pub(super) fn measure(view: &CameraView<'_>, rng: &mut Rng) -> ThermalImage {
     let (width_px, height_px) = (view.intrinsics.width_px, view.intrinsics.height_px);
     let mut celsius = vec![SKY_CELSIUS; (width_px * height_px) as usize];
     let fixtures = &view.scene.fixtures;
     view.targets(|pixel, hit| {
         celsius[pixel] = match hit.target {
-            Target::Nothing => SKY_CELSIUS,
-            Target::Solid(_) => surfaces::wall_celsius(fixtures, hit.point),
-            Target::Person(material) => surfaces::person_celsius(material),
-            Target::Plate(fixture, at) => {
+            HitTarget::Nothing => SKY_CELSIUS,
+            HitTarget::Solid(_) => surfaces::wall_celsius(fixtures, hit.point),
+            HitTarget::Person(material) => surfaces::person_celsius(material),
+            HitTarget::Plate(fixture, at) => {
                 surfaces::plate_celsius(&fixtures[fixture], at, surfaces::air_celsius(hit.point))
             }
         };

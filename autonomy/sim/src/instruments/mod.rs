@@ -14,20 +14,20 @@ pub use climate::AirReading;
 pub use gamma::{GammaConfig, GammaField, GammaLine, GammaSource, Nuclide};
 
 use crate::camera::CameraScene;
-use crate::site::Site;
+use crate::site::SimulatedSite;
 use climate::Climate;
 use geometry::{Isometry, Rng};
 use std::sync::Arc;
 
 /// What the instruments sense of a site. It never changes; all readings share it.
 #[derive(Clone, Debug)]
-pub struct Surroundings {
-    site: Arc<Site>,
+pub struct InstrumentEnvironment {
+    site: Arc<SimulatedSite>,
     climate: Climate,
     gamma: GammaField,
 }
 
-impl Surroundings {
+impl InstrumentEnvironment {
     /// Warm machines heat the air, and some of them are contaminated. The same site gets the same.
     pub fn new(scene: &CameraScene) -> Self {
         let fixtures = scene.fixtures();
@@ -56,12 +56,12 @@ pub struct InstrumentSnapshot {
 
 impl InstrumentSnapshot {
     /// Temperature and humidity of the air at the robot.
-    pub fn air(&mut self, surroundings: &Surroundings) -> AirReading {
+    pub fn air(&mut self, surroundings: &InstrumentEnvironment) -> AirReading {
         surroundings.climate.measure(&self.site_from_base.translation.vector, self.seconds, &mut self.rng)
     }
 
     /// Adds the events of some seconds to a spectrum, which has one number for each channel.
-    pub fn count_gamma(&mut self, surroundings: &Surroundings, seconds: f64, counts: &mut [u32]) {
+    pub fn count_gamma(&mut self, surroundings: &InstrumentEnvironment, seconds: f64, counts: &mut [u32]) {
         let field = &surroundings.gamma;
         let detector = field.config().detector_in_site(&self.site_from_base);
         let rates = field.rates(surroundings.site.bvh(), &detector);

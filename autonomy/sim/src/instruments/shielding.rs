@@ -32,15 +32,15 @@ fn attenuation_per_m(material: Material) -> f64 {
 /// Exponent of the attenuation between two points, site frame, metres: the share `exp(-depth)` of the gamma passes. Where solids overlap, the densest counts.
 /// Linear in the number of solids between the points.
 pub(super) fn optical_depth(bvh: &Bvh, from: &Vector3, to: &Vector3, kev: f64) -> f64 {
-    let (way, middle) = (to - from, 0.5 * (from + to));
-    let length = way.norm();
+    let (segment, middle) = (to - from, 0.5 * (from + to));
+    let length = segment.norm();
     let mut passages: Vec<(f64, f64, f64)> = Vec::new();
     let mut sheets = 0.0;
-    bvh.near(&middle, 0.5 * length, |solid| match passage(solid, from, &way) {
+    bvh.near(&middle, 0.5 * length, |solid| match passage(solid, from, &segment) {
         Some((enters, leaves)) => passages.push((enters, leaves, attenuation_per_m(solid.material))),
         None => {
             if let Shape::Triangle(corners) = &solid.shape
-                && crosses(corners, from, &way)
+                && crosses(corners, from, &segment)
             {
                 sheets += SHEET_M * attenuation_per_m(solid.material);
             }
@@ -50,7 +50,7 @@ pub(super) fn optical_depth(bvh: &Bvh, from: &Vector3, to: &Vector3, kev: f64) -
     (solids + AIR_PER_M * length) * (REFERENCE_KEV / kev).powf(ENERGY_EXPONENT)
 }
 
-/// Sum over the stretches of a way of their share times the greatest attenuation there.
+/// Sum over the stretches of a segment of their share times the greatest attenuation there.
 fn densest(passages: &[(f64, f64, f64)]) -> f64 {
     let mut borders: Vec<f64> = passages.iter().flat_map(|(enters, leaves, _)| [*enters, *leaves]).collect();
     borders.sort_by(f64::total_cmp);
@@ -62,20 +62,20 @@ fn densest(passages: &[(f64, f64, f64)]) -> f64 {
     borders.windows(2).map(stretch).sum()
 }
 
-/// Where a way enters and leaves a solid, as shares of the way; none if it does not, or if the solid is a sheet.
-fn passage(solid: &Solid, from: &Vector3, way: &Vector3) -> Option<(f64, f64)> {
+/// Where a segment enters and leaves a solid, as shares of the segment; none if it does not, or if the solid is a sheet.
+fn passage(solid: &Solid, from: &Vector3, segment: &Vector3) -> Option<(f64, f64)> {
     let (enters, leaves) = match &solid.shape {
-        Shape::AlignedBox { min, max } => slabs(&(from - min), way, &(max - min))?,
+        Shape::AlignedBox { min, max } => slabs(&(from - min), segment, &(max - min))?,
         Shape::OrientedBox { center, half, site_from_box } => {
             let turn = site_from_box.inverse();
-            slabs(&(turn * (from - center) + half), &(turn * way), &(half * 2.0))?
+            slabs(&(turn * (from - center) + half), &(turn * segment), &(half * 2.0))?
         }
-        Shape::Sphere { center, radius } => ball(&(from - center), way, *radius)?,
+        Shape::Sphere { center, radius } => ball(&(from - center), segment, *radius)?,
         Shape::Cylinder { from: end, to, radius } => {
             let axis = (to - end).try_normalize(1e-12)?;
             let offset = from - end;
-            let (along, speed) = (offset.dot(&axis), way.dot(&axis));
-            let (enters, leaves) = ball(&(offset - axis * along), &(way - axis * speed), *radius)?;
+            let (along, speed) = (offset.dot(&axis), segment.dot(&axis));
+            let (enters, leaves) = ball(&(offset - axis * along), &(segment - axis * speed), *radius)?;
             let (bottom, top) = slab(along, speed, (to - end).norm())?;
             (enters.max(bottom), leaves.min(top))
         }
@@ -85,11 +85,11 @@ fn passage(solid: &Solid, from: &Vector3, way: &Vector3) -> Option<(f64, f64)> {
     (enters < leaves).then_some((enters, leaves))
 }
 
-/// Where a way is in a box from 0 to `size`.
-fn slabs(from: &Vector3, way: &Vector3, size: &Vector3) -> Option<(f64, f64)> {
+/// Where a segment is in a box from 0 to `size`.
+fn slabs(from: &Vector3, segment: &Vector3, size: &Vector3) -> Option<(f64, f64)> {
     let mut inside = (f64::NEG_INFINITY, f64::INFINITY);
     for axis in 0..3 {
-        let (enters, leaves) = slab(from[axis], way[axis], size[axis])?;
+        let (enters, leaves) = slab(from[axis], segment[axis], size[axis])?;
         inside = (inside.0.max(enters), inside.1.min(leaves));
     }
     Some(inside)
@@ -104,9 +104,9 @@ fn slab(from: f64, speed: f64, size: f64) -> Option<(f64, f64)> {
     Some((one.min(other), one.max(other)))
 }
 
-/// Where a way is within `radius` of the origin.
-fn ball(from: &Vector3, way: &Vector3, radius: f64) -> Option<(f64, f64)> {
-    let (a, b, c) = (way.norm_squared(), from.dot(way), from.norm_squared() - radius * radius);
+/// Where a segment is within `radius` of the origin.
+fn ball(from: &Vector3, segment: &Vector3, radius: f64) -> Option<(f64, f64)> {
+    let (a, b, c) = (segment.norm_squared(), from.dot(segment), from.norm_squared() - radius * radius);
     if a < 1e-18 {
         return (c < 0.0).then_some((f64::NEG_INFINITY, f64::INFINITY));
     }
@@ -114,10 +114,10 @@ fn ball(from: &Vector3, way: &Vector3, radius: f64) -> Option<(f64, f64)> {
     root.is_finite().then(|| ((-b - root) / a, (-b + root) / a))
 }
 
-/// Whether a way crosses a triangle (Möller and Trumbore, 1997).
-fn crosses([a, b, c]: &[Vector3; 3], from: &Vector3, way: &Vector3) -> bool {
+/// Whether a segment crosses a triangle (Möller and Trumbore, 1997).
+fn crosses([a, b, c]: &[Vector3; 3], from: &Vector3, segment: &Vector3) -> bool {
     let (ab, ac) = (b - a, c - a);
-    let across = way.cross(&ac);
+    let across = segment.cross(&ac);
     let volume = ab.dot(&across);
     if volume.abs() < 1e-12 {
         return false;
@@ -125,7 +125,7 @@ fn crosses([a, b, c]: &[Vector3; 3], from: &Vector3, way: &Vector3) -> bool {
     let offset = from - a;
     let u = offset.dot(&across) / volume;
     let around = offset.cross(&ab);
-    let (v, at) = (way.dot(&around) / volume, ac.dot(&around) / volume);
+    let (v, at) = (segment.dot(&around) / volume, ac.dot(&around) / volume);
     u >= 0.0 && v >= 0.0 && u + v <= 1.0 && (0.0..=1.0).contains(&at)
 }
 
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn the_way_through_every_shape_counts() {
+    fn the_passage_through_every_shape_counts() {
         let to = Vector3::new(4.0, 0.0, 0.0);
         let wall = Shape::AlignedBox { min: Vector3::new(1.0, -1.0, -1.0), max: Vector3::new(1.2, 1.0, 1.0) };
         let turned = Shape::OrientedBox {

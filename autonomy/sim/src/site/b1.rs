@@ -3,7 +3,7 @@
 
 use super::parts::{Builder, Opening, at, door, gate, window};
 use super::plan::SitePlan;
-use crate::route::{Route, Start};
+use crate::route::{SiteRoute, Start};
 use crate::shape::Material;
 use geometry::Vector3;
 use vocab::Vec3;
@@ -353,7 +353,7 @@ fn clutter(b: &mut Builder) {
     }
 }
 
-fn routes() -> Vec<Route> {
+fn routes() -> Vec<SiteRoute> {
     let start = Start { position: Vec3::new(16.4, 23.5, 0.0), yaw: 0.0 };
     let round = vec![
         // Racks.
@@ -423,8 +423,8 @@ fn routes() -> Vec<Route> {
     ];
     let short = vec![[18.2, 23.5], [29.0, 22.6], [29.0, 17.2], [21.0, 17.2], [21.0, 23.0], [18.0, 23.0]];
     vec![
-        Route { name: "round", start, waypoints: round, speed: 1.0 },
-        Route { name: "short", start, waypoints: short, speed: 0.9 },
+        SiteRoute { name: "round", start, waypoints: round, speed: 1.0 },
+        SiteRoute { name: "short", start, waypoints: short, speed: 0.9 },
     ]
 }
 

@@ -9,8 +9,8 @@
 //!  (-0.802, -0.35) /                    right plate
 //! ```
 
-use super::Site;
-use super::plan::Dock;
+use super::SimulatedSite;
+use super::plan::SimulatedDock;
 use crate::shape::{Material, Shape, Solid};
 use geometry::{Isometry, Rotation, Vector3, vec_from_plain};
 use nalgebra::Translation3;
@@ -37,7 +37,7 @@ const CONTACT_HEADING_RAD: f64 = 0.0524;
 const RELEASE_DISTANCE_M: f64 = 0.25;
 
 /// The solids of a dock.
-pub(super) fn solids(dock: &Dock) -> Vec<Solid> {
+pub(super) fn solids(dock: &SimulatedDock) -> Vec<Solid> {
     let site_from_dock = site_from_dock(dock);
     let part = |center: [f64; 3], size: [f64; 3], yaw: f64, material| {
         let shape = Shape::OrientedBox {
@@ -69,23 +69,23 @@ pub(super) fn solids(dock: &Dock) -> Vec<Solid> {
     solids
 }
 
-fn site_from_dock(dock: &Dock) -> Isometry {
+fn site_from_dock(dock: &SimulatedDock) -> Isometry {
     let heading = Rotation::from_euler_angles(0.0, 0.0, dock.yaw);
     Isometry::from_parts(Translation3::from(vec_from_plain(dock.position)), heading)
 }
 
 /// Horizontal distance (metres) and difference of heading (radians) from the pose in which a robot is docked.
-fn offset(dock: &Dock, site_from_base: &Isometry) -> (f64, f64) {
+fn offset(dock: &SimulatedDock, site_from_base: &Isometry) -> (f64, f64) {
     let dock_from_base = site_from_dock(dock).inverse() * site_from_base;
     let ahead = dock_from_base.rotation * Vector3::x();
     (dock_from_base.translation.vector.xy().norm(), ahead.y.atan2(ahead.x).abs())
 }
 
-fn is_on_floor_of(dock: &Dock, site_from_base: &Isometry) -> bool {
+fn is_on_floor_of(dock: &SimulatedDock, site_from_base: &Isometry) -> bool {
     (0.0..1.0).contains(&(site_from_base.translation.vector.z - dock.position.z))
 }
 
-impl Site {
+impl SimulatedSite {
     /// The dock whose contacts a base touches, by its number.
     pub(crate) fn dock_in_contact(&self, site_from_base: &Isometry) -> Option<usize> {
         self.docks().iter().position(|dock| {
@@ -98,7 +98,7 @@ impl Site {
 
     /// Whether a base is so near to that dock that it may be making contact.
     pub(crate) fn is_docking(&self, dock: usize, site_from_base: &Isometry) -> bool {
-        let is_near = |dock: &Dock| {
+        let is_near = |dock: &SimulatedDock| {
             offset(dock, site_from_base).0 <= RELEASE_DISTANCE_M && is_on_floor_of(dock, site_from_base)
         };
         self.docks().get(dock).is_some_and(is_near)
@@ -127,11 +127,11 @@ impl Site {
     }
 
     /// The site with one dock more.
-    pub fn with_dock(&self, dock: Dock) -> Self {
+    pub fn with_dock(&self, dock: SimulatedDock) -> Self {
         self.with_docks(|docks| docks.push(dock))
     }
 
-    fn with_docks(&self, change: impl FnOnce(&mut Vec<Dock>)) -> Self {
+    fn with_docks(&self, change: impl FnOnce(&mut Vec<SimulatedDock>)) -> Self {
         let mut plan = self.plan.clone();
         change(&mut plan.docks);
         Self { walkable: self.walkable.clone(), ..Self::from_plan(self.name.clone(), plan) }

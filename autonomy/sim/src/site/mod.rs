@@ -16,7 +16,7 @@ mod twins;
 mod walkable;
 
 use crate::bvh::Bvh;
-use crate::route::{Route, Start};
+use crate::route::{SiteRoute, Start};
 use crate::shape::Solid;
 use geometry::{RngTree, Vector3};
 use plan::SitePlan;
@@ -28,7 +28,7 @@ use walkable::WalkableFloor;
 
 pub use error::BuildingModelError;
 pub use model::{BuildingModel, BuildingModelConfig, Mobility, ModelPart, ModelTriangle};
-pub use plan::Dock;
+pub use plan::SimulatedDock;
 pub use tessellation::TessellationConfig;
 
 /// The name of a site.
@@ -99,7 +99,7 @@ impl FromStr for SiteName {
 
 /// A site: its solids in a tree for ray casting, its docks, routes and pedestrian paths.
 #[derive(Clone, Debug)]
-pub struct Site {
+pub struct SimulatedSite {
     name: String,
     bvh: Bvh,
     plan: SitePlan,
@@ -107,9 +107,9 @@ pub struct Site {
     walkable: Option<Arc<WalkableFloor>>,
 }
 
-impl From<SiteName> for Arc<Site> {
+impl From<SiteName> for Arc<SimulatedSite> {
     fn from(name: SiteName) -> Self {
-        Self::new(Site::new(name))
+        Self::new(SimulatedSite::new(name))
     }
 }
 
@@ -128,7 +128,7 @@ fn plan_of(name: SiteName) -> SitePlan {
     }
 }
 
-impl Site {
+impl SimulatedSite {
     /// Builds a site. It is always the same, because the seed of its clutter is fixed.
     pub fn new(name: SiteName) -> Self {
         Self::from_plan(name.to_string(), plan_of(name))
@@ -159,13 +159,13 @@ impl Site {
         self.bvh.solids()
     }
 
-    /// The tree over [`Site::solids`].
+    /// The tree over [`SimulatedSite::solids`].
     pub fn bvh(&self) -> &Bvh {
         &self.bvh
     }
 
     /// Charging docks. Robots start at the first one.
-    pub fn docks(&self) -> &[Dock] {
+    pub fn docks(&self) -> &[SimulatedDock] {
         &self.plan.docks
     }
 
@@ -175,12 +175,12 @@ impl Site {
     }
 
     /// Routes for recordings.
-    pub fn routes(&self) -> &[Route] {
+    pub fn routes(&self) -> &[SiteRoute] {
         &self.plan.routes
     }
 
     /// The route of that name.
-    pub fn route(&self, name: &str) -> Option<&Route> {
+    pub fn route(&self, name: &str) -> Option<&SiteRoute> {
         self.plan.routes.iter().find(|route| route.name == name)
     }
 

@@ -1,10 +1,10 @@
 //! Sites that are given as triangles: what the triangles say, and what they do not. The text and the file of such a model are read elsewhere.
 
-use super::plan::{Dock, DoorLeaf, SitePlan};
+use super::plan::{DoorLeaf, SimulatedDock, SitePlan};
 use super::walkable::{WalkableConfig, WalkableFloor};
-use super::{Site, error::BuildingModelError};
+use super::{SimulatedSite, error::BuildingModelError};
 use crate::ray_packet::{NO_HIT, RayPacket};
-use crate::route::{Route, Start};
+use crate::route::{SiteRoute, Start};
 use crate::shape::{Material, Shape, Solid};
 use geometry::{Vector3, vec_from_plain};
 use std::sync::Arc;
@@ -45,13 +45,13 @@ pub struct BuildingModel {
     /// What stands in it.
     pub parts: Vec<ModelPart>,
     /// Charging docks. The robot starts at the first one.
-    pub docks: Vec<Dock>,
+    pub docks: Vec<SimulatedDock>,
     /// Start of the robot where there is no dock. Without both, the robot starts on the free floor nearest to the middle.
     pub start: Option<Start>,
     /// Corners of the ground plan, counter-clockwise, metres. Without corners it is the bounding rectangle.
     pub outline: Vec<[f64; 2]>,
     /// Routes for recordings. Without any, one that passes all floor which the robot can reach is found, named "round".
-    pub routes: Vec<Route>,
+    pub routes: Vec<SiteRoute>,
     /// Closed paths of people, at the feet, metres.
     pub pedestrian_paths: Vec<Vec<Vec3>>,
 }
@@ -90,7 +90,7 @@ pub enum Mobility {
     },
 }
 
-impl Site {
+impl SimulatedSite {
     /// Builds the site of a model.
     ///
     /// # Errors

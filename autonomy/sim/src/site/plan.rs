@@ -1,6 +1,6 @@
 //! The description of a site from which it is built.
 
-use crate::route::{Route, Start};
+use crate::route::{SiteRoute, Start};
 use crate::shape::Solid;
 use geometry::Vector3;
 use std::ops::Range;
@@ -8,7 +8,7 @@ use vocab::Vec3;
 
 /// A charging dock. Its solids stand behind the docked robot (`dock.rs`).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Dock {
+pub struct SimulatedDock {
     /// Position of the docked robot, on the ground, site frame, metres.
     pub position: Vec3,
     /// Heading of the docked robot, radians.
@@ -29,12 +29,12 @@ pub(super) struct DoorLeaf {
 pub(super) struct SitePlan {
     /// All solids but those of the docks.
     pub(super) solids: Vec<Solid>,
-    pub(super) docks: Vec<Dock>,
+    pub(super) docks: Vec<SimulatedDock>,
     /// Start of the robot where there is no dock.
     pub(super) start: Option<Start>,
     /// Corners of the ground plan, counter-clockwise, metres.
     pub(super) outline: Vec<[f64; 2]>,
-    pub(super) routes: Vec<Route>,
+    pub(super) routes: Vec<SiteRoute>,
     /// Closed paths of people, at the feet, metres.
     pub(super) pedestrian_paths: Vec<Vec<Vector3>>,
     /// The solids of each piece of furniture.

@@ -3,7 +3,7 @@
 
 use super::parts::{Builder, at, door, gate, window};
 use super::plan::SitePlan;
-use crate::route::{Route, Start};
+use crate::route::{SiteRoute, Start};
 use crate::shape::Material;
 use geometry::Vector3;
 use vocab::Vec3;
@@ -403,7 +403,7 @@ fn tree(b: &mut Builder, foot: Vector3) {
     }
 }
 
-fn routes() -> Vec<Route> {
+fn routes() -> Vec<SiteRoute> {
     let start = Start { position: Vec3::new(2.4, 20.8, 0.0), yaw: 0.0 };
     let up = [[25.2, 16.0], [25.2, 18.9], [30.8, 18.9], [30.8, 20.35], [25.2, 20.35]];
     let down = [[25.2, 20.35], [30.8, 20.35], [30.8, 18.9], [25.2, 18.9], [25.2, 16.0]];
@@ -452,8 +452,8 @@ fn routes() -> Vec<Route> {
     let round = [&ground[..], &up, &upper, &down, &outside].concat();
     let short = [&ground[..1], &[[22.4, 16.0]], &up, &[[22.0, 20.35]]].concat();
     vec![
-        Route { name: "round", start, waypoints: round, speed: 1.1 },
-        Route { name: "short", start, waypoints: short, speed: 1.0 },
+        SiteRoute { name: "round", start, waypoints: round, speed: 1.1 },
+        SiteRoute { name: "short", start, waypoints: short, speed: 1.0 },
     ]
 }
 

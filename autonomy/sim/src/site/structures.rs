@@ -1,7 +1,7 @@
 //! Equipment and furniture of industrial sites, composed of the parts in `parts`.
 
 use super::parts::{Builder, at};
-use super::plan::{Dock, DoorLeaf};
+use super::plan::{DoorLeaf, SimulatedDock};
 use crate::shape::Material;
 use geometry::Vector3;
 
@@ -384,6 +384,6 @@ impl Builder {
 
     /// A charging dock behind a robot that looks along `yaw`. Its solids follow from its pose.
     pub(super) fn dock(&mut self, foot: Vector3, yaw: f64) {
-        self.plan.docks.push(Dock { position: geometry::vec_to_plain(&foot), yaw });
+        self.plan.docks.push(SimulatedDock { position: geometry::vec_to_plain(&foot), yaw });
     }
 }

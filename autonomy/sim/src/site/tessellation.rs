@@ -1,14 +1,14 @@
 //! Sites as triangles, to be read by other programs and read again.
 
 use super::model::{BuildingModel, Mobility, ModelPart, ModelTriangle};
-use super::{Site, plan::SitePlan};
+use super::{SimulatedSite, plan::SitePlan};
 use crate::shape::{Shape, Solid};
 use geometry::{Isometry, Vector3, vec_to_plain};
 use nalgebra::{Point3, Translation3};
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
-/// Parameters of [`Site::to_model`].
+/// Parameters of [`SimulatedSite::to_model`].
 #[derive(Clone, Copy, Debug)]
 pub struct TessellationConfig {
     /// Greatest distance between the triangles of a curved surface and the surface, to either side, metres. The number of triangles grows with
@@ -24,7 +24,7 @@ impl Default for TessellationConfig {
     }
 }
 
-impl Site {
+impl SimulatedSite {
     /// The site as triangles. Flat surfaces are exact, curved ones within [`TessellationConfig::max_deviation_m`].
     pub fn to_model(&self, config: &TessellationConfig) -> BuildingModel {
         let plan = &self.plan;

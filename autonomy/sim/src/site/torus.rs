@@ -3,7 +3,7 @@
 
 use super::parts::{Builder, at};
 use super::plan::SitePlan;
-use crate::route::{Route, Start};
+use crate::route::{SiteRoute, Start};
 use crate::shape::Material;
 use geometry::Vector3;
 use std::f64::consts::PI;
@@ -323,7 +323,7 @@ fn arc(radius: f64, from: f64, to: f64) -> Vec<[f64; 2]> {
         .collect()
 }
 
-fn routes() -> Vec<Route> {
+fn routes() -> Vec<SiteRoute> {
     let start = Start { position: Vec3::new(29.6, 0.0, 0.0), yaw: PI };
     let legs = [
         arc(OUTER_RING, 0.0, 360.0),
@@ -351,8 +351,8 @@ fn routes() -> Vec<Route> {
     short.extend(arc(INNER_RING, 45.0, 0.0));
     short.push([24.0, 0.0]);
     vec![
-        Route { name: "round", start, waypoints: round, speed: 0.95 },
-        Route { name: "short", start, waypoints: short, speed: 1.1 },
+        SiteRoute { name: "round", start, waypoints: round, speed: 0.95 },
+        SiteRoute { name: "short", start, waypoints: short, speed: 1.1 },
     ]
 }
 

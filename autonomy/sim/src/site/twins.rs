@@ -3,7 +3,7 @@
 
 use super::parts::{Builder, at, door, gate};
 use super::plan::SitePlan;
-use crate::route::{Route, Start};
+use crate::route::{SiteRoute, Start};
 use crate::shape::Material;
 use geometry::{RngTree, Vector3};
 use vocab::Vec3;
@@ -125,7 +125,7 @@ fn walk_round_rack(west: f64, reversed: bool) -> Vec<[f64; 2]> {
     walk.into_iter().map(|[x, y]| [west + x, y]).collect()
 }
 
-fn routes() -> Vec<Route> {
+fn routes() -> Vec<SiteRoute> {
     let start = Start { position: Vec3::new(-8.0, -1.5, 0.0), yaw: 0.0 };
     let [first, second] = ROOMS;
     let home = vec![[-3.0, -1.5], [-3.0, -3.6], [-6.0, -3.6], [-6.0, -1.5]];
@@ -142,8 +142,8 @@ fn routes() -> Vec<Route> {
         home,
     ];
     vec![
-        Route { name: "round", start, waypoints: laps.concat(), speed: 1.05 },
-        Route { name: "short", start, waypoints: walk_round_rack(first, false), speed: 1.1 },
+        SiteRoute { name: "round", start, waypoints: laps.concat(), speed: 1.05 },
+        SiteRoute { name: "short", start, waypoints: walk_round_rack(first, false), speed: 1.1 },
     ]
 }
 

@@ -1,7 +1,7 @@
 //! The floor of a site that a robot can reach on its feet, and a round over it. For sites whose makers did not say where to walk.
 
 use crate::bvh::Bvh;
-use crate::route::{Route, Start};
+use crate::route::{SiteRoute, Start};
 use geometry::{Vector3, vec_from_plain};
 use pathfinding::directed::dijkstra::dijkstra;
 use std::collections::BTreeMap;
@@ -17,7 +17,7 @@ pub(crate) struct WalkableConfig {
     pub(crate) max_rise_m: f64,
     /// Distance from obstacles that the round keeps where it can, metres. Less than the height at which it is checked, 0.6 m, so that the edges of
     /// a floor's triangles are no obstacles.
-    pub(crate) comfort_m: f64,
+    pub(crate) inflation_m: f64,
     /// Cost of a cell that is nearer to an obstacle, relative to others.
     pub(crate) tight_cost: u32,
     /// Floor within this distance of the round counts as seen, metres.
@@ -32,7 +32,7 @@ impl Default for WalkableConfig {
             cell_m: 0.3,
             max_cells: 220_000,
             max_rise_m: 0.36,
-            comfort_m: 0.55,
+            inflation_m: 0.55,
             tight_cost: 6,
             seen_m: 4.0,
             max_length_m: 420.0,
@@ -94,7 +94,7 @@ impl WalkableFloor {
         let is_free = (position.z - height).abs() <= config.max_rise_m
             && HULL.iter().all(|(up, radius)| !is_touched(bvh, &position, *up, *radius));
         if is_free && self.cell_at(at, position.z, config.max_rise_m).is_none() {
-            let is_tight = is_touched(bvh, &position, HULL[0].0, config.comfort_m);
+            let is_tight = is_touched(bvh, &position, HULL[0].0, config.inflation_m);
             self.index.entry(at).or_default().push(self.cells.len() as u32);
             self.cells.push(Cell { position, is_tight });
         }
@@ -119,7 +119,7 @@ impl WalkableFloor {
     }
 
     /// A walk from the start past all of this floor and back.
-    pub(crate) fn round(&self, start: &Start, config: &WalkableConfig) -> Option<Route> {
+    pub(crate) fn round(&self, start: &Start, config: &WalkableConfig) -> Option<SiteRoute> {
         let mut is_seen = vec![false; self.cells.len()];
         let mut path: Vec<u32> = vec![0];
         self.see(0, &mut is_seen, config);
@@ -135,7 +135,7 @@ impl WalkableFloor {
         let back = self.shortest(*path.last()?, config, |cell| cell == 0)?;
         path.extend(&back[1..]);
         let waypoints = self.straighten(&path);
-        (waypoints.len() > 2).then_some(Route { name: "round", start: *start, waypoints, speed: 0.9 })
+        (waypoints.len() > 2).then_some(SiteRoute { name: "round", start: *start, waypoints, speed: 0.9 })
     }
 
     /// Marks the floor near a cell that is reached over seen or near floor.

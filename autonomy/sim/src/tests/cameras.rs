@@ -1,7 +1,7 @@
 //! Pictures of the simulated cameras.
 
 use super::{quiet, site_from_base};
-use crate::{CameraAim, CameraConfig, Face, Fixture, SimConfig, Simulator, Site, SiteName, Start};
+use crate::{CameraAim, CameraConfig, Face, Fixture, SimConfig, SimulatedSite, Simulator, SiteName, Start};
 use geometry::{Isometry, Vector3};
 use nalgebra::Point3;
 use vocab::Vec3;
@@ -167,7 +167,7 @@ fn pictures_of_equal_simulations_are_equal_and_the_lidar_does_not_see_the_plates
 #[test]
 fn a_picture_is_neither_black_nor_white_on_any_site() {
     for name in [SiteName::B1, SiteName::Torus, SiteName::Plant, SiteName::Generated(2)] {
-        let mut simulator = Simulator::new(quiet(std::sync::Arc::new(Site::new(name))));
+        let mut simulator = Simulator::new(quiet(std::sync::Arc::new(SimulatedSite::new(name))));
         let image = simulator.picture(&CameraAim { pan_rad: 0.0, tilt_rad: 0.0, zoom: 1.0 });
         let mean = image.rgb.iter().map(|byte| f64::from(*byte)).sum::<f64>() / image.rgb.len() as f64;
         assert!((60.0..215.0).contains(&mean), "{name}: mean {mean}");

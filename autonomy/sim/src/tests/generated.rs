@@ -2,8 +2,8 @@
 
 use super::ideal_blind;
 use super::run;
-use crate::site::generated::{Layout, Room, layout};
-use crate::{RouteFollower, Simulator, Site, SiteName};
+use crate::site::generated::{BuildingLayout, Room, layout};
+use crate::{RouteFollower, SimulatedSite, Simulator, SiteName};
 use geometry::{RngTree, Vector3};
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ const SEEDS: std::ops::Range<u64> = 0..60;
 const STEP_M: f64 = 0.2;
 
 /// The points of a route on flat floors, with their storey. The storey changes on the stairs.
-fn flat_points(layout: &Layout, site: &Site, route: &str) -> Vec<(Vector3, usize)> {
+fn flat_points(layout: &BuildingLayout, site: &SimulatedSite, route: &str) -> Vec<(Vector3, usize)> {
     let route = site.route(route).unwrap();
     let mut last = [route.start.position.x, route.start.position.y];
     let (mut storey, mut was_on_stairs) = (0, false);
@@ -36,14 +36,15 @@ fn flat_points(layout: &Layout, site: &Site, route: &str) -> Vec<(Vector3, usize
     points
 }
 
-fn generated(seed: u64) -> (Layout, Site) {
-    (layout(seed), Site::new(SiteName::Generated(seed)))
+fn generated(seed: u64) -> (BuildingLayout, SimulatedSite) {
+    (layout(seed), SimulatedSite::new(SiteName::Generated(seed)))
 }
 
 #[test]
 fn the_same_seed_gives_the_same_building_and_another_gives_another() {
     for seed in [0, 7, u64::MAX] {
-        let [one, again, other] = [seed, seed, seed ^ 1].map(|seed| Site::new(SiteName::Generated(seed)));
+        let [one, again, other] =
+            [seed, seed, seed ^ 1].map(|seed| SimulatedSite::new(SiteName::Generated(seed)));
         assert_eq!(one.solids(), again.solids());
         assert_eq!(one.routes(), again.routes());
         assert_eq!(one.docks(), again.docks());
@@ -145,7 +146,7 @@ fn no_ray_from_inside_leaves_the_building() {
 #[test]
 fn people_walk_where_no_furniture_stands() {
     for seed in SEEDS {
-        let site = Site::new(SiteName::Generated(seed));
+        let site = SimulatedSite::new(SiteName::Generated(seed));
         assert!(site.pedestrian_paths().len() >= 4, "seed {seed}");
         for path in site.pedestrian_paths() {
             for (from, to) in path.iter().zip(path.iter().cycle().skip(1)) {
@@ -174,7 +175,7 @@ fn furniture_moves_on_another_day_and_leaves_the_routes_free() {
 /// Walks a route with the simulated body; returns the time it takes, seconds, and the greatest height of the base, metres.
 fn walk(seed: u64, route: &str) -> (f64, f64) {
     let name = SiteName::Generated(seed);
-    let site = Arc::new(Site::new(name));
+    let site = Arc::new(SimulatedSite::new(name));
     let route = site.route(route).cloned().unwrap();
     let mut simulator = Simulator::new(ideal_blind(site));
     let mut walker = RouteFollower::new(route);

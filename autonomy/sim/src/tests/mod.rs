@@ -9,14 +9,14 @@ mod rays;
 mod sensors;
 mod whole;
 
-use crate::{GroundTruth, ScheduledFault, SimConfig, SimEvent, Simulator, Site};
+use crate::{GroundTruth, ScheduledFault, SimConfig, SimEvent, SimulatedSite, Simulator};
 use geometry::{Isometry, isometry_from_pose};
 use messages::{Drive, ImuSample, Scan, Sensor};
 use std::sync::Arc;
 use vocab::{Span, Twist, Vec3};
 
 /// Few columns and no people.
-fn quiet(site: impl Into<Arc<Site>>) -> SimConfig {
+fn quiet(site: impl Into<Arc<SimulatedSite>>) -> SimConfig {
     let mut config = SimConfig::new(site, 7);
     config.lidar_columns = 50;
     config.people = 0;
@@ -24,7 +24,7 @@ fn quiet(site: impl Into<Arc<Site>>) -> SimConfig {
 }
 
 /// As [`quiet`], without rays and without sensor errors.
-fn ideal_blind(site: impl Into<Arc<Site>>) -> SimConfig {
+fn ideal_blind(site: impl Into<Arc<SimulatedSite>>) -> SimConfig {
     let mut config = quiet(site);
     config.ideal = true;
     config.faults = vec![ScheduledFault::BlindLidar { from: Span::ZERO, until: Span::from_secs_f64(1e6) }];

@@ -2,8 +2,8 @@
 
 use super::{drive, ideal_blind, run};
 use crate::{
-    BuildingModel, BuildingModelConfig, Bvh, Material, Mobility, ModelPart, ModelTriangle, Shape, Simulator,
-    Site, SiteName, Solid, TessellationConfig,
+    BuildingModel, BuildingModelConfig, Bvh, Material, Mobility, ModelPart, ModelTriangle, Shape,
+    SimulatedSite, Simulator, SiteName, Solid, TessellationConfig,
 };
 use crate::{NO_HIT, RayPacket};
 use geometry::{Rng, RngTree, Vector3};
@@ -87,7 +87,7 @@ fn uses_of_edges(part: &ModelPart) -> BTreeMap<[[i64; 3]; 2], i32> {
 #[test]
 fn sites_become_closed_surfaces_with_corners_in_order() {
     for name in [SiteName::B1, SiteName::Torus, SiteName::Generated(3)] {
-        let model = Site::new(name).to_model(&TessellationConfig::default());
+        let model = SimulatedSite::new(name).to_model(&TessellationConfig::default());
         for part in model.parts.iter().filter(|part| part.mobility != Mobility::Fixed) {
             assert!(uses_of_edges(part).values().all(|sum| *sum == 0), "{name}: {} is not closed", part.name);
         }
@@ -96,7 +96,7 @@ fn sites_become_closed_surfaces_with_corners_in_order() {
 
 #[test]
 fn a_finer_tessellation_comes_nearer() {
-    let site = Site::new(SiteName::Torus);
+    let site = SimulatedSite::new(SiteName::Torus);
     let mut last = 0;
     for max_deviation_m in [0.02, 0.005, 0.001] {
         let config = TessellationConfig { max_deviation_m, ..TessellationConfig::default() };
@@ -131,7 +131,7 @@ fn hall() -> BuildingModel {
 
 #[test]
 fn a_robot_walks_on_triangles_and_stops_at_them() {
-    let site = Site::from_model(hall(), &BuildingModelConfig::default()).unwrap();
+    let site = SimulatedSite::from_model(hall(), &BuildingModelConfig::default()).unwrap();
     let mut simulator = Simulator::new(ideal_blind(std::sync::Arc::new(site)));
     let first = simulator.truth().site_from_base.position;
     assert!(first.x.abs() < 1.0 && first.y.abs() < 1.0, "it starts in the middle, at {first:?}");

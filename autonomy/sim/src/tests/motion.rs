@@ -1,7 +1,9 @@
 //! Body, collisions, ground, gait and IMU.
 
 use super::{drive, ideal_blind, imu, quiet, run, scans, site_from_base};
-use crate::{ContactWith, RouteFollower, STANDING_HEIGHT, SimConfig, Simulator, Site, SiteName, Start};
+use crate::{
+    ContactWith, RouteFollower, STANDING_HEIGHT, SimConfig, SimulatedSite, Simulator, SiteName, Start,
+};
 use geometry::{Isometry, RngTree, STANDARD_GRAVITY_M_S2, Vector3, isometry_from_pose, so3, vec_from_plain};
 use messages::Sensor;
 use std::sync::Arc;
@@ -10,7 +12,7 @@ use vocab::{Span, Vec3};
 #[test]
 fn the_body_never_enters_walls_under_any_command() {
     for name in SiteName::ALL {
-        let site = Arc::new(Site::new(name));
+        let site = Arc::new(SimulatedSite::new(name));
         for seed in 0..4 {
             let mut rng = RngTree::new(seed).child("commands").rng();
             let mut simulator = Simulator::new(ideal_blind(site.clone()));
@@ -120,7 +122,7 @@ fn the_imu_integrates_back_to_the_true_path() {
 
 #[test]
 fn stairs_lift_the_robot_to_the_upper_floor() {
-    let site = Arc::new(Site::new(SiteName::Plant));
+    let site = Arc::new(SimulatedSite::new(SiteName::Plant));
     let mut config = ideal_blind(SiteName::Plant);
     let route = site.route("short").cloned().unwrap();
     config.start = Some(route.start);

@@ -1,6 +1,6 @@
 //! Compares the fast ray caster with a slow and simple one.
 
-use crate::{LANES, NO_HIT, RayPacket, Site, SiteName, Solid};
+use crate::{LANES, NO_HIT, RayPacket, SimulatedSite, SiteName, Solid};
 use geometry::{Rng, RngTree, Vector3};
 
 /// Range of the first surface along the ray, found in steps of the distance to the nearest solid (sphere tracing). It shares no code with the
@@ -19,7 +19,7 @@ fn march(solids: &[&Solid], origin: &Vector3, direction: &Vector3, reach: f64) -
 }
 
 /// A point in free space over the site's ground plan.
-fn free_point(site: &Site, rng: &mut Rng) -> Vector3 {
+fn free_point(site: &SimulatedSite, rng: &mut Rng) -> Vector3 {
     let range = |axis: usize| {
         let along = site.outline().iter().map(|corner| corner[axis]);
         (along.clone().fold(f64::INFINITY, f64::min), along.fold(f64::NEG_INFINITY, f64::max))
@@ -42,7 +42,7 @@ fn random_direction(rng: &mut Rng) -> Vector3 {
 #[test]
 fn the_tree_finds_the_same_ranges_as_sphere_tracing() {
     for name in SiteName::ALL {
-        let (site, mut rng) = (Site::new(name), RngTree::new(5).rng());
+        let (site, mut rng) = (SimulatedSite::new(name), RngTree::new(5).rng());
         let all: Vec<&Solid> = site.solids().iter().collect();
         let (mut rays, mut differ) = (0, Vec::new());
         for _ in 0..12 {
@@ -80,7 +80,7 @@ fn the_tree_finds_the_same_ranges_as_sphere_tracing() {
 #[test]
 fn normals_point_away_from_surfaces_and_single_casts_agree_with_packets() {
     for name in SiteName::ALL {
-        let (site, mut rng) = (Site::new(name), RngTree::new(6).rng());
+        let (site, mut rng) = (SimulatedSite::new(name), RngTree::new(6).rng());
         let (mut hits, mut odd) = (0, 0);
         for _ in 0..400 {
             let (origin, direction) = (free_point(&site, &mut rng), random_direction(&mut rng));

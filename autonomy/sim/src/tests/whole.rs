@@ -1,7 +1,7 @@
 //! The simulator as a whole: determinism, order of events, sites and their routes.
 
 use super::{drive, ideal_blind, quiet, run};
-use crate::{RouteFollower, SimConfig, SimEvent, Simulator, Site, SiteName, UnknownSite};
+use crate::{RouteFollower, SimConfig, SimEvent, SimulatedSite, Simulator, SiteName, UnknownSite};
 use std::sync::Arc;
 use vocab::{Span, Stamp};
 
@@ -38,7 +38,7 @@ fn events_come_in_order_of_arrival_after_they_were_measured() {
 /// Walks a route of a site to its end; returns the time it takes, seconds.
 #[track_caller]
 fn seconds_to_walk(name: SiteName, route: &str) -> f64 {
-    let site = Arc::new(Site::new(name));
+    let site = Arc::new(SimulatedSite::new(name));
     let route = site.route(route).cloned().unwrap();
     let mut config = ideal_blind(site);
     config.start = Some(route.start);
@@ -73,7 +73,7 @@ fn every_round_can_be_walked_in_its_time() {
 fn sites_have_names_docks_outlines_and_pedestrian_paths() {
     for name in SiteName::ALL {
         assert_eq!(name.to_string().parse(), Ok(name));
-        let site = Site::new(name);
+        let site = SimulatedSite::new(name);
         assert!(!site.docks().is_empty() && site.outline().len() > 3 && site.pedestrian_paths().len() > 2);
         // The twins have few solids on purpose.
         let least = if name == SiteName::Twins { 400 } else { 1500 };
@@ -86,8 +86,9 @@ fn sites_have_names_docks_outlines_and_pedestrian_paths() {
 
 #[test]
 fn changes_differ_by_seed_and_are_the_same_for_the_same_seed() {
-    let usual = Site::new(SiteName::B1);
-    let [one, again, other] = [5, 5, 6].map(|seed| Site::new(SiteName::B1).on_another_day(seed, 0.25));
+    let usual = SimulatedSite::new(SiteName::B1);
+    let [one, again, other] =
+        [5, 5, 6].map(|seed| SimulatedSite::new(SiteName::B1).on_another_day(seed, 0.25));
     assert_eq!(one.solids(), again.solids());
     assert!(one.solids() != usual.solids() && one.solids() != other.solids());
     let kept = one.solids().iter().filter(|solid| usual.solids().contains(solid)).count();

@@ -2,10 +2,10 @@
 
 use super::open_call::TurnEnd;
 use super::platform;
-use executive::{DockGoal, MapZone, Outcome, RouteLeg, RouteRemainder};
+use executive::{BehaviourOutcome, DockGoal, MapZone, RouteLeg, RouteRemainder};
 use messages::{Approach, GoalAttempt, GoalFailure, GoalKind, GoalStatus, PoseGoal, Severity, WaitReason};
 use missions::{
-    GoalRequest, LegResult, LegWalk, LegWay, MissionNotice, RouteAttempt, RouteGoalResult, RouteRemaining,
+    GoalRequest, LegKind, LegResult, LegWalk, MissionNotice, RouteAttempt, RouteGoalResult, RouteRemaining,
 };
 use navigation::{ZoneArea, ZoneRule};
 use site_model::{ReachFailure, RouteWait, RunState, Zone, ZoneEffect};
@@ -24,7 +24,7 @@ pub(super) fn map_zone(zone: &Zone) -> Option<MapZone> {
 }
 
 /// How a leg ended.
-pub(super) fn leg_result(outcome: Outcome) -> LegResult {
+pub(super) fn leg_result(outcome: BehaviourOutcome) -> LegResult {
     match outcome {
         Ok(()) => LegResult::Reached,
         Err(reason) => LegResult::Failed(reach_failure(reason)),
@@ -32,7 +32,7 @@ pub(super) fn leg_result(outcome: Outcome) -> LegResult {
 }
 
 /// How a leg by which the body turns ended.
-pub(super) fn turn_end_of_leg(outcome: Outcome) -> TurnEnd {
+pub(super) fn turn_end_of_leg(outcome: BehaviourOutcome) -> TurnEnd {
     if outcome.is_ok() { TurnEnd::Turned } else { TurnEnd::Blocked }
 }
 
@@ -58,13 +58,13 @@ pub(super) fn goal_result(status: &GoalStatus) -> Option<RouteGoalResult> {
 
 /// A walk of a route as a leg of its goal.
 pub(super) fn route_leg(id: LegId, walk: &LegWalk) -> RouteLeg {
-    let LegWalk { map_from_goal, tolerance, speed_max_m_s, way } = *walk;
-    let approach = if way == LegWay::Path { Approach::Path } else { Approach::Straight };
-    let dock = match way {
-        LegWay::OntoDock { is_facing } => {
+    let LegWalk { map_from_goal, tolerance, speed_max_m_s, kind } = *walk;
+    let approach = if kind == LegKind::Path { Approach::Path } else { Approach::Straight };
+    let dock = match kind {
+        LegKind::OntoDock { is_facing } => {
             Some(DockGoal { map_from_docked: map_from_goal, is_facing, speed_max_m_s })
         }
-        LegWay::Path | LegWay::Straight => None,
+        LegKind::Path | LegKind::Straight => None,
     };
     RouteLeg { id, pose: PoseGoal { map_from_goal, tolerance, speed_max_m_s, approach }, dock }
 }
@@ -133,8 +133,8 @@ pub(super) fn reach_failure(reason: GoalFailure) -> ReachFailure {
     }
 }
 
-pub(super) fn severity(told: MissionNotice) -> Severity {
-    match told {
+pub(super) fn severity(notice: MissionNotice) -> Severity {
+    match notice {
         MissionNotice::RunEnded { outcome: RunState::Succeeded | RunState::Cancelled, .. } => Severity::Info,
         MissionNotice::PlanKept(_) => Severity::Info,
         _ => Severity::Warning,

@@ -48,7 +48,7 @@ fn only_the_platform_cancels_a_goal_without_taking_motion_from_its_run() {
 }
 
 #[test]
-fn what_is_asked_for_is_the_same_both_ways() {
+fn what_is_asked_for_is_the_same_in_both_directions() {
     let (node, dock) = (NodeId(Uuid::from_u128(1)), DockId(Uuid::from_u128(2)));
     for request in [GoalRequest::Route(node), GoalRequest::Dock(dock), GoalRequest::Undock] {
         assert_eq!(goal_request(goal_kind(request)), Some(request));
@@ -58,26 +58,27 @@ fn what_is_asked_for_is_the_same_both_ways() {
 
 #[test]
 fn only_a_walk_onto_a_dock_looks_for_one() {
-    let walk = |way| {
+    let walk = |kind| {
         let tolerance = None;
-        LegWalk { map_from_goal: Pose::IDENTITY, tolerance, speed_max_m_s: Some(0.2), way }
+        LegWalk { map_from_goal: Pose::IDENTITY, tolerance, speed_max_m_s: Some(0.2), kind }
     };
     let id = LegId(Uuid::from_u128(3));
-    let leg = route_leg(id, &walk(LegWay::OntoDock { is_facing: true }));
+    let leg = route_leg(id, &walk(LegKind::OntoDock { is_facing: true }));
     let dock = leg.dock.unwrap_or_else(|| panic!("no dock"));
     assert_eq!((leg.id, dock.is_facing, dock.speed_max_m_s), (id, true, Some(0.2)));
     assert_eq!(leg.pose.approach, Approach::Straight);
-    let straight = route_leg(id, &walk(LegWay::Straight));
+    let straight = route_leg(id, &walk(LegKind::Straight));
     assert_eq!((straight.dock, straight.pose.approach), (None, Approach::Straight));
-    assert_eq!(route_leg(id, &walk(LegWay::Path)).pose.approach, Approach::Path);
+    assert_eq!(route_leg(id, &walk(LegKind::Path)).pose.approach, Approach::Path);
 }
 
 #[test]
-fn waits_for_a_way_and_for_the_place_are_told_with_the_progress() {
-    let told = |waits_for| route_remainder(RouteRemaining { beyond_leg_m: Some(2.0), waits_for }).waits_for;
-    assert_eq!(told(Some(RouteWait::Block { until: Stamp::EPOCH })), Some(WaitReason::FreePath));
-    assert_eq!(told(Some(RouteWait::Place)), Some(WaitReason::Relocalisation));
-    assert_eq!([told(Some(RouteWait::Charge)), told(None)], [None; 2]);
+fn waits_for_a_route_and_for_the_place_are_told_with_the_progress() {
+    let wait_reason =
+        |waits_for| route_remainder(RouteRemaining { beyond_leg_m: Some(2.0), waits_for }).waits_for;
+    assert_eq!(wait_reason(Some(RouteWait::Block { until: Stamp::EPOCH })), Some(WaitReason::FreePath));
+    assert_eq!(wait_reason(Some(RouteWait::Place)), Some(WaitReason::Relocalisation));
+    assert_eq!([wait_reason(Some(RouteWait::Charge)), wait_reason(None)], [None; 2]);
     assert_eq!(goal_attempt(RouteAttempt::Docking), GoalAttempt::DockingAttempts(1));
     let time = Span::from_millis(3_000);
     assert_eq!(goal_attempt(RouteAttempt::WaitedForEdge(time)), GoalAttempt::WaitedForPath(time));

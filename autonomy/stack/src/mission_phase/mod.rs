@@ -77,7 +77,7 @@ pub(crate) struct MissionPhase {
     /// Inputs of the runner that follow from its own effects.
     pending: VecDeque<MissionInput>,
     /// The run of which people were told last that it waits.
-    told_waiting: Option<RunId>,
+    reported_waiting_run: Option<RunId>,
     /// Whether what is published may have changed.
     is_changed: bool,
     battery: Option<BatteryState>,
@@ -104,7 +104,7 @@ impl Default for MissionPhase {
             calls: BTreeMap::new(),
             waiting: WaitingAnswers::default(),
             pending: VecDeque::new(),
-            told_waiting: None,
+            reported_waiting_run: None,
             is_changed: true,
             battery: None,
             situation: MissionSituation::default(),
@@ -122,8 +122,8 @@ pub(crate) fn platform() -> Principal {
 }
 
 impl MissionPhase {
-    /// Takes the whole site in. The first one makes the runner.
-    fn take_site(&mut self, snapshot: SiteSnapshot) -> Arc<Site> {
+    /// Sets the whole site. The first one makes the runner.
+    fn set_site(&mut self, snapshot: SiteSnapshot) -> Arc<Site> {
         self.site = Arc::new(Site::new(snapshot.objects, snapshot.removed));
         if self.runner.is_none() {
             let restored = std::mem::take(&mut self.restored);
@@ -134,8 +134,8 @@ impl MissionPhase {
         Arc::clone(&self.site)
     }
 
-    /// Takes an edit in. An edit that does not apply changes nothing: the whole site follows then.
-    fn take_edit(&mut self, edit: &Edit) -> Option<Arc<Site>> {
+    /// Applies an edit. An edit that does not apply changes nothing: the whole site follows then.
+    fn apply_edit(&mut self, edit: &Edit) -> Option<Arc<Site>> {
         Arc::make_mut(&mut self.site).apply(edit, edit.id).ok()?;
         Some(Arc::clone(&self.site))
     }

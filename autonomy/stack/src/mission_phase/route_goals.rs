@@ -101,7 +101,7 @@ impl Running {
         {
             let dropped = self.missions.executor.cancel(*id);
             self.handle_route_effects(at, dropped, effects);
-            self.tell_route_end(at, (*id, *kind), result, effects);
+            self.report_route_end(at, (*id, *kind), result, effects);
         }
     }
 
@@ -124,11 +124,11 @@ impl Running {
         };
         let situation = self.situation(self.frames(self.last.as_deref()));
         self.executive.end_route(at, goal, outcome, &situation, effects);
-        self.tell_route_end(at, (goal, kind), result, effects);
+        self.report_route_end(at, (goal, kind), result, effects);
     }
 
     /// Tells the runner, which knows its own goals, and people how a goal ended.
-    fn tell_route_end(
+    fn report_route_end(
         &mut self,
         at: Stamp,
         (goal, kind): (GoalId, GoalKind),
@@ -136,7 +136,7 @@ impl Running {
         effects: &mut Vec<StackEffect>,
     ) {
         if let GoalKind::GoToDock(dock) = kind {
-            self.tell_docking(at, dock, &result, effects);
+            self.report_docking(at, dock, &result, effects);
         }
         self.missions.pending.push_back(MissionInput::Goal { goal, result });
     }
@@ -166,8 +166,8 @@ impl Running {
                     let write = SiteWrite { put: Vec::new(), removed: vec![ObjectId::EdgeBlock(edge)] };
                     self.commit_site_write(write, effects);
                 }
-                RouteEffect::Traversed(edge, took) => {
-                    self.missions.pending.push_back(MissionInput::Traversed { edge, took });
+                RouteEffect::Traversed(edge, duration) => {
+                    self.missions.pending.push_back(MissionInput::Traversed { edge, duration });
                 }
                 RouteEffect::CallAction(call, place, request) => {
                     self.call_route_action(call, place, request, effects);
@@ -207,7 +207,7 @@ impl Running {
     }
 
     /// Tells people why the robot is not in a dock, or that the dock is not where the map has it.
-    fn tell_docking(
+    fn report_docking(
         &self,
         at: Stamp,
         dock: DockId,

@@ -108,10 +108,10 @@ impl Rig {
     pub fn step(&mut self, input: Input) {
         let mut effects = Vec::new();
         self.stack.step(self.at, input, &mut effects);
-        self.take(effects);
+        self.handle_effects(effects);
     }
 
-    fn take(&mut self, effects: Vec<StackEffect>) {
+    fn handle_effects(&mut self, effects: Vec<StackEffect>) {
         for effect in effects {
             match effect {
                 StackEffect::Publish(Publication::Goal(update)) => self.updates.push(update),
@@ -144,7 +144,7 @@ impl Rig {
         let Some(request) = goal_request(kind) else { panic!("not on the topological map") };
         let (at, mut effects) = (self.at, Vec::new());
         let begun = self.running().begin_route(at, (goal_id(number), kind, client(1)), request, &mut effects);
-        self.take(effects);
+        self.handle_effects(effects);
         begun
     }
 

@@ -31,8 +31,8 @@ impl Running {
                 self.missions.restored = events;
                 return;
             }
-            Input::Site(snapshot) => MissionInput::Site(self.missions.take_site(*snapshot)),
-            Input::SiteEdited(edit) => match self.missions.take_edit(&edit) {
+            Input::Site(snapshot) => MissionInput::Site(self.missions.set_site(*snapshot)),
+            Input::SiteEdited(edit) => match self.missions.apply_edit(&edit) {
                 Some(site) => MissionInput::Site(site),
                 None => return,
             },
@@ -111,7 +111,7 @@ impl Running {
             self.update_missions(at, MissionInput::Situation(situation), effects);
         }
         self.update_missions(at, MissionInput::Tick, effects);
-        self.tell_waiting(at, is_localised, effects);
+        self.report_waiting_run(at, is_localised, effects);
         if !self.executive.is_recovering() {
             // A route waits while the robot searches for its pose.
             let route = self.with_view(at, |executor, view| executor.tick(at, view));
@@ -121,12 +121,12 @@ impl Running {
     }
 
     /// Tells people once for each run that it waits because the robot is not localised.
-    fn tell_waiting(&mut self, at: Stamp, is_localised: bool, effects: &mut Vec<StackEffect>) {
+    fn report_waiting_run(&mut self, at: Stamp, is_localised: bool, effects: &mut Vec<StackEffect>) {
         let waiting = if is_localised { None } else { self.missions.waiting_run() };
-        if waiting.is_some() && waiting != self.missions.told_waiting {
+        if waiting.is_some() && waiting != self.missions.reported_waiting_run {
             effects.push(notice(at, Severity::Warning, texts::RUN_WAITS_FOR_PLACE.to_owned()));
         }
-        self.missions.told_waiting = waiting.or(self.missions.told_waiting);
+        self.missions.reported_waiting_run = waiting.or(self.missions.reported_waiting_run);
     }
 
     /// Handles what has become of goals and legs in this step, and what follows from it.
@@ -212,8 +212,12 @@ impl Running {
                     self.answer(command, client, refused, effects);
                 }
             }
-            MissionEffect::Notice(told) => {
-                effects.push(notice(at, severity(told), missions::notice(told, &self.missions.site)));
+            MissionEffect::Notice(mission_notice) => {
+                effects.push(notice(
+                    at,
+                    severity(mission_notice),
+                    missions::notice(mission_notice, &self.missions.site),
+                ));
             }
         }
     }

@@ -3,9 +3,9 @@
 //! A person would click on what is to be inspected. Here the list of plates comes from the site, as from a list of measuring points of a plant.
 
 use geometry::{Isometry, Vector3};
-use sim::{CameraConfig, CameraScene, Face, Fixture, GammaField, Site};
+use sim::{CameraConfig, CameraScene, Face, Fixture, GammaField, SimulatedSite};
 use site_model::{
-    ActionRequest, InspectionPoint, InspectionPointId, Limits, Node, NodeKind, Parameter, Parameters,
+    ActionRequest, InspectionPoint, InspectionPointId, Node, NodeKind, Parameter, Parameters, ReadingLimits,
 };
 use uuid::Uuid;
 use vocab::Vec3;
@@ -69,7 +69,7 @@ const READINGS: [Reading; 9] = [
 
 /// The site with what hangs on its walls.
 pub struct Inspected<'a> {
-    pub site: &'a Site,
+    pub site: &'a SimulatedSite,
     pub scene: &'a CameraScene,
     pub gamma: &'a GammaField,
     /// The map in the site, as both are drawn: the map begins where the walk begins.
@@ -149,7 +149,8 @@ impl Inspected<'_> {
         let (name, action, limits) = match (reading, &fixture.face) {
             (Reading::Gauge, Face::Gauge { unit, max, .. }) => {
                 let what = if *unit == "bar" { "Pressure" } else { "Temperature" };
-                let limits = Limits { min: Some(0.1 * max), max: Some(0.9 * max), unit: (*unit).to_owned() };
+                let limits =
+                    ReadingLimits { min: Some(0.1 * max), max: Some(0.9 * max), unit: (*unit).to_owned() };
                 (format!("{what} gauge {tag}"), "photo", Some(limits))
             }
             (Reading::Label, _) => (format!("Valve {tag}"), "photo", None),
@@ -201,7 +202,7 @@ impl View<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sim::{SiteName, Surroundings};
+    use sim::{InstrumentEnvironment, SiteName};
     use site_model::{NodeId, PoseTolerance, describe_action};
     use std::collections::BTreeSet;
     use std::sync::Arc;
@@ -225,9 +226,9 @@ mod tests {
 
     #[test]
     fn nine_plates_are_inspected_by_every_action_each_from_the_node_in_front_of_it() {
-        let site = Arc::new(Site::new(SiteName::B1));
+        let site = Arc::new(SimulatedSite::new(SiteName::B1));
         let scene = CameraScene::new(Arc::clone(&site));
-        let surroundings = Surroundings::new(&scene);
+        let surroundings = InstrumentEnvironment::new(&scene);
         let site_from_map = Isometry::identity();
         let inspected = Inspected { site: &site, scene: &scene, gamma: surroundings.gamma(), site_from_map };
         let nodes: Vec<Node> = (0..).zip(scene.fixtures()).map(|(number, it)| node_at(number, it)).collect();

@@ -19,7 +19,7 @@ use messages::{BootRecord, RobotProfile};
 use missions::SiteZone;
 use plan::Calendar;
 use serde::{Deserialize, Serialize};
-use sim::{CameraScene, STANDING_HEIGHT, Site, SiteName, Start, Surroundings};
+use sim::{CameraScene, InstrumentEnvironment, STANDING_HEIGHT, SimulatedSite, SiteName, Start};
 use site_model::Object;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -27,7 +27,7 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 use store::{MapFileOptions, TileFiles, TopomapSource, write_map_files};
 use topomap::{GeneratedMap, TopomapConfig};
 use vocab::{Pose, Stamp};
-use walk::WalkConfig;
+use walk::ExampleWalkConfig;
 
 /// The simulated site that the example is of.
 pub const SITE_NAME: &str = "b1";
@@ -113,7 +113,7 @@ pub fn run(args: &ExampleArgs) -> Result<(), Failure> {
     let mut seconds = Seconds::default();
 
     let started = Instant::now();
-    let site = Arc::new(Site::new(SiteName::B1));
+    let site = Arc::new(SimulatedSite::new(SiteName::B1));
     let (boot, mapped) = walk(args, &site, began)?;
     seconds.walk = started.elapsed().as_secs_f64();
 
@@ -128,7 +128,7 @@ pub fn run(args: &ExampleArgs) -> Result<(), Failure> {
     Progress::new(args.background, ImportStage::MakingTopomap).set_share(0.0);
     let made = make_topomap(&args.out, &boot)?;
     let scene = CameraScene::new(Arc::clone(&site));
-    let surroundings = Surroundings::new(&scene);
+    let surroundings = InstrumentEnvironment::new(&scene);
     let inspected = inspection::Inspected {
         site: &site,
         scene: &scene,
@@ -161,8 +161,13 @@ pub fn run(args: &ExampleArgs) -> Result<(), Failure> {
 }
 
 /// Walks, and maps what the robot sees.
-fn walk(args: &ExampleArgs, site: &Arc<Site>, began: Stamp) -> Result<(BootRecord, MappingRun), Failure> {
-    let config = WalkConfig { seed: args.seed, columns: args.columns, minutes: args.minutes, epoch: began };
+fn walk(
+    args: &ExampleArgs,
+    site: &Arc<SimulatedSite>,
+    began: Stamp,
+) -> Result<(BootRecord, MappingRun), Failure> {
+    let config =
+        ExampleWalkConfig { seed: args.seed, columns: args.columns, minutes: args.minutes, epoch: began };
     let progress = Progress::new(args.background, ImportStage::Walking);
     let (boot, reader) = walk::start(site, &config, progress)?;
     let boot = BootRecord { start_mapping: Some(SESSION), ..boot };

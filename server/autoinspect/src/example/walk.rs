@@ -1,13 +1,13 @@
 //! The walk of the simulated robot, on a thread of its own: it does not wait for the stack, which is another thread's.
 
 use crate::failure::Failure;
-use crate::inputs::{Message, ReadStatistics, Reader};
+use crate::inputs::{InputReader, Message, ReadStatistics};
 use crate::process::thread_cpu_time;
 use crate::progress::Progress;
 use crate::texts;
 use crossbeam_channel::Sender;
 use messages::{BootRecord, TICK_PERIOD};
-use sim::{Route, RouteFollower, SimConfig, Simulator, Site};
+use sim::{RouteFollower, SimConfig, SimulatedSite, Simulator, SiteRoute};
 use std::sync::Arc;
 use vocab::{Span, Stamp};
 
@@ -16,7 +16,7 @@ const ROUTE: &str = "round";
 
 /// Parameters of the walk.
 #[derive(Clone, Copy, Debug)]
-pub struct WalkConfig {
+pub struct ExampleWalkConfig {
     /// Seed of the simulation.
     pub seed: u64,
     /// Columns of a LiDAR sweep. Few are enough: a map of 200 has the same nodes as one of 2000, and is made in a third of the time.
@@ -29,10 +29,10 @@ pub struct WalkConfig {
 
 /// Starts the walk. Nobody else is on the site.
 pub fn start(
-    site: &Arc<Site>,
-    config: &WalkConfig,
+    site: &Arc<SimulatedSite>,
+    config: &ExampleWalkConfig,
     progress: Progress,
-) -> Result<(BootRecord, Reader), Failure> {
+) -> Result<(BootRecord, InputReader), Failure> {
     let route = site.route(ROUTE).cloned();
     let route = route.ok_or_else(|| Failure::failed(texts::no_such_route(&site.name(), ROUTE, &[])))?;
     let simulator = Simulator::new(SimConfig {
@@ -44,13 +44,14 @@ pub fn start(
     });
     let boot = simulator.boot();
     let duration = Span::from_secs_f64(60.0 * config.minutes);
-    let reader = Reader::spawn("walk", move |sender| walk(simulator, route, duration, progress, sender))?;
+    let reader =
+        InputReader::spawn("walk", move |sender| walk(simulator, route, duration, progress, sender))?;
     Ok((boot, reader))
 }
 
 fn walk(
     mut simulator: Simulator,
-    route: Route,
+    route: SiteRoute,
     duration: Span,
     mut progress: Progress,
     sender: &Sender<Message>,

@@ -7,7 +7,7 @@ use crate::{output, texts};
 use api::MapSummary;
 use clap::{Args, ValueEnum};
 use formats::{e57::E57File, las, pcd, ply};
-use picture::{Heights, Picture, Settings};
+use picture::{Heights, MapPicture, Settings};
 use serde::Serialize;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
@@ -126,7 +126,7 @@ fn write(
     }
     if format == Format::Png {
         let settings = Settings { pixel: args.pixel, above_robot: args.above_robot, heights: args.heights };
-        let picture = Picture::of(clouds, settings)
+        let picture = MapPicture::of(clouds, settings)
             .map_err(Failure::failed)?
             .ok_or_else(|| Failure::usage(texts::EMPTY_PICTURE))?;
         save(path, |file| picture.write_png(file)).map_err(writing)?;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::io::{self, Write};
 use store::{MapCloud, MapClouds, StoreError};
 
-/// Fixed parameters of a [`Picture`].
+/// Fixed parameters of a [`MapPicture`].
 #[derive(Clone, Copy, Debug)]
 struct PictureConfig {
     /// Largest number of pixels of a picture. A larger map gets larger pixels.
@@ -33,7 +33,7 @@ pub struct Heights {
     pub to: f64,
 }
 
-/// Parameters of a [`Picture`] that the user chooses.
+/// Parameters of a [`MapPicture`] that the user chooses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// Edge of a pixel, metres.
@@ -45,7 +45,7 @@ pub struct Settings {
 }
 
 /// Heights on a grid.
-pub struct Picture {
+pub struct MapPicture {
     /// Edge of a pixel, metres; larger than requested if the map is very large.
     pixel: f64,
     /// Number of the leftmost column and of the lowest row, counted from the map's origin.
@@ -56,7 +56,7 @@ pub struct Picture {
     points: u64,
 }
 
-impl Picture {
+impl MapPicture {
     /// Draws `clouds`; `None` if no point is within the chosen heights. Memory: about 50 bytes for each pixel that is not empty.
     pub fn of(clouds: MapClouds, settings: Settings) -> Result<Option<Self>, StoreError> {
         let mut cells = BTreeMap::new();
@@ -180,7 +180,7 @@ fn ramp(part: f32) -> [u8; 3] {
 mod tests {
     use super::*;
 
-    fn decoded(picture: &Picture) -> (u32, u32, Vec<u8>) {
+    fn decoded(picture: &MapPicture) -> (u32, u32, Vec<u8>) {
         let mut file = Vec::new();
         picture.write_png(&mut file).unwrap();
         let mut reader = png::Decoder::new(io::Cursor::new(file)).read_info().unwrap();
@@ -192,7 +192,7 @@ mod tests {
     #[test]
     fn north_is_up_and_colours_follow_the_height() {
         let cells = BTreeMap::from([([3, 4], 0.0), ([5, 7], 2.0)]);
-        let picture = Picture::from_cells(cells, 0.5, 2).unwrap();
+        let picture = MapPicture::from_cells(cells, 0.5, 2).unwrap();
         let (width, height, pixels) = decoded(&picture);
         assert_eq!((width, height), (3, 4));
         assert_eq!(pixels[6..9], RAMP[5], "the high point is at the top right");
@@ -204,7 +204,7 @@ mod tests {
     #[test]
     fn grid_lines_are_at_multiples_of_ten_metres() {
         let cells = BTreeMap::from([([-3, -1], 0.0), ([25, 0], 0.0)]);
-        let picture = Picture::from_cells(cells, 1.0, 2).unwrap();
+        let picture = MapPicture::from_cells(cells, 1.0, 2).unwrap();
         let (width, _, pixels) = decoded(&picture);
         let top: Vec<bool> = pixels.chunks(3).take(width as usize).map(|pixel| pixel == GRID_LINE).collect();
         // The upper row is at y = 0 and is a grid line; the lower one crosses the other lines.
@@ -241,9 +241,9 @@ mod tests {
     #[test]
     fn an_enormous_map_gets_larger_pixels() {
         let cells = BTreeMap::from([([0, 0], 0.0), ([100_000_000, 99_999], 1.0)]);
-        let picture = Picture::from_cells(cells, 0.05, 2).unwrap();
+        let picture = MapPicture::from_cells(cells, 0.05, 2).unwrap();
         assert!(picture.size[0] as f64 * picture.size[1] as f64 <= 1.01 * CONFIG.pixels_max);
         assert!(picture.pixel > 0.05);
-        assert!(Picture::from_cells(BTreeMap::new(), 0.05, 0).is_none());
+        assert!(MapPicture::from_cells(BTreeMap::new(), 0.05, 0).is_none());
     }
 }

@@ -5,7 +5,7 @@ use geometry::{Isometry, Vector3, isometry_from_pose};
 use mapping::KeyframeDescriptor;
 use mapping::virtual_viewpoint::{ViewpointConfig, VirtualViewpoint, VirtualViewpoints};
 use points::Downsampler;
-use store::{MapPoints, Viewpoint, visible_points};
+use store::{CloudViewpoint, MapPoints, visible_points};
 
 /// Joins all points in the survey's frame.
 pub fn gather_points(stations: Vec<Station>) -> MapPoints {
@@ -67,12 +67,12 @@ pub fn describe_viewpoints(
 pub fn stored_viewpoints(
     found: &VirtualViewpoints,
     config: &ViewpointConfig,
-) -> impl ExactSizeIterator<Item = Viewpoint> {
+) -> impl ExactSizeIterator<Item = CloudViewpoint> {
     found.viewpoints.iter().map(|place| stored_viewpoint(place, config))
 }
 
-fn stored_viewpoint(place: &VirtualViewpoint, config: &ViewpointConfig) -> Viewpoint {
-    Viewpoint {
+fn stored_viewpoint(place: &VirtualViewpoint, config: &ViewpointConfig) -> CloudViewpoint {
+    CloudViewpoint {
         cloud_from_base: place.map_from_base,
         lidar: [0.0, 0.0, config.lidar_height_m],
         visible: place.visible.iter().collect(),

@@ -4,7 +4,7 @@ mod reader;
 mod sources;
 mod ticks;
 
-pub use reader::{Message, ReadStatistics, Reader};
+pub use reader::{InputReader, Message, ReadStatistics};
 pub use ticks::Ticks;
 
 use crate::calibration::Calibration;

@@ -9,7 +9,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 use vocab::Stamp;
 
-/// Parameters of a [`Reader`].
+/// Parameters of a [`InputReader`].
 #[derive(Clone, Copy, Debug)]
 struct ReaderConfig {
     /// Largest number of messages that are read ahead: about 1 s, with a few scans. While the queue is full, reading waits.
@@ -22,7 +22,7 @@ const CONFIG: ReaderConfig = ReaderConfig { max_messages_ahead: 256 };
 pub type Message = Result<(Stamp, Sensor), ReadError>;
 
 /// Messages of several recordings, one after the other.
-pub struct Reader {
+pub struct InputReader {
     pub messages: Receiver<Message>,
     thread: JoinHandle<ReadStatistics>,
 }
@@ -36,7 +36,7 @@ pub struct ReadStatistics {
     pub dropped_points: u64,
 }
 
-impl Reader {
+impl InputReader {
     /// Starts reading.
     pub fn start(recordings: Vec<Recording>) -> Result<Self, Failure> {
         Self::spawn("reader", move |sender| read(&recordings, sender))

@@ -3,7 +3,7 @@
 pub(crate) mod offline_localiser;
 
 use crate::failure::Failure;
-use crate::inputs::{self, InputArgs, Reader};
+use crate::inputs::{self, InputArgs, InputReader};
 use crate::{output, texts};
 use clap::Args;
 use messages::CorrectedScan;
@@ -76,7 +76,7 @@ pub fn run(args: &LocaliseArgs) -> Result<(), Failure> {
     let mut ignore = |_: &CorrectedScan| ();
     let localiser =
         OfflineLocaliser::new(Arc::new(known), args.initial.map(|Initial(pose)| pose), &mut ignore);
-    let run = localiser.run(boot, Reader::start(recordings)?, duration);
+    let run = localiser.run(boot, InputReader::start(recordings)?, duration);
     write(&args.out, &run.trajectory)?;
     let mut ms: Vec<f64> = run.scan_seconds.iter().map(|seconds| seconds * 1e3).collect();
     ms.sort_by(f64::total_cmp);

@@ -1,6 +1,6 @@
 //! Runs the stack in a saved map without a robot: feeds a boot record, the command to localise, sensor messages and ticks, and runs its jobs.
 
-use crate::inputs::{Reader, Ticks};
+use crate::inputs::{InputReader, Ticks};
 use crate::output;
 use crate::process::thread_cpu_time;
 use messages::{
@@ -75,7 +75,7 @@ impl<'a> OfflineLocaliser<'a> {
     }
 
     /// Feeds all inputs. `duration` (seconds) is for the progress bar.
-    pub fn run(mut self, boot: BootRecord, reader: Reader, duration: f64) -> LocalisationRun {
+    pub fn run(mut self, boot: BootRecord, reader: InputReader, duration: f64) -> LocalisationRun {
         let bar = output::progress_bar(duration);
         let (mut boot, mut first) = (Some(boot), None);
         for message in &reader.messages {

@@ -4,7 +4,7 @@ pub mod offline_mapper;
 mod summary;
 
 use crate::failure::Failure;
-use crate::inputs::{self, InputArgs, Reader};
+use crate::inputs::{self, InputArgs, InputReader};
 use crate::journal::McapJournal;
 use crate::process;
 use crate::{output, texts};
@@ -17,7 +17,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use store::{MapFileOptions, MapFilesReport, TileFiles, write_map_files};
-use summary::{Stage, Summary};
+use summary::{MappingReport, Stage};
 
 /// Make a map from recordings or folders of scans.
 #[derive(Args, Debug)]
@@ -63,7 +63,7 @@ pub fn run(args: &MapArgs) -> Result<(), Failure> {
     process::reset_peak_memory();
     let duration = inputs::duration(&recordings);
     let offline = OfflineMapper::new(args.out.join("clouds"), journal);
-    let mapped = offline.run(boot, Reader::start(recordings)?, args.name.clone(), duration)?;
+    let mapped = offline.run(boot, InputReader::start(recordings)?, args.name.clone(), duration)?;
     let mapping_memory = process::peak_memory();
 
     process::reset_peak_memory();
@@ -76,7 +76,7 @@ pub fn run(args: &MapArgs) -> Result<(), Failure> {
     )
     .map_err(Failure::failed)?;
     let stages = stages(&mapped, &files, mapping_memory, process::peak_memory());
-    let summary = Summary::new(&args.inputs.inputs, &mapped, &files, stages, start.elapsed());
+    let summary = MappingReport::new(&args.inputs.inputs, &mapped, &files, stages, start.elapsed());
     summary.write(&args.out.join("summary.json"))?;
     output::print_human(args.json, &summary.describe(&args.out));
     output::print_json(args.json, &summary)

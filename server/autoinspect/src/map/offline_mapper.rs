@@ -1,7 +1,7 @@
 //! Runs the stack without a robot: feeds a boot record, sensor messages, ticks on the recording's clock, and at the end the command to save.
 
 use crate::failure::Failure;
-use crate::inputs::{Message, Reader, Ticks};
+use crate::inputs::{InputReader, Message, Ticks};
 use crate::process::thread_cpu_time;
 use crate::{output, texts};
 use lockstep::Digest;
@@ -111,7 +111,7 @@ impl OfflineMapper {
     pub fn run(
         mut self,
         boot: BootRecord,
-        reader: Reader,
+        reader: InputReader,
         name: String,
         duration: f64,
     ) -> Result<MappingRun, Failure> {

@@ -11,7 +11,7 @@ use store::MapFilesReport;
 
 /// Results and costs of a run.
 #[derive(Debug, Serialize)]
-pub struct Summary {
+pub struct MappingReport {
     pub inputs: Vec<String>,
     /// Duration in robot time, seconds.
     pub duration_s: f64,
@@ -24,7 +24,7 @@ pub struct Summary {
     pub distance_m: f64,
     pub keyframes: usize,
     pub map_points: u64,
-    pub loops: Loops,
+    pub loops: LoopSummary,
     pub degenerate: Vec<Degenerate>,
     /// Warnings of the stack, in order.
     pub notices: Vec<String>,
@@ -43,7 +43,7 @@ pub struct Summary {
 
 /// Loop closures.
 #[derive(Debug, Default, Serialize)]
-pub struct Loops {
+pub struct LoopSummary {
     /// Pairs of keyframes that were proposed.
     pub proposed: u64,
     /// Loops that became edges of the graph.
@@ -85,7 +85,7 @@ pub struct Milliseconds {
     pub max: f64,
 }
 
-impl Summary {
+impl MappingReport {
     pub fn new(
         inputs: &[PathBuf],
         mapped: &MappingRun,
@@ -165,11 +165,11 @@ impl Summary {
 }
 
 /// Counts pairs by their latest decision.
-fn loops(finished: &FinishedMap) -> Loops {
+fn loops(finished: &FinishedMap) -> LoopSummary {
     let decisions = finished.decisions.iter();
     let last: BTreeMap<_, _> = decisions.map(|d| ((d.task.from, d.task.to), d.verdict)).collect();
     let count = |verdict| last.values().filter(|&&v| v == verdict).count() as u64;
-    Loops {
+    LoopSummary {
         proposed: last.len() as u64 + finished.unverified,
         accepted: finished.graph.edges.iter().filter(|edge| edge.kind == EdgeKind::Loop).count() as u64,
         rejected: count(LoopVerdict::Rejected),

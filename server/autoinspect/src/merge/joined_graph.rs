@@ -2,9 +2,9 @@
 
 use crate::failure::Failure;
 use crate::texts;
-use factors::{Between, Graph, Key, Options, Prior, Value, Values, optimise};
+use factors::{BatchConfig, Between, FactorGraph, Key, Prior, Value, Values, optimise};
 use geometry::{Isometry, Matrix6, isometry_from_pose, pose_from_isometry};
-use mapping::{Edge, MapAlignment, OptimiserConfig};
+use mapping::{MapAlignment, OptimiserConfig, PoseGraphEdge};
 use messages::{EdgeKind, FinishedMap, GraphEdge, GraphNode, LoopDecision, PoseGraph, RevisitCounts};
 use std::sync::Arc;
 use store::SavedMap;
@@ -80,7 +80,7 @@ impl JoinedGraph {
 
     fn settle(&mut self) -> Result<(), String> {
         let text = |error: &dyn std::fmt::Display| error.to_string();
-        let (mut values, mut graph) = (Values::default(), Graph::default());
+        let (mut values, mut graph) = (Values::default(), FactorGraph::default());
         let keys: Vec<Key> = self.poses.iter().map(|pose| values.insert(Value::Pose(*pose))).collect();
         let Some(origin) = self.poses.first() else { return Ok(()) };
         let prior = Prior::new(keys[0], origin, &(Matrix6::identity() * self.config.origin_information))
@@ -94,7 +94,7 @@ impl JoinedGraph {
             let factor = Between::new(from, to, &measured, &information).map_err(|e| text(&e))?;
             graph.add(factor, &values).map_err(|e| text(&e))?;
         }
-        let solved = optimise(&graph, &values, &Options::default()).map_err(|e| text(&e))?.values;
+        let solved = optimise(&graph, &values, &BatchConfig::default()).map_err(|e| text(&e))?.values;
         for (pose, key) in self.poses.iter_mut().zip(keys) {
             *pose = *solved.pose(key).map_err(|e| text(&e))?;
         }
@@ -137,7 +137,7 @@ impl JoinedGraph {
     }
 }
 
-fn link_of(link: &Edge, first: u32) -> GraphEdge {
+fn link_of(link: &PoseGraphEdge, first: u32) -> GraphEdge {
     GraphEdge {
         from: link.from,
         to: KeyframeId(link.to.0 + first),

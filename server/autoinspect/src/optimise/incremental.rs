@@ -1,13 +1,13 @@
 //! Incremental optimisation, pose by pose, as on a robot.
 
-use super::problem::Problem;
+use super::problem::GraphProblem;
 use crate::process;
-use factors::{FactorId, Incremental, IncrementalOptions, Key, RelativePose, SolveError, Value, Values};
+use factors::{FactorId, Incremental, IncrementalConfig, Key, RelativePose, SolveError, Value, Values};
 use serde::Serialize;
 
 /// CPU time of a step, milliseconds.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct StepTimes {
+pub struct UpdateTimes {
     pub median: f64,
     pub p99: f64,
     pub max: f64,
@@ -19,17 +19,17 @@ pub struct IncrementalSolution {
     /// Number of updates, one for each pose.
     pub updates: usize,
     /// None without poses.
-    pub step_ms: Option<StepTimes>,
+    pub step_ms: Option<UpdateTimes>,
 }
 
 /// Adds the poses one by one, each with its edges to earlier ones.
-pub fn solve_incrementally(problem: &Problem) -> Result<IncrementalSolution, SolveError> {
+pub fn solve_incrementally(problem: &GraphProblem) -> Result<IncrementalSolution, SolveError> {
     let mut factors_of: Vec<Vec<FactorId>> = vec![Vec::new(); problem.values.len()];
     for (id, entry) in problem.graph.iter() {
         let newest = entry.factor.keys().iter().map(|key| key.index()).max().unwrap_or(0);
         factors_of[newest].push(id);
     }
-    let mut solver = Incremental::new(IncrementalOptions::default());
+    let mut solver = Incremental::new(IncrementalConfig::default());
     let mut times = Vec::with_capacity(factors_of.len());
     for (index, factors) in factors_of.iter().enumerate() {
         let before = process::thread_cpu_time();
@@ -49,7 +49,7 @@ pub fn solve_incrementally(problem: &Problem) -> Result<IncrementalSolution, Sol
 
 /// Initial value of a new pose: from its predecessor or another earlier pose and their edge, else the file's value.
 fn predict(
-    problem: &Problem,
+    problem: &GraphProblem,
     solver: &Incremental,
     key: Key,
     factors: &[FactorId],
@@ -76,8 +76,8 @@ fn predict(
     })
 }
 
-fn step_times(times: &mut [f64]) -> Option<StepTimes> {
+fn step_times(times: &mut [f64]) -> Option<UpdateTimes> {
     times.sort_unstable_by(f64::total_cmp);
     let at = |share: f64| times.get((times.len() as f64 * share) as usize).copied();
-    Some(StepTimes { median: at(0.5)?, p99: at(0.99)?, max: *times.last()? })
+    Some(UpdateTimes { median: at(0.5)?, p99: at(0.99)?, max: *times.last()? })
 }

@@ -7,11 +7,12 @@ use crate::failure::Failure;
 use crate::{output, process, texts};
 use clap::{Args, ValueEnum};
 use factors::{
-    ChordalConfig, Method, Options, RobustConfig, SolveError, Values, chordal, optimise, optimise_robustly,
+    BatchConfig, ChordalConfig, Method, RobustConfig, SolveError, Values, chordal, optimise,
+    optimise_robustly,
 };
 use formats::g2o;
-use incremental::{IncrementalSolution, StepTimes, solve_incrementally};
-use problem::Problem;
+use incremental::{IncrementalSolution, UpdateTimes, solve_incrementally};
+use problem::GraphProblem;
 use serde::Serialize;
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
@@ -96,7 +97,7 @@ struct Report {
     /// Vertices of the rejected edges.
     rejected: Vec<[u64; 2]>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    step_ms: Option<StepTimes>,
+    step_ms: Option<UpdateTimes>,
     peak_memory_bytes: u64,
 }
 
@@ -105,7 +106,7 @@ struct Solved {
     values: Values,
     iterations: usize,
     rejected: Vec<usize>,
-    step_ms: Option<StepTimes>,
+    step_ms: Option<UpdateTimes>,
 }
 
 /// Runs `autoinspect optimise`.
@@ -118,8 +119,8 @@ pub fn run(args: &OptimiseArgs) -> Result<(), Failure> {
     };
     let file = g2o::read_as(&text, convention).map_err(|error| Failure::unreadable(&args.graph, error))?;
     drop(bytes);
-    let problem =
-        Problem::new(file).map_err(|reason| Failure::usage(texts::cannot_optimise(&args.graph, &reason)))?;
+    let problem = GraphProblem::new(file)
+        .map_err(|reason| Failure::usage(texts::cannot_optimise(&args.graph, &reason)))?;
     let refuse =
         |error: SolveError| Failure::usage(texts::cannot_optimise(&args.graph, &problem.explain(&error)));
 
@@ -142,7 +143,7 @@ pub fn run(args: &OptimiseArgs) -> Result<(), Failure> {
     output::print_json(args.json, &report)
 }
 
-fn solve(args: &OptimiseArgs, problem: &Problem) -> Result<Solved, SolveError> {
+fn solve(args: &OptimiseArgs, problem: &GraphProblem) -> Result<Solved, SolveError> {
     if args.incremental {
         let IncrementalSolution { values, updates, step_ms } = solve_incrementally(problem)?;
         return Ok(Solved { values, iterations: updates, rejected: Vec::new(), step_ms });
@@ -163,12 +164,12 @@ fn solve(args: &OptimiseArgs, problem: &Problem) -> Result<Solved, SolveError> {
         MethodName::LevenbergMarquardt => Method::LevenbergMarquardt,
         MethodName::Dogleg => Method::Dogleg,
     };
-    let found = optimise(&problem.graph, &start, &Options { method, ..Options::default() })?;
+    let found = optimise(&problem.graph, &start, &BatchConfig { method, ..BatchConfig::default() })?;
     Ok(Solved { values: found.values, iterations: found.iterations, rejected: Vec::new(), step_ms: None })
 }
 
 fn report(
-    problem: &Problem,
+    problem: &GraphProblem,
     solved: &Solved,
     chi2_initial: f64,
     times: &mut [Duration],
@@ -191,7 +192,7 @@ fn report(
 
 fn write(
     args: &OptimiseArgs,
-    problem: &Problem,
+    problem: &GraphProblem,
     solved: &Solved,
     convention: g2o::Information,
 ) -> Result<(), Failure> {

@@ -2,8 +2,8 @@
 
 use crate::texts;
 use factors::{
-    Between, FactorError, FactorId, Graph, Key, Planar, PlanarBetween, PlanarPrior, Prior, SolveError, Value,
-    Values,
+    Between, FactorError, FactorGraph, FactorId, Key, Planar, PlanarBetween, PlanarPrior, Prior, SolveError,
+    Value, Values,
 };
 use formats::g2o;
 use geometry::{Isometry, Matrix3, Matrix6, isometry_from_pose, pose_from_isometry};
@@ -11,7 +11,7 @@ use nalgebra::Vector2;
 use std::collections::BTreeMap;
 use std::fmt::Display;
 
-/// Fixed parameters of a [`Problem`].
+/// Fixed parameters of a [`GraphProblem`].
 #[derive(Clone, Copy, Debug)]
 struct ProblemConfig {
     /// Information of the prior that holds a fixed pose, 1/m² and 1/rad²: 1 µm and 1 µrad, far less than any measurement's deviation.
@@ -21,21 +21,21 @@ struct ProblemConfig {
 const CONFIG: ProblemConfig = ProblemConfig { fixed_pose_information: 1e12 };
 
 /// A graph to optimise. Factors come in the file's order of edges (SE(3) first), then the priors.
-pub struct Problem {
+pub struct GraphProblem {
     /// The factors.
-    pub graph: Graph,
+    pub graph: FactorGraph,
     /// The file's poses, or the origin for all.
     pub values: Values,
     /// Whether the file had vertices.
     pub has_start: bool,
     /// The file's number of each variable, ascending.
     pub ids: Vec<u64>,
-    file: g2o::Graph,
+    file: g2o::G2oGraph,
 }
 
-impl Problem {
+impl GraphProblem {
     /// Checks the file and makes the factors. The error is a sentence.
-    pub fn new(file: g2o::Graph) -> Result<Self, String> {
+    pub fn new(file: g2o::G2oGraph) -> Result<Self, String> {
         let has_start = !(file.vertices.is_empty() && file.planar_vertices.is_empty());
         let mut poses: BTreeMap<u64, Value> = BTreeMap::new();
         for vertex in &file.vertices {
@@ -62,7 +62,7 @@ impl Problem {
             keys.insert(id, values.insert(value));
         }
         let mut problem =
-            Self { graph: Graph::default(), values, has_start, ids: poses.into_keys().collect(), file };
+            Self { graph: FactorGraph::default(), values, has_start, ids: poses.into_keys().collect(), file };
         problem.add_edges(&keys)?;
         problem.hold(&keys)?;
         Ok(problem)
@@ -143,7 +143,7 @@ impl Problem {
     }
 
     /// The graph without loops.
-    pub fn without_loops(&self) -> Graph {
+    pub fn without_loops(&self) -> FactorGraph {
         let mut graph = self.graph.clone();
         for edge in 0..self.edges() {
             let id = FactorId(edge as u32);
@@ -156,14 +156,14 @@ impl Problem {
     }
 
     /// The file with the given poses and without the rejected edges.
-    pub fn result(&self, values: &Values, rejected: &[usize]) -> g2o::Graph {
-        let mut out = g2o::Graph { fixed: self.file.fixed.clone(), ..g2o::Graph::default() };
+    pub fn result(&self, values: &Values, rejected: &[usize]) -> g2o::G2oGraph {
+        let mut out = g2o::G2oGraph { fixed: self.file.fixed.clone(), ..g2o::G2oGraph::default() };
         for (&id, (_, value)) in self.ids.iter().zip(values.iter()) {
             match value {
-                Value::Pose(pose) => out.vertices.push(g2o::Vertex { id, pose: pose_from_isometry(pose) }),
+                Value::Pose(pose) => out.vertices.push(g2o::G2oVertex { id, pose: pose_from_isometry(pose) }),
                 Value::Planar(pose) => {
                     let (x, y, yaw) = (pose.translation.x, pose.translation.y, pose.rotation.angle());
-                    out.planar_vertices.push(g2o::Vertex { id, pose: g2o::PlanarPose { x, y, yaw } });
+                    out.planar_vertices.push(g2o::G2oVertex { id, pose: g2o::PlanarPose { x, y, yaw } });
                 }
                 _ => {}
             }

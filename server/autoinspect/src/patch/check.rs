@@ -2,7 +2,7 @@
 
 use super::distance_trigger::DistanceTrigger;
 use crate::failure::Failure;
-use crate::inputs::{self, InputArgs, Reader};
+use crate::inputs::{self, InputArgs, InputReader};
 use crate::keyframe_descriptors::read_keyframe_descriptors;
 use crate::localise::offline_localiser::OfflineLocaliser;
 use crate::texts;
@@ -70,7 +70,7 @@ pub fn measure_fitness(map: &Path, inputs: &InputArgs, recordings: &[PathBuf]) -
             }
         };
         let offline_localiser = OfflineLocaliser::new(Arc::clone(&known), None, &mut on_scan);
-        let run = offline_localiser.run(boot, Reader::start(opened)?, duration);
+        let run = offline_localiser.run(boot, InputReader::start(opened)?, duration);
         fitness.scans += run.scans;
         fitness.localised += run.trajectory.len() as u64;
         fitness.low_confidence += run.low_confidence;

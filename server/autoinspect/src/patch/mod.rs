@@ -5,7 +5,7 @@ mod distance_trigger;
 mod version;
 
 use crate::failure::Failure;
-use crate::inputs::{self, InputArgs, Reader};
+use crate::inputs::{self, InputArgs, InputReader};
 use crate::localise::offline_localiser::OfflineLocaliser;
 use crate::{map, output, texts};
 use check::{Fitness, RegressionConfig, find_regression, measure_fitness};
@@ -20,7 +20,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use store::SavedMap;
-use version::{Changes, write_version};
+use version::{ChangeCounts, write_version};
 use vocab::MapId;
 
 /// Make a new version of a map with the changes that later recordings show: racks removed or moved, new walls, open doors.
@@ -65,7 +65,7 @@ struct Report {
     /// Number of scans that were compared with the map, one for each metre walked.
     compared_scans: u64,
     #[serde(flatten)]
-    changes: Changes,
+    changes: ChangeCounts,
     points: u64,
     /// Localisation of all recordings in the patched version.
     before: Fitness,
@@ -141,7 +141,7 @@ fn localised_scans(args: &PatchArgs) -> Result<Vec<RevisitScan>, Failure> {
         };
         OfflineLocaliser::new(Arc::clone(&known), None, &mut on_scan).run(
             boot,
-            Reader::start(recordings)?,
+            InputReader::start(recordings)?,
             duration,
         );
     }

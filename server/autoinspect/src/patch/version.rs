@@ -21,7 +21,7 @@ use vocab::{MapId, SessionId};
 
 /// Numbers of changes.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
-pub struct Changes {
+pub struct ChangeCounts {
     pub keyframes: u64,
     pub keyframes_changed: u64,
     /// Number of points that were removed from keyframes.
@@ -53,7 +53,7 @@ pub fn write_version(
     scans: &[RevisitScan],
     out: &Path,
     name: &str,
-) -> Result<(MapSummary, Changes), Failure> {
+) -> Result<(MapSummary, ChangeCounts), Failure> {
     let clouds = || map_clouds_and_sensors(&saved.path).map_err(Failure::usage);
     let pose_of = |cloud: &MapCloud| saved.poses[cloud.keyframe.0 as usize];
     let config = MapChangesConfig::default();
@@ -67,7 +67,7 @@ pub fn write_version(
         removed.push(indices);
     }
     let added_points = added_points(saved, scans, &mut occupied, &config);
-    let mut changes = Changes { added: added_points.len() as u64, ..Changes::default() };
+    let mut changes = ChangeCounts { added: added_points.len() as u64, ..ChangeCounts::default() };
     let out_clouds = out.join("clouds");
     let virtual_keyframes =
         copy_viewpoint_files(&saved.path.join("clouds"), &out_clouds, 0).map_err(Failure::failed)?;

@@ -1,7 +1,7 @@
 //! A picture of a topological map: its floors side by side, seen from above, each with the points of the map near the floor.
 
 use super::ends;
-use crate::export::picture::{Heights, Picture, Settings};
+use crate::export::picture::{Heights, MapPicture, Settings};
 use crate::failure::Failure;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -41,7 +41,7 @@ pub fn draw(map: &Path, made: &GeneratedMap) -> Result<String, Failure> {
             .map_err(Failure::usage)?;
         let settings =
             Settings { pixel: CONFIG.pixel_m, above_robot: CONFIG.above_base_m, heights: Some(heights) };
-        let Some(picture) = Picture::of(clouds, settings).map_err(Failure::failed)? else { continue };
+        let Some(picture) = MapPicture::of(clouds, settings).map_err(Failure::failed)? else { continue };
         let size = draw_floor(&mut body, made, floor, &picture, left)?;
         left += size[0] + CONFIG.gap;
         height = height.max(size[1]);
@@ -57,7 +57,7 @@ fn draw_floor(
     body: &mut String,
     made: &GeneratedMap,
     floor: i32,
-    picture: &Picture,
+    picture: &MapPicture,
     left: f64,
 ) -> Result<[f64; 2], Failure> {
     let mut png = Vec::new();
@@ -106,8 +106,8 @@ fn draw_floor(
             node.name
         );
     }
-    for way in &made.blocked {
-        let [x, y] = place(way.to_m.x, way.to_m.y);
+    for segment in &made.blocked {
+        let [x, y] = place(segment.to_m.x, segment.to_m.y);
         let _ = writeln!(
             body,
             "<path d=\"M{:.1} {:.1} l12 12 m0 -12 l-12 12\" stroke=\"#b91c1c\" stroke-width=\"3\"/>",

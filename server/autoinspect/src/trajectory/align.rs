@@ -2,7 +2,7 @@
 
 /// Alignment of the estimate with the truth before they are compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Alignment {
+pub enum TrajectoryAlignment {
     /// No alignment.
     None,
     /// Rotation and translation with the smallest sum of squared distances.

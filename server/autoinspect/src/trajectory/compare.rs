@@ -1,6 +1,6 @@
 //! The command `compare`: reads two trajectories, pairs their poses, aligns and compares them.
 
-use super::align::Alignment;
+use super::align::TrajectoryAlignment;
 use super::extrinsic::{Extrinsic, parse_frame};
 use super::load::load;
 use super::pairs::{Matching, Pair, pair};
@@ -28,8 +28,8 @@ pub struct CompareArgs {
     #[arg(long, allow_hyphen_values = true)]
     offset: Option<f64>,
     /// Alignment of the estimate with the truth before they are compared.
-    #[arg(long, value_enum, default_value_t = Alignment::Se3)]
-    align: Alignment,
+    #[arg(long, value_enum, default_value_t = TrajectoryAlignment::Se3)]
+    align: TrajectoryAlignment,
     /// Matching of instants.
     #[arg(long = "match", value_enum, default_value_t = Matching::Interpolate)]
     matching: Matching,
@@ -59,7 +59,7 @@ pub struct Figures {
 
 /// The result of a comparison.
 #[derive(Clone, Debug, Serialize)]
-pub struct Comparison {
+pub struct TrajectoryComparison {
     /// Number of compared poses.
     pub pairs: usize,
     /// Number of poses of the estimate.
@@ -91,7 +91,7 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     output::print_json(args.json, &comparison)
 }
 
-fn compare(args: &CompareArgs) -> Result<Comparison, Failure> {
+fn compare(args: &CompareArgs) -> Result<TrajectoryComparison, Failure> {
     let extrinsic = args.extrinsic.as_deref().map(Extrinsic::read).transpose()?;
     let frame = match (&args.at_frame, &extrinsic) {
         (Some(text), _) => parse_frame(text)?,
@@ -112,10 +112,10 @@ fn compare(args: &CompareArgs) -> Result<Comparison, Failure> {
         return Err(Failure::usage(texts::too_few_common_instants(pairs.len())));
     }
     let similarity = align(&pairs, args.align)?;
-    Ok(Comparison { estimate_poses: estimate.len(), ..measure(&pairs, &similarity) })
+    Ok(TrajectoryComparison { estimate_poses: estimate.len(), ..measure(&pairs, &similarity) })
 }
 
-fn align(pairs: &[Pair], alignment: Alignment) -> Result<Similarity, Failure> {
+fn align(pairs: &[Pair], alignment: TrajectoryAlignment) -> Result<Similarity, Failure> {
     let positions = || {
         pairs
             .iter()
@@ -123,17 +123,17 @@ fn align(pairs: &[Pair], alignment: Alignment) -> Result<Similarity, Failure> {
             .collect::<Vec<_>>()
     };
     let found = match alignment {
-        Alignment::None => Some(Similarity::identity()),
-        Alignment::First => {
+        TrajectoryAlignment::None => Some(Similarity::identity()),
+        TrajectoryAlignment::First => {
             Some(Similarity { scale: 1.0, truth_from_estimate: pairs[0].truth * pairs[0].estimate.inverse() })
         }
-        Alignment::Se3 => umeyama(&positions(), false),
-        Alignment::Sim3 => umeyama(&positions(), true),
+        TrajectoryAlignment::Se3 => umeyama(&positions(), false),
+        TrajectoryAlignment::Sim3 => umeyama(&positions(), true),
     };
     found.ok_or_else(|| Failure::usage(texts::COLLINEAR_POSITIONS))
 }
 
-fn measure(pairs: &[Pair], similarity: &Similarity) -> Comparison {
+fn measure(pairs: &[Pair], similarity: &Similarity) -> TrajectoryComparison {
     let aligned: Vec<Pair> =
         pairs.iter().map(|pair| Pair { estimate: similarity.apply(&pair.estimate), ..*pair }).collect();
     let absolute: Vec<Isometry> = aligned.iter().map(|pair| pair.truth.inv_mul(&pair.estimate)).collect();
@@ -151,7 +151,7 @@ fn measure(pairs: &[Pair], similarity: &Similarity) -> Comparison {
     let metres = |errors: &[Isometry]| figures(errors.iter().map(|error| error.translation.vector.norm()));
     let degrees =
         |errors: &[Isometry]| figures(errors.iter().map(|error| error.rotation.angle().to_degrees()));
-    Comparison {
+    TrajectoryComparison {
         pairs: pairs.len(),
         estimate_poses: pairs.len(),
         truth_length_m: length(|pair| &pair.truth),
@@ -184,7 +184,7 @@ fn figures(errors: impl Iterator<Item = f64>) -> Figures {
     }
 }
 
-fn describe(comparison: &Comparison) -> String {
+fn describe(comparison: &TrajectoryComparison) -> String {
     let line = |name: &str, unit: &str, figures: &Figures| {
         format!(
             "{name:<22} rmse {:.4} {unit}, mean {:.4}, median {:.4}, max {:.4}",

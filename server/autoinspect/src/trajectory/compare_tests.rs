@@ -9,7 +9,7 @@ struct Line {
     args: CompareArgs,
 }
 
-fn compared(line: &[&str]) -> Comparison {
+fn compared(line: &[&str]) -> TrajectoryComparison {
     let args = Line::parse_from([&["compare"], line].concat()).args;
     compare(&args).expect("compares")
 }

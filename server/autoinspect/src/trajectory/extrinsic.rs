@@ -1,6 +1,6 @@
 //! Pose between the estimated frame and the frame of the ground truth.
 
-use crate::calibration::{Transform, isometry};
+use crate::calibration::{CalibrationTransform, isometry};
 use crate::failure::Failure;
 use geometry::Isometry;
 use serde::Deserialize;
@@ -10,7 +10,7 @@ use std::path::Path;
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub struct Extrinsic {
     #[serde(rename = "T_lidar_imu")]
-    lidar_from_imu: Transform,
+    lidar_from_imu: CalibrationTransform,
     /// Added to the estimate's stamps to get the truth's, seconds.
     pub time_offset_s: Option<f64>,
 }

@@ -5,7 +5,7 @@ use super::child_report::ChildReport;
 use super::example_process::ExampleProcess;
 use super::import_process::ImportProcess;
 use super::process_watch::{SupervisionArgs, thread_failed, watch_process, watchdog};
-use super::stop::Stop;
+use super::stop::ShutdownSignal;
 use crate::failure::Failure;
 use crate::journal::McapSegments;
 use crate::robot::RobotArgs;
@@ -112,7 +112,7 @@ impl RecordingsArgs {
 pub fn run_core(args: &CoreArgs) -> Result<(), Failure> {
     let watchdog = watchdog();
     let failed = watch_process(&watchdog, CONTROL_THREAD, &args.supervision)?;
-    let stop = Stop::on_signals_or_end_of_input(&watchdog)?;
+    let stop = ShutdownSignal::on_signals_or_end_of_input(&watchdog)?;
     set_clock_offset(Span::from_millis(args.trial.clock_offset.saturating_mul(1_000)));
     let store = Arc::new(Store::open(&args.data).map_err(Failure::usage)?);
     let now = wall_clock();

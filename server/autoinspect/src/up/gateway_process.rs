@@ -3,7 +3,7 @@
 use super::access::AccessArgs;
 use super::child_report::ChildReport;
 use super::process_watch::{SupervisionArgs, thread_failed, watch_process, watchdog};
-use super::stop::Stop;
+use super::stop::ShutdownSignal;
 use crate::failure::Failure;
 use crate::output;
 use api::ProcessRole;
@@ -43,7 +43,7 @@ const GATEWAY_THREAD: &str = "gateway";
 pub fn run_gateway(args: &GatewayArgs) -> Result<(), Failure> {
     let watchdog = watchdog();
     let failed = watch_process(&watchdog, GATEWAY_THREAD, &args.supervision)?;
-    let stop = Stop::on_signals_or_end_of_input(&watchdog)?;
+    let stop = ShutdownSignal::on_signals_or_end_of_input(&watchdog)?;
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(2)
         .thread_name("gateway")

@@ -26,7 +26,7 @@ use core_process::{RecordingsArgs, TrialArgs};
 pub use gateway_process::{GatewayArgs, run_gateway};
 pub use paths::default_data_dir;
 pub use robot_process::{SimulatedRobotArgs, run_robot};
-pub use stop::Stop;
+pub use stop::ShutdownSignal;
 
 use crate::failure::Failure;
 use crate::robot::{RobotArgs, RobotName};
@@ -105,7 +105,7 @@ pub fn run(args: &UpArgs) -> Result<(), Failure> {
         ["gateway", "--data", &text(&data), "--socket", &text(&socket), "--static", &text(&static_dir)];
     let gateway = gateway.map(str::to_owned).into_iter().chain(args.access.to_arguments()).collect();
 
-    let stop = Stop::on_signals()?;
+    let stop = ShutdownSignal::on_signals()?;
     let arguments = SupervisorArguments { simulated_robot, core, gateway };
     let mut supervisor = Supervisor::new(arguments, args.listen, socket);
     supervisor.run(&stop, |address| {

@@ -1,7 +1,7 @@
 //! One supervised process: it is started, listened to, and started again when it has ended or does not answer.
 
 use super::child_report::ChildReport;
-use super::role::Role;
+use super::role::ProcessRole;
 use crate::failure::Failure;
 use crate::{output, texts};
 use std::io::{BufRead, BufReader};
@@ -54,7 +54,7 @@ const EXIT_PANIC: i32 = 101;
 
 /// One process, which runs or waits for its start.
 pub struct Process {
-    role: Role,
+    role: ProcessRole,
     arguments: Vec<String>,
     running: Option<Running>,
     start_at: Instant,
@@ -81,7 +81,7 @@ struct Running {
 }
 
 impl Process {
-    pub fn new(role: Role, arguments: Vec<String>) -> Self {
+    pub fn new(role: ProcessRole, arguments: Vec<String>) -> Self {
         Self {
             role,
             arguments,

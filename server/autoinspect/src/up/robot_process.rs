@@ -3,13 +3,13 @@
 use super::child_report::ChildReport;
 use super::core_process::wall_clock;
 use super::process_watch::{SupervisionArgs, thread_failed, watch_process, watchdog};
-use super::stop::Stop;
+use super::stop::ShutdownSignal;
 use crate::failure::Failure;
 use crate::robot::{RobotArgs, RobotName};
 use crate::texts;
 use clap::Args;
 use crossbeam_channel::select;
-use links::{OnStep, SimulatedRobot, SimulatedRobotConfig, StartError};
+use links::{OnStep, RobotStartError, SimulatedRobot, SimulatedRobotConfig};
 use sim::SimConfig;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -49,7 +49,7 @@ const SIMULATION_THREAD: &str = "simulation";
 pub fn run_robot(args: &SimulatedRobotArgs) -> Result<(), Failure> {
     let watchdog = watchdog();
     let failed = watch_process(&watchdog, SIMULATION_THREAD, &args.supervision)?;
-    let stop = Stop::on_signals_or_end_of_input(&watchdog)?;
+    let stop = ShutdownSignal::on_signals_or_end_of_input(&watchdog)?;
     let RobotName::Sim(source) = &args.robot.robot else {
         return Err(Failure::usage(texts::ONLY_SITES_ARE_SIMULATED));
     };
@@ -67,10 +67,10 @@ pub fn run_robot(args: &SimulatedRobotArgs) -> Result<(), Failure> {
         let on_step: Option<OnStep> = Some(Box::new(move || heartbeat.beat()));
         match SimulatedRobot::start(SimulatedRobotConfig { truth: args.truth.clone(), on_step, ..config }) {
             Ok(robot) => break robot,
-            Err(error @ StartError::InUse { .. }) if since.elapsed() >= CONFIG.in_use_timeout => {
+            Err(error @ RobotStartError::InUse { .. }) if since.elapsed() >= CONFIG.in_use_timeout => {
                 return Err(Failure::usage(error));
             }
-            Err(StartError::InUse { .. }) => {}
+            Err(RobotStartError::InUse { .. }) => {}
             Err(error) => return Err(Failure::failed(error)),
         }
         if stop.wait(CONFIG.retry_pause) {

@@ -2,13 +2,13 @@
 
 /// A process of the platform.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Role {
+pub enum ProcessRole {
     SimulatedRobot,
     Core,
     Gateway,
 }
 
-impl Role {
+impl ProcessRole {
     /// Its name in messages.
     pub fn name(self) -> &'static str {
         match self {

@@ -8,11 +8,11 @@ use watchdog::{BEAT_PERIOD, Heartbeat, Watchdog};
 
 /// Receives the request to stop.
 #[derive(Clone)]
-pub struct Stop {
+pub struct ShutdownSignal {
     receiver: Receiver<()>,
 }
 
-impl Stop {
+impl ShutdownSignal {
     /// A request by Ctrl-C, termination or hang-up.
     pub fn on_signals() -> Result<Self, Failure> {
         let (sender, receiver) = crossbeam_channel::bounded(1);

@@ -11,8 +11,8 @@
 
 use super::health::{is_healthy, reachable};
 use super::process::Process;
-use super::role::Role;
-use super::stop::Stop;
+use super::role::ProcessRole;
+use super::stop::ShutdownSignal;
 use crate::failure::Failure;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -59,9 +59,9 @@ impl Supervisor {
     pub fn new(arguments: SupervisorArguments, listen: SocketAddr, socket: PathBuf) -> Self {
         let SupervisorArguments { simulated_robot, core, gateway } = arguments;
         Self {
-            simulated_robot: simulated_robot.map(|robot| Process::new(Role::SimulatedRobot, robot)),
-            core: Process::new(Role::Core, core),
-            gateway: Process::new(Role::Gateway, gateway),
+            simulated_robot: simulated_robot.map(|robot| Process::new(ProcessRole::SimulatedRobot, robot)),
+            core: Process::new(ProcessRole::Core, core),
+            gateway: Process::new(ProcessRole::Gateway, gateway),
             listen,
             socket,
             gateway_at: Instant::now() + CONFIG.core_start_timeout,
@@ -71,7 +71,7 @@ impl Supervisor {
     }
 
     /// Runs them until `stop`. Calls `on_ready` once with the address when browsers can use it.
-    pub fn run(&mut self, stop: &Stop, on_ready: impl Fn(SocketAddr)) -> Result<(), Failure> {
+    pub fn run(&mut self, stop: &ShutdownSignal, on_ready: impl Fn(SocketAddr)) -> Result<(), Failure> {
         let outcome = loop {
             if let Err(failure) = self.check_processes(&on_ready) {
                 break Err(failure);

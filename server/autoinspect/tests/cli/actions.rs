@@ -235,13 +235,13 @@ fn a_photo_of_a_mission_in_b1_is_stored_with_its_place_and_fetched_over_http() {
     bench.put_mission(1, "photo", [("zoom".to_owned(), Parameter::Integer(2))].into());
     let run = bench.begin(1);
     // Clients are told of the result as soon as it is in the ledger.
-    let told = loop {
-        if let CoreMessage::Event { to: None, event: Event::ResultStored(told) } = bench.gateway.message() {
-            break told;
+    let stored = loop {
+        if let CoreMessage::Event { to: None, event: Event::ResultStored(stored) } = bench.gateway.message() {
+            break stored;
         }
     };
     let results = bench.results(run);
-    assert_eq!(results, [told]);
+    assert_eq!(results, [stored]);
     bench.expect_end(run, "succeeded");
     let [result] = &results[..] else { panic!("{results:?}") };
     assert_eq!(result.kind, "photo");
@@ -297,8 +297,8 @@ fn a_robot_that_is_killed_during_an_action_fails_the_task_and_the_run_ends() {
     let steps = bench.steps(run);
     // The call may have been on its way when the robot died.
     let reasons = ["nobody knows whether it was done", "The robot is not connected"];
-    let is_told = steps.iter().any(|step| reasons.iter().any(|reason| step.body.contains(reason)));
-    assert!(is_told, "{steps:?}");
+    let is_reported = steps.iter().any(|step| reasons.iter().any(|reason| step.body.contains(reason)));
+    assert!(is_reported, "{steps:?}");
     assert!(bench.results(run).is_empty());
     // Nothing of it is left on the disk.
     assert_eq!(fs::read_dir(bench.dir.path().join("blobs")).expect("readable").count(), 0);

@@ -1,7 +1,7 @@
 //! Processes of the platform that fail in every way: each is noticed, started again, and clients are told why.
 
 use crate::fake_gateway::until;
-use crate::platform::{Platform, signal};
+use crate::platform::{RunningPlatform, signal};
 use rustix::process::Signal;
 use serde_json::Value;
 use std::fs;
@@ -9,7 +9,7 @@ use std::path::Path;
 
 /// A platform whose threads can be made to fail.
 struct FaultyPlatform {
-    platform: Platform,
+    platform: RunningPlatform,
     faults: tempfile::TempDir,
     dir: tempfile::TempDir,
 }
@@ -18,7 +18,7 @@ impl FaultyPlatform {
     fn start() -> Self {
         let dir = tempfile::tempdir().expect("temporary directory");
         let faults = tempfile::tempdir().expect("temporary directory");
-        let platform = Platform::start_with(dir.path(), &[("AUTOINSPECT_TEST_FAULTS", faults.path())]);
+        let platform = RunningPlatform::start_with(dir.path(), &[("AUTOINSPECT_TEST_FAULTS", faults.path())]);
         Self { platform, faults, dir }
     }
 

@@ -25,7 +25,7 @@ fn another_walk_is_localised_in_the_map_of_the_first() {
     assert!(error["ape_m"]["rmse"].as_f64() < Some(0.03), "{error}");
 
     // The other walk began at the same pose.
-    let told = json(&[
+    let report = json(&[
         "localise",
         text(&second),
         "--map",
@@ -35,7 +35,7 @@ fn another_walk_is_localised_in_the_map_of_the_first() {
         "--initial",
         "0.2,-0.1,0,3",
     ]);
-    assert!(told["found_after"].as_f64() < Some(2.0), "{told}");
+    assert!(report["found_after"].as_f64() < Some(2.0), "{report}");
     refused(&["localise", text(&second), "--map", text(&path("none")), "--out", text(&found)]);
     refused(&["localise", text(&second), "--map", text(&map), "--out", text(&found), "--initial", "1,2"]);
     let nowhere = run(&["localise", text(&second), "--map", text(&map), "--out", text(&path("a/b.tum"))]);
@@ -57,9 +57,9 @@ mod nightly {
         let (truth, extrinsic) =
             (hilti.join("gt_mocap_imu_clean.tum"), hilti.join("extrinsic_estimate.json"));
         // With and without the initial pose. The LiDAR was carried by hand, above the height of the map's viewpoints.
-        for told in [&["--initial", "0,0,0,0"][..], &[]] {
+        for initial in [&["--initial", "0,0,0,0"][..], &[]] {
             let mut localise = vec!["localise", text(&bag), "--map", text(&map), "--out", text(&found)];
-            localise.extend(told);
+            localise.extend(initial);
             let report = json(&localise);
             assert!(report["localised"].as_u64() >= Some(80), "{report}");
             let error =

@@ -18,15 +18,15 @@ fn a_small_graph_is_solved_by_every_method_and_written_with_its_edges() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let (input, out) = (dir.path().join("square.g2o"), dir.path().join("out.g2o"));
     fs::write(&input, SQUARE).expect("writable");
-    for way in [
+    for options in [
         &["--method", "gauss-newton"][..],
         &["--method", "dogleg", "--start", "chordal"],
         &["--incremental"],
         &["--robust"],
         &["--information", "half-angle", "--repeats", "3"],
     ] {
-        let result = json(&[&["optimise", text(&input), "--out", text(&out)], way].concat());
-        assert!(result["chi2"].as_f64().expect("a number") < 1e-6, "{way:?}: {result}");
+        let result = json(&[&["optimise", text(&input), "--out", text(&out)], options].concat());
+        assert!(result["chi2"].as_f64().expect("a number") < 1e-6, "{options:?}: {result}");
         assert_eq!((result["poses"].as_u64(), result["edges"].as_u64()), (Some(3), Some(3)));
         let written = fs::read_to_string(&out).expect("readable");
         assert_eq!(written.matches("EDGE_SE2").count(), 3);
@@ -39,10 +39,10 @@ fn a_published_graph_reaches_its_optimum() {
     let Some(graph) = data("pose-graphs/intel.g2o") else { return };
     let dir = tempfile::tempdir().expect("temporary directory");
     let out = dir.path().join("out.g2o");
-    for way in [&[][..], &["--start", "chordal"], &["--incremental"]] {
-        let result = json(&[&["optimise", text(&graph), "--out", text(&out)], way].concat());
+    for options in [&[][..], &["--start", "chordal"], &["--incremental"]] {
+        let result = json(&[&["optimise", text(&graph), "--out", text(&out)], options].concat());
         let chi2 = result["chi2"].as_f64().expect("a number");
-        assert!((chi2 / 45.004 - 1.0).abs() < 0.01, "{way:?}: {chi2}");
+        assert!((chi2 / 45.004 - 1.0).abs() < 0.01, "{options:?}: {chi2}");
     }
     // The written poses are those of the optimum.
     let again = json(&["optimise", text(&out), "--out", text(&dir.path().join("again.g2o"))]);

@@ -10,13 +10,13 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 
 /// A platform with a simulated robot, which is stopped in order when dropped.
-pub struct Platform {
+pub struct RunningPlatform {
     child: Child,
     address: SocketAddr,
     complaints: PathBuf,
 }
 
-impl Platform {
+impl RunningPlatform {
     fn start(dir: &Path) -> Self {
         Self::start_with(dir, &[])
     }
@@ -117,7 +117,7 @@ impl Platform {
     }
 }
 
-impl Drop for Platform {
+impl Drop for RunningPlatform {
     fn drop(&mut self) {
         if self.child.try_wait().is_ok_and(|ended| ended.is_none()) {
             signal(self.child.id(), rustix::process::Signal::TERM);
@@ -142,7 +142,7 @@ pub fn signal(process: u32, signal: rustix::process::Signal) {
 #[test]
 fn every_process_is_restarted_after_a_crash_and_all_end_together() {
     let dir = tempfile::tempdir().expect("temporary directory");
-    let mut platform = Platform::start(dir.path());
+    let mut platform = RunningPlatform::start(dir.path());
     assert!(platform.is_healthy());
     assert!(platform.get("/").expect("answers").contains("AutoInspect"));
     // After the robot the core is started again too, because the clock and the place of a new robot are others.
@@ -168,7 +168,7 @@ fn every_process_is_restarted_after_a_crash_and_all_end_together() {
 #[test]
 fn no_process_outlives_a_supervisor_that_was_killed() {
     let dir = tempfile::tempdir().expect("temporary directory");
-    let mut platform = Platform::start(dir.path());
+    let mut platform = RunningPlatform::start(dir.path());
     let processes = ["gateway", "core", "simulated-robot"].map(|role| platform.process(role).expect("runs"));
     platform.child.kill().expect("killed");
     platform.child.wait().expect("reaped");

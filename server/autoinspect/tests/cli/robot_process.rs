@@ -106,7 +106,7 @@ fn walk(gateway: &mut FakeGateway, truth: &Truth, robot_s: f64) {
         } else {
             since = None;
         }
-        // In front of an obstacle it turns on the spot for a while.
+        // In front of an obstacle it turns in place for a while.
         let is_blocked = (now.robot_s - last_walk) % 6.0 > 3.0;
         gateway.command(if is_blocked { velocity(0.0, 0.8) } else { velocity(SPEED_M_S, 0.4) });
     }

@@ -4,7 +4,7 @@ use crate::core_process::{CoreProcess, RobotProcess};
 use crate::fake_gateway::{CLIENT, CommandSender, FakeGateway, PATIENCE, until};
 use crate::missions::{MISSION, RUN, localised, missions, put, request, site as mission_site};
 use crate::operator::Operator;
-use crate::platform::Platform;
+use crate::platform::RunningPlatform;
 use api::{
     ClientMessage, CoreMessage, EditDone, EditOutcome, Event, GatewayMessage, SiteAssembly, SiteState,
 };
@@ -229,7 +229,7 @@ fn follow_mission(operator: &mut Operator) -> (Vec<TaskStatus>, RunState) {
 #[test]
 fn ten_clients_that_edit_at_once_disturb_no_mission_end_with_the_same_site_and_undo_their_own_last_edit() {
     let dir = tempfile::tempdir().expect("temporary directory");
-    let platform = Platform::start_with_robot(dir.path(), &["--lidar-columns", "400", "--speed", "2"]);
+    let platform = RunningPlatform::start_with_robot(dir.path(), &["--lidar-columns", "400", "--speed", "2"]);
     let address = platform.address();
     let mut operator = Operator::connect(address);
     let tasks = start_mission(&mut operator);
@@ -318,11 +318,11 @@ fn the_examples_of_the_pages_of_the_interface_work() {
     }
     for page in PAGES {
         let dir = tempfile::tempdir().expect("temporary directory");
-        let platform = Platform::start_with_robot(dir.path(), &["--lidar-columns", "50"]);
+        let platform = RunningPlatform::start_with_robot(dir.path(), &["--lidar-columns", "50"]);
         check_examples(page, &platform);
     }
     let dir = tempfile::tempdir().expect("temporary directory");
-    let platform = Platform::start_with_robot(dir.path(), &["--lidar-columns", "400", "--speed", "2"]);
+    let platform = RunningPlatform::start_with_robot(dir.path(), &["--lidar-columns", "400", "--speed", "2"]);
     let mut operator = Operator::connect(platform.address());
     localised(&mut operator);
     // Whoever runs the examples takes control.
@@ -330,7 +330,7 @@ fn the_examples_of_the_pages_of_the_interface_work() {
     check_examples(SESSION, &platform);
 }
 
-fn check_examples(page: &str, platform: &Platform) {
+fn check_examples(page: &str, platform: &RunningPlatform) {
     let examples = page.split("```sh\n").skip(1).map(|rest| rest.split("```").next().unwrap_or_default());
     let answers = page.split("```json\n").skip(1).map(|rest| rest.split("```").next().unwrap_or_default());
     let mut ran = 0;

@@ -11,7 +11,7 @@ pub use schemas::definition;
 pub use standard::{BatteryState, Header, Imu, Odometry, PoseStamped, TfMessage, TransformStamped};
 
 use crate::FormatError;
-use crate::cdr::{Encoding, Reader, Writer};
+use crate::cdr::{CdrReader, Encoding, Writer};
 
 /// A message with a fixed ROS type.
 pub trait RosMessage: Sized {
@@ -22,7 +22,7 @@ pub trait RosMessage: Sized {
     ///
     /// # Errors
     /// When the bytes end early.
-    fn read(reader: &mut Reader<'_>) -> Result<Self, FormatError>;
+    fn read(reader: &mut CdrReader<'_>) -> Result<Self, FormatError>;
 
     /// Writes the message's fields.
     fn write(&self, writer: &mut Writer<'_>);
@@ -32,7 +32,7 @@ pub trait RosMessage: Sized {
     /// # Errors
     /// When the bytes end early or the encapsulation is unknown.
     fn from_bytes(encoding: Encoding, bytes: &[u8]) -> Result<Self, FormatError> {
-        Self::read(&mut Reader::new(encoding, bytes, Self::TYPE)?)
+        Self::read(&mut CdrReader::new(encoding, bytes, Self::TYPE)?)
     }
 
     /// Appends a whole message to `out`.

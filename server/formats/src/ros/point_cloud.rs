@@ -1,7 +1,7 @@
 //! `sensor_msgs/PointCloud2`: reading any layout, writing the platform's own.
 
 use super::standard::Header;
-use crate::cdr::{Encoding, Reader, Writer};
+use crate::cdr::{CdrReader, Encoding, Writer};
 use crate::{FormatError, PointField, PointTable, ScalarType, texts};
 use messages::Scan;
 use std::borrow::Cow;
@@ -27,7 +27,7 @@ impl<'a> PointCloud2<'a> {
     /// # Errors
     /// When it ends early, a field has an unknown type, or the sizes contradict each other.
     pub fn from_bytes(encoding: Encoding, bytes: &'a [u8]) -> Result<Self, FormatError> {
-        let mut reader = Reader::new(encoding, bytes, Self::TYPE)?;
+        let mut reader = CdrReader::new(encoding, bytes, Self::TYPE)?;
         let header = Header::read(&mut reader, encoding)?;
         let height = reader.u32()? as usize;
         let width = reader.u32()? as usize;
@@ -41,7 +41,7 @@ impl<'a> PointCloud2<'a> {
     }
 }
 
-fn read_field(reader: &mut Reader<'_>) -> Result<PointField, FormatError> {
+fn read_field(reader: &mut CdrReader<'_>) -> Result<PointField, FormatError> {
     let name = reader.string()?;
     let offset = reader.u32()? as usize;
     let datatype = reader.u8()?;

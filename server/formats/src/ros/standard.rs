@@ -2,7 +2,7 @@
 
 use super::RosMessage;
 use crate::FormatError;
-use crate::cdr::{Encoding, Reader, Writer};
+use crate::cdr::{CdrReader, Encoding, Writer};
 use vocab::{Pose, Quat, Stamp, Twist, Vec3};
 
 /// `std_msgs/Header`.
@@ -16,7 +16,7 @@ pub struct Header {
 
 impl Header {
     /// Reads the header; ROS 1's sequence number is skipped.
-    pub(super) fn read(reader: &mut Reader<'_>, encoding: Encoding) -> Result<Self, FormatError> {
+    pub(super) fn read(reader: &mut CdrReader<'_>, encoding: Encoding) -> Result<Self, FormatError> {
         let seconds = match encoding {
             Encoding::Ros1 => {
                 reader.u32()?;
@@ -45,16 +45,16 @@ impl Header {
     }
 }
 
-fn read_vec3(reader: &mut Reader<'_>) -> Result<Vec3, FormatError> {
+fn read_vec3(reader: &mut CdrReader<'_>) -> Result<Vec3, FormatError> {
     Ok(Vec3::from(reader.f64_array::<3>()?))
 }
 
-fn read_quat(reader: &mut Reader<'_>) -> Result<Quat, FormatError> {
+fn read_quat(reader: &mut CdrReader<'_>) -> Result<Quat, FormatError> {
     let [x, y, z, w] = reader.f64_array::<4>()?;
     Ok(Quat { w, x, y, z })
 }
 
-fn read_pose(reader: &mut Reader<'_>) -> Result<Pose, FormatError> {
+fn read_pose(reader: &mut CdrReader<'_>) -> Result<Pose, FormatError> {
     Ok(Pose { position: read_vec3(reader)?, orientation: read_quat(reader)? })
 }
 
@@ -85,7 +85,7 @@ pub struct Imu {
 impl RosMessage for Imu {
     const TYPE: &'static str = "sensor_msgs/Imu";
 
-    fn read(reader: &mut Reader<'_>) -> Result<Self, FormatError> {
+    fn read(reader: &mut CdrReader<'_>) -> Result<Self, FormatError> {
         let header = Header::read(reader, reader.encoding())?;
         let orientation = read_quat(reader)?;
         let has_orientation = reader.f64_array::<9>()?[0] != -1.0;
@@ -126,7 +126,7 @@ pub struct Odometry {
 impl RosMessage for Odometry {
     const TYPE: &'static str = "nav_msgs/Odometry";
 
-    fn read(reader: &mut Reader<'_>) -> Result<Self, FormatError> {
+    fn read(reader: &mut CdrReader<'_>) -> Result<Self, FormatError> {
         let header = Header::read(reader, reader.encoding())?;
         let child_frame_id = reader.string()?;
         let pose = read_pose(reader)?;
@@ -158,7 +158,7 @@ pub struct PoseStamped {
 impl RosMessage for PoseStamped {
     const TYPE: &'static str = "geometry_msgs/PoseStamped";
 
-    fn read(reader: &mut Reader<'_>) -> Result<Self, FormatError> {
+    fn read(reader: &mut CdrReader<'_>) -> Result<Self, FormatError> {
         Ok(Self { header: Header::read(reader, reader.encoding())?, pose: read_pose(reader)? })
     }
 
@@ -189,7 +189,7 @@ pub struct TfMessage {
 impl RosMessage for TfMessage {
     const TYPE: &'static str = "tf2_msgs/TFMessage";
 
-    fn read(reader: &mut Reader<'_>) -> Result<Self, FormatError> {
+    fn read(reader: &mut CdrReader<'_>) -> Result<Self, FormatError> {
         let transforms = reader.sequence(64, |reader| {
             let header = Header::read(reader, reader.encoding())?;
             let child_frame_id = reader.string()?;
@@ -226,7 +226,7 @@ pub struct BatteryState {
 impl RosMessage for BatteryState {
     const TYPE: &'static str = "sensor_msgs/BatteryState";
 
-    fn read(reader: &mut Reader<'_>) -> Result<Self, FormatError> {
+    fn read(reader: &mut CdrReader<'_>) -> Result<Self, FormatError> {
         let header = Header::read(reader, reader.encoding())?;
         let [voltage, _temperature, current] = [reader.f32()?, reader.f32()?, reader.f32()?];
         let _charge_capacity_design_capacity = [reader.f32()?, reader.f32()?, reader.f32()?];

@@ -2,7 +2,7 @@
 
 use ::e57::{E57Writer, Record, RecordDataType, RecordName, RecordValue};
 use formats::e57::E57File;
-use formats::g2o::{Edge, Graph, Information, PlanarPose, Vertex};
+use formats::g2o::{G2oEdge, G2oGraph, G2oVertex, Information, PlanarPose};
 use formats::{g2o, las, pcd, ply, tum};
 use std::fs::{self, OpenOptions};
 use std::io::Cursor;
@@ -144,11 +144,11 @@ fn text_seeds() -> Vec<Seed> {
     let mut information = [[0.0; 6]; 6];
     (0..6).for_each(|i| information[i][i] = 2.5);
     let planar = PlanarPose { x: 1.0, y: 2.0, yaw: 0.5 };
-    let graph = Graph {
-        vertices: vec![Vertex { id: 0, pose: Pose::IDENTITY }, Vertex { id: 1, pose: pose() }],
-        edges: vec![Edge { from: 0, to: 1, from_from_to: pose(), information }],
-        planar_vertices: vec![Vertex { id: 2, pose: planar }],
-        planar_edges: vec![Edge { from: 2, to: 2, from_from_to: planar, information: [[1.0; 3]; 3] }],
+    let graph = G2oGraph {
+        vertices: vec![G2oVertex { id: 0, pose: Pose::IDENTITY }, G2oVertex { id: 1, pose: pose() }],
+        edges: vec![G2oEdge { from: 0, to: 1, from_from_to: pose(), information }],
+        planar_vertices: vec![G2oVertex { id: 2, pose: planar }],
+        planar_edges: vec![G2oEdge { from: 2, to: 2, from_from_to: planar, information: [[1.0; 3]; 3] }],
         fixed: vec![0],
     };
     let mut text = Vec::new();

@@ -1,11 +1,11 @@
 //! Seeds of buildings.
 
 use crate::clouds::Seed;
-use sim::{BuildingModel, BuildingModelConfig, Material, Mobility, ModelPart, ModelTriangle, Site};
+use sim::{BuildingModel, BuildingModelConfig, Material, Mobility, ModelPart, ModelTriangle, SimulatedSite};
 use std::fs;
 
 /// A hall with a box, as the program itself writes it.
-fn hall() -> Site {
+fn hall() -> SimulatedSite {
     let part = |name: &str, mobility, [side, height]: [f64; 2], material| {
         let [a, b, c, d] =
             [[-side, -side, height], [side, -side, height], [side, side, height], [-side, side, height]];
@@ -23,7 +23,7 @@ fn hall() -> Site {
         ],
         ..BuildingModel::default()
     };
-    Site::from_model(model, &BuildingModelConfig::default()).unwrap()
+    SimulatedSite::from_model(model, &BuildingModelConfig::default()).unwrap()
 }
 
 fn input(sidecar: &[u8], model: &[u8]) -> Vec<u8> {

@@ -8,7 +8,7 @@ use messages::{EdgeKind, GraphDelta, GraphEdge, GraphNode, PoseGraph};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use store::{MapPoints, SessionRecord, Viewpoint, write_viewpoint_clouds};
+use store::{CloudViewpoint, MapPoints, SessionRecord, write_viewpoint_clouds};
 use uuid::Uuid;
 use vocab::{KeyframeId, Pose, SessionId, Stamp};
 
@@ -37,7 +37,8 @@ fn viewpoint_seeds() -> Vec<Seed> {
     let cloud =
         MapPoints { xyz: (0..20_u8).map(|i| [f32::from(i), 1.0, 2.0]).collect(), intensity: vec![0.5; 20] };
     let visible = [vec![0, 2, 19], Vec::new(), (0..20).collect()];
-    let viewpoint = |visible| Viewpoint { cloud_from_base: Isometry::identity(), lidar: [0.0; 3], visible };
+    let viewpoint =
+        |visible| CloudViewpoint { cloud_from_base: Isometry::identity(), lidar: [0.0; 3], visible };
     write_viewpoint_clouds(folder.path(), KeyframeId(0), &cloud, visible.into_iter().map(viewpoint)).unwrap();
     let file = fs::read_dir(folder.path()).unwrap().next().unwrap().unwrap().path();
     vec![("viewpoints", "three", fs::read(file).unwrap())]

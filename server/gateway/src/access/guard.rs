@@ -1,12 +1,12 @@
 //! What stands before every handler: the name of the server, the origin of the page, and the privilege table.
 
-use super::identity::{Connection, scope};
+use super::identity::{TcpConnection, scope};
 use super::texts;
 use crate::app::App;
 use crate::problem::ProblemResponse;
 use crate::security;
 use crate::tls::trust;
-use api::access::{Endpoint, Method};
+use api::access::{Endpoint, HttpMethod};
 use axum::Extension;
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
@@ -17,7 +17,7 @@ use std::sync::Arc;
 /// Answers only requests for a name of this server.
 pub(crate) async fn known_host(
     State(app): State<Arc<App>>,
-    Extension(connection): Extension<Connection>,
+    Extension(connection): Extension<TcpConnection>,
     request: Request,
     next: Next,
 ) -> Response {
@@ -53,14 +53,14 @@ fn single(headers: &HeaderMap, name: header::HeaderName) -> Option<&str> {
 /// Lets a request through to the handler of this endpoint if it comes from a page of this server or from a program, and from somebody who may use it.
 pub(crate) async fn guard(
     State((app, endpoint)): State<(Arc<App>, Endpoint)>,
-    Extension(connection): Extension<Connection>,
+    Extension(connection): Extension<TcpConnection>,
     mut request: Request,
     next: Next,
 ) -> Response {
     let headers = request.headers();
     // A browser enforces nothing itself for WebSockets, whatever page opens them.
     let is_socket = matches!(endpoint, Endpoint::Control | Endpoint::Stream);
-    let changes_something = endpoint.method() != Method::Get;
+    let changes_something = endpoint.method() != HttpMethod::Get;
     if (is_socket || changes_something) && !security::is_same_origin(headers, connection.is_tls)
         || security::is_cross_site(headers)
     {

@@ -5,7 +5,7 @@ use super::documents::{
     AccountChangeDocument, AccountDocument, FirstAdminDocument, IssuedTokenDocument, NewAccountDocument,
     NewTokenDocument, PasswordChangeDocument, SessionDocument, SignInDocument, TokenDocument,
 };
-use super::identity::{Connection, Identity, current_caller};
+use super::identity::{Identity, TcpConnection, current_caller};
 use super::texts;
 use crate::app::App;
 use crate::documents::{Answer, AnyPath};
@@ -61,7 +61,7 @@ fn session_response(app: &App, identity: &Identity) -> Response {
 ))]
 pub(crate) async fn sign_in(
     State(app): State<Arc<App>>,
-    Extension(connection): Extension<Connection>,
+    Extension(connection): Extension<TcpConnection>,
     Extension(identity): Extension<Identity>,
     body: Body,
 ) -> Answer {
@@ -79,7 +79,7 @@ pub(crate) async fn sign_in(
 ))]
 pub(crate) async fn make_first_admin(
     State(app): State<Arc<App>>,
-    Extension(connection): Extension<Connection>,
+    Extension(connection): Extension<TcpConnection>,
     Extension(identity): Extension<Identity>,
     body: Body,
 ) -> Answer {
@@ -90,7 +90,7 @@ pub(crate) async fn make_first_admin(
 
 async fn begin_session(
     app: &App,
-    connection: &Connection,
+    connection: &TcpConnection,
     identity: &Identity,
     request: AccountRequest,
 ) -> Answer {

@@ -7,7 +7,7 @@ use vocab::ClientId;
 
 /// What is known of a TCP connection.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Connection {
+pub(crate) struct TcpConnection {
     /// The address of the other end.
     pub(crate) peer: IpAddr,
     /// The address of this computer that was reached.

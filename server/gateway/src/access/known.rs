@@ -1,7 +1,7 @@
 //! The sessions and tokens that are valid, as the core has published them, and which of them were used.
 
 use super::cookies::presented;
-use super::identity::{Connection, Identity, http_client};
+use super::identity::{Identity, TcpConnection, http_client};
 use super::{AccessConfig, HostList};
 use accounts::credential_id;
 use api::access::{AccessState, Grant};
@@ -59,7 +59,7 @@ impl AccessGate {
     }
 
     /// Who makes a request with these headers.
-    pub(crate) fn identify(&self, headers: &HeaderMap, connection: &Connection) -> Identity {
+    pub(crate) fn identify(&self, headers: &HeaderMap, connection: &TcpConnection) -> Identity {
         let credential = presented(headers, connection.is_tls).map(|secret| credential_id(&secret));
         let nobody = Identity::nobody(credential, connection.peer);
         if self.is_demo {

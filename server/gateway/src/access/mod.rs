@@ -15,7 +15,7 @@ pub(crate) mod texts;
 
 pub(crate) use hosts::HostList;
 pub use identity::socket_client;
-pub(crate) use identity::{Connection, Identity, current_caller, on_behalf_of};
+pub(crate) use identity::{Identity, TcpConnection, current_caller, on_behalf_of};
 pub(crate) use known::AccessGate;
 
 use std::net::IpAddr;

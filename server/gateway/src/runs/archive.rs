@@ -15,7 +15,7 @@ use zip::write::{SimpleFileOptions, StreamWriter};
 use zip::{CompressionMethod, ZipWriter};
 
 /// Whoever answers questions about what is stored.
-pub(super) trait Core {
+pub(super) trait CoreQueries {
     fn ask(&self, query: Query) -> io::Result<QueryReply>;
 }
 
@@ -49,7 +49,7 @@ impl Archive {
     ///
     /// # Errors
     /// When the core, the disk or whoever reads the archive fails.
-    pub(super) fn write(&self, core: &impl Core, sink: impl Write) -> io::Result<()> {
+    pub(super) fn write(&self, core: &impl CoreQueries, sink: impl Write) -> io::Result<()> {
         let mut zip = ZipWriter::new_stream(sink);
         self.begin(&mut zip, "run.json")?;
         write_json(&mut zip, &run_document(self.run.clone()))?;
@@ -78,7 +78,7 @@ impl Archive {
         Ok(zip.start_file(format!("{}/{path}", self.name), options)?)
     }
 
-    fn write_steps<W: Write>(&self, core: &impl Core, zip: &mut Zip<W>) -> io::Result<()> {
+    fn write_steps<W: Write>(&self, core: &impl CoreQueries, zip: &mut Zip<W>) -> io::Result<()> {
         let mut list = List::default();
         let mut after = None;
         loop {
@@ -94,7 +94,7 @@ impl Archive {
 
     fn for_each_result(
         &self,
-        core: &impl Core,
+        core: &impl CoreQueries,
         mut take: impl FnMut(StoredResult) -> io::Result<()>,
     ) -> io::Result<()> {
         let mut after = None;

@@ -13,7 +13,7 @@ const HASH: &str = "abababababababababababababababababababababababababababababab
 /// Answers with results in pages of one.
 struct FakeCore(Vec<StoredResult>);
 
-impl Core for FakeCore {
+impl CoreQueries for FakeCore {
     fn ask(&self, query: Query) -> io::Result<QueryReply> {
         Ok(match query {
             Query::Steps { after: None, .. } => QueryReply::Steps(vec![StoredStep {
@@ -119,7 +119,7 @@ fn an_archive_holds_documents_a_table_and_files_under_readable_names() {
 #[test]
 fn a_core_that_fails_ends_the_archive_with_an_error() {
     struct Silent;
-    impl Core for Silent {
+    impl CoreQueries for Silent {
         fn ask(&self, _: Query) -> io::Result<QueryReply> {
             Err(io::Error::other("gone"))
         }

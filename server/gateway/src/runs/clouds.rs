@@ -1,7 +1,7 @@
 //! Clouds that the robot saw on a run. The gateway reads them in the data directory, where the core keeps them.
 
 use super::documents::{RunCloudDocument, RunPage};
-use super::lists::{PageQuery, RunList, page_of};
+use super::lists::{RunList, RunPageQuery, page_of};
 use crate::app::App;
 use crate::blobs::file_name;
 use crate::documents::{Answer, AnyPath, OCTETS};
@@ -31,7 +31,7 @@ use std::sync::Arc;
         (status = 500, body = ProblemDocument, content_type = "application/problem+json", description = "The disk fails"),
         QueryProblems
     ))]
-pub(crate) async fn clouds(State(app): State<Arc<App>>, run: AnyPath, page: PageQuery) -> Answer {
+pub(crate) async fn clouds(State(app): State<Arc<App>>, run: AnyPath, page: RunPageQuery) -> Answer {
     let list = RunList::of(run, page, texts::AFTER_NO_NUMBER, u64::from_str)?;
     let path = folder(&app, list.run).join("index.jsonl");
     let text = match tokio::fs::read_to_string(&path).await {

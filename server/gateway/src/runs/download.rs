@@ -1,6 +1,6 @@
 //! A run with all that it has gathered, as one ZIP archive. It is made while it is sent, so memory holds a few chunks and one page of results.
 
-use super::archive::{Archive, Core};
+use super::archive::{Archive, CoreQueries};
 use super::run_id;
 use crate::access::{current_caller, on_behalf_of};
 use crate::app::App;
@@ -81,7 +81,7 @@ struct AskedCore {
     runtime: Handle,
 }
 
-impl Core for AskedCore {
+impl CoreQueries for AskedCore {
     fn ask(&self, query: Query) -> io::Result<QueryReply> {
         let reply = self.runtime.block_on(on_behalf_of(self.caller, ask(&self.app, query)));
         reply.map_err(|problem| io::Error::other(problem.detail().to_owned()))

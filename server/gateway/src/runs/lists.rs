@@ -34,7 +34,7 @@ pub(crate) struct PageOfRuns {
     to_ns: Option<i64>,
 }
 
-pub(super) type PageQuery = Result<UrlQuery<PageOfRuns>, QueryRejection>;
+pub(super) type RunPageQuery = Result<UrlQuery<PageOfRuns>, QueryRejection>;
 
 /// Runs, the newest first.
 #[utoipa::path(get, path = api::paths::RUNS_PATH, tag = "missions", operation_id = "listRuns",
@@ -47,7 +47,7 @@ pub(super) type PageQuery = Result<UrlQuery<PageOfRuns>, QueryRejection>;
         ("to_ns" = Option<i64>, Query, description = "Only runs that were asked for before this time"),
     ),
     responses((status = 200, body = RunPage<RunDocument>, description = "A page of runs"), QueryProblems))]
-pub(crate) async fn list(State(app): State<Arc<App>>, page: PageQuery) -> Answer {
+pub(crate) async fn list(State(app): State<Arc<App>>, page: RunPageQuery) -> Answer {
     let page = PageOfRuns::of(page)?;
     let limit = page.limit();
     let filter = RunFilter {
@@ -74,7 +74,7 @@ pub(crate) async fn list(State(app): State<Arc<App>>, page: PageQuery) -> Answer
         (status = 200, body = RunPage<StepDocument>, description = "A page of attempts; empty for a run that is not known"),
         QueryProblems
     ))]
-pub(crate) async fn steps(State(app): State<Arc<App>>, run: AnyPath, page: PageQuery) -> Answer {
+pub(crate) async fn steps(State(app): State<Arc<App>>, run: AnyPath, page: RunPageQuery) -> Answer {
     let RunList { run, after, limit } = RunList::of(run, page, texts::AFTER_NO_STEP, step_and_attempt)?;
     let QueryReply::Steps(steps) = ask(&app, Query::Steps { run, after, limit }).await? else {
         return Err(ProblemResponse::unavailable(texts::CORE_LOST_BEFORE_ANSWER));
@@ -93,7 +93,7 @@ pub(crate) async fn steps(State(app): State<Arc<App>>, run: AnyPath, page: PageQ
         (status = 200, body = RunPage<ResultDocument>, description = "A page of results, in the order in which they were stored; empty for a run that is not known"),
         QueryProblems
     ))]
-pub(crate) async fn results(State(app): State<Arc<App>>, run: AnyPath, page: PageQuery) -> Answer {
+pub(crate) async fn results(State(app): State<Arc<App>>, run: AnyPath, page: RunPageQuery) -> Answer {
     let RunList { run, after, limit } = RunList::of(run, page, texts::AFTER_NO_NUMBER, u64::from_str)?;
     result_page(&app, Query::Results { run, after, limit }, limit).await
 }
@@ -109,7 +109,7 @@ pub(crate) async fn results(State(app): State<Arc<App>>, run: AnyPath, page: Pag
         (status = 200, body = RunPage<ResultDocument>, description = "A page of results; empty for a point that is not known"),
         QueryProblems
     ))]
-pub(crate) async fn point_results(State(app): State<Arc<App>>, point: AnyPath, page: PageQuery) -> Answer {
+pub(crate) async fn point_results(State(app): State<Arc<App>>, point: AnyPath, page: RunPageQuery) -> Answer {
     let malformed = || ProblemResponse::malformed(texts::POINT_ID_MALFORMED);
     let point: Option<InspectionPointId> = point.ok().and_then(|Path(id)| id.parse().ok());
     let (point, page) = (point.ok_or_else(malformed)?, PageOfRuns::of(page)?);
@@ -125,7 +125,7 @@ pub(crate) async fn point_results(State(app): State<Arc<App>>, point: AnyPath, p
         ("before" = Option<String>, Query, description = "Only those before this one: `next` of the page before"),
     ),
     responses((status = 200, body = RunPage<SlotDocument>, description = "A page of slots"), QueryProblems))]
-pub(crate) async fn slots(State(app): State<Arc<App>>, page: PageQuery) -> Answer {
+pub(crate) async fn slots(State(app): State<Arc<App>>, page: RunPageQuery) -> Answer {
     let page = PageOfRuns::of(page)?;
     let limit = page.limit();
     let before = parsed(page.before.as_deref(), texts::BEFORE_NO_SLOT, |before| {
@@ -150,7 +150,7 @@ impl<K> RunList<K> {
     /// `reason`: what is wrong with a key that `parse` rejects, a clause.
     pub(super) fn of<E>(
         run: AnyPath,
-        page: PageQuery,
+        page: RunPageQuery,
         reason: &str,
         parse: impl FnOnce(&str) -> Result<K, E>,
     ) -> Result<Self, ProblemResponse> {
@@ -160,7 +160,7 @@ impl<K> RunList<K> {
 }
 
 impl PageOfRuns {
-    fn of(query: PageQuery) -> Result<Self, ProblemResponse> {
+    fn of(query: RunPageQuery) -> Result<Self, ProblemResponse> {
         let malformed = |rejection: QueryRejection| {
             ProblemResponse::malformed(texts::query_malformed(&rejection.body_text()))
         };

@@ -21,7 +21,7 @@ use axum::extract::rejection::BytesRejection;
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use serde_json::{Value, json as value};
 use site_model::{
-    Change, Edit, EditError, Object, ObjectId, RevisionChange, Severity, Site, ValidationConfig,
+    Change, Edit, EditError, Object, ObjectId, ProblemSeverity, RevisionChange, Site, ValidationConfig,
 };
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -258,7 +258,7 @@ fn check(state: &SiteState, schemas: &ActionSchemas, edit: &Edit) -> Result<(), 
     let problems = after.problems(&ValidationConfig::default());
     let problems = problems
         .iter()
-        .filter(|problem| problem.kind.severity() == Severity::Error && put.contains(&problem.object));
+        .filter(|problem| problem.kind.severity() == ProblemSeverity::Error && put.contains(&problem.object));
     let mut fields: Vec<FieldProblem> = problems
         .filter_map(|problem| {
             let object = &after.get(problem.object)?.object;

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use serde_json::Value;
 use serde_path_to_error::Segment;
-use site_model::{Object, Problem, ProblemKind};
+use site_model::{Object, ProblemKind, SiteProblem};
 
 /// What is wrong with one field of a document.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -89,7 +89,7 @@ fn collect_unknown(
 }
 
 /// The field of an object that has a problem. `document` is the object as JSON, without the name of its kind.
-pub(crate) fn site_problem(object: &Object, document: &Value, problem: &Problem) -> FieldProblem {
+pub(crate) fn site_problem(object: &Object, document: &Value, problem: &SiteProblem) -> FieldProblem {
     let pointer = match &problem.kind {
         ProblemKind::OutOfRange { field, .. } => pointer_of_number(object, field),
         ProblemKind::Missing(missing) => find_text(document, &missing.uuid().to_string()),

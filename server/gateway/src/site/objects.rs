@@ -21,12 +21,12 @@ use uuid::Uuid;
 
 pub(crate) type KindPath = Result<Path<String>, PathRejection>;
 pub(crate) type ObjectPath = Result<Path<(String, String)>, PathRejection>;
-pub(crate) type PageQuery = Result<Query<Page>, QueryRejection>;
+pub(crate) type ObjectPageQuery = Result<Query<ObjectPage>, QueryRejection>;
 
 /// Which part of a list is asked for.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Page {
+pub(crate) struct ObjectPage {
     /// Entries wanted, [`api::MAX_PAGE`] at most.
     limit: Option<u32>,
     /// Only objects after this one.
@@ -35,8 +35,8 @@ pub(crate) struct Page {
     pub(crate) before: Option<u64>,
 }
 
-impl Page {
-    pub(crate) fn of(query: PageQuery) -> Result<Self, ProblemResponse> {
+impl ObjectPage {
+    pub(crate) fn of(query: ObjectPageQuery) -> Result<Self, ProblemResponse> {
         let malformed = |rejection: QueryRejection| {
             ProblemResponse::malformed(texts::query_malformed(&rejection.body_text()))
         };
@@ -88,8 +88,8 @@ pub(crate) async fn get_site(State(app): State<Arc<App>>) -> Answer {
     let problems = problems.into_iter().take(api::MAX_PAGE as usize).map(|problem| SiteProblemDocument {
         path: super::paths::path_of(problem.object),
         severity: match problem.kind.severity() {
-            site_model::Severity::Warning => "warning".to_owned(),
-            site_model::Severity::Error => "error".to_owned(),
+            site_model::ProblemSeverity::Warning => "warning".to_owned(),
+            site_model::ProblemSeverity::Error => "error".to_owned(),
         },
         detail: format!("{}.", problem.kind),
     });
@@ -114,9 +114,13 @@ pub(crate) async fn get_site(State(app): State<Arc<App>>) -> Answer {
     (status = 404, body = ProblemDocument, content_type = "application/problem+json", description = "No such kind"),
     (status = 503, body = ProblemDocument, content_type = "application/problem+json", description = "The core has not sent the site yet"),
 ))]
-pub(crate) async fn list_objects(State(app): State<Arc<App>>, path: KindPath, page: PageQuery) -> Answer {
+pub(crate) async fn list_objects(
+    State(app): State<Arc<App>>,
+    path: KindPath,
+    page: ObjectPageQuery,
+) -> Answer {
     let kind = kind_of(path)?;
-    let page = Page::of(page)?;
+    let page = ObjectPage::of(page)?;
     let state = site(&app)?;
     let objects = state.site.objects().filter(|versioned| {
         let id = versioned.object.id();

@@ -1,6 +1,6 @@
 //! Earlier revisions of objects, asked from the core.
 
-use super::objects::{ObjectPath, Page, PageQuery, named};
+use super::objects::{ObjectPage, ObjectPageQuery, ObjectPath, named};
 use super::parse::document;
 use super::schemas::{RevisionDocument, RevisionListDocument};
 use crate::app::App;
@@ -30,9 +30,13 @@ use std::sync::Arc;
     (status = 404, body = ProblemDocument, content_type = "application/problem+json", description = "No such kind"),
     QueryProblems
 ))]
-pub(crate) async fn list_revisions(State(app): State<Arc<App>>, path: ObjectPath, page: PageQuery) -> Answer {
+pub(crate) async fn list_revisions(
+    State(app): State<Arc<App>>,
+    path: ObjectPath,
+    page: ObjectPageQuery,
+) -> Answer {
     let object = named(path)?;
-    let page = Page::of(page)?;
+    let page = ObjectPage::of(page)?;
     let limit = page.limit();
     let query = Query::Revisions { object, before: page.before.map(Revision), limit };
     let QueryReply::Revisions(revisions) = ask(&app, query).await? else {

@@ -8,7 +8,7 @@ pub(crate) mod trust;
 pub(crate) use authority::Authority;
 pub use error::TlsError;
 
-use crate::access::{Connection, HostList};
+use crate::access::{HostList, TcpConnection};
 use files::CertificateFiles;
 use std::io;
 use std::path::PathBuf;
@@ -75,7 +75,7 @@ impl Encryption {
     pub(crate) async fn accept<Io: AsyncRead + AsyncWrite + Unpin>(
         &self,
         io: Io,
-        connection: &Connection,
+        connection: &TcpConnection,
         hosts: &HostList,
     ) -> io::Result<TlsStream<Io>> {
         let start = LazyConfigAcceptor::new(Acceptor::default(), io).await?;

@@ -1,8 +1,8 @@
 //! Who is let in: the whole privilege table as nobody, with each role, and with sessions that have expired, were revoked or are forged; and what stands before it.
 
 use crate::samples;
-use crate::support::{Core, Gateway, Socket, lease};
-use api::access::{AccessState, Endpoint, Grant, Method, account_privilege, command_privilege};
+use crate::support::{Gateway, TestCore, TestSocket, lease};
+use api::access::{AccessState, Endpoint, Grant, HttpMethod, account_privilege, command_privilege};
 use api::access::{AccountReply, AccountRequest, Secret};
 use api::{
     ClientMessage, CommandOutcome, CoreMessage, CredentialId, EditOutcome, EditRefusal, Event,
@@ -37,12 +37,12 @@ fn state(with_revoked: bool) -> AccessState {
 }
 
 /// A gateway with sign-ins, and a core that has said who may come in. What it says first has one admin more than what it says last.
-pub async fn with_access() -> (Gateway, Core) {
+pub async fn with_access() -> (Gateway, TestCore) {
     with_limited_access(gateway::Limits::default()).await
 }
 
 /// The same with other limits.
-pub async fn with_limited_access(limits: gateway::Limits) -> (Gateway, Core) {
+pub async fn with_limited_access(limits: gateway::Limits) -> (Gateway, TestCore) {
     let gateway = Gateway::start_limited_with_sign_in(limits).await;
     let mut core = gateway.core().await;
     core.send(&CoreMessage::Access(state(true))).await;
@@ -91,7 +91,7 @@ async fn every_endpoint_answers_each_role_as_the_privilege_table_says() {
                     (false, Some(_)) => assert_eq!(reply.status, 403, "{place}"),
                     (false, None) => assert_eq!(reply.status, 401, "{place}"),
                 }
-                if endpoint.method() == Method::Get && reply.status == 401 {
+                if endpoint.method() == HttpMethod::Get && reply.status == 401 {
                     reply.expect_problem(401);
                 }
             }
@@ -100,12 +100,12 @@ async fn every_endpoint_answers_each_role_as_the_privilege_table_says() {
     gateway.stop().await;
 }
 
-async fn welcomed(gateway: &Gateway, secret: &str) -> Socket {
+async fn welcomed(gateway: &Gateway, secret: &str) -> TestSocket {
     welcomed_with(gateway, secret, lease(1)).await
 }
 
 /// A client's control socket with this session.
-pub async fn welcomed_with(gateway: &Gateway, secret: &str, lease: LeaseToken) -> Socket {
+pub async fn welcomed_with(gateway: &Gateway, secret: &str, lease: LeaseToken) -> TestSocket {
     let header = ("cookie", format!("autoinspect-session={secret}"));
     let mut socket = gateway.socket_with(api::CONTROL_PATH, (header.0, &header.1)).await.expect("let in");
     socket.send(&ClientMessage::Hello { version: api::VERSION, lease }).await;

@@ -2,7 +2,7 @@
 
 use crate::abuse::resident_bytes;
 use crate::access::{welcomed_with, with_access, with_limited_access};
-use crate::support::{Core, Gateway, PATIENCE, Socket, client_id, lease, soon};
+use crate::support::{Gateway, PATIENCE, TestCore, TestSocket, client_id, lease, soon};
 use api::access::{AccountReply, Secret};
 use api::{
     ClientMessage, Command, Control, CoreMessage, Event, GatewayMessage, LeaseToken, Role, ServerMessage,
@@ -19,7 +19,7 @@ fn stop(number: u128) -> ClientMessage {
 }
 
 /// Who the core is told has pressed Stop.
-async fn client_that_stops(core: &mut Core) -> vocab::ClientId {
+async fn client_that_stops(core: &mut TestCore) -> vocab::ClientId {
     loop {
         if let GatewayMessage::Command { by, command: Command::StopMotion, .. } = core.command().await {
             return by.client;
@@ -116,7 +116,7 @@ async fn ten_thousand_half_open_connections_of_one_address_keep_nobody_out() {
 }
 
 /// A control socket of this session, and whether it was welcomed.
-async fn greeted(gateway: &Gateway, secret: &str, number: u128) -> (Socket, bool) {
+async fn greeted(gateway: &Gateway, secret: &str, number: u128) -> (TestSocket, bool) {
     let header = format!("autoinspect-session={secret}");
     let mut socket = gateway.socket_with(api::CONTROL_PATH, ("cookie", &header)).await.expect("let in");
     socket.send(&ClientMessage::Hello { version: api::VERSION, lease: lease(number) }).await;

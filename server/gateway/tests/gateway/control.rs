@@ -1,6 +1,6 @@
 //! The control socket: greeting, snapshot, changes, commands.
 
-use crate::support::{Gateway, Socket, caller, client_id, lease, soon};
+use crate::support::{Gateway, TestSocket, caller, client_id, lease, soon};
 use api::{
     Battery, ClientMessage, Command, CommandOutcome, CoreMessage, Event, GatewayMessage, ServerMessage,
 };
@@ -22,7 +22,7 @@ fn command_id(number: u128) -> CommandId {
     CommandId(uuid::Uuid::from_u128(number))
 }
 
-async fn answer(socket: &mut Socket) -> (CommandId, CommandOutcome) {
+async fn answer(socket: &mut TestSocket) -> (CommandId, CommandOutcome) {
     let take = |event: &Event| match event {
         Event::CommandDone { id, outcome } => Some((*id, outcome.clone())),
         _ => None,
@@ -71,7 +71,7 @@ async fn a_slow_client_gets_the_newest_and_misses_no_tile() {
             core.publish(Event::Graph(api::Graph { nodes, ..api::Graph::default() })).await;
             let tile = api::TileEntry {
                 hash: api::TileHash([0; 32]),
-                anchor: api::Anchor::Map,
+                anchor: api::TileAnchor::Map,
                 level: 0,
                 spacing_m: 1.0,
                 bounds: vocab::Aabb { min: [0.0; 3], max: [1.0; 3] },

@@ -1,6 +1,6 @@
 //! The core goes, comes back, misbehaves.
 
-use crate::support::{Core, Gateway, Socket};
+use crate::support::{Gateway, TestCore, TestSocket};
 use api::{
     ClientMessage, Command, CommandOutcome, CoreMessage, Event, GatewayMessage, Graph, GraphChanged,
     GraphNode, Notice, Severity, TileEntry, TileHash, TilesChanged,
@@ -10,7 +10,7 @@ use vocab::{Aabb, CommandId, KeyframeId, Stamp};
 fn tiles(reset: bool, numbers: std::ops::Range<u8>) -> Event {
     let tile = |number| TileEntry {
         hash: TileHash([number; 32]),
-        anchor: api::Anchor::Map,
+        anchor: api::TileAnchor::Map,
         level: 0,
         spacing_m: 1.0,
         bounds: Aabb { min: [0.0; 3], max: [1.0; 3] },
@@ -24,13 +24,13 @@ fn notice(at: i64) -> Event {
     Event::Notice(Notice { at: Stamp::from_nanos(at), severity: Severity::Info, text: "n".into() })
 }
 
-async fn core_is(socket: &mut Socket, connected: bool) {
+async fn core_is(socket: &mut TestSocket, connected: bool) {
     socket
         .find(|event| matches!(event, Event::Platform(p) if p.core_connected == connected).then_some(()))
         .await;
 }
 
-async fn send_state(core: &mut Core) {
+async fn send_state(core: &mut TestCore) {
     core.publish(tiles(true, 0..2)).await;
     core.publish(notice(1)).await;
     core.publish(notice(2)).await;
@@ -45,7 +45,7 @@ struct Picture {
 
 impl Picture {
     /// Reads until these tiles and notices are known, and then whatever else the gateway owes.
-    async fn read(&mut self, socket: &mut Socket, core: &mut Core, tiles: &[u32], notices: &[i64]) {
+    async fn read(&mut self, socket: &mut TestSocket, core: &mut TestCore, tiles: &[u32], notices: &[i64]) {
         self.read_until(socket, |picture, _| picture.tiles == tiles && picture.notices == notices).await;
         // What waited longest goes first, so after two rounds of marks nothing older can be owed.
         for mark in [0.25, 0.75] {
@@ -57,7 +57,7 @@ impl Picture {
         assert_eq!((&self.tiles[..], &self.notices[..]), (tiles, notices), "and nothing more");
     }
 
-    async fn read_until(&mut self, socket: &mut Socket, done: impl Fn(&Self, &Event) -> bool) {
+    async fn read_until(&mut self, socket: &mut TestSocket, done: impl Fn(&Self, &Event) -> bool) {
         let read = |event: &Event| {
             match event {
                 Event::Tiles(change) => {
@@ -261,7 +261,7 @@ async fn a_map_that_no_single_message_could_hold_reaches_core_gateway_and_client
     let (tile_count, node_count) = (550_000_u32, 600_000_u64);
     let tile = |number: u32| TileEntry {
         hash: TileHash([7; 32]),
-        anchor: api::Anchor::Keyframe(KeyframeId(number)),
+        anchor: api::TileAnchor::Keyframe(KeyframeId(number)),
         level: 3,
         spacing_m: 0.25,
         bounds: Aabb { min: [-30.0; 3], max: [30.0; 3] },

@@ -1,13 +1,13 @@
 //! Saved maps over HTTP: the core is asked, and its lists are answered from.
 
-use crate::support::{Core, Gateway};
+use crate::support::{Gateway, TestCore};
 use api::paths::{
     BIN_PATH, BINNED_MAP_PATH, MAP_PATH, MAP_TILES_PATH, MAPS_PATH, RESTORE_MAP_PATH, UPLOAD_PATH,
     UPLOADS_PATH,
 };
 use api::{
-    Anchor, BinnedMap, Command, CommandOutcome, CoreMessage, DamagedMap, Event, GatewayMessage, MapSummary,
-    StoredUpload, TileEntry, TileHash, TileList,
+    BinnedMap, Command, CommandOutcome, CoreMessage, DamagedMap, Event, GatewayMessage, MapSummary,
+    StoredUpload, TileAnchor, TileEntry, TileHash, TileList,
 };
 use uuid::Uuid;
 use vocab::{Aabb, MapId, Span, Stamp, UploadId};
@@ -43,7 +43,7 @@ fn path(of: &str) -> String {
 }
 
 /// A gateway whose core has sent its lists.
-async fn with_lists(maps: Vec<MapSummary>, bin: Vec<BinnedMap>) -> (Gateway, Core) {
+async fn with_lists(maps: Vec<MapSummary>, bin: Vec<BinnedMap>) -> (Gateway, TestCore) {
     let gateway = Gateway::start().await;
     let mut core = gateway.core().await;
     publish(&mut core, maps, bin).await;
@@ -53,7 +53,7 @@ async fn with_lists(maps: Vec<MapSummary>, bin: Vec<BinnedMap>) -> (Gateway, Cor
     (gateway, core)
 }
 
-async fn publish(core: &mut Core, maps: Vec<MapSummary>, bin: Vec<BinnedMap>) {
+async fn publish(core: &mut TestCore, maps: Vec<MapSummary>, bin: Vec<BinnedMap>) {
     core.publish(Event::Maps(maps)).await;
     core.publish(Event::DamagedMaps(Vec::new())).await;
     core.publish(Event::BinnedMaps(bin)).await;
@@ -61,7 +61,7 @@ async fn publish(core: &mut Core, maps: Vec<MapSummary>, bin: Vec<BinnedMap>) {
 
 /// Plays the core for one command: publishes lists, then answers.
 async fn answer(
-    core: &mut Core,
+    core: &mut TestCore,
     expected: Command,
     lists: (Vec<MapSummary>, Vec<BinnedMap>),
     outcome: CommandOutcome,
@@ -242,7 +242,7 @@ async fn tiles_of_a_map_are_read_page_by_page() {
     let bounds = Aabb { min: [0.0; 3], max: [1.0; 3] };
     let tile = |number: u8| TileEntry {
         hash: TileHash([number; 32]),
-        anchor: Anchor::Map,
+        anchor: TileAnchor::Map,
         level: 0,
         spacing_m: 0.5,
         bounds,

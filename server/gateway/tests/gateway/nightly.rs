@@ -2,7 +2,7 @@
 //! `cargo test --release -p gateway --test gateway -- nightly:: --nocapture --test-threads 1`.
 #![allow(clippy::print_stdout, reason = "printing is what these are for")]
 
-use crate::support::{Core, Gateway, Reply, Socket};
+use crate::support::{Gateway, Reply, TestCore, TestSocket};
 use api::{CoreMessage, Event, ScanFrame, ServerMessage, StreamRequest};
 use std::time::{Duration, Instant};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -27,7 +27,7 @@ impl Delays {
         self.0.push((nanos_since(start) - sent.nanos()) as f64 * 1e-6);
     }
 
-    fn say(mut self, what: &str) {
+    fn report(mut self, what: &str) {
         self.0.sort_by(f64::total_cmp);
         let at = |share: f64| {
             self.0.get(((self.0.len() - 1) as f64 * share) as usize).copied().unwrap_or(f64::NAN)
@@ -56,7 +56,7 @@ fn cpu_seconds() -> f64 {
     fields.get(10..12).map_or(0.0, |times| (times[0] + times[1]) / 100.0)
 }
 
-async fn feed(core: &mut Core, start: Instant) {
+async fn feed(core: &mut TestCore, start: Instant) {
     let mut tick = tokio::time::interval(Duration::from_millis(10));
     for number in 0_u32.. {
         tick.tick().await;
@@ -69,7 +69,7 @@ async fn feed(core: &mut Core, start: Instant) {
     }
 }
 
-async fn watch_state(mut socket: Socket, start: Instant) -> Delays {
+async fn watch_state(mut socket: TestSocket, start: Instant) -> Delays {
     let mut delays = Delays::default();
     while start.elapsed() < DURATION {
         if let ServerMessage::Event { event: Event::Estimate(estimate), .. } = socket.message().await {
@@ -79,7 +79,7 @@ async fn watch_state(mut socket: Socket, start: Instant) -> Delays {
     delays
 }
 
-async fn watch_scans(mut socket: Socket, start: Instant) -> Delays {
+async fn watch_scans(mut socket: TestSocket, start: Instant) -> Delays {
     let mut delays = Delays::default();
     while start.elapsed() < DURATION {
         let Some(frame) = socket.next::<ScanFrame>().await else { break };
@@ -122,8 +122,8 @@ async fn load_of_sockets() {
         "{CLIENTS} clients, 100 poses/s and 10 scans/s of {SCAN_BYTES} bytes, {:.1} s:",
         DURATION.as_secs_f64()
     );
-    states.say("poses");
-    scans.say("scans");
+    states.report("poses");
+    scans.report("scans");
     println!("CPU of gateway, made-up core and all clients: {cores:.2} cores");
 }
 

@@ -1,6 +1,6 @@
 //! Runs, results and slots from the core, and the download of a run.
 
-use crate::support::{Core, Gateway};
+use crate::support::{Gateway, TestCore};
 use api::{CoreMessage, GatewayMessage, Query, QueryReply, RunFilter, StoredResult, StoredRun, StoredSlot};
 use site_model::{InspectionPointId, MissionId, RunId, RunState, ScheduleId};
 use uuid::Uuid;
@@ -28,7 +28,7 @@ fn result(number: u64) -> StoredResult {
 }
 
 /// Answers questions until the gateway ends. Returns them.
-async fn play(mut core: Core, questions: usize) -> Vec<Query> {
+async fn play(mut core: TestCore, questions: usize) -> Vec<Query> {
     let mut asked = Vec::new();
     while asked.len() < questions {
         let GatewayMessage::Query { number, query, .. } = core.receive().await else { continue };
@@ -114,7 +114,7 @@ async fn each_mistake_in_a_request_of_a_run_is_named_and_the_core_hears_of_none(
     let command = format!("/api/v1/runs/{RUN}/commands");
     let start =
         |document: &str| ("/api/v1/runs".to_owned(), document.replace("MISSION", &mission.to_string()));
-    let tell = |document: &str| (command.clone(), document.replace("TASK", &task.to_string()));
+    let case = |document: &str| (command.clone(), document.replace("TASK", &task.to_string()));
     let cases = [
         (start(""), ""),
         (start("{"), ""),
@@ -127,13 +127,13 @@ async fn each_mistake_in_a_request_of_a_run_is_named_and_the_core_hears_of_none(
         (start(r#"{"mission": "MISSION", "mode": "now", "id": "first"}"#), "/id"),
         (start(r#"{"mission": "MISSION", "mode": "now", "at": 5}"#), "/at"),
         (start(r#"{"mission": "MISSION", "mode": "now"} {}"#), ""),
-        (tell(r#""pause""#), "/pause"),
-        (tell(r#"{"dance": {}}"#), ""),
-        (tell(r#"{"pause": {"for_s": 5}}"#), "/pause/for_s"),
-        (tell(r#"{"skip_task": {}}"#), "/skip_task/task"),
-        (tell(r#"{"redo_task": {"task": 3}}"#), "/redo_task/task"),
-        (tell(r#"{"answer": {"task": "TASK"}}"#), "/answer/answer"),
-        (tell(r#"{"answer": {"task": "TASK", "answer": "perhaps"}}"#), "/answer/answer"),
+        (case(r#""pause""#), "/pause"),
+        (case(r#"{"dance": {}}"#), ""),
+        (case(r#"{"pause": {"for_s": 5}}"#), "/pause/for_s"),
+        (case(r#"{"skip_task": {}}"#), "/skip_task/task"),
+        (case(r#"{"redo_task": {"task": 3}}"#), "/redo_task/task"),
+        (case(r#"{"answer": {"task": "TASK"}}"#), "/answer/answer"),
+        (case(r#"{"answer": {"task": "TASK", "answer": "perhaps"}}"#), "/answer/answer"),
     ];
     for ((path, document), pointer) in cases {
         let length = format!("content-length: {}", document.len());
@@ -153,7 +153,7 @@ async fn each_mistake_in_a_request_of_a_run_is_named_and_the_core_hears_of_none(
         .await
         .expect_problem(400);
     // What the core hears first is the right one.
-    let (path, document) = tell(r#"{"pause": {}}"#);
+    let (path, document) = case(r#"{"pause": {}}"#);
     let asked = async {
         let length = format!("content-length: {}", document.len());
         gateway.send("POST", &path, &[&length], document.as_bytes()).await

@@ -1,6 +1,6 @@
 //! The documents of the site over HTTP and the control socket. A made-up core applies edits in memory.
 
-use crate::support::{Core, Gateway, Reply, Socket, client_id};
+use crate::support::{Gateway, Reply, TestCore, TestSocket, client_id};
 use api::{
     ClientMessage, CoreMessage, EditDone, EditOutcome, EditRefusal, Event, GatewayMessage, Query, QueryReply,
     SiteAssembly, SiteChanged, SiteParts, SiteState, StoredRevision,
@@ -25,7 +25,7 @@ struct Site {
 
 impl Site {
     /// Applies an edit, publishes it, and returns its answer.
-    async fn apply(&mut self, core: &mut Core, by: Option<vocab::ClientId>, edit: Edit) -> EditOutcome {
+    async fn apply(&mut self, core: &mut TestCore, by: Option<vocab::ClientId>, edit: Edit) -> EditOutcome {
         if let Some(outcome) = self.applied.get(&edit.id) {
             return outcome.clone();
         }
@@ -41,7 +41,7 @@ impl Site {
         outcome
     }
 
-    async fn send_whole(&self, core: &mut Core) {
+    async fn send_whole(&self, core: &mut TestCore) {
         let mut parts = SiteParts::new(Arc::new(self.state.clone()));
         loop {
             let part = parts.next_part();
@@ -54,7 +54,7 @@ impl Site {
     }
 
     /// Plays the core until told to end. Returns the site.
-    async fn play(mut self, mut core: Core, mut end: oneshot::Receiver<()>) -> Self {
+    async fn play(mut self, mut core: TestCore, mut end: oneshot::Receiver<()>) -> Self {
         self.send_whole(&mut core).await;
         loop {
             let message = tokio::select! {
@@ -128,7 +128,7 @@ impl Bench {
 }
 
 /// Waits for the whole site at a client.
-async fn whole(client: &mut Socket) -> SiteState {
+async fn whole(client: &mut TestSocket) -> SiteState {
     let mut assembly = SiteAssembly::default();
     client
         .find(|event| match event {
@@ -518,7 +518,7 @@ fn put_asset(number: u128, base: Option<u64>, name: &str) -> Edit {
     Edit { id: EditId(Uuid::from_u128(number)), changes }
 }
 
-async fn outcome(client: &mut Socket, id: EditId) -> EditOutcome {
+async fn outcome(client: &mut TestSocket, id: EditId) -> EditOutcome {
     client
         .find(|event| match event {
             Event::EditDone(done) if done.id == id => Some(done.outcome.clone()),

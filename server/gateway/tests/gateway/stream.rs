@@ -1,24 +1,24 @@
 //! The stream socket: newest scan, credits, pauses.
 
-use crate::support::{Core, Gateway, Socket, soon};
+use crate::support::{Gateway, TestCore, TestSocket, soon};
 use api::{CoreMessage, MAX_UNACKNOWLEDGED, ScanFrame, StreamRequest};
 use gateway::Limits;
 use std::time::Duration;
 use vocab::{Pose, Stamp};
 
-async fn open(gateway: &Gateway, max_hz: f32) -> Socket {
+async fn open(gateway: &Gateway, max_hz: f32) -> TestSocket {
     let mut socket = gateway.socket(api::STREAM_PATH).await;
     socket.send(&StreamRequest::Open { version: api::VERSION, max_hz }).await;
     socket
 }
 
-async fn send_scan(core: &mut Core, number: i64) {
+async fn send_scan(core: &mut TestCore, number: i64) {
     let points = vec![number as u8; 1000];
     core.send(&CoreMessage::Scan { stamp: Stamp::from_nanos(number), map_from_base: Pose::IDENTITY, points })
         .await;
 }
 
-async fn frame(socket: &mut Socket) -> ScanFrame {
+async fn frame(socket: &mut TestSocket) -> ScanFrame {
     socket.next().await.expect("a scan")
 }
 

@@ -101,18 +101,18 @@ impl Gateway {
     }
 
     /// The gateway's next connection to the core.
-    pub async fn core(&self) -> Core {
+    pub async fn core(&self) -> TestCore {
         let (stream, _) = soon("a connection to the core", self.core.accept()).await.expect("accepted");
-        let mut core = Core { stream };
+        let mut core = TestCore { stream };
         core.send(&CoreMessage::Hello { version: api::VERSION }).await;
         assert_eq!(core.receive().await, GatewayMessage::Hello { version: api::VERSION });
         core
     }
 
     /// As [`Gateway::core`], for a core that introduces itself as the test likes.
-    pub async fn raw_core(&self) -> Core {
+    pub async fn raw_core(&self) -> TestCore {
         let (stream, _) = soon("a connection to the core", self.core.accept()).await.expect("accepted");
-        Core { stream }
+        TestCore { stream }
     }
 
     /// Stops the gateway and waits for its end.
@@ -121,32 +121,32 @@ impl Gateway {
         soon("the gateway's end", self.task).await.expect("no panic").expect("no error");
     }
 
-    pub async fn socket(&self, path: &str) -> Socket {
+    pub async fn socket(&self, path: &str) -> TestSocket {
         let url = format!("ws://{}{path}", self.address);
         let connecting = tokio_tungstenite::connect_async(url);
         let (stream, _) = soon("a WebSocket", connecting).await.expect("a WebSocket");
-        Socket { stream }
+        TestSocket { stream }
     }
 
     /// Opens a WebSocket that claims to come from `origin`; the HTTP status if it is not let in.
-    pub async fn socket_from(&self, path: &str, origin: &str) -> Result<Socket, u16> {
+    pub async fn socket_from(&self, path: &str, origin: &str) -> Result<TestSocket, u16> {
         self.socket_with(path, ("origin", origin)).await
     }
 
     /// As [`Gateway::socket`], with this header; the HTTP status if it is not let in.
-    pub async fn socket_with(&self, path: &str, header: (&'static str, &str)) -> Result<Socket, u16> {
+    pub async fn socket_with(&self, path: &str, header: (&'static str, &str)) -> Result<TestSocket, u16> {
         use tokio_tungstenite::tungstenite::Error;
         let mut request = format!("ws://{}{path}", self.address).into_client_request().expect("a request");
         request.headers_mut().insert(header.0, header.1.parse().expect("a header"));
         match soon("a WebSocket", tokio_tungstenite::connect_async(request)).await {
-            Ok((stream, _)) => Ok(Socket { stream }),
+            Ok((stream, _)) => Ok(TestSocket { stream }),
             Err(Error::Http(response)) => Err(response.status().as_u16()),
             Err(error) => panic!("{error}"),
         }
     }
 
     /// A control socket that has been welcomed.
-    pub async fn client(&self, number: u128) -> Socket {
+    pub async fn client(&self, number: u128) -> TestSocket {
         let mut socket = self.socket(api::CONTROL_PATH).await;
         socket.send(&ClientMessage::Hello { version: api::VERSION, lease: lease(number) }).await;
         match socket.message().await {
@@ -241,11 +241,11 @@ fn joined(mut chunks: &[u8]) -> Vec<u8> {
 }
 
 /// The core's end of the Unix socket.
-pub struct Core {
+pub struct TestCore {
     stream: UnixStream,
 }
 
-impl Core {
+impl TestCore {
     pub async fn send(&mut self, message: &CoreMessage) {
         let body = api::encode(message);
         self.send_bytes(&(body.len() as u32).to_le_bytes()).await;
@@ -314,11 +314,11 @@ impl Core {
 }
 
 /// A WebSocket client.
-pub struct Socket {
+pub struct TestSocket {
     stream: WebSocketStream<MaybeTlsStream<TcpStream>>,
 }
 
-impl Socket {
+impl TestSocket {
     pub async fn send(&mut self, message: &impl serde::Serialize) {
         self.send_raw(Message::Binary(api::encode(message).into())).await;
     }

@@ -48,8 +48,8 @@ async fn a_browser_that_trusts_the_robots_own_authority_reaches_it_by_name_and_b
         assert_eq!((reply.status, &reply.json()["is_demo"]), (200, &true.into()), "{name}");
     }
     let fingerprint = gateway::authority_fingerprint(&folder.path().join("tls")).expect("made");
-    let told = get(&gateway, &authority, "localhost", api::paths::AUTHORITY_PATH).await.expect("trusted");
-    assert_eq!(told.json()["sha256"], fingerprint.as_str());
+    let answer = get(&gateway, &authority, "localhost", api::paths::AUTHORITY_PATH).await.expect("trusted");
+    assert_eq!(answer.json()["sha256"], fingerprint.as_str());
     let code = get(&gateway, &authority, "localhost", api::paths::TRUST_CODE_PATH).await.expect("trusted");
     assert_eq!((code.status, code.header("content-type")), (200, "image/svg+xml"));
     // Nobody gets a certificate of a name that is not this server's.

@@ -28,11 +28,11 @@ pub(super) struct PendingRequests {
     /// With the number of each request.
     pub(super) faults: Vec<(CommandId, SimulatedFault)>,
     /// In the order in which they came.
-    pub(super) actions: Vec<ActionRequest>,
+    pub(super) actions: Vec<ActionCommand>,
 }
 
 /// What is asked about actions.
-pub(super) enum ActionRequest {
+pub(super) enum ActionCommand {
     Start(ActionCall),
     Cancel(ActionCallId),
 }
@@ -245,10 +245,10 @@ fn read_requests(
                 pending.faults.push((id, fault));
             }
             RobotRequest::StartAction(call) if pending.actions.len() < max_pending_requests => {
-                pending.actions.push(ActionRequest::Start(call));
+                pending.actions.push(ActionCommand::Start(call));
             }
             RobotRequest::CancelAction(call) if pending.actions.len() < max_pending_requests => {
-                pending.actions.push(ActionRequest::Cancel(call));
+                pending.actions.push(ActionCommand::Cancel(call));
             }
             RobotRequest::StartAction(_) | RobotRequest::CancelAction(_) => {
                 return Err(invalid(texts::TOO_MANY_ACTION_REQUESTS.to_owned()));

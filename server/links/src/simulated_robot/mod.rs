@@ -29,7 +29,7 @@ use truth_log::TruthLog;
 
 /// Why a simulated robot could not be started.
 #[derive(Debug, thiserror::Error)]
-pub enum StartError {
+pub enum RobotStartError {
     /// The socket cannot be opened.
     #[error("could not listen for the core at {}", path.display())]
     Socket {
@@ -73,12 +73,13 @@ impl SimulatedRobot {
     ///
     /// # Errors
     /// When the socket is in use, or the socket, the file of the truth or a thread cannot be created.
-    pub fn start(config: SimulatedRobotConfig) -> Result<Self, StartError> {
+    pub fn start(config: SimulatedRobotConfig) -> Result<Self, RobotStartError> {
         let path = config.socket.clone();
         let lock = lock(&path)?;
         let truth = match &config.truth {
             Some(path) => Some(
-                TruthLog::open(path).map_err(|source| StartError::Truth { path: path.clone(), source })?,
+                TruthLog::open(path)
+                    .map_err(|source| RobotStartError::Truth { path: path.clone(), source })?,
             ),
             None => None,
         };
@@ -96,15 +97,15 @@ impl SimulatedRobot {
             actions: actions::registrations(),
         };
         let listener =
-            Listener::start(&config, identity).map_err(|source| StartError::Socket { path, source })?;
+            Listener::start(&config, identity).map_err(|source| RobotStartError::Socket { path, source })?;
         let core = listener.core();
-        let runner = ActionRunner::spawn(&simulator).map_err(StartError::Thread)?;
+        let runner = ActionRunner::spawn(&simulator).map_err(RobotStartError::Thread)?;
         let (alive, ended) = crossbeam_channel::bounded(0);
         let simulation = StoppableThread::start("robot-sim", move |stop| {
             let _alive: Sender<()> = alive;
             Simulation::new(config, simulator, truth, runner, core, stop).run();
         })
-        .map_err(StartError::Thread)?;
+        .map_err(RobotStartError::Thread)?;
         Ok(Self { ended, _listener: listener, _simulation: simulation, _lock: lock })
     }
 
@@ -115,15 +116,15 @@ impl SimulatedRobot {
 }
 
 /// Locks the file beside the socket, so that two robots never take the socket from each other. The system releases the lock even after a crash.
-fn lock(socket: &Path) -> Result<File, StartError> {
-    let error = |source| StartError::Socket { path: socket.to_owned(), source };
+fn lock(socket: &Path) -> Result<File, RobotStartError> {
+    let error = |source| RobotStartError::Socket { path: socket.to_owned(), source };
     if let Some(directory) = socket.parent() {
         std::fs::create_dir_all(directory).map_err(error)?;
     }
     let file = File::create(socket.with_extension("lock")).map_err(error)?;
     match file.try_lock() {
         Ok(()) => Ok(file),
-        Err(TryLockError::WouldBlock) => Err(StartError::InUse { path: socket.to_owned() }),
+        Err(TryLockError::WouldBlock) => Err(RobotStartError::InUse { path: socket.to_owned() }),
         Err(TryLockError::Error(source)) => Err(error(source)),
     }
 }

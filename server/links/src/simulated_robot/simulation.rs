@@ -2,7 +2,7 @@
 
 use super::actions::ActionRunner;
 use super::config::SimulatedRobotConfig;
-use super::connection::{ActionRequest, CoreConnection, CoreSlot, PendingRequests};
+use super::connection::{ActionCommand, CoreConnection, CoreSlot, PendingRequests};
 use super::truth_log::TruthLog;
 use super::wait_budget::WaitBudget;
 use crate::pacer::RealTimePacer;
@@ -67,8 +67,8 @@ impl Simulation {
         }
         for request in actions {
             match request {
-                ActionRequest::Start(call) => self.actions.start(call, &mut self.simulator),
-                ActionRequest::Cancel(call) => self.actions.cancel(call),
+                ActionCommand::Start(call) => self.actions.start(call, &mut self.simulator),
+                ActionCommand::Cancel(call) => self.actions.cancel(call),
             }
         }
         self.simulator.advance(self.simulator.now() + self.config.step, events);

@@ -1,7 +1,7 @@
 //! Reads ROS 1 bags as containers.
 
 use super::merge::{BlockSource, MergedMessages};
-use super::{Container, MessageEncoding, Messages, Order, RawMessage, Topic, legible_name};
+use super::{Container, MessageEncoding, MessageOrder, Messages, RawMessage, Topic, legible_name};
 use crate::error::{OpenError, ReadError};
 use formats::FormatError;
 use formats::cdr::Encoding;
@@ -73,7 +73,7 @@ impl Container for BagFile {
         &self.contents.index.warnings
     }
 
-    fn messages(&self, wanted: &[bool], order: Order) -> Messages {
+    fn messages(&self, wanted: &[bool], order: MessageOrder) -> Messages {
         match ChunkReader::open(self.contents.clone(), wanted.to_vec(), order) {
             Ok(reader) => Box::new(MergedMessages::new(reader, order)),
             Err(error) => Box::new(std::iter::once(Err(error))),
@@ -91,7 +91,7 @@ struct ChunkReader {
 }
 
 impl ChunkReader {
-    fn open(contents: Arc<Contents>, wanted: Vec<bool>, order: Order) -> Result<Self, ReadError> {
+    fn open(contents: Arc<Contents>, wanted: Vec<bool>, order: MessageOrder) -> Result<Self, ReadError> {
         let file = File::open(&contents.path)
             .map_err(|source| ReadError::Io { path: contents.path.clone(), source })?;
         let chunks = &contents.index.chunks;
@@ -99,7 +99,7 @@ impl ChunkReader {
             |connection: &u32| contents.connections.get(connection).is_some_and(|topic| wanted[*topic]);
         let mut queue: Vec<usize> =
             (0..chunks.len()).filter(|number| chunks[*number].counts.keys().any(is_wanted)).collect();
-        if order == Order::LogTime {
+        if order == MessageOrder::LogTime {
             queue.sort_by_key(|number| (chunks[*number].span.0, *number));
         }
         queue.reverse();

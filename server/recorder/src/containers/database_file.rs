@@ -1,6 +1,6 @@
 //! Reads rosbag2's SQLite files as containers.
 
-use super::{Container, MessageEncoding, Messages, Order, RawMessage, Topic, legible_name};
+use super::{Container, MessageEncoding, MessageOrder, Messages, RawMessage, Topic, legible_name};
 use crate::error::{OpenError, ReadError};
 use formats::cdr::Encoding;
 use formats::rosbag2::{Database, DatabaseMessage};
@@ -56,7 +56,7 @@ impl Container for DatabaseFile {
     }
 
     /// Both orders are by time, because rosbag2 guarantees no file order.
-    fn messages(&self, wanted: &[bool], _order: Order) -> Messages {
+    fn messages(&self, wanted: &[bool], _order: MessageOrder) -> Messages {
         let is_wanted = |(topic, id): (usize, &i64)| wanted[topic].then_some((topic, *id));
         let topics: Vec<(usize, i64)> = self.ids.iter().enumerate().filter_map(is_wanted).collect();
         if topics.is_empty() {

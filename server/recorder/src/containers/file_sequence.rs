@@ -1,6 +1,6 @@
 //! Several files that follow each other in time, as one container.
 
-use super::{Container, Messages, Order, Topic};
+use super::{Container, MessageOrder, Messages, Topic};
 use crate::error::ReadError;
 use crate::writer::{CONTINUES_KEY, RUN_KEY, SEGMENT_KEY};
 use std::sync::Arc;
@@ -72,7 +72,7 @@ impl Container for FileSequence {
         self.parts.iter().find_map(|part| part.container.metadata(key))
     }
 
-    fn messages(&self, wanted: &[bool], order: Order) -> Messages {
+    fn messages(&self, wanted: &[bool], order: MessageOrder) -> Messages {
         let parts: Vec<_> = self
             .parts
             .iter()
@@ -87,7 +87,7 @@ impl Container for FileSequence {
         Box::new(parts.into_iter().flat_map(move |(container, topics, wanted)| {
             let gap =
                 previous.replace(container.clone()).and_then(|previous| gap_between(&*previous, &*container));
-            let gap = gap.filter(|_| order == Order::File).map(Err);
+            let gap = gap.filter(|_| order == MessageOrder::File).map(Err);
             let messages = container.messages(&wanted, order).map(move |raw| {
                 raw.map(|mut raw| {
                     raw.topic = topics[raw.topic];

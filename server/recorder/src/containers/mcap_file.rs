@@ -9,7 +9,7 @@ mod scanner;
 mod summary;
 
 use super::merge::MergedMessages;
-use super::{Container, Messages, Order, Topic};
+use super::{Container, MessageOrder, Messages, Topic};
 use crate::error::OpenError;
 use crate::texts;
 use blocks::{BlockReader, read_range};
@@ -20,7 +20,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
-use summary::Summary;
+use summary::McapSummary;
 use vocab::Stamp;
 
 /// An MCAP file with the index of its blocks.
@@ -69,7 +69,7 @@ impl Container for McapFile {
         self.0.metadata.get(key).map(String::as_str)
     }
 
-    fn messages(&self, wanted: &[bool], order: Order) -> Messages {
+    fn messages(&self, wanted: &[bool], order: MessageOrder) -> Messages {
         match BlockReader::open(self.0.index.clone(), wanted.to_vec(), order) {
             Ok(reader) => Box::new(MergedMessages::new(reader, order)),
             Err(error) => Box::new(std::iter::once(Err(error))),
@@ -79,7 +79,8 @@ impl Container for McapFile {
 
 /// Reads the index from the file's summary; `None` if there is no usable summary.
 fn from_summary(path: &Path, file: &mut File, size: u64) -> Option<IndexedFile> {
-    let Summary { mut channel_table, statistics, chunks, metadata: entries } = Summary::read(file, size)?;
+    let McapSummary { mut channel_table, statistics, chunks, metadata: entries } =
+        McapSummary::read(file, size)?;
     if statistics.messages > 0 && (chunks.is_empty() || channel_table.channels.is_empty()) {
         return None;
     }

@@ -1,6 +1,6 @@
 //! Merges the messages of a file of blocks by log time, with few blocks in memory.
 
-use super::{Order, RawMessage};
+use super::{MessageOrder, RawMessage};
 use crate::error::ReadError;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -16,10 +16,10 @@ pub(super) trait BlockSource {
     fn load_next(&mut self, messages: &mut Vec<(u64, RawMessage)>) -> Result<(), ReadError>;
 }
 
-/// Messages of a file in the wanted order. Blocks must be sorted by position for [`Order::File`], and by start for [`Order::LogTime`].
+/// Messages of a file in the wanted order. Blocks must be sorted by position for [`MessageOrder::File`], and by start for [`MessageOrder::LogTime`].
 pub(super) struct MergedMessages<B> {
     blocks: B,
-    order: Order,
+    order: MessageOrder,
     pending: BinaryHeap<Reverse<Entry>>,
     pending_bytes: usize,
     error: Option<ReadError>,
@@ -36,7 +36,7 @@ struct MergeConfig {
 const CONFIG: MergeConfig = MergeConfig { max_pending_bytes: 512 << 20 };
 
 impl<B: BlockSource> MergedMessages<B> {
-    pub fn new(blocks: B, order: Order) -> Self {
+    pub fn new(blocks: B, order: MessageOrder) -> Self {
         Self { blocks, order, pending: BinaryHeap::new(), pending_bytes: 0, error: None, loaded: Vec::new() }
     }
 
@@ -44,8 +44,8 @@ impl<B: BlockSource> MergedMessages<B> {
         let Some(start) = self.blocks.next_start() else { return false };
         match (self.pending.peek(), self.order) {
             (None, _) => true,
-            (Some(_), Order::File) => false,
-            (Some(Reverse(first)), Order::LogTime) => {
+            (Some(_), MessageOrder::File) => false,
+            (Some(Reverse(first)), MessageOrder::LogTime) => {
                 start <= first.message.at && self.pending_bytes < CONFIG.max_pending_bytes
             }
         }
@@ -56,8 +56,8 @@ impl<B: BlockSource> MergedMessages<B> {
         for (place, message) in self.loaded.drain(..) {
             self.pending_bytes += message.bytes().len();
             let at = match self.order {
-                Order::File => Stamp::EPOCH,
-                Order::LogTime => message.at,
+                MessageOrder::File => Stamp::EPOCH,
+                MessageOrder::LogTime => message.at,
             };
             self.pending.push(Reverse(Entry { at, place, message }));
         }

@@ -82,7 +82,7 @@ impl RawMessage {
 
 /// The order in which messages are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Order {
+pub(crate) enum MessageOrder {
     /// The order in the file, in which they were written.
     File,
     /// By log time; messages of the same time in the order of the file.
@@ -109,5 +109,5 @@ pub(crate) trait Container: Send + Sync {
     }
 
     /// Streams the messages of the topics for which `wanted` is true. It opens the file again. Memory does not grow with the file's size.
-    fn messages(&self, wanted: &[bool], order: Order) -> Messages;
+    fn messages(&self, wanted: &[bool], order: MessageOrder) -> Messages;
 }

@@ -1,6 +1,6 @@
 //! Reads folders of scans (PCD, PLY, KITTI) with one file for each scan, in the natural order of their names.
 
-use super::{Container, MessageEncoding, Messages, Order, RawMessage, Topic};
+use super::{Container, MessageEncoding, MessageOrder, Messages, RawMessage, Topic};
 use crate::error::{OpenError, ReadError};
 use crate::texts;
 use formats::scan_file::ScanFormat;
@@ -92,7 +92,7 @@ impl Container for ScanFolder {
         &self.warnings
     }
 
-    fn messages(&self, wanted: &[bool], _order: Order) -> Messages {
+    fn messages(&self, wanted: &[bool], _order: MessageOrder) -> Messages {
         let scans = self.scans.clone();
         let count = if wanted.contains(&true) { scans.len() } else { 0 };
         Box::new((0..count).map(move |i| {

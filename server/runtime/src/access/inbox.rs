@@ -1,7 +1,7 @@
 //! The queue of the thread `accounts`. Whoever floods it with attempts to sign in takes places of strangers only.
 
 use super::texts;
-use super::{AccessConfig, AccessDirectory};
+use super::{AccessDirectory, AccountsConfig};
 use accounts::AccountName;
 use api::Caller;
 use api::access::{AccountRefusal, AccountRefusalKind, AccountRequest};
@@ -29,7 +29,7 @@ struct Lanes {
 /// The queue, shared with the threads that fill it.
 #[derive(Debug)]
 pub struct AccountInbox {
-    config: AccessConfig,
+    config: AccountsConfig,
     directory: Arc<AccessDirectory>,
     lanes: Mutex<Lanes>,
     changed: Condvar,
@@ -37,7 +37,7 @@ pub struct AccountInbox {
 
 impl AccountInbox {
     /// An empty queue.
-    pub fn new(config: AccessConfig, directory: Arc<AccessDirectory>) -> Self {
+    pub fn new(config: AccountsConfig, directory: Arc<AccessDirectory>) -> Self {
         Self { config, directory, lanes: Mutex::default(), changed: Condvar::new() }
     }
 

@@ -6,9 +6,9 @@
 //!
 //! | what waits | policy |
 //! | --- | --- |
-//! | attempts to sign in by strangers | one for each address, [`AccessConfig::max_strangers`] together; further ones are refused |
-//! | attempts to sign in from an address or browser that has signed in to the account before | first in turn; refused beyond [`AccessConfig::max_known`] |
-//! | other requests about accounts | before those of strangers; refused beyond [`AccessConfig::max_requests`] |
+//! | attempts to sign in by strangers | one for each address, [`AccountsConfig::max_strangers`] together; further ones are refused |
+//! | attempts to sign in from an address or browser that has signed in to the account before | first in turn; refused beyond [`AccountsConfig::max_known`] |
+//! | other requests about accounts | before those of strangers; refused beyond [`AccountsConfig::max_requests`] |
 
 mod audit;
 mod directory;
@@ -42,7 +42,7 @@ pub enum AccessMode {
 
 /// Parameters of accounts.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AccessConfig {
+pub struct AccountsConfig {
     /// Passwords and their hashes.
     pub passwords: PasswordConfig,
     /// How often somebody may try to sign in.
@@ -71,7 +71,7 @@ pub struct AccessConfig {
 
 const HOUR: i64 = 3_600_000;
 
-impl Default for AccessConfig {
+impl Default for AccountsConfig {
     fn default() -> Self {
         Self {
             passwords: PasswordConfig::default(),

@@ -34,10 +34,10 @@ struct Bench {
 impl Bench {
     fn new() -> Self {
         let passwords = PasswordConfig { memory_kib: 64, passes: 1, ..PasswordConfig::default() };
-        Self::with(AccessConfig { passwords, ..AccessConfig::default() }, AccessMode::SignIn)
+        Self::with(AccountsConfig { passwords, ..AccountsConfig::default() }, AccessMode::SignIn)
     }
 
-    fn with(config: AccessConfig, mode: AccessMode) -> Self {
+    fn with(config: AccountsConfig, mode: AccessMode) -> Self {
         let dir = tempfile::tempdir().expect("temporary directory");
         let store = Arc::new(Store::open(dir.path()).expect("opens"));
         let (mailbox, state_publisher, clock) =
@@ -240,7 +240,7 @@ fn a_token_does_what_its_role_may_until_it_ends() {
 
 #[test]
 fn forged_and_expired_sessions_are_nobody() {
-    let config = AccessConfig { session_idle: Span::ZERO, ..Bench::new().worker.config };
+    let config = AccountsConfig { session_idle: Span::ZERO, ..Bench::new().worker.config };
     let mut bench = Bench::with(config, AccessMode::SignIn);
     let ada = bench.first_admin();
     assert_eq!(bench.role(&ada), None, "it was idle for too long");
@@ -281,7 +281,7 @@ fn a_change_on_the_console_is_noticed() {
 
 #[test]
 fn nobody_signs_in_to_a_demonstration() {
-    let mut bench = Bench::with(AccessConfig::default(), AccessMode::Demo);
+    let mut bench = Bench::with(AccountsConfig::default(), AccessMode::Demo);
     assert_eq!(bench.role(&stranger(1)), Some(Role::Admin));
     assert_eq!(link(bench.dir.path()), None);
     assert_eq!(bench.sign_in(&stranger(1), "ada", PASSWORD), Err(AccountRefusalKind::Conflict));

@@ -4,7 +4,7 @@
 use super::first_admin::FirstAdminLink;
 use super::inbox::{AccountInbox, Closed, Waiting};
 use super::texts;
-use super::{AccessConfig, AccessDirectory, AccessMode};
+use super::{AccessDirectory, AccessMode, AccountsConfig};
 use crate::clock::CalendarTime;
 use crate::ledger::{LedgerInbox, LedgerWork};
 use crate::state_publisher::StatePublisher;
@@ -23,7 +23,7 @@ const MAX_WRITE_WAIT: Duration = Duration::from_secs(20);
 
 /// The thread.
 pub struct AccessWorker {
-    pub(super) config: AccessConfig,
+    pub(super) config: AccountsConfig,
     pub(super) directory: Arc<AccessDirectory>,
     pub(super) throttle: SignInThrottle,
     inbox: Arc<AccountInbox>,
@@ -44,7 +44,7 @@ const CLEANING_PERIOD: Duration = Duration::from_secs(3_600);
 impl AccessWorker {
     /// Reads accounts from the ledger of this store.
     pub fn new(
-        config: AccessConfig,
+        config: AccountsConfig,
         directory: Arc<AccessDirectory>,
         inbox: Arc<AccountInbox>,
         ledger: Arc<LedgerInbox>,

@@ -113,7 +113,7 @@ impl Bench {
         })
     }
 
-    fn take(&self, action: &str, zoom: &str) -> (ActionReport, Vec<(ReportFile, Vec<u8>)>) {
+    fn capture(&self, action: &str, zoom: &str) -> (ActionReport, Vec<(ReportFile, Vec<u8>)>) {
         let Vec3 { x, y, z } = self.target;
         self.call(action, &format!(r#"{{"target_m": [{x}, {y}, {z}]{zoom}}}"#));
         let ActionOutcome::Succeeded { result } = self.end() else { panic!("no picture") };
@@ -148,7 +148,7 @@ fn nudge(truth: Pose) -> Pose {
 #[test]
 fn a_thermal_picture_that_is_aimed_by_the_estimate_has_the_warm_machine_in_its_middle() {
     let bench = Bench::start();
-    let (report, files) = bench.take("thermal_photo", "");
+    let (report, files) = bench.capture("thermal_photo", "");
     assert!(report.camera.expect("a camera").aim.pan_rad < -0.8, "the body looks along the wall");
     let (file, bytes) = &files[1];
     assert_eq!(file.media_type, "image/png");
@@ -174,7 +174,7 @@ fn a_thermal_picture_that_is_aimed_by_the_estimate_has_the_warm_machine_in_its_m
 #[test]
 fn a_photo_of_b1_is_stored_and_says_where_its_target_is_in_it() {
     let bench = Bench::start();
-    let (report, files) = bench.take("photo", r#", "zoom": 2"#);
+    let (report, files) = bench.capture("photo", r#", "zoom": 2"#);
     let (file, bytes) = &files[0];
     assert_eq!((file.name.as_str(), &bytes[..3]), ("photo.jpg", &[0xff, 0xd8, 0xff][..]));
     assert!((10_000..400_000).contains(&bytes.len()), "{} bytes", bytes.len());

@@ -297,11 +297,14 @@ fn waiting_follows_the_robots_clock_and_can_be_cancelled() {
     let bench = Bench::start(BlobsConfig::default(), false);
     bench.call(1, "wait", r#"{"duration_s": 60}"#);
     bench.call(2, "wait", r#"{"duration_s": 60}"#);
-    let told = bench.until("progress", || {
+    let feedback = bench.until("progress", || {
         bench.pass_time();
         bench.results.try_recv().ok()
     });
-    assert!(matches!(told, Input::ActionFeedback { progress: Some(share), .. } if share < 1.0), "{told:?}");
+    assert!(
+        matches!(feedback, Input::ActionFeedback { progress: Some(share), .. } if share < 1.0),
+        "{feedback:?}"
+    );
     bench.queue().cancel(id(1));
     assert_eq!(bench.end(), (1, ActionOutcome::Cancelled));
     bench.clock.set(bench.clock.now() + Span::from_millis(60_000));
@@ -415,6 +418,6 @@ fn what_the_map_shows_before_the_target_is_told_and_the_picture_is_taken_all_the
     let behind = sight("[1, -4, 1.9]", 3);
     assert!(behind.obstacle_at_m.is_some_and(|at_m| (1.5..2.3).contains(&at_m)), "{behind:?}");
     let mail = bench.mailbox.wait(Instant::now() + PATIENCE);
-    let is_told = |publication: &&Publication| matches!(publication, Publication::Notice(notice) if notice.text.contains("map shows something"));
-    assert_eq!(mail.ordered.iter().filter(is_told).count(), 1);
+    let is_reported = |publication: &&Publication| matches!(publication, Publication::Notice(notice) if notice.text.contains("map shows something"));
+    assert_eq!(mail.ordered.iter().filter(is_reported).count(), 1);
 }

@@ -60,7 +60,7 @@ pub struct OpenActions {
     robot: BTreeMap<ActionCallId, Target>,
     own: BTreeMap<ActionCallId, OwnAction>,
     /// When the last feedback of each was passed on.
-    told: BTreeMap<ActionCallId, Stamp>,
+    feedback_at: BTreeMap<ActionCallId, Stamp>,
 }
 
 impl OpenActions {
@@ -192,7 +192,7 @@ impl ActionWorker {
             let line = sight_line(&head, &asked, place.as_ref());
             target.line_of_sight = line.and_then(|(map, ends)| self.sight.check(map, ends));
             target.target_m = asked.target_m.map(Vec3::from);
-            self.tell_obstacle(call, &target);
+            self.report_obstacle(call, &target);
             // Plain numbers always become JSON.
             parameters = serde_json::to_string(&aim).unwrap_or_default();
         }
@@ -205,7 +205,7 @@ impl ActionWorker {
     }
 
     /// Tells people that something stands between the camera and its target. The picture is taken all the same: it shows what stands there.
-    fn tell_obstacle(&self, call: ActionCallId, target: &Target) {
+    fn report_obstacle(&self, call: ActionCallId, target: &Target) {
         let Some(LineOfSight { distance_m, obstacle_at_m: Some(at_m) }) = target.line_of_sight else {
             return;
         };
@@ -391,17 +391,17 @@ impl ActionWorker {
 
     fn feedback(&mut self, call: ActionCallId, progress: Option<f32>, text: String) {
         let now = self.clock.now();
-        let told = self.open.told.entry(call).or_insert(now);
-        if now - *told < self.config.feedback_period {
+        let last = self.open.feedback_at.entry(call).or_insert(now);
+        if now - *last < self.config.feedback_period {
             return;
         }
-        *told = now;
+        *last = now;
         // It is left out while the control loop is busy.
         let _ = self.results.try_send(Input::ActionFeedback { call, progress, text });
     }
 
     fn end(&mut self, call: ActionCallId, outcome: ActionOutcome) {
-        self.open.told.remove(&call);
+        self.open.feedback_at.remove(&call);
         let done = match outcome {
             ActionOutcome::Failed { reason } => {
                 tracing::info!("the action {call} failed: {reason}");

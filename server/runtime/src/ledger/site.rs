@@ -91,7 +91,7 @@ impl SiteKeeper {
             match self.store.open_ledger() {
                 Ok((ledger, state)) => {
                     self.state_publisher.publish_site(&state);
-                    self.tell_stack(&ledger, &state);
+                    self.send_to_stack(&ledger, &state);
                     self.open = Some(Open { ledger, state });
                 }
                 Err(error) => {
@@ -105,7 +105,7 @@ impl SiteKeeper {
     }
 
     /// Gives the stack the site, and once what it needs of earlier runs. Events that cannot be read are told to people: runs are not taken up then.
-    fn tell_stack(&mut self, ledger: &Ledger, state: &SiteState) {
+    fn send_to_stack(&mut self, ledger: &Ledger, state: &SiteState) {
         if !std::mem::replace(&mut self.are_missions_restored, true) {
             match ledger.events_for_restart() {
                 // The control loop may have ended already, here and below.

@@ -301,22 +301,22 @@ fn what_does_not_fit_the_queue_is_refused_at_once() {
 #[test]
 fn the_stack_is_told_the_site_its_edits_and_what_earlier_programs_have_committed() {
     let bench = Bench::start();
-    let told = |bench: &Bench| bench.inputs.recv_timeout(PATIENCE).expect("told");
-    assert_eq!(told(&bench), Input::MissionsRestored(Vec::new()));
-    assert_eq!(told(&bench), Input::Site(Box::default()));
+    let next_input = |bench: &Bench| bench.inputs.recv_timeout(PATIENCE).expect("told");
+    assert_eq!(next_input(&bench), Input::MissionsRestored(Vec::new()));
+    assert_eq!(next_input(&bench), Input::Site(Box::default()));
     let edit = put(1, None, asset(7, "Pump"));
     bench.edit(edit.clone());
-    assert_eq!(told(&bench), Input::SiteEdited(Box::new(edit)));
+    assert_eq!(next_input(&bench), Input::SiteEdited(Box::new(edit)));
     let holds = MissionEvent {
         utc: None,
         command: None,
         kind: MissionEventKind::MonitorChanged { monitor: MonitorId(Uuid::from_u128(8)), holds: true },
     };
     assert_eq!(bench.queue().commit(0, vec![LedgerEvent::Mission(holds.clone())]), None);
-    assert_eq!(told(&bench), Input::Committed { seq: 0 });
+    assert_eq!(next_input(&bench), Input::Committed { seq: 0 });
 
     let bench = Bench::on(bench.end());
-    assert_eq!(told(&bench), Input::MissionsRestored(vec![holds]));
-    let Input::Site(site) = told(&bench) else { panic!("the site") };
+    assert_eq!(next_input(&bench), Input::MissionsRestored(vec![holds]));
+    let Input::Site(site) = next_input(&bench) else { panic!("the site") };
     assert_eq!(site.objects.len(), 1);
 }

@@ -1,7 +1,9 @@
 //! Every mistake in a file gives one sentence that names it.
 
 use crate::{glb, read_site, write_site};
-use sim::{BuildingModel, BuildingModelConfig, Material, Mobility, ModelPart, ModelTriangle, Site, Start};
+use sim::{
+    BuildingModel, BuildingModelConfig, Material, Mobility, ModelPart, ModelTriangle, SimulatedSite, Start,
+};
 use std::fs;
 use std::path::Path;
 use vocab::Vec3;
@@ -20,9 +22,9 @@ fn floor() -> ModelPart {
     part("floor", vec![triangle([a, b, c]), triangle([a, c, d])])
 }
 
-fn hall() -> Site {
+fn hall() -> SimulatedSite {
     let model = BuildingModel { name: "hall".to_owned(), parts: vec![floor()], ..BuildingModel::default() };
-    Site::from_model(model, &BuildingModelConfig::default()).unwrap()
+    SimulatedSite::from_model(model, &BuildingModelConfig::default()).unwrap()
 }
 
 /// Writes the hall with that sidecar and reads it; returns the sentence.
@@ -78,7 +80,7 @@ fn mistakes_in_a_sidecar_are_named() {
     }
 }
 
-fn read_bytes(bytes: &[u8]) -> Result<Site, String> {
+fn read_bytes(bytes: &[u8]) -> Result<SimulatedSite, String> {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("b.glb");
     fs::write(&file, bytes).unwrap();
@@ -156,7 +158,7 @@ fn mistakes_in_triangles_are_named() {
     let config = BuildingModelConfig { max_triangles: 3, ..BuildingModelConfig::default() };
     let with = |parts: Vec<ModelPart>| {
         let model = BuildingModel { parts, ..BuildingModel::default() };
-        Site::from_model(model, &config).map(|_| ()).unwrap_err().to_string()
+        SimulatedSite::from_model(model, &config).map(|_| ()).unwrap_err().to_string()
     };
     let far = triangle([[0.0, 0.0, 0.0], [1e6, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     let nan = triangle([[0.0, 0.0, 0.0], [f64::NAN, 0.0, 0.0], [0.0, 1.0, 0.0]]);
@@ -167,7 +169,7 @@ fn mistakes_in_triangles_are_named() {
     assert!(with(vec![part("line", vec![flat])]).contains("it has no triangles"));
     let start = Some(Start { position: Vec3::new(0.0, 0.0, 1.0), yaw: 0.0 });
     let model = BuildingModel { parts: vec![floor()], start, ..BuildingModel::default() };
-    let text = Site::from_model(model, &config).map(|_| ()).unwrap_err().to_string();
+    let text = SimulatedSite::from_model(model, &config).map(|_| ()).unwrap_err().to_string();
     assert!(text.contains("the start at [0, 0, 1] has no floor"), "{text}");
 }
 

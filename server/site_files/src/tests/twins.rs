@@ -2,7 +2,7 @@
 
 use crate::{read_site, write_site};
 use geometry::{Rng, RngTree, Vector3};
-use sim::{Site, SiteName, TessellationConfig};
+use sim::{SimulatedSite, SiteName, TessellationConfig};
 
 /// Rounding of rays and of file coordinates to 32 bits, metres.
 const ROUNDING_M: f64 = 0.0005;
@@ -11,7 +11,7 @@ const AGREEING_SHARE: f64 = 0.95;
 /// A ray that meets a curved surface at 60 degrees ends 4 mm earlier or later.
 const RANGE_TOLERANCE_M: f64 = 0.005;
 
-fn twin(site: &Site) -> Site {
+fn twin(site: &SimulatedSite) -> SimulatedSite {
     let folder = tempfile::tempdir().unwrap();
     let file = write_site(folder.path(), site).unwrap();
     read_site(&file).unwrap()
@@ -22,7 +22,7 @@ fn random_direction(rng: &mut Rng) -> Vector3 {
 }
 
 /// Points of the site's routes, at the height of the LiDAR.
-fn eyes(site: &Site) -> Vec<Vector3> {
+fn eyes(site: &SimulatedSite) -> Vec<Vector3> {
     let route = site.route("round").unwrap();
     let start = route.start.position;
     let over = |[x, y]: [f64; 2]| Vector3::new(x, y, start.z + 0.8);
@@ -33,7 +33,7 @@ fn eyes(site: &Site) -> Vec<Vector3> {
 fn rays_end_on_the_surfaces_of_the_original() {
     let bound = TessellationConfig::default().max_deviation_m + ROUNDING_M;
     for name in [SiteName::B1, SiteName::Torus, SiteName::Plant, SiteName::Twins, SiteName::Generated(3)] {
-        let site = Site::new(name);
+        let site = SimulatedSite::new(name);
         let twin = twin(&site);
         let mut rng = RngTree::new(8).child("rays").rng();
         let (mut rays, mut agreeing) = (0, 0);
@@ -62,7 +62,7 @@ fn rays_end_on_the_surfaces_of_the_original() {
 
 #[test]
 fn docks_routes_paths_and_furniture_survive() {
-    let site = Site::new(SiteName::Generated(3));
+    let site = SimulatedSite::new(SiteName::Generated(3));
     let twin = twin(&site);
     assert_eq!(twin.name(), "generated-3");
     let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);

@@ -32,14 +32,14 @@ use std::time::Duration;
 
 /// Parameters of the database.
 #[derive(Clone, Copy, Debug)]
-struct LedgerConfig {
+struct DatabaseConfig {
     /// Longest wait for the check of stored data, which only reads.
     busy_timeout: Duration,
     /// Statements that stay prepared.
     cached_statements: usize,
 }
 
-const CONFIG: LedgerConfig = LedgerConfig { busy_timeout: Duration::from_secs(5), cached_statements: 64 };
+const CONFIG: DatabaseConfig = DatabaseConfig { busy_timeout: Duration::from_secs(5), cached_statements: 64 };
 
 /// The open database. It has one writer, whoever owns this.
 #[derive(Debug)]

@@ -30,7 +30,7 @@ impl From<rusqlite::Error> for Fault {
 }
 
 /// A row as it was read.
-pub(super) struct Row {
+pub(super) struct LedgerRow {
     values: Vec<Value>,
     checksum: Value,
 }
@@ -81,7 +81,7 @@ impl Table {
         connection: &Connection,
         rest: &str,
         parameters: impl Params,
-        mut take: impl FnMut(Row) -> Result<(), Fault>,
+        mut take: impl FnMut(LedgerRow) -> Result<(), Fault>,
     ) -> Result<(), Fault> {
         let sql = format!("SELECT {}, checksum FROM {} {rest}", self.columns.join(", "), self.name);
         let mut statement = connection.prepare_cached(&sql)?;
@@ -89,13 +89,13 @@ impl Table {
         while let Some(row) = rows.next()? {
             let values = (0..self.columns.len()).map(|column| row.get(column));
             let values = values.collect::<rusqlite::Result<Vec<Value>>>()?;
-            take(Row { values, checksum: row.get(self.columns.len())? })?;
+            take(LedgerRow { values, checksum: row.get(self.columns.len())? })?;
         }
         Ok(())
     }
 
     /// The values of a row without damage.
-    pub(super) fn whole<'r>(&self, row: &'r Row) -> Option<&'r [Value]> {
+    pub(super) fn whole<'r>(&self, row: &'r LedgerRow) -> Option<&'r [Value]> {
         (self.checksum(&row.values) == row.checksum).then_some(&row.values)
     }
 

@@ -340,8 +340,8 @@ fn a_changed_or_removed_entry_of_the_audit_log_is_noticed() {
 fn reopen(dir: &Path) -> (SiteState, bool) {
     let store = Store::open(dir).expect("opens");
     let (_, state) = store.open_ledger().expect("opens, if need be anew");
-    let told = store.take_problems().iter().any(|text| text.contains("ledger.db"));
-    (state, told || !damage(&store).is_empty())
+    let is_reported = store.take_problems().iter().any(|text| text.contains("ledger.db"));
+    (state, is_reported || !damage(&store).is_empty())
 }
 
 #[test]
@@ -354,8 +354,8 @@ fn a_damaged_ledger_is_kept_and_a_new_one_begins_with_what_can_be_read() {
     for damaged in cut.into_iter().chain([zeroed]) {
         let dir = tempfile::tempdir().expect("temporary directory");
         fs::write(dir.path().join("ledger.db"), &damaged).expect("written");
-        let (_, told) = reopen(dir.path());
-        assert!(told, "{} bytes", damaged.len());
+        let (_, is_reported) = reopen(dir.path());
+        assert!(is_reported, "{} bytes", damaged.len());
         let aside = dir.path().join("ledger.db.damaged");
         // Without the last byte, only an index of the history is damaged, and the file is used on.
         let is_used = damaged.len() + 1 == whole.len();
@@ -370,22 +370,22 @@ fn a_damaged_ledger_is_kept_and_a_new_one_begins_with_what_can_be_read() {
     assert!(reopen(dir.path()).1 && dir.path().join("ledger.db.damaged").is_dir());
 
     // A wrong bit damages at most the object in whose row it is. It is reported, unless the site is read as it was.
-    let (mut lost, mut untold) = (0, 0);
+    let (mut lost, mut unreported) = (0, 0);
     for number in 0..400 {
         let bit = number * 7_919 * 8 % (whole.len() * 8) + number % 8;
         let mut damaged = whole.clone();
         damaged[bit / 8] ^= 1 << (bit % 8);
         let dir = tempfile::tempdir().expect("temporary directory");
         fs::write(dir.path().join("ledger.db"), &damaged).expect("written");
-        let (read, told) = reopen(dir.path());
-        assert!(told || read == state, "bit {bit} changes the site and nobody is told");
+        let (read, is_reported) = reopen(dir.path());
+        assert!(is_reported || read == state, "bit {bit} changes the site and nobody is told");
         lost += usize::from(read.site.objects().len() < state.site.objects().len());
-        untold += usize::from(!told);
+        unreported += usize::from(!is_reported);
         let aside = fs::read(dir.path().join("ledger.db.damaged"))
             .or_else(|_| fs::read(dir.path().join("ledger.db")));
         assert!(aside.expect("kept") == damaged, "bit {bit}: the file was changed");
     }
-    assert!(lost < 20 && untold > 100, "{lost} lost an object, {untold} changed nothing");
+    assert!(lost < 20 && unreported > 100, "{lost} lost an object, {unreported} changed nothing");
 }
 
 #[test]
@@ -395,8 +395,8 @@ fn an_object_with_a_wrong_bit_is_taken_from_its_revisions() {
     let wrong = "UPDATE documents SET body = replace(body, 'east', 'west')";
     assert_eq!(connection.execute(wrong, []).expect("changed"), 2);
     drop(connection);
-    let (read, told) = reopen(dir.path());
-    assert!(told);
+    let (read, is_reported) = reopen(dir.path());
+    assert!(is_reported);
     assert_eq!(read.site, state.site, "no object is lost, not even the mark of a removed one");
 }
 
@@ -423,14 +423,14 @@ fn what_sqlite_keeps_beside_a_damaged_ledger_is_kept_with_it() {
     // The WAL must not be taken for that of the new file.
     write("ledger.db", b"nonsense");
     write("ledger.db-wal", &wal);
-    let (read, told) = reopen(killed.path());
-    assert!(told && read.site.objects().len() == 0, "{read:?}");
+    let (read, is_reported) = reopen(killed.path());
+    assert!(is_reported && read.site.objects().len() == 0, "{read:?}");
     assert!(fs::read(killed.path().join("ledger.db.damaged-wal")).expect("kept") == wal);
 
     // A killed program that had put the file aside and not begun a new one.
     fs::rename(&path, dir.path().join("ledger.db.damaged")).expect("renamed");
-    let (read, told) = reopen(dir.path());
-    assert!(told && read.site.objects().len() > state.site.objects().len());
+    let (read, is_reported) = reopen(dir.path());
+    assert!(is_reported && read.site.objects().len() > state.site.objects().len());
 }
 
 /// As [`filled`], with the files that a killed program leaves.
@@ -454,28 +454,28 @@ fn a_wrong_bit_in_what_a_killed_program_has_left_is_told() {
         let dir = tempfile::tempdir().expect("temporary directory");
         fs::write(dir.path().join("ledger.db"), &database).expect("written");
         fs::write(dir.path().join("ledger.db-wal"), wal).expect("written");
-        let (read, told) = reopen(dir.path());
-        (read, told, dir)
+        let (read, is_reported) = reopen(dir.path());
+        (read, is_reported, dir)
     };
-    let (read, told, _) = open(&wal);
-    assert_eq!((read, told), (state.clone(), false));
+    let (read, is_reported, _) = open(&wal);
+    assert_eq!((read, is_reported), (state.clone(), false));
     let mut lost = 0;
     for number in 0..300 {
         let bit = number * 104_729 % (wal.len() * 8);
         let mut damaged = wal.clone();
         damaged[bit / 8] ^= 1 << (bit % 8);
-        let (read, told, dir) = open(&damaged);
-        assert!(told || read == state, "bit {bit} of {}", wal.len() * 8);
+        let (read, is_reported, dir) = open(&damaged);
+        assert!(is_reported || read == state, "bit {bit} of {}", wal.len() * 8);
         lost += usize::from(read != state);
-        if told {
+        if is_reported {
             assert!(fs::read(dir.path().join("ledger.db-wal.damaged")).expect("kept") == damaged);
         }
     }
     assert!(lost > 100, "{lost}: the bits are in what counts");
     // Cut at the end of a frame, it is that of a program that was killed earlier.
     let page = 4_096 + 24;
-    let (read, told, _) = open(&wal[..32 + (wal.len() - 32) / page / 2 * page]);
-    assert!(!told && read.revision < state.revision && read.revision >= 3);
+    let (read, is_reported, _) = open(&wal[..32 + (wal.len() - 32) / page / 2 * page]);
+    assert!(!is_reported && read.revision < state.revision && read.revision >= 3);
 }
 
 #[test]

@@ -7,7 +7,7 @@ use std::fmt;
 /// Methods of HTTP that the interface uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[allow(missing_docs, reason = "named as in HTTP")]
-pub enum Method {
+pub enum HttpMethod {
     Get,
     Post,
     Put,
@@ -15,7 +15,7 @@ pub enum Method {
     Delete,
 }
 
-impl fmt::Display for Method {
+impl fmt::Display for HttpMethod {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Get => "GET",
@@ -42,9 +42,9 @@ macro_rules! endpoints {
             pub const ALL: &[Self] = &[$(Self::$name,)*];
 
             /// Its method.
-            pub const fn method(self) -> Method {
+            pub const fn method(self) -> HttpMethod {
                 match self {
-                    $(Self::$name => Method::$method,)*
+                    $(Self::$name => HttpMethod::$method,)*
                 }
             }
 

@@ -17,7 +17,7 @@ pub use accounts::{
     AccountChange, AccountRefusal, AccountRefusalKind, AccountReply, AccountRequest, AccountSummary,
     FirstAdmin, MAX_TOKEN_DAYS, TokenSummary,
 };
-pub use endpoints::{Endpoint, Method};
+pub use endpoints::{Endpoint, HttpMethod};
 pub use lease::{LeaseToken, You};
 pub use privileges::{
     Privilege, account_privilege, command_privilege, edit_privilege, event_privilege, message_privilege,

@@ -105,7 +105,7 @@ fn goals() -> Vec<Goal> {
         progress(Some(WaitReason::Sight)),
         progress(Some(WaitReason::FreePath)),
         progress(Some(WaitReason::Relocalisation)),
-        GoalStatus::Succeeded { map_from_base: pose(), took: SECOND },
+        GoalStatus::Succeeded { map_from_base: pose(), duration: SECOND },
         failed(GoalFailure::PathBlocked, GoalAttempt::PlannedPaths(7)),
         failed(GoalFailure::PathBlocked, GoalAttempt::WaitedForPath(SECOND)),
         failed(GoalFailure::PoseNotFound, GoalAttempt::SearchedForPose(SECOND)),
@@ -123,7 +123,7 @@ fn goals() -> Vec<Goal> {
     statuses.into_iter().map(goal).collect()
 }
 
-fn tile(anchor: Anchor) -> TileEntry {
+fn tile(anchor: TileAnchor) -> TileEntry {
     TileEntry {
         hash: TileHash([0xab; 32]),
         anchor,
@@ -164,7 +164,9 @@ fn executives() -> impl Iterator<Item = Event> {
         ExecutiveEvent::MapReplaced,
     ];
     let pairs = states.into_iter().cycle().zip(causes);
-    pairs.map(|(state, cause)| Event::Executive(Executive { state, since: NOW, cause, goal: Some(GOAL) }))
+    pairs.map(|(state, cause)| {
+        Event::Executive(ExecutiveStatus { state, since: NOW, cause, goal: Some(GOAL) })
+    })
 }
 
 fn states() -> Vec<Event> {
@@ -274,7 +276,7 @@ pub fn events() -> Vec<Event> {
         }),
         Event::Tiles(TilesChanged {
             reset: true,
-            added: vec![tile(Anchor::Map), tile(Anchor::Keyframe(TO))],
+            added: vec![tile(TileAnchor::Map), tile(TileAnchor::Keyframe(TO))],
         }),
         Event::Quality(Quality {
             covered_m2: 100.0,
@@ -318,7 +320,7 @@ pub fn events() -> Vec<Event> {
             restarts: [ProcessRole::Core, ProcessRole::Gateway, ProcessRole::SimulatedRobot]
                 .map(|process| ProcessRestart { process, cause: name(), count: 3 })
                 .into(),
-            manual_limits: Some(SpeedLimits { forward_mps: 1.25, sideways_mps: 0.5, turn_radps: 1.0 }),
+            manual_limits: Some(SpeedLimits { forward_m_s: 1.25, sideways_m_s: 0.5, turn_rad_s: 1.0 }),
             body: Some(RobotBody {
                 footprint_radius_m: 0.375,
                 clearance_height_m: 0.75,
@@ -334,7 +336,7 @@ pub fn events() -> Vec<Event> {
             expected_energy_j: 300,
             is_idempotent: true,
         }]),
-        Event::Docks(vec![Dock { map: MAP, map_from_base: pose() }]),
+        Event::Docks(vec![MapDock { map: MAP, map_from_base: pose() }]),
         Event::GraphChanged(graph_changed()),
         Event::GraphPart(GraphPart {
             index: 1,

@@ -44,7 +44,7 @@ pub(crate) mod site;
 pub(crate) mod trajectory;
 pub(crate) mod view_settings;
 
-use crate::shared::{Change, Context, Shared};
+use crate::shared::{Context, Shared, SliceChange};
 use crate::{ClientCommand, ClientEvent};
 use history::HistoryStep;
 
@@ -60,7 +60,7 @@ pub(crate) trait Feature {
     fn on_command(&mut self, _command: &ClientCommand, _cx: &mut Context<'_>) {}
 
     /// Another slice changed.
-    fn on_change(&mut self, _change: &Change, _cx: &mut Context<'_>) {}
+    fn on_change(&mut self, _change: &SliceChange, _cx: &mut Context<'_>) {}
 
     /// Called once after everything that an event led to, for effects that depend on several slices.
     fn after_event(&mut self, _cx: &mut Context<'_>) {}

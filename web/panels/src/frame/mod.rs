@@ -23,7 +23,7 @@ pub(crate) fn show(ctx: &Context, panels: &mut FeaturePanels, cx: &mut PanelCont
         panel.update(ctx, cx);
     }
     // Set again by whoever shows one.
-    cx.frame.is_escape_taken = false;
+    cx.frame.is_escape_consumed = false;
     top_bar::show(ctx, cx);
     rail::show(ctx, cx);
     for panel in panels.iter_mut() {
@@ -35,5 +35,5 @@ pub(crate) fn show(ctx: &Context, panels: &mut FeaturePanels, cx: &mut PanelCont
     messages::show(ctx, panels, cx);
     help::show(ctx, cx);
     // Escape closes an open list, and does nothing else.
-    cx.frame.is_escape_taken |= egui::Popup::is_any_open(ctx);
+    cx.frame.is_escape_consumed |= egui::Popup::is_any_open(ctx);
 }

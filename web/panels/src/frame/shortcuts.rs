@@ -11,7 +11,7 @@ pub(super) fn handle(ctx: &Context, panels: &mut FeaturePanels, cx: &mut PanelCo
         return;
     }
     // While something is dragged in the scene, Escape puts it back and does nothing else.
-    let is_scene_dragged = cx.frame.scene_drag.is_under_way;
+    let is_scene_dragged = cx.frame.scene_drag.is_active;
     if !is_scene_dragged && ctx.input(|input| input.key_pressed(Key::Escape)) && !Popup::is_any_open(ctx) {
         cancel(panels, cx);
     }

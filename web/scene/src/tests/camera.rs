@@ -1,6 +1,6 @@
 //! Projection, gestures, limits and fitting of the camera.
 
-use crate::{Camera, CameraConfig, CameraPose, CameraProjection, FreeArea};
+use crate::{Camera, CameraPose, CameraProjection, FreeArea, SceneCameraConfig};
 use glam::{DVec2, DVec3, Vec4Swizzles};
 use proptest::prelude::*;
 
@@ -49,7 +49,7 @@ proptest! {
 
     #[test]
     fn zooming_keeps_the_focus_under_the_pointer(pose in any_pose(), factor in 0.5..2.0_f64, away in 1.0..50.0_f64) {
-        let mut camera = Camera::new(CameraConfig::default(), pose);
+        let mut camera = Camera::new(SceneCameraConfig::default(), pose);
         let pixel = DVec2::new(300.0, 500.0);
         let ray = CameraProjection::new(camera.pose(), VIEWPORT).ray(pixel);
         let focus = ray.origin + ray.direction * away;
@@ -65,7 +65,7 @@ proptest! {
     ) {
         let (min, max) = (DVec3::from_array(min), DVec3::from_array(min) + DVec3::from_array(size));
         let free = FreeArea { min_px: DVec2::new(left, top), max_px: DVec2::new(right, bottom) };
-        let fitted = Camera::new(CameraConfig::default(), pose).pose_fitting(min, max, VIEWPORT, free);
+        let fitted = Camera::new(SceneCameraConfig::default(), pose).pose_fitting(min, max, VIEWPORT, free);
         let projection = CameraProjection::new(fitted, VIEWPORT);
         let (middle, _) = projection.project(0.5 * (min + max)).unwrap();
         prop_assert!(middle.distance(0.5 * (free.min_px + free.max_px)) < 1e-3);
@@ -76,13 +76,13 @@ proptest! {
             prop_assert!(at.cmpge(free.min_px).all() && at.cmple(free.max_px).all(), "{at}");
             used = used.max((at - middle).abs() / (0.5 * (free.max_px - free.min_px)));
         }
-        prop_assert!((used.max_element() - CameraConfig::default().fitted_share).abs() < 1e-3, "{used}");
+        prop_assert!((used.max_element() - SceneCameraConfig::default().fitted_share).abs() < 1e-3, "{used}");
     }
 }
 
 #[test]
 fn fitting_an_empty_box_or_area_keeps_the_pose() {
-    let camera = Camera::new(CameraConfig::default(), CameraPose::default());
+    let camera = Camera::new(SceneCameraConfig::default(), CameraPose::default());
     let covered = FreeArea { min_px: DVec2::splat(500.0), max_px: DVec2::splat(500.0) };
     let whole = FreeArea::whole(VIEWPORT);
     assert_eq!(camera.pose_fitting(DVec3::ONE, DVec3::ZERO, VIEWPORT, whole), camera.pose());
@@ -91,7 +91,8 @@ fn fitting_an_empty_box_or_area_keeps_the_pose() {
 
 #[test]
 fn zooming_in_on_a_surface_ends_at_the_shortest_camera_distance() {
-    let mut camera = Camera::new(CameraConfig::default(), CameraPose { pitch: 0.5, ..CameraPose::default() });
+    let mut camera =
+        Camera::new(SceneCameraConfig::default(), CameraPose { pitch: 0.5, ..CameraPose::default() });
     let pixel = DVec2::new(350.0, 300.0);
     let surface = CameraProjection::new(camera.pose(), VIEWPORT).ray(pixel).at_height(1.5).unwrap();
     for _ in 0..200 {
@@ -110,7 +111,7 @@ fn zooming_in_on_a_surface_ends_at_the_shortest_camera_distance() {
 
 #[test]
 fn moving_the_target_to_a_depth_changes_no_pixel() {
-    let mut camera = Camera::new(CameraConfig::default(), CameraPose::default());
+    let mut camera = Camera::new(SceneCameraConfig::default(), CameraPose::default());
     let point = DVec3::new(1.0, 2.0, 3.0);
     let before = CameraProjection::new(camera.pose(), VIEWPORT).project(point).unwrap();
     camera.move_target_to_depth_of(point);
@@ -126,7 +127,7 @@ fn moving_the_target_to_a_depth_changes_no_pixel() {
 fn a_flight_arrives_on_time_and_turns_by_the_smaller_angle() {
     let start = CameraPose { yaw: 6.2, ..CameraPose::default() };
     let end = CameraPose { yaw: 0.1, target: DVec3::new(5.0, 0.0, 1.0), ..start };
-    let mut camera = Camera::new(CameraConfig::default(), start);
+    let mut camera = Camera::new(SceneCameraConfig::default(), start);
     camera.fly_to(end);
     assert!(camera.advance(FLIGHT_S / 2.0) && camera.is_flying());
     let middle = camera.pose().yaw;
@@ -138,7 +139,7 @@ fn a_flight_arrives_on_time_and_turns_by_the_smaller_angle() {
 
 #[test]
 fn a_gesture_ends_a_flight_and_invalid_input_changes_nothing() {
-    let mut camera = Camera::new(CameraConfig::default(), CameraPose::default());
+    let mut camera = Camera::new(SceneCameraConfig::default(), CameraPose::default());
     camera.fly_to(CameraPose { distance: 5.0, ..CameraPose::default() });
     camera.orbit(DVec2::new(10.0, 0.0));
     assert!(!camera.is_flying());
@@ -153,7 +154,8 @@ fn a_gesture_ends_a_flight_and_invalid_input_changes_nothing() {
 
 #[test]
 fn panning_moves_the_ground_with_the_pointer() {
-    let mut camera = Camera::new(CameraConfig::default(), CameraPose { pitch: 1.2, ..CameraPose::default() });
+    let mut camera =
+        Camera::new(SceneCameraConfig::default(), CameraPose { pitch: 1.2, ..CameraPose::default() });
     let middle = DVec2::new(600.0, 400.0);
     let drag = DVec2::new(30.0, 20.0);
     let held = CameraProjection::new(camera.pose(), VIEWPORT).ray(middle).at_height(0.0).unwrap();

@@ -165,7 +165,8 @@ fn furnished_hall(gpu: &TestGpu) -> Renderer {
         .map(|i| DVec3::new(-9.0 + 0.25 * f64::from(i), -3.0 + (f64::from(i) * 0.1).sin(), 0.0))
         .collect();
     renderer.set_trajectory(&trajectory);
-    let nodes: Vec<Node> = (0..).zip(trajectory.iter().step_by(6)).map(|(n, at)| node(n, *at, 0.0)).collect();
+    let nodes: Vec<PoseNode> =
+        (0..).zip(trajectory.iter().step_by(6)).map(|(n, at)| node(n, *at, 0.0)).collect();
     let edges: Vec<[DVec3; 2]> = nodes.windows(2).map(|pair| [pair[0].position, pair[1].position]).collect();
     renderer.set_graph(&nodes, &edges);
     renderer.set_robot(Some(robot()));
@@ -176,8 +177,8 @@ fn furnished_hall(gpu: &TestGpu) -> Renderer {
     renderer
 }
 
-fn node(number: u32, position: DVec3, uncertainty: f32) -> Node {
-    Node { number, position, uncertainty }
+fn node(number: u32, position: DVec3, uncertainty: f32) -> PoseNode {
+    PoseNode { number, position, uncertainty }
 }
 
 fn robot() -> RobotState {
@@ -364,7 +365,7 @@ fn nodes_take_the_uncertain_colour_by_their_uncertainty() {
         let mut renderer = gpu.renderer();
         let place = |n: u32| DVec3::new(0.0, 2.0 * f64::from(n), 0.0);
         let uncertainties = [0.0, 0.5, 1.0, f32::NAN];
-        let nodes: Vec<Node> =
+        let nodes: Vec<PoseNode> =
             (0..).zip(uncertainties).map(|(n, uncertainty)| node(n, place(n), uncertainty)).collect();
         renderer.set_graph(&nodes, &[]);
         let camera = CameraPose { target: place(1), yaw: 0.0, pitch: 1.2, distance: 12.0 };
@@ -385,7 +386,7 @@ fn nodes_take_the_uncertain_colour_by_their_uncertainty() {
 fn loops_are_drawn_in_their_colours_and_the_selected_one_stands_out() {
     for gpu in TestGpu::all() {
         let mut renderer = gpu.renderer();
-        let nodes: Vec<Node> =
+        let nodes: Vec<PoseNode> =
             (0..4).map(|n| node(n, DVec3::new(0.0, 2.0 * f64::from(n), 0.0), 0.0)).collect();
         renderer.set_graph(&nodes, &[]);
         let edge = |nodes: [u32; 2], state| {

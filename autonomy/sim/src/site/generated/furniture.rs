@@ -1,7 +1,7 @@
 //! Furniture of generated buildings. A piece is put where it fits: inside its room, clear of the routes and of the pieces before it.
 
 use super::choice::{chance, pick};
-use super::layout::{Corridors, Doorway, Layout, Rect, Room, RoomUse};
+use super::layout::{BuildingLayout, Corridors, Doorway, Rect, Room, RoomUse};
 use super::walk::Walks;
 use crate::shape::{Material, Solid};
 use crate::site::parts::{Builder, at};
@@ -20,7 +20,7 @@ const GAP_M: f64 = 0.04;
 const WALL_HALF_M: f64 = 0.12;
 
 /// Furnishes all rooms and corridors.
-pub(super) fn furnish(b: &mut Builder, layout: &Layout, walks: &Walks, tree: &RngTree) {
+pub(super) fn furnish(b: &mut Builder, layout: &BuildingLayout, walks: &Walks, tree: &RngTree) {
     let route: Vec<Vec<[f64; 2]>> = [0, 1].map(|storey| route_points(walks, storey)).into();
     for (index, room) in layout.rooms.iter().enumerate() {
         // Standard rooms share their random numbers, so rooms of the same size and door are furnished alike.
@@ -39,7 +39,7 @@ pub(super) fn furnish(b: &mut Builder, layout: &Layout, walks: &Walks, tree: &Rn
 }
 
 /// Middles and widths of the openings in the walls of a storey's corridors: doors, stairs and other corridors.
-fn corridor_openings(layout: &Layout, storey: usize) -> Vec<([f64; 2], f64)> {
+fn corridor_openings(layout: &BuildingLayout, storey: usize) -> Vec<([f64; 2], f64)> {
     let rooms = layout.rooms.iter().filter(|room| room.storey == storey);
     let mut openings: Vec<_> = rooms.map(|room| (room.door.at, room.door.width)).collect();
     openings.push(([layout.stairs.center()[0], layout.stairs.min[1]], layout.stairs.size(0)));
@@ -114,7 +114,13 @@ struct Space<'a> {
 }
 
 impl<'a> Space<'a> {
-    fn new(b: &'a mut Builder, layout: &Layout, storey: usize, rect: Rect, route: &[[f64; 2]]) -> Self {
+    fn new(
+        b: &'a mut Builder,
+        layout: &BuildingLayout,
+        storey: usize,
+        rect: Rect,
+        route: &[[f64; 2]],
+    ) -> Self {
         let route = route.iter().copied().filter(|point| rect.distance(*point) < 2.0).collect();
         Self { b, rect, floor: layout.floor(storey), route, placed: Vec::new() }
     }

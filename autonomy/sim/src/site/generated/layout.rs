@@ -144,7 +144,7 @@ pub(crate) enum Corridors {
 
 /// The plan of a building, metres.
 #[derive(Clone, Debug)]
-pub(crate) struct Layout {
+pub(crate) struct BuildingLayout {
     /// Extent along x, between the inner faces of the outer walls.
     pub(crate) length: f64,
     /// Extent along y.
@@ -183,7 +183,7 @@ const ROOM_WIDTH_MAX: f64 = 9.0;
 /// Least distance from the middle of a door to the next wall across, metres.
 const DOOR_MARGIN: f64 = 1.1;
 
-impl Layout {
+impl BuildingLayout {
     /// Height of the floor of a storey, metres.
     pub(crate) fn floor(&self, storey: usize) -> f64 {
         self.storey_height * storey as f64
@@ -245,7 +245,7 @@ struct Strip {
 }
 
 /// Draws a building.
-pub(super) fn draw(rng: &mut Rng) -> Layout {
+pub(super) fn draw(rng: &mut Rng) -> BuildingLayout {
     let steps_per_flight = 10 + (rng.bits() % 3) as usize;
     let storey_height = rng.range(0.165, 0.172) * (2 * steps_per_flight) as f64;
     let upper_height = rng.range(2.9, 3.8);
@@ -308,7 +308,7 @@ pub(super) fn draw(rng: &mut Rng) -> Layout {
         rooms.push(hall);
     }
     set_docks(rng, &mut rooms);
-    Layout {
+    BuildingLayout {
         length,
         width,
         storey_height,

@@ -19,7 +19,7 @@ use super::plan::SitePlan;
 use geometry::RngTree;
 use walk::Walks;
 
-pub(crate) use layout::Layout;
+pub(crate) use layout::BuildingLayout;
 #[cfg(test)]
 pub(crate) use layout::Room;
 
@@ -46,7 +46,7 @@ pub(super) fn plan(seed: u64) -> SitePlan {
 }
 
 /// Draws layouts until the round of one is short enough.
-fn draw(tree: &RngTree) -> (Layout, Walks) {
+fn draw(tree: &RngTree) -> (BuildingLayout, Walks) {
     let mut rng = tree.child("layout").rng();
     let mut next = || {
         let layout = layout::draw(&mut rng);
@@ -65,7 +65,7 @@ fn draw(tree: &RngTree) -> (Layout, Walks) {
 
 /// The layout of the building of that seed.
 #[cfg(test)]
-pub(crate) fn layout(seed: u64) -> Layout {
+pub(crate) fn layout(seed: u64) -> BuildingLayout {
     draw(&tree(seed)).0
 }
 

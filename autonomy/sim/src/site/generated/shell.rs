@@ -1,7 +1,9 @@
 //! Floors, walls, windows, doors, stairs and roof of a generated building, and what is fixed to its ceilings.
 
 use super::choice::{chance, pick};
-use super::layout::{LOWER_FLIGHT, Layout, Rect, RoomUse, SLAB, STAIRS_APPROACH, STEP_RUN, UPPER_FLIGHT};
+use super::layout::{
+    BuildingLayout, LOWER_FLIGHT, Rect, RoomUse, SLAB, STAIRS_APPROACH, STEP_RUN, UPPER_FLIGHT,
+};
 use crate::shape::Material;
 use crate::site::parts::{Builder, Opening, at};
 use geometry::Vector3;
@@ -35,7 +37,7 @@ struct Wall {
 }
 
 /// Builds everything but furniture.
-pub(super) fn build(b: &mut Builder, layout: &Layout) {
+pub(super) fn build(b: &mut Builder, layout: &BuildingLayout) {
     let finish = Finish {
         outer: pick(&mut b.rng, &[Material::Concrete, Material::Concrete, Material::WhiteSheet]),
         inner: pick(&mut b.rng, &[Material::Plaster, Material::Plaster, Material::Concrete]),
@@ -51,7 +53,7 @@ pub(super) fn build(b: &mut Builder, layout: &Layout) {
     services(b, layout);
 }
 
-fn floors(b: &mut Builder, layout: &Layout, finish: &Finish) {
+fn floors(b: &mut Builder, layout: &BuildingLayout, finish: &Finish) {
     let (length, width, roof) = (layout.length, layout.width, layout.roof());
     let (low, high) = (-GROUND_MARGIN, GROUND_MARGIN);
     b.aligned_box(at(low, low, -0.3), at(length + high, width + high, 0.0), finish.floor);
@@ -72,7 +74,7 @@ fn floors(b: &mut Builder, layout: &Layout, finish: &Finish) {
     }
 }
 
-fn outer_walls(b: &mut Builder, layout: &Layout, finish: &Finish) {
+fn outer_walls(b: &mut Builder, layout: &BuildingLayout, finish: &Finish) {
     let middle = OUTER_WALL / 2.0;
     for storey in [0, 1] {
         let foot = layout.floor(storey);
@@ -116,7 +118,13 @@ fn glaze(b: &mut Builder, window: &Opening, foot: f64, place: &dyn Fn(f64, f64) 
 }
 
 /// The windows in one side of a storey, from the start of its wall.
-fn windows(b: &mut Builder, layout: &Layout, storey: usize, axis: usize, is_far: bool) -> Vec<Opening> {
+fn windows(
+    b: &mut Builder,
+    layout: &BuildingLayout,
+    storey: usize,
+    axis: usize,
+    is_far: bool,
+) -> Vec<Opening> {
     let side = if is_far { [layout.length, layout.width][1 - axis] } else { 0.0 };
     let touches = |rect: &Rect| {
         let edge = if is_far { rect.max[1 - axis] } else { rect.min[1 - axis] };
@@ -151,7 +159,7 @@ fn windows(b: &mut Builder, layout: &Layout, storey: usize, axis: usize, is_far:
 }
 
 /// The walls round every room. A wall that two rooms share is built once.
-fn inner_walls(b: &mut Builder, layout: &Layout, finish: &Finish) {
+fn inner_walls(b: &mut Builder, layout: &BuildingLayout, finish: &Finish) {
     let extent = [layout.length, layout.width];
     let mut standing: Vec<Wall> = Vec::new();
     let stairwells = [0, 1].map(|storey| {
@@ -209,7 +217,7 @@ fn inner_walls(b: &mut Builder, layout: &Layout, finish: &Finish) {
     }
 }
 
-fn stairs(b: &mut Builder, layout: &Layout) {
+fn stairs(b: &mut Builder, layout: &BuildingLayout) {
     let (stairs, top) = (&layout.stairs, layout.storey_height);
     let [west, east] = [stairs.min[0], stairs.max[0]];
     let (steps, rise) = (layout.steps_per_flight, layout.rise());
@@ -223,7 +231,7 @@ fn stairs(b: &mut Builder, layout: &Layout) {
 }
 
 /// Beams under the floors across the building.
-fn beams(b: &mut Builder, layout: &Layout) {
+fn beams(b: &mut Builder, layout: &BuildingLayout) {
     let depth = b.rng.range(0.15, 0.3);
     let hall = layout.hall().filter(|_| layout.hall_is_double).map(|hall| hall.rect.min[0]);
     let spacing = b.rng.range(3.6, 6.4);
@@ -245,7 +253,7 @@ fn beams(b: &mut Builder, layout: &Layout) {
 }
 
 /// Pipes, cable trays, ducts and lamps under the ceilings of corridors and rooms.
-fn services(b: &mut Builder, layout: &Layout) {
+fn services(b: &mut Builder, layout: &BuildingLayout) {
     for storey in [0, 1] {
         let ceiling = if storey == 0 { layout.storey_height - SLAB } else { layout.roof() };
         for corridor in layout.corridor_areas() {

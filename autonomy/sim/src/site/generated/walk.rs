@@ -1,8 +1,8 @@
 //! Routes and pedestrian paths through a generated building. A route visits rooms along a closed tour of the corridors.
 
 use super::choice::chance;
-use super::layout::{Corridors, LOWER_FLIGHT, Layout, Rect, Room, UPPER_FLIGHT};
-use crate::route::{Route, Start};
+use super::layout::{BuildingLayout, Corridors, LOWER_FLIGHT, Rect, Room, UPPER_FLIGHT};
+use crate::route::{SiteRoute, Start};
 use geometry::{Rng, Vector3, vec_to_plain};
 
 /// Walking speed on the routes, m/s.
@@ -28,7 +28,7 @@ pub(super) struct Corner {
 
 /// The walks of a building.
 pub(super) struct Walks {
-    pub(super) routes: Vec<Route>,
+    pub(super) routes: Vec<SiteRoute>,
     /// The corners of the round. Furniture stays off it.
     pub(super) round: Vec<Corner>,
     pub(super) pedestrian_paths: Vec<Vec<Vector3>>,
@@ -44,7 +44,7 @@ struct Stop<'a> {
 }
 
 /// Makes the routes and paths.
-pub(super) fn walks(layout: &Layout, rng: &mut Rng) -> Walks {
+pub(super) fn walks(layout: &BuildingLayout, rng: &mut Rng) -> Walks {
     let docks: Vec<_> =
         layout.rooms.iter().filter(|room| room.has_dock).map(|room| dock(layout, room)).collect();
     // `set_docks` marks a room of the ground floor in every building.
@@ -83,7 +83,7 @@ pub(super) fn walks(layout: &Layout, rng: &mut Rng) -> Walks {
     short.dedup_by(|b, a| a.at == b.at);
 
     let start = Start { position: vec_to_plain(&first.0), yaw: first.1 };
-    let route = |name, corners: &[Corner]| Route {
+    let route = |name, corners: &[Corner]| SiteRoute {
         name,
         start,
         waypoints: corners.iter().map(|corner| corner.at).collect(),
@@ -104,7 +104,7 @@ pub(super) fn duration_s(corners: &[Corner]) -> f64 {
 }
 
 /// Position and heading of a robot at the dock of a room: before the wall opposite the door, looking at the door.
-fn dock(layout: &Layout, room: &Room) -> (Vector3, f64) {
+fn dock(layout: &BuildingLayout, room: &Room) -> (Vector3, f64) {
     let (_, along) = room.axes();
     let [x, y] = room.point(depth(room) - DOCK_DEPTH_M, room.door.at[along]);
     let [dx, dy] = room.door.inward;
@@ -128,16 +128,16 @@ fn leave_dock(room: &Room) -> Vec<[f64; 2]> {
 }
 
 /// The point of the corridor's axis before the door of a room.
-fn corridor_point(layout: &Layout, room: &Room) -> [f64; 2] {
+fn corridor_point(layout: &BuildingLayout, room: &Room) -> [f64; 2] {
     room.point(-layout.corridor_width / 2.0, room.door.at[room.axes().1])
 }
 
-fn stairs_mouth(layout: &Layout, flight: f64) -> [f64; 2] {
+fn stairs_mouth(layout: &BuildingLayout, flight: f64) -> [f64; 2] {
     [layout.stairs.min[0] + flight, layout.stairs.min[1] - layout.corridor_width / 2.0]
 }
 
 /// From the corridor of the ground floor up the stairs to that of the upper floor.
-fn climb(layout: &Layout) -> Vec<Corner> {
+fn climb(layout: &BuildingLayout) -> Vec<Corner> {
     let landing = layout.landing() + LANDING_PATH_M;
     let [lower, upper] = [LOWER_FLIGHT, UPPER_FLIGHT].map(|flight| layout.stairs.min[0] + flight);
     vec![
@@ -180,7 +180,7 @@ fn visit(room: &Room, rng: &mut Rng) -> Vec<[f64; 2]> {
 
 /// The closed tour of a storey's corridors, which visits all rooms but `skipped` and begins and ends at `from`.
 fn tour(
-    layout: &Layout,
+    layout: &BuildingLayout,
     storey: usize,
     from: [f64; 2],
     skipped: Option<&Room>,
@@ -205,7 +205,7 @@ fn tour(
 }
 
 /// The doors and corners along the closed tour of a storey's corridors.
-fn stops(layout: &Layout, storey: usize) -> Vec<Stop<'_>> {
+fn stops(layout: &BuildingLayout, storey: usize) -> Vec<Stop<'_>> {
     let rooms: Vec<Stop<'_>> = (layout.rooms.iter().filter(|room| room.storey == storey))
         .map(|room| Stop { at: corridor_point(layout, room), room: Some(room) })
         .collect();
@@ -241,7 +241,7 @@ fn stops(layout: &Layout, storey: usize) -> Vec<Stop<'_>> {
 }
 
 /// A walk along the corridors between two points of their axes, the shorter way round.
-fn corridor_path(layout: &Layout, from: [f64; 2], to: [f64; 2]) -> Vec<[f64; 2]> {
+fn corridor_path(layout: &BuildingLayout, from: [f64; 2], to: [f64; 2]) -> Vec<[f64; 2]> {
     let Corridors::Ring { south, north, west, east } = layout.corridors else { return vec![from, to] };
     if (from[1] - to[1]).abs() < 0.1 {
         return vec![from, to];
@@ -253,7 +253,7 @@ fn corridor_path(layout: &Layout, from: [f64; 2], to: [f64; 2]) -> Vec<[f64; 2]>
 }
 
 /// Closed paths of people: along the corridors of both floors, and through the largest rooms.
-fn pedestrian_paths(layout: &Layout, rng: &mut Rng) -> Vec<Vec<Vector3>> {
+fn pedestrian_paths(layout: &BuildingLayout, rng: &mut Rng) -> Vec<Vec<Vector3>> {
     let lane = layout.corridor_width * 0.16;
     let mut paths: Vec<Vec<Vector3>> = Vec::new();
     let closed = |storey: usize, rect: Rect| {

@@ -11,7 +11,7 @@ const LOSS_LIMIT: Span = Span::from_millis(1000);
 
 /// What the program does when it is killed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Situation {
+pub enum CrashSituation {
     Mapping,
     Saving,
     Localising,
@@ -19,7 +19,7 @@ pub enum Situation {
     Idle,
 }
 
-impl Situation {
+impl CrashSituation {
     pub fn name(self) -> &'static str {
         match self {
             Self::Mapping => "mapping",
@@ -47,7 +47,7 @@ pub struct Killed {
     /// What was killed and when.
     pub what: String,
     /// A session that ran.
-    pub session: Option<RunningSession>,
+    pub session: Option<CrashSession>,
     /// What was being saved: afterwards there is the session or the map.
     pub saving: Option<SavedAs>,
     /// The file of which a map was being made, and the map's name.
@@ -59,7 +59,7 @@ pub struct Killed {
 }
 
 /// What clients had seen of a session when its process was killed.
-pub struct RunningSession {
+pub struct CrashSession {
     pub id: SessionId,
     /// Instants of its keyframes.
     pub keyframes: Vec<Stamp>,
@@ -69,7 +69,7 @@ pub struct RunningSession {
     pub recorded_until: Option<Stamp>,
 }
 
-impl RunningSession {
+impl CrashSession {
     pub fn of(id: SessionId, state: &CoreState, data: &Path) -> Self {
         let keyframes = state.keyframes.values().copied().collect();
         Self { id, keyframes, now: state.now, recorded_until: recorded_until(data).or(state.began) }

@@ -1,11 +1,11 @@
 //! Kills one after the other on the same data directory, with the checks after each start. What one case leaves, the next one finds.
 
-use super::case::{Killed, Situation, map_until};
+use super::case::{CrashSituation, Killed, map_until};
 use super::inventory::{
     Inventory, check_whole, copy_folder, files_of_maps, first_change, inventory, make_old, temporary_files,
 };
 use super::options::CrashOptions;
-use super::report::{CaseReport, Report};
+use super::report::{CaseReport, CrashReport};
 use super::target::{START_LIMIT, Target, Victim, processes_of};
 use crate::fake_gateway::{CLIENT, until};
 use crate::import::room_with_table_at;
@@ -54,7 +54,7 @@ pub struct Times {
 
 /// A data directory, and what has to be in it.
 pub struct Chain {
-    pub situation: Situation,
+    pub situation: CrashSituation,
     pub victim: Victim,
     /// Folder of the data directory and of the log.
     pub dir: PathBuf,
@@ -66,9 +66,9 @@ pub struct Chain {
 }
 
 /// Runs the kills of one situation, and fails if anything was lost.
-pub fn kill_repeatedly(situation: Situation) {
+pub fn kill_repeatedly(situation: CrashSituation) {
     let options = CrashOptions::from_environment();
-    let mut report = Report::new(&options, situation.name());
+    let mut report = CrashReport::new(&options, situation.name());
     let seeds = RngTree::new(options.seed).child(situation.name());
     let mut running: Option<(Chain, Target)> = None;
     for case in options.cases() {
@@ -107,7 +107,11 @@ pub fn kill_repeatedly(situation: Situation) {
 
 impl Chain {
     /// Makes a data directory with one saved map, and measures how long each step takes.
-    fn set_up(situation: Situation, case: usize, options: &CrashOptions) -> Result<(Self, Target), String> {
+    fn set_up(
+        situation: CrashSituation,
+        case: usize,
+        options: &CrashOptions,
+    ) -> Result<(Self, Target), String> {
         let dir = tempfile::Builder::new().prefix("crash-").tempdir().expect("temporary directory");
         // The folder stays where a case fails, to be looked into.
         let dir = dir.keep();
@@ -132,8 +136,8 @@ impl Chain {
         let keyframes = target.client.state.maps.iter().flatten().find(|m| m.id == map).map(|m| m.keyframes);
         chain.expected.maps.insert(map, keyframes.unwrap_or_default());
         match situation {
-            Situation::Saving => target = chain.make_template_session(target)?,
-            Situation::Importing => {
+            CrashSituation::Saving => target = chain.make_template_session(target)?,
+            CrashSituation::Importing => {
                 let (upload, name) = chain.upload_room();
                 let start = Instant::now();
                 target.client.command(Command::ImportMap { upload, name, frame: None })?;
@@ -144,7 +148,7 @@ impl Chain {
                 let maps = target.client.state.maps.iter().flatten();
                 chain.expected.maps.extend(maps.map(|map| (map.id, map.keyframes)));
             }
-            Situation::Mapping | Situation::Localising | Situation::Idle => {}
+            CrashSituation::Mapping | CrashSituation::Localising | CrashSituation::Idle => {}
         }
         let all = inventory(&chain.data());
         chain.expected.files = files_of_maps(&all, &chain.data(), chain.expected.maps.keys().copied());
@@ -234,7 +238,7 @@ impl Chain {
         let mut target = match running {
             Some(running) => running,
             None => {
-                if self.situation == Situation::Saving && self.expected.sessions.is_empty() {
+                if self.situation == CrashSituation::Saving && self.expected.sessions.is_empty() {
                     let session = self.place_template_session();
                     self.expected.sessions.insert(session, self.template_keyframes());
                 }
@@ -420,7 +424,7 @@ impl Chain {
     fn decide(&mut self, target: &mut Target, rng: &mut Rng) -> Result<(), String> {
         let Some((&session, &keyframes)) = self.expected.sessions.last_key_value() else { return Ok(()) };
         let (chance, is_many) = (rng.uniform(), self.expected.sessions.len() > UNDECIDED_SESSIONS_MAX);
-        if self.situation == Situation::Saving && self.expected.sessions.len() == 1 {
+        if self.situation == CrashSituation::Saving && self.expected.sessions.len() == 1 {
             return Ok(());
         }
         if chance < 0.5 && keyframes > 0 {

@@ -106,8 +106,8 @@ impl CoreClient {
         })
     }
 
-    /// Takes what arrives for some time.
-    fn take(&mut self, time: Duration) -> Result<(), String> {
+    /// Applies what arrives within this time.
+    fn receive_for(&mut self, time: Duration) -> Result<(), String> {
         let until = Instant::now() + time;
         loop {
             match self.messages.recv_timeout(until.saturating_duration_since(Instant::now())) {
@@ -134,7 +134,7 @@ impl CoreClient {
                 return Err(format!("did not happen within {} s: {what}", PATIENCE.as_secs()));
             }
             meanwhile(self);
-            self.take(Duration::from_millis(50)).map_err(|error| format!("{what}: {error}"))?;
+            self.receive_for(Duration::from_millis(50)).map_err(|error| format!("{what}: {error}"))?;
         }
         Ok(())
     }
@@ -153,7 +153,7 @@ impl CoreClient {
                 return Ok(());
             }
             meanwhile(self);
-            self.take(left.min(Duration::from_millis(50)))?;
+            self.receive_for(left.min(Duration::from_millis(50)))?;
         }
     }
 
@@ -180,7 +180,7 @@ impl CoreClient {
 
     /// All that the core has published, once it has been killed.
     pub fn read_to_end(mut self) -> CoreState {
-        while self.take(Duration::from_millis(100)).is_ok() {}
+        while self.receive_for(Duration::from_millis(100)).is_ok() {}
         self.state
     }
 }

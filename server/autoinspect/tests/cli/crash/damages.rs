@@ -4,7 +4,7 @@ use super::case::{drive, map_until};
 use super::client::CoreState;
 use super::inventory::{Inventory, check_whole, copy_folder, inventory};
 use super::options::CrashOptions;
-use super::report::{CaseReport, Report};
+use super::report::{CaseReport, CrashReport};
 use super::target::{START_LIMIT, Target, Victim};
 use crate::import::room_with_table_at;
 use crate::program::{run, text};
@@ -173,7 +173,7 @@ struct Template {
 /// Damages files and fails if one is lost or not named: every file in every way, or each kind in one way.
 pub fn damage_files() {
     let options = CrashOptions::from_environment();
-    let mut report = Report::new(&options, "damage");
+    let mut report = CrashReport::new(&options, "damage");
     let seeds = RngTree::new(options.seed).child("damage");
     let template = Template::make().expect("the files to be damaged");
     for (case, (kind, path, damage)) in template.cases(&options, &mut seeds.rng()).into_iter().enumerate() {

@@ -3,7 +3,7 @@
 
 use super::client::{CoreClient, CoreState};
 use super::options::CrashOptions;
-use super::report::{CaseReport, Report};
+use super::report::{CaseReport, CrashReport};
 use super::target::START_LIMIT;
 use crate::core_process::{CoreProcess, RobotProcess};
 use crate::fake_gateway::FakeGateway;
@@ -82,7 +82,7 @@ struct MissionChain {
 /// Runs the kills, and fails if a mission did not go on rightly.
 pub fn kill_missions() {
     let options = CrashOptions::from_environment();
-    let mut report = Report::new(&options, "missions");
+    let mut report = CrashReport::new(&options, "missions");
     let seeds = RngTree::new(options.seed).child("missions");
     let dir = tempfile::Builder::new().prefix("crash-").tempdir().expect("temporary directory");
     let mut chain = MissionChain::set_up(dir.path());

@@ -14,32 +14,32 @@ mod report;
 mod situations;
 mod target;
 
-use case::Situation;
+use case::CrashSituation;
 use chain::kill_repeatedly;
 
 #[test]
 fn mapping_survives_kills() {
-    kill_repeatedly(Situation::Mapping);
+    kill_repeatedly(CrashSituation::Mapping);
 }
 
 #[test]
 fn saving_survives_kills() {
-    kill_repeatedly(Situation::Saving);
+    kill_repeatedly(CrashSituation::Saving);
 }
 
 #[test]
 fn localising_survives_kills() {
-    kill_repeatedly(Situation::Localising);
+    kill_repeatedly(CrashSituation::Localising);
 }
 
 #[test]
 fn importing_survives_kills() {
-    kill_repeatedly(Situation::Importing);
+    kill_repeatedly(CrashSituation::Importing);
 }
 
 #[test]
 fn idle_survives_kills() {
-    kill_repeatedly(Situation::Idle);
+    kill_repeatedly(CrashSituation::Idle);
 }
 
 /// Of the kills of missions, those in `crate::missions` are a sample.

@@ -23,13 +23,13 @@ pub struct CaseReport {
 }
 
 /// Collects the cases of one situation or of one kind of file.
-pub struct Report<'a> {
+pub struct CrashReport<'a> {
     options: &'a CrashOptions,
     situation: String,
     failures: Vec<String>,
 }
 
-impl<'a> Report<'a> {
+impl<'a> CrashReport<'a> {
     pub fn new(options: &'a CrashOptions, situation: &str) -> Self {
         Self { options, situation: situation.to_owned(), failures: Vec::new() }
     }

@@ -1,6 +1,6 @@
 //! What the program does when it is killed.
 
-use super::case::{Killed, RunningSession, SavedAs, Situation, drive, map_until};
+use super::case::{CrashSession, CrashSituation, Killed, SavedAs, drive, map_until};
 use super::chain::Chain;
 use super::client::{CoreClient, CoreState};
 use super::target::{Target, processes_of};
@@ -23,13 +23,13 @@ impl Chain {
             self.expected.is_stopped = false;
         }
         match self.situation {
-            Situation::Mapping => self.kill_while_mapping(target, rng),
-            Situation::Saving if rng.uniform() < 0.5 => self.kill_while_finishing(target, rng),
-            Situation::Saving => self.kill_while_saving_interrupted(target, rng),
-            Situation::Localising => self.kill_while_localising(target, rng),
-            Situation::Importing => self.kill_while_importing(target, rng),
-            Situation::Idle if rng.uniform() < 0.3 => self.kill_while_starting(target, rng),
-            Situation::Idle => self.kill_while_stopping_motion(target, rng),
+            CrashSituation::Mapping => self.kill_while_mapping(target, rng),
+            CrashSituation::Saving if rng.uniform() < 0.5 => self.kill_while_finishing(target, rng),
+            CrashSituation::Saving => self.kill_while_saving_interrupted(target, rng),
+            CrashSituation::Localising => self.kill_while_localising(target, rng),
+            CrashSituation::Importing => self.kill_while_importing(target, rng),
+            CrashSituation::Idle if rng.uniform() < 0.3 => self.kill_while_starting(target, rng),
+            CrashSituation::Idle => self.kill_while_stopping_motion(target, rng),
         }
     }
 
@@ -59,7 +59,7 @@ impl Chain {
         let victim = self.victim.name();
         let state = target.kill().read_to_end();
         let what = format!("{victim} at {} keyframes", state.keyframes.len());
-        let session = Some(RunningSession::of(id, &state, &self.data()));
+        let session = Some(CrashSession::of(id, &state, &self.data()));
         Ok((Killed { what, session, ..Killed::default() }, None))
     }
 
@@ -73,7 +73,7 @@ impl Chain {
         client.for_time(after, |_| {})?;
         let what = format!("{} {} ms after finishing", self.victim.name(), after.as_millis());
         let state = target.kill().read_to_end();
-        let session = RunningSession::of(id, &state, &self.data());
+        let session = CrashSession::of(id, &state, &self.data());
         let keyframes = session.certain_keyframes();
         let is_saved = state.maps.iter().flatten().any(|listed| listed.id == map);
         let saving = Some(SavedAs { session: id, map, keyframes, is_saved });

@@ -2,7 +2,7 @@
 
 use super::client::CoreClient;
 use crate::core_process::CoreProcess;
-use crate::platform::{Platform, has_ended};
+use crate::platform::{RunningPlatform, has_ended};
 use geometry::Rng;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -52,13 +52,13 @@ pub struct Target {
 
 enum Processes {
     Core(CoreProcess),
-    Platform(Platform),
+    Platform(RunningPlatform),
 }
 
 impl Target {
     /// Starts the program on `dir/data`.
     pub fn start(victim: Victim, dir: &Path) -> Result<Self, String> {
-        let log = Platform::log(dir);
+        let log = RunningPlatform::log(dir);
         let data = dir.join("data");
         let started = Instant::now();
         match victim {
@@ -75,7 +75,7 @@ impl Target {
                 }
             }
             Victim::Platform => {
-                let platform = Platform::start_with_robot(dir, &ROBOT);
+                let platform = RunningPlatform::start_with_robot(dir, &ROBOT);
                 let start = started.elapsed();
                 platform.freeze_gateway();
                 let socket = ports::DataDir::new(&data).core_socket();

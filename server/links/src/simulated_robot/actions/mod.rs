@@ -14,11 +14,11 @@ use site_model::{CameraAim, describe_action};
 use std::collections::BTreeMap;
 use std::io;
 use vocab::{ActionCallId, Span, Stamp};
-use worker::{FinishedAction, Instrument, Job, PictureKind, Worker};
+use worker::{ActionJob, FinishedAction, Instrument, PictureKind, Worker};
 
 /// Limits of the actions of a simulated robot.
 #[derive(Clone, Copy, Debug)]
-struct ActionConfig {
+struct SimulatedActionConfig {
     /// Actions that may be under way at a time.
     max_open: usize,
     /// Jobs that may wait for the other thread. Readings that find the queue full are made a little later.
@@ -31,7 +31,7 @@ struct ActionConfig {
     aim_tolerance: f64,
 }
 
-const CONFIG: ActionConfig = ActionConfig {
+const CONFIG: SimulatedActionConfig = SimulatedActionConfig {
     max_open: MAX_OPEN_ACTIONS,
     max_queued_jobs: 32,
     sample_period: Span::from_millis(1_000),
@@ -77,7 +77,7 @@ pub(super) struct ActionRunner {
     open: BTreeMap<ActionCallId, OpenAction>,
     /// What the core is to be told.
     events: Vec<ActionEvent>,
-    jobs: Sender<Job>,
+    jobs: Sender<ActionJob>,
     finished: Receiver<FinishedAction>,
     _thread: StoppableThread,
 }
@@ -153,7 +153,7 @@ impl ActionRunner {
             return Err(texts::OUT_OF_REACH.to_owned());
         }
         let (snapshot, at) = (simulator.camera_snapshot(), simulator.now());
-        let job = Job::Picture { call: call.id, kind, aim, snapshot: Box::new(snapshot), at };
+        let job = ActionJob::Picture { call: call.id, kind, aim, snapshot: Box::new(snapshot), at };
         self.jobs.try_send(job).map_err(|_| texts::TOO_MANY_ACTIONS.to_owned())?;
         Ok(OpenAction::Ending)
     }
@@ -183,7 +183,7 @@ impl ActionRunner {
             if now < due {
                 continue;
             }
-            let job = Job::Sample {
+            let job = ActionJob::Sample {
                 call: *call,
                 instrument: measurement.instrument,
                 snapshot: simulator.instrument_snapshot(),

@@ -6,8 +6,8 @@ use crate::texts;
 use crossbeam_channel::{Receiver, Sender, select};
 use ports::{ActionEnd, ActionFile};
 use sim::{
-    AirReading, CameraAim, CameraConfig, CameraScene, CameraSnapshot, InstrumentSnapshot, Intrinsics, Site,
-    Surroundings,
+    AirReading, CameraAim, CameraConfig, CameraScene, CameraSnapshot, InstrumentEnvironment,
+    InstrumentSnapshot, Intrinsics, SimulatedSite,
 };
 use site_model::{ActionReport, CameraReport, GammaSpectrum, Reading, ReportTime};
 use std::collections::BTreeMap;
@@ -35,7 +35,7 @@ pub(super) enum Instrument {
 }
 
 /// What the thread is to do.
-pub(super) enum Job {
+pub(super) enum ActionJob {
     /// Take a picture, which ends its action.
     Picture {
         call: ActionCallId,
@@ -62,11 +62,11 @@ pub(super) struct FinishedAction {
 }
 
 pub(super) struct Worker {
-    site: Arc<Site>,
+    site: Arc<SimulatedSite>,
     cameras: CameraConfig,
     /// Prepared with the first picture or reading.
     scene: Option<Arc<CameraScene>>,
-    surroundings: Option<Arc<Surroundings>>,
+    surroundings: Option<Arc<InstrumentEnvironment>>,
     measurements: BTreeMap<ActionCallId, Readings>,
 }
 
@@ -80,7 +80,7 @@ enum Readings {
 const MAX_MEASUREMENTS: usize = 64;
 
 impl Worker {
-    pub(super) fn new(site: &Arc<Site>, cameras: CameraConfig) -> Self {
+    pub(super) fn new(site: &Arc<SimulatedSite>, cameras: CameraConfig) -> Self {
         Self {
             site: Arc::clone(site),
             cameras,
@@ -91,7 +91,12 @@ impl Worker {
     }
 
     /// Works until it is told to stop.
-    pub(super) fn run(mut self, jobs: &Receiver<Job>, finished: &Sender<FinishedAction>, stop: &StopSignal) {
+    pub(super) fn run(
+        mut self,
+        jobs: &Receiver<ActionJob>,
+        finished: &Sender<FinishedAction>,
+        stop: &StopSignal,
+    ) {
         loop {
             let job = select! {
                 recv(stop.0) -> _ => return,
@@ -106,12 +111,12 @@ impl Worker {
         }
     }
 
-    fn work(&mut self, job: Job) -> Option<FinishedAction> {
+    fn work(&mut self, job: ActionJob) -> Option<FinishedAction> {
         match job {
-            Job::Picture { call, kind, aim, snapshot, at } => {
+            ActionJob::Picture { call, kind, aim, snapshot, at } => {
                 Some(FinishedAction { call, end: self.picture(kind, &aim, *snapshot, at) })
             }
-            Job::Sample { call, instrument, snapshot, seconds, ends } => {
+            ActionJob::Sample { call, instrument, snapshot, seconds, ends } => {
                 self.sample(call, instrument, snapshot, seconds);
                 let at = ends?;
                 let end = match self.measurements.remove(&call)? {
@@ -128,9 +133,9 @@ impl Worker {
         Arc::clone(self.scene.get_or_insert_with(|| Arc::new(CameraScene::new(Arc::clone(site)))))
     }
 
-    fn surroundings(&mut self) -> Arc<Surroundings> {
+    fn surroundings(&mut self) -> Arc<InstrumentEnvironment> {
         let scene = self.scene();
-        Arc::clone(self.surroundings.get_or_insert_with(|| Arc::new(Surroundings::new(&scene))))
+        Arc::clone(self.surroundings.get_or_insert_with(|| Arc::new(InstrumentEnvironment::new(&scene))))
     }
 
     fn picture(

@@ -2,10 +2,10 @@
 
 use super::index::{Block, BlockKind, Index, RECORD_HEADER_LEN, stamp};
 use crate::containers::merge::BlockSource;
-use crate::containers::{Order, RawMessage};
+use crate::containers::{MessageOrder, RawMessage};
 use crate::error::ReadError;
 use crate::texts;
-use formats::cdr::{Encoding, Reader};
+use formats::cdr::{CdrReader, Encoding};
 use formats::{CHUNK_BYTES_MAX, FormatError};
 use mcap::records::op;
 use std::fs::File;
@@ -24,7 +24,7 @@ pub(super) struct BlockReader {
 }
 
 impl BlockReader {
-    pub fn open(index: Arc<Index>, wanted: Vec<bool>, order: Order) -> Result<Self, ReadError> {
+    pub fn open(index: Arc<Index>, wanted: Vec<bool>, order: MessageOrder) -> Result<Self, ReadError> {
         let io = |source| ReadError::Io { path: index.path.clone(), source };
         let file = File::open(&index.path).map_err(io)?;
         let size = file.metadata().map_err(io)?.len();
@@ -32,7 +32,7 @@ impl BlockReader {
         let holds_wanted = |block: &Block| block.channels.is_empty() || block.channels.iter().any(is_wanted);
         let mut queue: Vec<usize> =
             (0..index.blocks.len()).filter(|number| holds_wanted(&index.blocks[*number])).collect();
-        if order == Order::LogTime {
+        if order == MessageOrder::LogTime {
             queue.sort_by_key(|number| (index.blocks[*number].start, *number));
         }
         queue.reverse();
@@ -52,7 +52,7 @@ impl BlockSource for BlockReader {
             |problem| ReadError::Damaged { path: self.index.path.clone(), at: block.offset, problem };
         let (records, warning) = load_block(&mut self.file, self.size, block).map_err(damaged)?;
         let records = Arc::new(records);
-        let mut walk = Records::new(&records);
+        let mut walk = ChunkRecords::new(&records);
         for (opcode, range) in walk.by_ref() {
             if opcode != op::MESSAGE {
                 continue;
@@ -80,7 +80,7 @@ impl MessageHeader {
     const LENGTH: usize = 22;
 
     pub fn read(record: &[u8]) -> Result<Self, FormatError> {
-        let mut reader = Reader::new(Encoding::Ros1, record, "MCAP message")?;
+        let mut reader = CdrReader::new(Encoding::Ros1, record, "MCAP message")?;
         let (channel, _sequence) = (reader.u16()?, reader.u32()?);
         let at = stamp(reader.u64()?);
         reader.u64()?;
@@ -89,14 +89,14 @@ impl MessageHeader {
 }
 
 /// The records in the content of a chunk: opcode and range of each.
-pub(super) struct Records<'a> {
+pub(super) struct ChunkRecords<'a> {
     bytes: &'a [u8],
     at: usize,
     /// Whether the last record was incomplete.
     cut: bool,
 }
 
-impl<'a> Records<'a> {
+impl<'a> ChunkRecords<'a> {
     pub fn new(bytes: &'a [u8]) -> Self {
         Self { bytes, at: 0, cut: false }
     }
@@ -107,7 +107,7 @@ impl<'a> Records<'a> {
     }
 }
 
-impl Iterator for Records<'_> {
+impl Iterator for ChunkRecords<'_> {
     type Item = (u8, std::ops::Range<usize>);
 
     fn next(&mut self) -> Option<Self::Item> {
@@ -147,7 +147,7 @@ pub(super) fn load_block(
 
 fn unpack_chunk(record: &[u8]) -> Result<(Vec<u8>, Option<String>), String> {
     let unreadable = |error: FormatError| error.to_string();
-    let mut reader = Reader::new(Encoding::Ros1, record, "MCAP chunk").map_err(unreadable)?;
+    let mut reader = CdrReader::new(Encoding::Ros1, record, "MCAP chunk").map_err(unreadable)?;
     let mut head = || -> Result<_, FormatError> {
         let (_start, _end, unpacked, checksum) = (reader.u64()?, reader.u64()?, reader.u64()?, reader.u32()?);
         Ok((unpacked, checksum, reader.string()?, reader.u64()?))

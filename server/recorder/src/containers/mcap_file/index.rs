@@ -3,7 +3,7 @@
 use crate::containers::{MessageEncoding, Topic, legible_name};
 use crate::topics;
 use formats::FormatError;
-use formats::cdr::{Encoding, Reader};
+use formats::cdr::{CdrReader, Encoding};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -85,7 +85,7 @@ impl ChannelTable {
 
     /// Adds a schema record.
     pub fn add_schema(&mut self, record: &[u8]) -> Result<(), FormatError> {
-        let mut reader = Reader::new(Encoding::Ros1, record, "MCAP schema")?;
+        let mut reader = CdrReader::new(Encoding::Ros1, record, "MCAP schema")?;
         let id = reader.u16()?;
         self.schemas.insert(id, (reader.string()?, reader.string()?));
         Ok(())
@@ -93,7 +93,7 @@ impl ChannelTable {
 
     /// Adds a channel record.
     pub fn add_channel(&mut self, record: &[u8]) -> Result<(), FormatError> {
-        let mut reader = Reader::new(Encoding::Ros1, record, "MCAP channel")?;
+        let mut reader = CdrReader::new(Encoding::Ros1, record, "MCAP channel")?;
         let (id, schema) = (reader.u16()?, reader.u16()?);
         let (topic, encoding) = (reader.string()?, reader.string()?);
         let (schema, schema_encoding) = self.schemas.get(&schema).cloned().unwrap_or_default();
@@ -104,7 +104,7 @@ impl ChannelTable {
 
 /// Adds the entries of a metadata record that the platform wrote.
 pub(super) fn read_metadata(record: &[u8], into: &mut BTreeMap<String, String>) -> Result<(), FormatError> {
-    let mut reader = Reader::new(Encoding::Ros1, record, "MCAP metadata")?;
+    let mut reader = CdrReader::new(Encoding::Ros1, record, "MCAP metadata")?;
     if reader.string()? != "autoinspect" {
         return Ok(());
     }

@@ -1,6 +1,6 @@
 //! Scans an MCAP file without a usable summary from its start, up to the first record that cannot be understood.
 
-use super::blocks::{MessageHeader, Records, load_block, read_range};
+use super::blocks::{ChunkRecords, MessageHeader, load_block, read_range};
 use super::index::{Block, BlockKind, ChannelTable, Index, IndexedFile, RECORD_HEADER_LEN, read_metadata};
 use crate::error::OpenError;
 use crate::texts;
@@ -127,7 +127,7 @@ impl<'a> FileScanner<'a> {
         // An unreadable chunk is reported when its messages are read; here its readable part is counted.
         let Ok((records, _)) = load_block(&mut self.file, self.size, &block) else { return };
         let mut earliest = None;
-        for (opcode, range) in Records::new(&records) {
+        for (opcode, range) in ChunkRecords::new(&records) {
             let record = &records[range];
             let _ = match opcode {
                 op::SCHEMA => self.channel_table.add_schema(record),

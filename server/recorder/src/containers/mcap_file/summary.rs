@@ -1,9 +1,9 @@
 //! Reads the summary at the end of a finished MCAP file. No length in it is believed before the bytes are there.
 
-use super::blocks::{Records, read_range};
+use super::blocks::{ChunkRecords, read_range};
 use super::index::{ChannelTable, RECORD_HEADER_LEN};
 use formats::FormatError;
-use formats::cdr::{Encoding, Reader};
+use formats::cdr::{CdrReader, Encoding};
 use mcap::records::op;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
@@ -13,7 +13,7 @@ use std::ops::Range;
 const FOOTER_LEN: u64 = 20;
 
 /// What the summary says.
-pub(super) struct Summary {
+pub(super) struct McapSummary {
     pub channel_table: ChannelTable,
     pub statistics: Statistics,
     pub chunks: Vec<ChunkIndex>,
@@ -40,7 +40,7 @@ pub(super) struct ChunkIndex {
     pub channels: BTreeSet<u16>,
 }
 
-impl Summary {
+impl McapSummary {
     /// Reads the summary of a file of `size` bytes; `None` if there is none that can be used.
     pub fn read(file: &mut File, size: u64) -> Option<Self> {
         let magic = mcap::MAGIC.len() as u64;
@@ -56,7 +56,7 @@ impl Summary {
         // Zero says that there is no summary.
         let length = footer_at.checked_sub(start).filter(|_| start > 0)?;
         let bytes = read_range(file, size, start, length).ok()?;
-        let mut records = Records::new(&bytes);
+        let mut records = ChunkRecords::new(&bytes);
         let ranges: Vec<(u8, Range<usize>)> = records.by_ref().collect();
         if records.is_cut() {
             return None;
@@ -70,7 +70,7 @@ impl Summary {
         // In the order of their ids, whatever that in the file is.
         let mut channels = BTreeMap::new();
         for (opcode, record) in records {
-            let mut reader = Reader::new(Encoding::Ros1, record, "MCAP summary")?;
+            let mut reader = CdrReader::new(Encoding::Ros1, record, "MCAP summary")?;
             match opcode {
                 op::SCHEMA => channel_table.add_schema(record)?,
                 op::CHANNEL => {
@@ -90,7 +90,7 @@ impl Summary {
 }
 
 impl Statistics {
-    fn read(reader: &mut Reader<'_>) -> Result<Self, FormatError> {
+    fn read(reader: &mut CdrReader<'_>) -> Result<Self, FormatError> {
         let messages = reader.u64()?;
         let _schemas = reader.u16()?;
         for _channels_attachments_metadata_chunks in 0..4 {
@@ -102,7 +102,7 @@ impl Statistics {
 }
 
 impl ChunkIndex {
-    fn read(reader: &mut Reader<'_>) -> Result<Self, FormatError> {
+    fn read(reader: &mut CdrReader<'_>) -> Result<Self, FormatError> {
         let (start, _end) = (reader.u64()?, reader.u64()?);
         let (offset, length) = (reader.u64()?, reader.u64()?);
         let channels = numbers_by_channel(reader)?.into_keys().collect();
@@ -111,9 +111,9 @@ impl ChunkIndex {
 }
 
 /// A map from channels to numbers, after its length in bytes.
-fn numbers_by_channel(reader: &mut Reader<'_>) -> Result<BTreeMap<u16, u64>, FormatError> {
+fn numbers_by_channel(reader: &mut CdrReader<'_>) -> Result<BTreeMap<u16, u64>, FormatError> {
     let bytes = reader.byte_sequence()?;
-    let mut entries = Reader::new(Encoding::Ros1, bytes, "MCAP summary")?;
+    let mut entries = CdrReader::new(Encoding::Ros1, bytes, "MCAP summary")?;
     let mut numbers = BTreeMap::new();
     while entries.remaining() > 0 {
         numbers.insert(entries.u16()?, entries.u64()?);

@@ -2,7 +2,7 @@
 
 use super::Feature;
 use crate::features::selection::PointerMode;
-use crate::shared::{Change, Context};
+use crate::shared::{Context, SliceChange};
 use crate::{ClientCommand, texts};
 use api::{Import, MAX_PAIRS};
 use vocab::{MapId, UploadId, Vec3};
@@ -12,7 +12,7 @@ const SPREAD_MIN_M2: f64 = 1e-4;
 
 /// The alignment of one map to another that is being prepared.
 #[derive(Clone, Debug, PartialEq)]
-pub struct MapAlignment {
+pub struct AlignmentDraft {
     /// The map that is moved.
     pub map: MapId,
     /// The map whose frame the result has; `None` until it is chosen.
@@ -25,7 +25,7 @@ pub struct MapAlignment {
     pub job: Option<UploadId>,
 }
 
-impl MapAlignment {
+impl AlignmentDraft {
     /// The map in which the next point is to be picked; `None` if no point is.
     pub fn next_map(&self) -> Option<MapId> {
         let reference = self.reference.filter(|_| self.job.is_none())?;
@@ -106,18 +106,18 @@ impl MapAlignment {
 /// The alignment that the operator prepares, if any.
 #[derive(Clone, Debug, Default)]
 pub struct AlignmentFeature {
-    current: Option<MapAlignment>,
+    current: Option<AlignmentDraft>,
 }
 
 impl AlignmentFeature {
-    pub(crate) fn current(&self) -> Option<&MapAlignment> {
+    pub(crate) fn current(&self) -> Option<&AlignmentDraft> {
         self.current.as_ref()
     }
 
     /// Begins an alignment, or chooses its reference.
     fn begin(&mut self, map: MapId, reference: Option<MapId>, cx: &mut Context<'_>) {
         cx.shared.selected.enter(PointerMode::Select);
-        self.current = Some(MapAlignment {
+        self.current = Some(AlignmentDraft {
             map,
             reference: reference.filter(|reference| *reference != map),
             pairs: Vec::new(),
@@ -129,13 +129,13 @@ impl AlignmentFeature {
 
     /// Views the map in which the next point is to be picked.
     fn view_next(&self, cx: &mut Context<'_>) {
-        if let Some(map) = self.current.as_ref().and_then(MapAlignment::next_map) {
+        if let Some(map) = self.current.as_ref().and_then(AlignmentDraft::next_map) {
             cx.view_map(Some(map));
         }
     }
 
     fn remove_point(&mut self, cx: &mut Context<'_>) -> bool {
-        let removed = self.current.as_mut().is_some_and(MapAlignment::remove_point);
+        let removed = self.current.as_mut().is_some_and(AlignmentDraft::remove_point);
         if removed {
             self.view_next(cx);
         }
@@ -191,13 +191,13 @@ impl Feature for AlignmentFeature {
         }
     }
 
-    fn on_change(&mut self, change: &Change, _cx: &mut Context<'_>) {
+    fn on_change(&mut self, change: &SliceChange, _cx: &mut Context<'_>) {
         match change {
             // Whoever views a third map does not want to align these two any more.
-            Change::MapViewed { map, .. } => {
+            SliceChange::MapViewed { map, .. } => {
                 self.current.take_if(|it| *map != Some(it.map) && (map.is_none() || *map != it.reference));
             }
-            Change::CommandAnswered {
+            SliceChange::CommandAnswered {
                 command: Some(api::Command::AlignMap { upload, .. }),
                 accepted: false,
                 ..

@@ -63,9 +63,9 @@ fn points_are_picked_in_one_map_and_the_other_in_turn_and_may_be_taken_back() {
     assert_eq!((client.model.alignment(), client.model.viewed_map()), (None, Some(map)));
 }
 
-fn alignment(pairs: Vec<[Vec3; 2]>) -> MapAlignment {
+fn alignment(pairs: Vec<[Vec3; 2]>) -> AlignmentDraft {
     let [map, reference] = [1, 2].map(|number| MapId(Uuid::from_u128(number)));
-    MapAlignment { map, reference: Some(reference), pairs, unpaired: None, job: None }
+    AlignmentDraft { map, reference: Some(reference), pairs, unpaired: None, job: None }
 }
 
 #[test]

@@ -18,7 +18,7 @@ fn an_unanswered_order_is_repeated_under_its_id_after_a_short_loss() {
     client.connect();
     let again = client.take_effects();
     assert!(again.contains(&first[0]), "the same command under the same id");
-    assert!(client.model.is_pending(|order| matches!(order, Command::StartMapping(_))));
+    assert!(client.model.is_pending(|command| matches!(command, Command::StartMapping(_))));
 }
 
 #[test]

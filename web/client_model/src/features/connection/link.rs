@@ -50,7 +50,7 @@ impl Default for LinkConfig {
 
 /// A socket's state with its back-off.
 #[derive(Clone, Debug)]
-pub struct SocketLink {
+pub struct ReconnectingSocket {
     state: SocketState,
     failures: u32,
     last_received: ClientTime,
@@ -58,7 +58,7 @@ pub struct SocketLink {
     config: LinkConfig,
 }
 
-impl SocketLink {
+impl ReconnectingSocket {
     /// A link that is being opened.
     pub(crate) fn new(now: ClientTime, config: LinkConfig) -> Self {
         Self {

@@ -6,7 +6,7 @@ pub(crate) mod reducer;
 mod throughput;
 
 pub use clock::ServerClock;
-pub use link::{SocketLink, SocketState};
+pub use link::{ReconnectingSocket, SocketState};
 pub use throughput::Throughput;
 
 use crate::{ClientTime, Socket};
@@ -39,8 +39,8 @@ struct Ping {
 /// Both sockets with what is known of the server.
 #[derive(Debug)]
 pub struct Connection {
-    control: SocketLink,
-    stream: SocketLink,
+    control: ReconnectingSocket,
+    stream: ReconnectingSocket,
     throughput: Throughput,
     clock: ServerClock,
     program: String,
@@ -57,8 +57,8 @@ impl Connection {
     pub(crate) fn new(now: ClientTime) -> Self {
         let config = LinkConfig::default();
         Self {
-            control: SocketLink::new(now, config),
-            stream: SocketLink::new(now, config),
+            control: ReconnectingSocket::new(now, config),
+            stream: ReconnectingSocket::new(now, config),
             throughput: Throughput::default(),
             clock: ServerClock::default(),
             program: String::new(),
@@ -100,7 +100,7 @@ impl Connection {
         &self.program
     }
 
-    fn link_mut(&mut self, socket: Socket) -> &mut SocketLink {
+    fn link_mut(&mut self, socket: Socket) -> &mut ReconnectingSocket {
         match socket {
             Socket::Control => &mut self.control,
             Socket::Stream => &mut self.stream,

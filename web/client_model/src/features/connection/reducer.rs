@@ -2,7 +2,7 @@
 
 use super::{Ping, SocketState};
 use crate::features::commands::expired_sentence;
-use crate::shared::{Change, Context};
+use crate::shared::{Context, SliceChange};
 use crate::{ClientEffect, ClientEvent, Socket, texts};
 use api::{ClientMessage, ServerMessage, Severity, StreamRequest, You};
 
@@ -62,7 +62,7 @@ fn on_welcome(version: u16, program: &str, you: &You, cx: &mut Context<'_>) {
     for sentence in expired {
         cx.notify(Severity::Warning, sentence);
     }
-    cx.changes.push(Change::Connected);
+    cx.changes.push(SliceChange::Connected);
 }
 
 pub(crate) fn on_client_event(event: &ClientEvent, cx: &mut Context<'_>) {

@@ -93,8 +93,8 @@ impl Feature for ExampleFeature {
         }
     }
 
-    fn on_change(&mut self, change: &crate::shared::Change, _cx: &mut Context<'_>) {
-        if let crate::shared::Change::CommandAnswered {
+    fn on_change(&mut self, change: &crate::shared::SliceChange, _cx: &mut Context<'_>) {
+        if let crate::shared::SliceChange::CommandAnswered {
             command: Some(api::Command::MakeExample { upload, .. }),
             accepted: false,
             ..

@@ -4,14 +4,14 @@ use super::Feature;
 use crate::features::selection::PointerMode;
 use crate::shared::Context;
 use crate::{Aged, ClientCommand, ClientTime};
-use api::{CancelCause, Executive, Goal, GoalKind, GoalStatus};
+use api::{CancelCause, ExecutiveStatus, Goal, GoalKind, GoalStatus};
 use std::collections::{BTreeMap, BTreeSet};
 use vocab::GoalId;
 
 /// Goals and the executive as the robot last reported them.
 #[derive(Clone, Debug, Default)]
 pub struct Goals {
-    executive: Option<Aged<Executive>>,
+    executive: Option<Aged<ExecutiveStatus>>,
     /// Newest first.
     goals: Vec<Goal>,
     /// When each outcome came that this client waited for.
@@ -34,7 +34,7 @@ pub struct GoalOutcome<'a> {
 
 impl Goals {
     /// State of the executive; `None` before the robot reported it.
-    pub fn executive(&self) -> Option<&Executive> {
+    pub fn executive(&self) -> Option<&ExecutiveStatus> {
         self.executive.as_ref().map(|executive| &executive.value)
     }
 

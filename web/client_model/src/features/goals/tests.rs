@@ -21,7 +21,7 @@ fn running(remaining_m: Option<f64>) -> GoalStatus {
 }
 
 fn succeeded() -> GoalStatus {
-    GoalStatus::Succeeded { map_from_base: Pose::IDENTITY, took: Span::from_secs_f64(8.0) }
+    GoalStatus::Succeeded { map_from_base: Pose::IDENTITY, duration: Span::from_secs_f64(8.0) }
 }
 
 fn report(client: &mut TestClient, goals: Vec<Goal>) {

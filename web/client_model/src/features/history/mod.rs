@@ -1,11 +1,11 @@
 //! What the operator can undo, in the order in which it was done: edits of the view and of the site, decisions on loops, deletions of maps.
 //!
-//! The view keeps its own copies ([`UndoHistory`]). A decision on a loop is kept as the command that undoes it, because the
+//! The view keeps its own copies ([`ValueHistory`]). A decision on a loop is kept as the command that undoes it, because the
 //! robot holds the graph.
 
 mod undo;
 
-pub use undo::{EditResult, UndoHistory};
+pub use undo::{EditResult, ValueHistory};
 
 use crate::LoopPair;
 use vocab::{CommandId, MapId};

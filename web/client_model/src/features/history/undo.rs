@@ -30,7 +30,7 @@ impl Default for UndoConfig {
 
 /// A value with its past and its undone future.
 #[derive(Clone, Debug)]
-pub struct UndoHistory<T> {
+pub struct ValueHistory<T> {
     present: T,
     past: Vec<T>,
     future: Vec<T>,
@@ -38,7 +38,7 @@ pub struct UndoHistory<T> {
     config: UndoConfig,
 }
 
-impl<T: Clone + PartialEq> UndoHistory<T> {
+impl<T: Clone + PartialEq> ValueHistory<T> {
     /// Starts with nothing to undo.
     pub fn new(present: T) -> Self {
         Self {
@@ -109,7 +109,7 @@ mod tests {
         /// Undo and redo are inverse.
         #[test]
         fn undo_then_redo_changes_nothing(values in proptest::collection::vec(0_u32..5, 1..40)) {
-            let mut undo = UndoHistory::new(0_u32);
+            let mut undo = ValueHistory::new(0_u32);
             for (at, value) in values.iter().enumerate() {
                 undo.set(ClientTime(at as f64), *value);
             }

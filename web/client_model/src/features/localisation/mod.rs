@@ -3,7 +3,7 @@
 use super::Feature;
 use crate::ClientCommand;
 use crate::features::selection::PointerMode;
-use crate::shared::{Change, Context};
+use crate::shared::{Context, SliceChange};
 use api::Localisation;
 use vocab::Pose;
 
@@ -31,7 +31,7 @@ impl LocalisationFeature {
         let is_localised = |state| matches!(state, Localisation::Localised { .. });
         self.was_localised = is_localised(after) || (self.was_localised && same_map);
         if !same_map || (is_localised(after) && !is_localised(before)) {
-            cx.changes.push(Change::FrameChanged);
+            cx.changes.push(SliceChange::FrameChanged);
         }
     }
 

@@ -4,7 +4,7 @@ use super::scan_overlay::ScanOverlay;
 use super::{LoopInitialGuess, LoopPair};
 use crate::ClientEffect;
 use crate::features::map_view::MapView;
-use api::{Anchor, LoopDecision};
+use api::{LoopDecision, TileAnchor};
 use glam::{DQuat, DVec3};
 use std::collections::BTreeMap;
 use vocab::{KeyframeId, Pose, Quat, SessionId, Vec3};
@@ -23,7 +23,7 @@ pub struct ScanComparison {
 impl ScanComparison {
     /// The older keyframe at its pose in the graph, the newer one relative to it; `None` if the graph lacks the older one.
     pub(crate) fn of(map: &MapView, pair: LoopPair, from_from_to: &Pose) -> Option<Self> {
-        let map_from_from = map.map_from_anchor(Anchor::Keyframe(pair.from))?;
+        let map_from_from = map.map_from_anchor(TileAnchor::Keyframe(pair.from))?;
         Some(Self { pair, map_from_from, map_from_to: compose(&map_from_from, from_from_to) })
     }
 }
@@ -74,7 +74,7 @@ impl KeyframeClouds {
 
 /// `from_from_to` of a pair as it is guessed before a registration; `None` if the graph lacks one of the two.
 pub(crate) fn initial_guess(map: &MapView, pair: LoopPair, guess: LoopInitialGuess) -> Option<Pose> {
-    let pose = |keyframe| map.map_from_anchor(Anchor::Keyframe(keyframe));
+    let pose = |keyframe| map.map_from_anchor(TileAnchor::Keyframe(keyframe));
     let from_from_to = relative(&pose(pair.from)?, &pose(pair.to)?);
     Some(match guess {
         LoopInitialGuess::Graph => from_from_to,

@@ -15,7 +15,7 @@ pub(crate) use comparison::initial_guess;
 use super::Feature;
 use crate::features::history::{HistoryStep, LoopEdit};
 use crate::features::selection::{PointerMode, Selection};
-use crate::shared::{Change, Context, Shared};
+use crate::shared::{Context, Shared, SliceChange};
 use crate::{ClientCommand, ClientEvent, texts};
 use api::{LoopDecision, LoopsChanged, Severity};
 use comparison::KeyframeClouds;
@@ -201,11 +201,11 @@ impl Feature for Loops {
         }
     }
 
-    fn on_change(&mut self, change: &Change, cx: &mut Context<'_>) {
+    fn on_change(&mut self, change: &SliceChange, cx: &mut Context<'_>) {
         match change {
-            Change::SessionChanged => self.on_session_changed(cx),
-            Change::MapViewed { changed: true, .. } => self.pick = None,
-            Change::CommandAnswered {
+            SliceChange::SessionChanged => self.on_session_changed(cx),
+            SliceChange::MapViewed { changed: true, .. } => self.pick = None,
+            SliceChange::CommandAnswered {
                 command: Some(api::Command::ProposeLoop { .. }),
                 accepted: false,
                 ..

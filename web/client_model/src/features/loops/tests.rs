@@ -162,7 +162,7 @@ fn a_drifted_pair_can_be_guessed_at_the_same_place() {
     }
     client.command(ClientCommand::ProposeLoop);
     let proposed =
-        |order: &Command| matches!(order, Command::ProposeLoop { guess, .. } if guess.position.x == 0.0);
+        |command: &Command| matches!(command, Command::ProposeLoop { guess, .. } if guess.position.x == 0.0);
     assert!(client.take_commands().iter().any(proposed));
 }
 
@@ -229,7 +229,7 @@ fn the_shift_is_measured_between_guess_and_result() {
 #[test]
 fn decisions_on_loops_add_up_until_another_session_and_the_oldest_go() {
     let mut client = TestClient::connected();
-    let mut tell = |reset, added: std::ops::Range<u32>| {
+    let mut publish = |reset, added: std::ops::Range<u32>| {
         client.event(api::Event::Loops(LoopsChanged {
             reset,
             added: added.map(|to| decided(0, to, Accepted)).collect(),
@@ -237,11 +237,11 @@ fn decisions_on_loops_add_up_until_another_session_and_the_oldest_go() {
         let loops = client.model.loops.decisions();
         (loops.latest().last().map(|decision| decision.to.0), loops.len())
     };
-    assert_eq!(tell(true, 0..2), (Some(0), 2));
-    assert_eq!(tell(false, 2..3), (Some(0), 3));
+    assert_eq!(publish(true, 0..2), (Some(0), 2));
+    assert_eq!(publish(false, 2..3), (Some(0), 3));
     let most = api::MAX_LOOP_DECISIONS;
-    assert_eq!(tell(false, 3..most as u32 + 5), (Some(5), most));
-    assert_eq!(tell(true, 0..0), (None, 0));
+    assert_eq!(publish(false, 3..most as u32 + 5), (Some(5), most));
+    assert_eq!(publish(true, 0..0), (None, 0));
 }
 
 proptest! {

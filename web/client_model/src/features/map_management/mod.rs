@@ -2,7 +2,7 @@
 
 use super::Feature;
 use crate::features::history::HistoryStep;
-use crate::shared::{Change, Context};
+use crate::shared::{Context, SliceChange};
 use crate::{ClientCommand, ClientEvent, ClientTime, texts};
 use api::{BinnedMap, Severity};
 use vocab::MapId;
@@ -115,8 +115,10 @@ impl Feature for MapManagement {
         }
     }
 
-    fn on_change(&mut self, change: &Change, cx: &mut Context<'_>) {
-        if let Change::CommandAnswered { command: Some(api::Command::DeleteMap(map)), accepted, .. } = change
+    fn on_change(&mut self, change: &SliceChange, cx: &mut Context<'_>) {
+        if let SliceChange::CommandAnswered {
+            command: Some(api::Command::DeleteMap(map)), accepted, ..
+        } = change
         {
             self.on_deletion_answered(*map, *accepted, cx);
         }

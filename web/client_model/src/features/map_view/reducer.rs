@@ -1,7 +1,7 @@
 //! What events of the server and of the client do to the maps on the screen.
 
 use super::Loading;
-use crate::shared::{Change, Context};
+use crate::shared::{Context, SliceChange};
 use crate::{CameraMove, ClientEffect, ClientEvent};
 use api::{ClientMessage, Severity};
 
@@ -13,7 +13,7 @@ pub(crate) fn on_event(event: &api::Event, cx: &mut Context<'_>) {
             let another = graph.session != views.live.graph.session;
             views.live.set_graph(graph.clone());
             if another {
-                cx.changes.push(Change::SessionChanged);
+                cx.changes.push(SliceChange::SessionChanged);
             }
         }
         api::Event::GraphChanged(changed) => {

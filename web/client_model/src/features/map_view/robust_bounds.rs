@@ -7,7 +7,7 @@ use vocab::Aabb;
 
 /// Parameters of [`robust_bounds`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct RobustBoundsConfig {
+pub(crate) struct TileBoundsConfig {
     /// Share of the points that is cut off at each end of each axis.
     pub(crate) trimmed_share: f64,
     /// Margin on each side, as a share of the trimmed extent. A uniform distribution loses less than this by trimming.
@@ -17,7 +17,7 @@ pub(crate) struct RobustBoundsConfig {
     pub(crate) max_coarse_share: f64,
 }
 
-impl Default for RobustBoundsConfig {
+impl Default for TileBoundsConfig {
     fn default() -> Self {
         Self { trimmed_share: 0.005, margin_ratio: 0.02, max_coarse_share: 0.3 }
     }
@@ -33,7 +33,7 @@ pub(crate) struct TileExtent {
 
 /// The box (m, map frame) between two quantiles of the points along each axis, with a margin, and within the box of all tiles. The points of
 /// a tile count as evenly distributed over its box. None without points. Cost: `n log n` in the tiles.
-pub(crate) fn robust_bounds(config: &RobustBoundsConfig, tiles: &[TileExtent]) -> Option<Aabb> {
+pub(crate) fn robust_bounds(config: &TileBoundsConfig, tiles: &[TileExtent]) -> Option<Aabb> {
     let total: f64 = tiles.iter().map(|tile| f64::from(tile.points)).sum();
     let finest = tiles.iter().map(|tile| tile.level).max()?;
     let points_above = |level: u8| -> f64 {
@@ -116,7 +116,7 @@ mod tests {
 
     #[test]
     fn a_map_without_strays_keeps_its_box() {
-        let bounds = robust_bounds(&RobustBoundsConfig::default(), &building()).unwrap();
+        let bounds = robust_bounds(&TileBoundsConfig::default(), &building()).unwrap();
         assert_near(bounds, [0.0; 3], [40.0, 20.0, 6.0], 0.1);
     }
 
@@ -128,7 +128,7 @@ mod tests {
         for at in [[-400.0, -300.0, -50.0], [418.0, 348.0, 88.0], [10.0, 300.0, 2.0]] {
             tiles.push(tile(at, at.map(|side: f32| side + 2.0), 1, 300));
         }
-        let bounds = robust_bounds(&RobustBoundsConfig::default(), &tiles).unwrap();
+        let bounds = robust_bounds(&TileBoundsConfig::default(), &tiles).unwrap();
         assert_near(bounds, [0.0; 3], [40.0, 20.0, 6.0], 0.8);
     }
 
@@ -136,13 +136,13 @@ mod tests {
     fn a_second_building_is_no_stray() {
         let mut tiles = building();
         tiles.push(tile([100.0, 0.0, 0.0], [120.0, 20.0, 6.0], 1, 100_000));
-        let bounds = robust_bounds(&RobustBoundsConfig::default(), &tiles).unwrap();
+        let bounds = robust_bounds(&TileBoundsConfig::default(), &tiles).unwrap();
         assert!(bounds.max[0] > 117.0, "{bounds:?}");
     }
 
     #[test]
     fn maps_of_one_level_one_point_or_none_have_sensible_bounds() {
-        let config = RobustBoundsConfig::default();
+        let config = TileBoundsConfig::default();
         assert_eq!(robust_bounds(&config, &[]), None);
         let one = tile([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], 0, 1);
         assert_near(robust_bounds(&config, &[one]).unwrap(), [1.0, 2.0, 3.0], [1.0, 2.0, 3.0], 0.01);

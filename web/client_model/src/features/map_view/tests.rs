@@ -3,7 +3,7 @@
 use crate::testing::*;
 use crate::*;
 use api::{
-    Anchor, ClientMessage, Graph, GraphChanged, GraphNode, MapSummary, Mapping, TileEntry, TileHash,
+    ClientMessage, Graph, GraphChanged, GraphNode, MapSummary, Mapping, TileAnchor, TileEntry, TileHash,
     TileList, TilesChanged,
 };
 use proptest::prelude::*;
@@ -84,7 +84,7 @@ fn a_tile_that_cannot_be_had_is_tried_again_later_a_few_times() {
 #[test]
 fn tiles_of_keyframes_wait_for_their_pose() {
     let mut client = TestClient::connected();
-    let anchored = TileEntry { anchor: Anchor::Keyframe(KeyframeId(4)), ..tile(1, 0, 0.0, 10) };
+    let anchored = TileEntry { anchor: TileAnchor::Keyframe(KeyframeId(4)), ..tile(1, 0, 0.0, 10) };
     client.event(api::Event::Tiles(TilesChanged { reset: true, added: vec![anchored] }));
     client.apply(ClientEvent::ViewpointChanged(eye_at(-3.0)));
     assert!(!client.take_effects().iter().any(|effect| matches!(effect, ClientEffect::FetchTile(_))));
@@ -160,7 +160,11 @@ fn lost_changes_of_the_graph_make_the_client_ask_for_the_whole_graph_once() {
     let graph = &client.model.live_map().graph;
     assert_eq!((graph.revision, graph.nodes.len()), (8, 8));
     assert_eq!(
-        client.model.live_map().map_from_anchor(Anchor::Keyframe(KeyframeId(7))).map(|pose| pose.position.x),
+        client
+            .model
+            .live_map()
+            .map_from_anchor(TileAnchor::Keyframe(KeyframeId(7)))
+            .map(|pose| pose.position.x),
         Some(1.0)
     );
     client.event(changed(7));

@@ -5,10 +5,10 @@
 //! ordered by the size of those gaps. The first ones that fit into the point budget are fetched, a few at a time. A fetch that is no
 //! longer wanted is cancelled. A fetched tile stays until its room is needed.
 
-use super::robust_bounds::{RobustBoundsConfig, TileExtent, robust_bounds};
+use super::robust_bounds::{TileBoundsConfig, TileExtent, robust_bounds};
 use super::viewpoint::Viewpoint;
 use crate::{ClientEffect, ClientTime};
-use api::{Anchor, TileEntry, TileHash};
+use api::{TileAnchor, TileEntry, TileHash};
 use glam::{DQuat, DVec3, Vec3 as Vec3f};
 use std::collections::{BTreeMap, BTreeSet};
 use vocab::{Aabb, Pose};
@@ -135,7 +135,7 @@ impl TileSet {
     }
 
     /// The box of the map without stray points, metres, map frame; `None` without tiles. `pose_of` gives poses of anchors in the map.
-    pub fn robust_bounds(&self, pose_of: impl Fn(Anchor) -> Option<Pose>) -> Option<Aabb> {
+    pub fn robust_bounds(&self, pose_of: impl Fn(TileAnchor) -> Option<Pose>) -> Option<Aabb> {
         let extents = self.tiles.values().filter_map(|tile| {
             let (map_from_anchor, (centre, half)) =
                 (pose_of(tile.entry.anchor)?, centre_and_half(&tile.entry.bounds)?);
@@ -148,7 +148,7 @@ impl TileSet {
             let [min, max] = [centre - half, centre + half].map(|corner| corner.as_vec3().to_array());
             Some(TileExtent { bounds: Aabb { min, max }, level: tile.entry.level, points: tile.entry.points })
         });
-        robust_bounds(&RobustBoundsConfig::default(), &extents.collect::<Vec<_>>())
+        robust_bounds(&TileBoundsConfig::default(), &extents.collect::<Vec<_>>())
     }
 
     pub(crate) fn add(&mut self, entries: &[TileEntry]) {
@@ -226,7 +226,7 @@ impl TileSet {
         &mut self,
         viewpoint: &Viewpoint,
         now: ClientTime,
-        pose_of: impl Fn(Anchor) -> Option<Pose>,
+        pose_of: impl Fn(TileAnchor) -> Option<Pose>,
         effects: &mut Vec<ClientEffect>,
     ) {
         self.dirty = false;

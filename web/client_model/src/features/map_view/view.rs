@@ -2,7 +2,7 @@
 
 use super::{TileSet, Viewpoint};
 use crate::{ClientEffect, ClientTime};
-use api::{Anchor, Graph, GraphChanged, TileList};
+use api::{Graph, GraphChanged, TileAnchor, TileList};
 use std::collections::BTreeMap;
 use vocab::{Aabb, KeyframeId, Pose};
 
@@ -43,7 +43,7 @@ impl MapView {
     }
 
     /// Pose of an anchor in the map; `None` while its keyframe is not known.
-    pub fn map_from_anchor(&self, anchor: Anchor) -> Option<Pose> {
+    pub fn map_from_anchor(&self, anchor: TileAnchor) -> Option<Pose> {
         map_from_anchor(&self.poses, anchor)
     }
 
@@ -84,9 +84,9 @@ impl MapView {
     }
 }
 
-fn map_from_anchor(poses: &BTreeMap<KeyframeId, Pose>, anchor: Anchor) -> Option<Pose> {
+fn map_from_anchor(poses: &BTreeMap<KeyframeId, Pose>, anchor: TileAnchor) -> Option<Pose> {
     match anchor {
-        Anchor::Map => Some(Pose::IDENTITY),
-        Anchor::Keyframe(id) => poses.get(&id).copied(),
+        TileAnchor::Map => Some(Pose::IDENTITY),
+        TileAnchor::Keyframe(id) => poses.get(&id).copied(),
     }
 }

@@ -2,7 +2,7 @@
 
 use super::Feature;
 use crate::ClientCommand;
-use crate::shared::{Change, Context};
+use crate::shared::{Context, SliceChange};
 use api::Mapping;
 
 /// The mapping session as the robot last reported it.
@@ -33,7 +33,7 @@ impl MappingFeature {
         ) = (&before, mapping)
             && !same_phase
         {
-            cx.changes.push(Change::FrameChanged);
+            cx.changes.push(SliceChange::FrameChanged);
         }
     }
 }

@@ -3,7 +3,7 @@
 #[cfg(test)]
 mod tests;
 
-use api::{DamagedMap, Dock, MapSummary};
+use api::{DamagedMap, MapDock, MapSummary};
 use vocab::{MapId, Pose};
 
 /// Saved maps and docks as the server last listed them.
@@ -11,7 +11,7 @@ use vocab::{MapId, Pose};
 pub struct SavedMaps {
     maps: Option<Vec<MapSummary>>,
     damaged: Vec<DamagedMap>,
-    docks: Vec<Dock>,
+    docks: Vec<MapDock>,
 }
 
 impl SavedMaps {
@@ -53,7 +53,7 @@ impl SavedMaps {
         self.damaged = damaged;
     }
 
-    pub(crate) fn set_docks(&mut self, docks: Vec<Dock>) {
+    pub(crate) fn set_docks(&mut self, docks: Vec<MapDock>) {
         self.docks = docks;
     }
 }

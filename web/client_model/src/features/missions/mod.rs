@@ -24,7 +24,7 @@ use super::site::{SiteEdit, SiteFeature};
 use crate::ClientCommand;
 use crate::shared::Context;
 use api::OfferedAction;
-use missions::WayCost;
+use missions::RouteCost;
 use site_model::{MissionId, NodeId, Object, Site, TaskId};
 use std::collections::BTreeSet;
 
@@ -77,10 +77,10 @@ impl MissionEditor {
     }
 
     /// What the drag adds where it is, in time and length; `None` while nothing is dragged.
-    pub fn drag_cost(&self) -> Option<WayCost> {
+    pub fn drag_cost(&self) -> Option<RouteCost> {
         let (before, now) = (self.before_drag.as_ref()?.cost(), self.plan.as_ref()?.cost());
         self.drag.as_ref()?.index?;
-        Some(WayCost { time_s: now.time_s - before.time_s, length_m: now.length_m - before.length_m })
+        Some(RouteCost { time_s: now.time_s - before.time_s, length_m: now.length_m - before.length_m })
     }
 
     /// What the shortest order would gain; while tasks are dragged, what it would have gained before.
@@ -94,7 +94,7 @@ impl MissionEditor {
         self.is_order_proposed
     }
 
-    /// The mission as it is shown, with its way; `None` while none is open.
+    /// The mission as it is shown, with its route; `None` while none is open.
     pub fn plan(&self) -> Option<&MissionPlan> {
         self.plan.as_ref()
     }

@@ -1,10 +1,10 @@
-//! What it takes to run a mission: the way from task to task over the topological map, its time, and what cannot be reached. With the code that the robot
+//! What it takes to run a mission: the route from task to task over the topological map, its time, and what cannot be reached. With the code that the robot
 //! uses.
 
 use super::parameter_fields::{ParameterField, ParameterProblem, parameter_problem};
 use api::OfferedAction;
 use missions::{
-    BatteryConfig, NoRoute, RouteConditions, RouteConfig, RouteGraph, TourConfig, WayCost, node_of,
+    BatteryConfig, NoRoute, RouteConditions, RouteConfig, RouteCost, RouteGraph, TourConfig, node_of,
     order_tasks,
 };
 use site_model::{
@@ -17,20 +17,20 @@ use vocab::{Stamp, Vec3};
 /// Least gain of another order that is worth a proposal, seconds of walking.
 const MIN_GAIN_S: f64 = 1.0;
 
-/// A mission with its way.
+/// A mission with its route.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MissionPlan {
     /// As it is shown: with the drag that has not ended, or in the order that is proposed.
     pub mission: Mission,
-    /// Where the way begins; `None` if the site has no node for it.
+    /// Where the route begins; `None` if the site has no node for it.
     pub start: Option<(PlanStart, NodeId)>,
     /// The tasks in the order in which they are done.
     pub stops: Vec<PlannedStop>,
-    /// The way after the last task.
+    /// The route after the last task.
     pub end: PlannedEnd,
     /// Expected time of all, seconds.
     pub time_s: f64,
-    /// Length of the way, metres.
+    /// Length of the route, metres.
     pub length_m: f64,
     /// Share of the battery's charge that all is expected to use, 0 to 1 and more.
     pub charge_used: f64,
@@ -39,9 +39,9 @@ pub struct MissionPlan {
 }
 
 impl MissionPlan {
-    /// Expected time of all, seconds, and length of the way, metres.
-    pub fn cost(&self) -> WayCost {
-        WayCost { time_s: self.time_s, length_m: self.length_m }
+    /// Expected time of all, seconds, and length of the route, metres.
+    pub fn cost(&self) -> RouteCost {
+        RouteCost { time_s: self.time_s, length_m: self.length_m }
     }
 
     /// What is planned for a task, and its number on the way, from 1.
@@ -50,7 +50,7 @@ impl MissionPlan {
     }
 }
 
-/// Where the way of a plan begins.
+/// Where the route of a plan begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlanStart {
     /// At a dock: missions begin there as a rule.
@@ -68,10 +68,10 @@ pub struct PlannedStop {
     pub task: TaskId,
     /// Where; `None` if the site lacks its place.
     pub node: Option<NodeId>,
-    /// The nodes of the way from the stop before, with both ends; empty if there is no way.
-    pub way: Vec<NodeId>,
-    /// What that way takes.
-    pub walk: WayCost,
+    /// The nodes of the route from the stop before, with both ends; empty if there is no route.
+    pub route: Vec<NodeId>,
+    /// What that route takes.
+    pub walk: RouteCost,
     /// Expected time of the action, seconds.
     pub action_s: f64,
     /// Energy that the action is expected to take besides what the standing robot takes, joules.
@@ -85,20 +85,20 @@ pub struct PlannedStop {
 pub enum StopProblem {
     /// The site lacks its inspection point or node.
     NoPlace,
-    /// There is no way from here.
-    NoWay(NodeId, NoRoute),
+    /// There is no route from here.
+    NoRoute(NodeId, NoRoute),
     /// A parameter of its action is wrong.
     Parameter(&'static ParameterField, ParameterProblem),
 }
 
-/// The way after the last task.
+/// The route after the last task.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PlannedEnd {
-    /// Its nodes, with both ends; empty if the mission ends where the last task is, or there is no way.
-    pub way: Vec<NodeId>,
+    /// Its nodes, with both ends; empty if the mission ends where the last task is, or there is no route.
+    pub route: Vec<NodeId>,
     /// What it takes.
-    pub walk: WayCost,
-    /// Why there is no way.
+    pub walk: RouteCost,
+    /// Why there is no route.
     pub problem: Option<EndProblem>,
 }
 
@@ -107,15 +107,15 @@ pub struct PlannedEnd {
 pub enum EndProblem {
     /// The site has no dock.
     NoDock,
-    /// There is no way from here.
-    NoWay(NodeId, NoRoute),
+    /// There is no route from here.
+    NoRoute(NodeId, NoRoute),
 }
 
 /// What the shortest order gains over that of the list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OrderGain {
     /// Time, seconds, and length, metres.
-    pub saved: WayCost,
+    pub saved: RouteCost,
     /// All tasks in that order.
     pub order: Vec<TaskId>,
     /// Whether no order is shorter. Otherwise a shorter one may exist.
@@ -201,7 +201,7 @@ pub(crate) fn plan(
         .filter_map(|id| tasks.get(id))
         .map(|task| {
             let stop = plan_stop(site, &graph, task, place, conditions.offered);
-            if stop.problem.is_none() || !stop.way.is_empty() {
+            if stop.problem.is_none() || !stop.route.is_empty() {
                 place = stop.node.or(place);
             }
             stop
@@ -266,30 +266,30 @@ fn plan_stop(
     let request = request_of(site, task);
     let (action_s, action_j) = request.map_or((0.0, 0.0), |request| expected_of(request, offered));
     let node = node_of(site, task);
-    let (way, walk, problem) = match (node, from) {
-        (Some(node), Some(from)) => find_way(graph, from, node, StopProblem::NoWay),
-        (Some(node), None) => (vec![node], WayCost::default(), None),
-        (None, _) => (Vec::new(), WayCost::default(), Some(StopProblem::NoPlace)),
+    let (route, walk, problem) = match (node, from) {
+        (Some(node), Some(from)) => find_route(graph, from, node, StopProblem::NoRoute),
+        (Some(node), None) => (vec![node], RouteCost::default(), None),
+        (None, _) => (Vec::new(), RouteCost::default(), Some(StopProblem::NoPlace)),
     };
     let of_parameters = || {
         let (field, problem) = parameter_problem(request?)?;
         Some(StopProblem::Parameter(field, problem))
     };
     let problem = problem.or_else(of_parameters);
-    PlannedStop { task: task.id, node, way, walk, action_s, action_j, problem }
+    PlannedStop { task: task.id, node, route, walk, action_s, action_j, problem }
 }
 
-/// The cheapest way between two nodes, or `problem` with the reason.
-fn find_way<P>(
+/// The cheapest route between two nodes, or `problem` with the reason.
+fn find_route<P>(
     graph: &RouteGraph,
     from: NodeId,
     to: NodeId,
     problem: impl FnOnce(NodeId, NoRoute) -> P,
-) -> (Vec<NodeId>, WayCost, Option<P>) {
+) -> (Vec<NodeId>, RouteCost, Option<P>) {
     let route = graph.routes_to(to).ok_or(NoRoute::NoSuchNode(to)).and_then(|tree| tree.route(from));
     match route {
-        Ok(route) => (route.nodes, WayCost { time_s: route.cost_s, length_m: route.length_m }, None),
-        Err(reason) => (Vec::new(), WayCost::default(), Some(problem(from, reason))),
+        Ok(route) => (route.nodes, RouteCost { time_s: route.cost_s, length_m: route.length_m }, None),
+        Err(reason) => (Vec::new(), RouteCost::default(), Some(problem(from, reason))),
     }
 }
 
@@ -300,12 +300,12 @@ fn plan_end(site: &Site, graph: &RouteGraph, end: MissionEnd, from: Option<NodeI
         MissionEnd::Node(node) => vec![node],
         MissionEnd::NearestDock => site.docks().map(|dock| dock.node).collect(),
     };
-    let ways = goals.into_iter().map(|goal| find_way(graph, from, goal, EndProblem::NoWay));
-    let better = |a: &(_, WayCost, Option<_>), b: &(_, WayCost, Option<_>)| {
+    let routes = goals.into_iter().map(|goal| find_route(graph, from, goal, EndProblem::NoRoute));
+    let better = |a: &(_, RouteCost, Option<_>), b: &(_, RouteCost, Option<_>)| {
         a.2.is_some().cmp(&b.2.is_some()).then(a.1.time_s.total_cmp(&b.1.time_s))
     };
-    match ways.min_by(better) {
-        Some((way, walk, problem)) => PlannedEnd { way, walk, problem },
+    match routes.min_by(better) {
+        Some((route, walk, problem)) => PlannedEnd { route, walk, problem },
         None => PlannedEnd { problem: Some(EndProblem::NoDock), ..PlannedEnd::default() },
     }
 }

@@ -146,7 +146,7 @@ impl TestClient {
 }
 
 #[test]
-fn a_drag_shows_its_way_at_once_changes_nothing_until_it_is_dropped_and_is_one_undo() {
+fn a_drag_shows_its_route_at_once_changes_nothing_until_it_is_dropped_and_is_one_undo() {
     let mut client = TestClient::with_mission(&[point(2), point(3), point(4)]);
     let before_m = client.plan().length_m;
     assert!((before_m - 42.0).abs() < 1e-6, "dock, three points and back: {before_m}");
@@ -225,13 +225,13 @@ fn several_tasks_move_together_and_are_duplicated_and_deleted_together() {
 }
 
 #[test]
-fn time_and_length_include_the_actions_and_the_way_from_the_dock_and_back() {
+fn time_and_length_include_the_actions_and_the_route_from_the_dock_and_back() {
     let client = TestClient::with_mission(&[point(3)]);
     let plan = client.plan();
     assert!(matches!(plan.start, Some((PlanStart::Dock(_), _))));
     assert!((plan.length_m - 28.0).abs() < 1e-6, "{}", plan.length_m);
     assert!((plan.time_s - 46.0).abs() < 1e-6, "40 s of walking and a photo: {}", plan.time_s);
-    assert_eq!(plan.end.way.len(), 3);
+    assert_eq!(plan.end.route.len(), 3);
     assert_eq!(plan.gain, None);
 }
 
@@ -247,7 +247,7 @@ fn what_cannot_be_reached_says_why_and_the_others_are_planned_all_the_same() {
         |client: &TestClient| client.plan().stops.iter().map(|stop| stop.problem.clone()).collect::<Vec<_>>();
     let found = problems(&client);
     assert!(
-        matches!(&found[1], Some(StopProblem::NoWay(from, NoRoute::NotConnected)) if *from == node_id(2))
+        matches!(&found[1], Some(StopProblem::NoRoute(from, NoRoute::NotConnected)) if *from == node_id(2))
     );
     assert!(
         matches!(&found[3], Some(StopProblem::Parameter(field, ParameterProblem::Missing)) if field.name == "text")
@@ -261,7 +261,7 @@ fn what_cannot_be_reached_says_why_and_the_others_are_planned_all_the_same() {
     client.command(ClientCommand::EditSite(edit));
     let found = problems(&client);
     assert!(
-        matches!(&found[2], Some(StopProblem::NoWay(_, NoRoute::Closed { edges })) if edges[0].0 == edge)
+        matches!(&found[2], Some(StopProblem::NoRoute(_, NoRoute::Closed { edges })) if edges[0].0 == edge)
     );
 
     let removed = vec![ObjectId::InspectionPoint(InspectionPointId(Uuid::from_u128(2)))];
@@ -295,7 +295,7 @@ fn the_shortest_order_is_shown_before_it_is_chosen_and_can_be_declined() {
     client.command(ClientCommand::Undo);
     assert_eq!(client.places(), [5, 2, 4]);
 
-    // Always the shortest order: the list stays, the way is the shortest one from the first task on.
+    // Always the shortest order: the list stays, the route is the shortest one from the first task on.
     client.change(|mission| mission.order = TaskOrder::Shortest { keep_first: true, keep_last: false });
     assert_eq!(client.plan().stops[0].task, client.tasks()[0]);
     assert!((client.plan().length_m - 56.0).abs() < 1e-6, "{}", client.plan().length_m);

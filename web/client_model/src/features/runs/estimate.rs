@@ -7,11 +7,11 @@ use std::collections::BTreeMap;
 /// What a run is expected to take.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RunEstimate {
-    /// Time for each task, with the way to it, seconds.
+    /// Time for each task, with the route to it, seconds.
     pub tasks_s: BTreeMap<TaskId, f64>,
     /// Time of the action of each task, seconds.
     pub actions_s: BTreeMap<TaskId, f64>,
-    /// The way after the last task, seconds.
+    /// The route after the last task, seconds.
     pub end_s: f64,
 }
 

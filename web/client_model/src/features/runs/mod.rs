@@ -11,7 +11,7 @@ pub use stored::{
 };
 
 use super::Feature;
-use crate::shared::{Change, Context};
+use crate::shared::{Context, SliceChange};
 use crate::{ClientCommand, ClientEffect, ClientEvent, ClientTime};
 use api::Command;
 use site_model::{
@@ -311,9 +311,9 @@ impl Feature for Runs {
         }
     }
 
-    fn on_change(&mut self, change: &Change, _cx: &mut Context<'_>) {
+    fn on_change(&mut self, change: &SliceChange, _cx: &mut Context<'_>) {
         // The snapshot that follows has the present state. A robot without missions sends none.
-        if *change == Change::Connected {
+        if *change == SliceChange::Connected {
             self.status = None;
             self.route = RouteStatus::default();
         }

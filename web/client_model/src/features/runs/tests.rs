@@ -276,7 +276,7 @@ fn the_result_before_another_one_is_fetched() {
 }
 
 #[test]
-fn results_of_the_run_under_way_are_fetched_as_they_are_stored() {
+fn results_of_the_active_run_are_fetched_as_they_are_stored() {
     let mut client = TestClient::connected();
     let running = MissionStatus { runs: vec![run(RunState::Running)], ..MissionStatus::default() };
     let fetch = ClientEffect::FetchRun(RUN);

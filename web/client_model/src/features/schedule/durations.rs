@@ -10,6 +10,6 @@ pub fn expected_durations(site: &Site) -> BTreeMap<MissionId, Span> {
     let planned = site
         .missions()
         .map(|mission| plan_mission(site, mission.clone(), PlanOrder::Dragged, &PlanConditions::default()));
-    let with_way = planned.filter(|plan| plan.start.is_some() && !plan.stops.is_empty());
-    with_way.map(|plan| (plan.mission.id, Span::from_secs_f64(plan.time_s))).collect()
+    let walkable = planned.filter(|plan| plan.start.is_some() && !plan.stops.is_empty());
+    walkable.map(|plan| (plan.mission.id, Span::from_secs_f64(plan.time_s))).collect()
 }

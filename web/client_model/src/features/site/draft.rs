@@ -162,7 +162,7 @@ impl Draft {
             (id, (mine != before).then_some(DraftChange { before, mine }))
         };
         let changes = edit.changes.iter().map(change).collect();
-        self.take(Step { was_on: true, changes })
+        self.apply_step(Step { was_on: true, changes })
     }
 
     /// Decides a conflict: the draft's object counts, or that of the site.
@@ -170,13 +170,13 @@ impl Draft {
         let Some(change) = self.changes.get(&id) else { return false };
         let theirs = site.get(id).map(|versioned| versioned.object.clone());
         let kept = keep_mine.then(|| DraftChange { before: theirs, mine: change.mine.clone() });
-        self.take(Step { was_on: true, changes: vec![(id, kept)] })
+        self.apply_step(Step { was_on: true, changes: vec![(id, kept)] })
     }
 
     /// Takes everything out and ends it. It can be undone.
     pub(super) fn discard(&mut self) -> bool {
         let changes = self.changes.keys().map(|id| (*id, None)).collect();
-        self.take(Step { was_on: false, changes })
+        self.apply_step(Step { was_on: false, changes })
     }
 
     /// Ends it without a step of undo: all of it is published. Returns its changes, for [`Self::restore`].
@@ -211,7 +211,7 @@ impl Draft {
         true
     }
 
-    fn take(&mut self, step: Step) -> bool {
+    fn apply_step(&mut self, step: Step) -> bool {
         let is_new = step.was_on != self.is_on
             || step.changes.iter().any(|(id, change)| self.changes.get(id) != change.as_ref());
         if is_new {

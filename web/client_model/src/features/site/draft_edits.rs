@@ -100,7 +100,7 @@ impl SiteFeature {
     }
 
     /// The robot has refused an edit: if it was a draft, work on it goes on.
-    pub(super) fn on_taken_back(&mut self, edit: EditId) {
+    pub(super) fn on_reverted(&mut self, edit: EditId) {
         if let Some(published) = self.published.take_if(|published| published.edit == edit) {
             self.draft.restore(published.changes);
         }

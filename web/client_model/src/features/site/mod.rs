@@ -29,7 +29,7 @@ pub use zone_edits::{drawn_area, middle_of};
 use super::Feature;
 use super::history::HistoryStep;
 use super::selection::PointerMode;
-use crate::shared::{Change, Context};
+use crate::shared::{Context, SliceChange};
 use crate::{ClientCommand, ClientEffect, ClientEvent, ClientTime, texts};
 use api::{
     ClientMessage, EditOutcome, EditRefusal, Severity, SiteAssembly, SiteChanged, SiteState,
@@ -210,7 +210,7 @@ impl SiteFeature {
         }
         // The platform itself makes an edit when the site follows its map: every operator may undo it.
         let is_of_platform = changed.by == Some(ClientId(Uuid::nil()));
-        if self.topomap.take(changed.edit.id) || is_of_platform {
+        if self.topomap.remove_awaited(changed.edit.id) || is_of_platform {
             // Its inverse refers to the site before it.
             if let Ok(applied) = confirmed.site.clone().apply(&changed.edit, changed.edit.id) {
                 self.history.record(applied);
@@ -254,25 +254,25 @@ impl SiteFeature {
                 self.retry_at = Some(cx.now().after(CONFIG.retry_s));
             }
             EditOutcome::Refused(EditRefusal::Rejected(reason)) => {
-                self.take_back(id, texts::edit_rejected(reason), cx);
+                self.revert_edit(id, texts::edit_rejected(reason), cx);
             }
             EditOutcome::Refused(EditRefusal::Invalid(errors)) => {
                 let reason = errors.first().map_or_else(String::new, EditError::to_string);
-                self.take_back(id, texts::edit_refused(&reason), cx);
+                self.revert_edit(id, texts::edit_refused(&reason), cx);
             }
         }
         self.send(cx);
     }
 
-    /// Takes an edit back that the robot refused, and what was built on it.
-    fn take_back(&mut self, id: EditId, text: String, cx: &mut Context<'_>) {
+    /// Reverts an edit that the robot refused, and what was built on it.
+    fn revert_edit(&mut self, id: EditId, text: String, cx: &mut Context<'_>) {
         let dropped = self.pending.drop_with_dependents(id);
         if dropped.is_empty() {
             return;
         }
         for PendingEdit { edit, revisions, .. } in &dropped {
             self.history.forget(edit.id, revisions);
-            self.on_taken_back(edit.id);
+            self.on_reverted(edit.id);
         }
         self.rebuild();
         cx.notify(Severity::Warning, text);
@@ -281,11 +281,11 @@ impl SiteFeature {
     /// Takes a step of the history. Returns whether there was one.
     fn step(
         &mut self,
-        take: impl FnOnce(&mut UndoHistory, &mut Site, EditId) -> Result<Option<Edit>, EditError>,
+        step: impl FnOnce(&mut UndoHistory, &mut Site, EditId) -> Result<Option<Edit>, EditError>,
         cx: &mut Context<'_>,
     ) -> bool {
         let id = cx.shared.ids.edit();
-        match take(&mut self.history, &mut self.shown, id) {
+        match step(&mut self.history, &mut self.shown, id) {
             Ok(None) => false,
             Ok(Some(edit)) => {
                 let change = |change: &site_model::Change| RevisionChange {
@@ -357,8 +357,8 @@ impl Feature for SiteFeature {
         }
     }
 
-    fn on_change(&mut self, change: &Change, cx: &mut Context<'_>) {
-        if *change == Change::Connected {
+    fn on_change(&mut self, change: &SliceChange, cx: &mut Context<'_>) {
+        if *change == SliceChange::Connected {
             self.is_requested = false;
             self.retry_at = None;
             self.pending.set_all_unsent();

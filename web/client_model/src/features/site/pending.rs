@@ -67,19 +67,19 @@ impl PendingEdits {
         }
     }
 
-    /// The edits that may be sent, now counted as sent: `max` are under way at most, and none of the same objects as an earlier one.
+    /// The edits that may be sent, now counted as sent: `max` are sent and not confirmed at most, and none of the same objects as an earlier one.
     pub(super) fn take_sendable(&mut self, max: usize) -> impl Iterator<Item = Edit> {
         let mut busy = BTreeSet::new();
-        let mut under_way = self.edits.iter().filter(|pending| pending.is_sent).count();
+        let mut sent = self.edits.iter().filter(|pending| pending.is_sent).count();
         let mut sendable = Vec::new();
         for pending in &mut self.edits {
-            if under_way >= max {
+            if sent >= max {
                 break;
             }
             let ids: Vec<ObjectId> = pending.edit.changes.iter().map(Change::object_id).collect();
             if !pending.is_sent && !ids.iter().any(|id| busy.contains(id)) {
                 pending.is_sent = true;
-                under_way += 1;
+                sent += 1;
                 sendable.push(pending.edit.clone());
             }
             busy.extend(ids);

@@ -45,7 +45,7 @@ impl TopomapProgress {
     }
 
     /// Whether an edit that has come is the operator's. It is then no longer waited for.
-    pub(super) fn take(&mut self, edit: EditId) -> bool {
+    pub(super) fn remove_awaited(&mut self, edit: EditId) -> bool {
         let before = self.awaited.len();
         self.awaited.retain(|awaited| *awaited != edit);
         self.awaited.len() < before

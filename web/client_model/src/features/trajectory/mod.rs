@@ -1,7 +1,7 @@
 //! The path that the robot travelled: keyframes, which loop closures may move, then the estimates since the last keyframe.
 
 use super::Feature;
-use crate::shared::{Change, Context};
+use crate::shared::{Context, SliceChange};
 use api::{Estimate, GraphNode};
 use vocab::{Stamp, Vec3};
 
@@ -92,8 +92,8 @@ impl Feature for Trajectory {
         }
     }
 
-    fn on_change(&mut self, change: &Change, _cx: &mut Context<'_>) {
-        if matches!(change, Change::SessionChanged | Change::FrameChanged) {
+    fn on_change(&mut self, change: &SliceChange, _cx: &mut Context<'_>) {
+        if matches!(change, SliceChange::SessionChanged | SliceChange::FrameChanged) {
             self.clear();
         }
     }

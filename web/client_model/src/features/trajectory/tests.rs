@@ -32,7 +32,7 @@ fn what_was_walked_before_the_robot_found_itself_in_a_map_is_forgotten() {
 }
 
 #[test]
-fn the_way_follows_corrections_of_the_graph() {
+fn the_trajectory_follows_corrections_of_the_graph() {
     let mut client = TestClient::connected();
     for step in 0..30 {
         client.event(api::Event::Estimate(estimate_at(f64::from(step), f64::from(step))));

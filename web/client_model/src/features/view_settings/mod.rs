@@ -5,14 +5,14 @@ mod settings;
 pub use settings::{Bookmark, CameraPose, ColourBy, Screen, Theme, ViewSettings};
 
 use super::Feature;
-use crate::features::history::{EditResult, HistoryStep, UndoHistory};
+use crate::features::history::{EditResult, HistoryStep, ValueHistory};
 use crate::shared::Context;
 use crate::{CameraMove, ClientCommand, ClientEffect};
 
 /// The view settings with their undo history, and the screen that is on.
 #[derive(Clone, Debug)]
 pub struct ViewFeature {
-    settings: UndoHistory<ViewSettings>,
+    settings: ValueHistory<ViewSettings>,
     screen: Option<Screen>,
 }
 
@@ -24,7 +24,7 @@ impl Default for ViewFeature {
 
 impl ViewFeature {
     pub(crate) fn new(settings: ViewSettings) -> Self {
-        Self { settings: UndoHistory::new(settings), screen: None }
+        Self { settings: ValueHistory::new(settings), screen: None }
     }
 
     /// How things look.

@@ -11,7 +11,7 @@ use crate::map_name::map_name;
 use crate::message::show_message;
 use crate::{format, icon, widgets};
 use api::{Import, MAX_PAIR_RMS_M, Mapping};
-use client_model::{ClientCommand, MapAlignment, Model};
+use client_model::{AlignmentDraft, ClientCommand, Model};
 use egui::Ui;
 use vocab::MapId;
 
@@ -26,7 +26,8 @@ pub(crate) struct AlignmentPanel;
 
 impl FeaturePanel for AlignmentPanel {
     fn show_messages(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>) {
-        let is_picking = |alignment: &&MapAlignment| alignment.reference.is_some() && alignment.job.is_none();
+        let is_picking =
+            |alignment: &&AlignmentDraft| alignment.reference.is_some() && alignment.job.is_none();
         let Some(alignment) = cx.model.alignment().filter(is_picking) else { return };
         let (tokens, sentence) = (cx.tokens, next_step(cx.model, alignment));
         show_message(ui, tokens, tokens.accent, icon::ARROWS_DOWN_UP, &sentence, |ui| {
@@ -66,7 +67,7 @@ pub(crate) fn show_offer(ui: &mut Ui, cx: &mut PanelContext<'_>, map: MapId) {
 }
 
 /// The card while an alignment is prepared.
-fn show(ui: &mut Ui, cx: &mut PanelContext<'_>, alignment: &MapAlignment) {
+fn show(ui: &mut Ui, cx: &mut PanelContext<'_>, alignment: &AlignmentDraft) {
     let tokens = cx.tokens;
     widgets::head(ui, tokens, &texts::align(map_name(cx.model, alignment.map)));
     match alignment.reference {
@@ -104,7 +105,7 @@ fn show_references(ui: &mut Ui, cx: &mut PanelContext<'_>, map: MapId) {
 }
 
 /// The reference, the number of pairs, and how well they agree. Returns whether they contradict each other.
-fn show_agreement(ui: &mut Ui, cx: &PanelContext<'_>, alignment: &MapAlignment, reference: MapId) -> bool {
+fn show_agreement(ui: &mut Ui, cx: &PanelContext<'_>, alignment: &AlignmentDraft, reference: MapId) -> bool {
     let tokens = cx.tokens;
     widgets::fact(ui, tokens, texts::REFERENCE, map_name(cx.model, reference));
     widgets::fact(ui, tokens, texts::PAIRS, &format::count(alignment.pairs.len() as u64));
@@ -128,7 +129,7 @@ fn show_job(ui: &mut Ui, cx: &mut PanelContext<'_>) {
 }
 
 /// Views the other one of the two maps.
-fn show_view_button(ui: &mut Ui, cx: &mut PanelContext<'_>, alignment: &MapAlignment, reference: MapId) {
+fn show_view_button(ui: &mut Ui, cx: &mut PanelContext<'_>, alignment: &AlignmentDraft, reference: MapId) {
     let model = cx.model;
     let other = if model.viewed_map() == Some(reference) { alignment.map } else { reference };
     let name = texts::view(map_name(model, other));
@@ -137,7 +138,7 @@ fn show_view_button(ui: &mut Ui, cx: &mut PanelContext<'_>, alignment: &MapAlign
     }
 }
 
-fn show_remove_button(ui: &mut Ui, cx: &mut PanelContext<'_>, alignment: &MapAlignment) {
+fn show_remove_button(ui: &mut Ui, cx: &mut PanelContext<'_>, alignment: &AlignmentDraft) {
     let button = Button::new(texts::REMOVE_POINT).text(texts::REMOVE_POINT_SHORT);
     let button = button.icon(icon::ARROW_COUNTER_CLOCKWISE).hint(texts::REMOVE_POINT_KEYS);
     if button.enabled(has_points(alignment)).wide(ui).show(ui, cx.tokens).clicked() {
@@ -146,7 +147,7 @@ fn show_remove_button(ui: &mut Ui, cx: &mut PanelContext<'_>, alignment: &MapAli
 }
 
 /// Starts the job: by the picked points, or by appearance if there are none.
-fn show_start(ui: &mut Ui, cx: &mut PanelContext<'_>, alignment: &MapAlignment, contradictory: bool) {
+fn show_start(ui: &mut Ui, cx: &mut PanelContext<'_>, alignment: &AlignmentDraft, contradictory: bool) {
     let tokens = cx.tokens;
     let connected = cx.model.is_connected();
     let clicked = if has_points(alignment) {
@@ -166,12 +167,12 @@ fn show_start(ui: &mut Ui, cx: &mut PanelContext<'_>, alignment: &MapAlignment, 
     }
 }
 
-fn has_points(alignment: &MapAlignment) -> bool {
+fn has_points(alignment: &AlignmentDraft) -> bool {
     !alignment.pairs.is_empty() || alignment.unpaired.is_some()
 }
 
 /// What the operator does next.
-fn next_step(model: &Model, alignment: &MapAlignment) -> String {
+fn next_step(model: &Model, alignment: &AlignmentDraft) -> String {
     let Some(next) = alignment.next_map() else { return texts::ENOUGH_POINTS.to_owned() };
     let map = map_name(model, next);
     if model.viewed_map() != Some(next) {

@@ -30,7 +30,7 @@ pub(crate) struct DrivingPanel {
 impl FeaturePanel for DrivingPanel {
     fn update(&mut self, ctx: &Context, cx: &mut PanelContext<'_>) {
         if !ctx.egui_wants_keyboard_input()
-            && is_stop_pressed(ctx, cx.frame.is_escape_taken || cx.frame.scene_drag.is_under_way)
+            && is_stop_pressed(ctx, cx.frame.is_escape_consumed || cx.frame.scene_drag.is_active)
         {
             cx.commands.push(ClientCommand::StopMotion);
         }
@@ -64,9 +64,9 @@ impl DrivingPanel {
         let limits = speed_limits(model).filter(|_| model.viewed_map().is_none() && !cx.is_scene_covered());
         let commanded = limits.and_then(|limits| {
             // While tasks are dragged, the arrow keys move them; over pictures, they go on to the next.
-            let are_keys_taken =
+            let are_keys_consumed =
                 ctx.egui_wants_keyboard_input() || model.missions.drag().is_some() || cx.frame.is_covered;
-            let from_keys = if are_keys_taken { None } else { ctx.input(deflection_of_keys) };
+            let from_keys = if are_keys_consumed { None } else { ctx.input(deflection_of_keys) };
             let from_joystick = || self.deflection.map(joystick::shaped);
             from_keys.or_else(from_joystick).map(|deflection| deflection.velocity(&limits))
         });
@@ -78,10 +78,10 @@ impl DrivingPanel {
 
 /// Escape stops whatever else it does, except where it keeps a name, ends a drag or closes a question: whoever does that has no danger in mind. Space stops unless
 /// it presses the focused button.
-fn is_stop_pressed(ctx: &Context, is_escape_taken: bool) -> bool {
+fn is_stop_pressed(ctx: &Context, is_escape_consumed: bool) -> bool {
     let is_nothing_focused = ctx.memory(|memory| memory.focused().is_none());
     ctx.input(|input| {
-        (!is_escape_taken && input.key_pressed(Key::Escape))
+        (!is_escape_consumed && input.key_pressed(Key::Escape))
             || (is_nothing_focused && input.key_pressed(Key::Space))
     })
 }
@@ -102,8 +102,8 @@ struct Deflection {
 
 impl Deflection {
     fn velocity(self, limits: &SpeedLimits) -> Twist {
-        let linear = Vec3::new(self.ahead * limits.forward_mps, self.left * limits.sideways_mps, 0.0);
-        Twist { linear, angular: Vec3::new(0.0, 0.0, self.turn_left * limits.turn_radps) }
+        let linear = Vec3::new(self.ahead * limits.forward_m_s, self.left * limits.sideways_m_s, 0.0);
+        Twist { linear, angular: Vec3::new(0.0, 0.0, self.turn_left * limits.turn_rad_s) }
     }
 }
 
@@ -132,7 +132,7 @@ fn show_state(ui: &mut Ui, cx: &mut PanelContext<'_>) {
         Motion::Walking { remaining_m, .. } => Some(*remaining_m),
         _ => None,
     };
-    widgets::remark(ui, tokens, &texts::speed_and_distance(robot::speed_mps(model), remaining_m));
+    widgets::remark(ui, tokens, &texts::speed_and_distance(robot::speed_m_s(model), remaining_m));
     if model.is_controlled_by_other() {
         control::show_controlled_by_other(ui, cx);
     } else {

@@ -14,7 +14,7 @@ fn a_stopped_robot_offers_to_allow_motion() {
 
 /// A robot that told limits unlike those of any other.
 fn with_limits() -> TestClient {
-    let manual_limits = Some(SpeedLimits { forward_mps: 0.7, sideways_mps: 0.2, turn_radps: 0.6 });
+    let manual_limits = Some(SpeedLimits { forward_m_s: 0.7, sideways_m_s: 0.2, turn_rad_s: 0.6 });
     TestClient::connected().event(Event::Platform(Platform { manual_limits, ..Platform::default() }))
 }
 

@@ -14,8 +14,8 @@ pub(super) const ALLOW: &str = "Allow motion";
 pub(super) const ALLOW_SHORT: &str = "Allow";
 
 /// The speed, and the distance that remains of a walk.
-pub(super) fn speed_and_distance(speed_mps: f64, remaining_m: Option<f64>) -> String {
-    let speed = format::speed(speed_mps);
+pub(super) fn speed_and_distance(speed_m_s: f64, remaining_m: Option<f64>) -> String {
+    let speed = format::speed(speed_m_s);
     match remaining_m {
         Some(remaining_m) => format!("{speed} · {} to go", format::distance(remaining_m)),
         None => speed,

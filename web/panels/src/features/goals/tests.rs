@@ -2,7 +2,8 @@
 
 use crate::test_support::{ME, TestClient, click, value};
 use api::{
-    Executive, ExecutiveState, Goal, GoalAttempt, GoalFailure, GoalKind, GoalProgress, GoalStatus, WaitReason,
+    ExecutiveState, ExecutiveStatus, Goal, GoalAttempt, GoalFailure, GoalKind, GoalProgress, GoalStatus,
+    WaitReason,
 };
 use client_model::{ClientCommand, ClientEvent, ClientTime};
 use egui_kittest::kittest::Queryable;
@@ -19,7 +20,7 @@ fn report(client: TestClient, state: ExecutiveState, status: GoalStatus) -> Test
         accepted: Stamp::EPOCH,
         status,
     };
-    let executive = Executive { state, ..Executive::default() };
+    let executive = ExecutiveStatus { state, ..ExecutiveStatus::default() };
     client.event(api::Event::Executive(executive)).event(api::Event::Goals(vec![goal]))
 }
 
@@ -67,7 +68,7 @@ fn every_state_of_the_executive_has_a_word() {
         (ExecutiveState::Executing, "Executing a goal"),
         (ExecutiveState::Idle, "Idle"),
     ] {
-        let executive = Executive { state, ..Executive::default() };
+        let executive = ExecutiveStatus { state, ..ExecutiveStatus::default() };
         let client = TestClient::connected().event(api::Event::Executive(executive));
         let harness = client.shown(1440.0, 900.0);
         assert_eq!(value(&harness, "Executive"), word);

@@ -58,8 +58,8 @@ pub(super) fn outcome_word(status: &GoalStatus) -> &'static str {
 /// What became of a goal, and what to do next.
 pub(super) fn outcome(goal: &Goal) -> String {
     match &goal.status {
-        GoalStatus::Succeeded { took, .. } => {
-            let took = format::duration(took.secs_f64());
+        GoalStatus::Succeeded { duration, .. } => {
+            let took = format::duration(duration.secs_f64());
             match goal.kind {
                 GoalKind::WalkTo(_) | GoalKind::GoToNode(_) => {
                     format!("The robot reached its goal in {took}.")

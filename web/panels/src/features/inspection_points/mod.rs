@@ -60,7 +60,7 @@ impl FeaturePanel for InspectionPointsPanel {
             _ => return,
         };
         // Whoever ends it has no danger in mind.
-        cx.frame.is_escape_taken = true;
+        cx.frame.is_escape_consumed = true;
         show_message(ui, cx.tokens, cx.tokens.accent, icon::CAMERA, hint, |_| {});
     }
 

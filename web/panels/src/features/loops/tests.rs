@@ -158,8 +158,8 @@ fn who_does_not_control_is_told_why_nothing_can_be_decided() {
         )
     };
     assert!(!harness.state().commands.iter().any(forbidden), "{:?}", harness.state().commands);
-    let told = harness.get_all_by_value("Anna controls the robot. Take control to decide on loops.");
-    assert!(told.count() >= 1);
+    let remarks = harness.get_all_by_value("Anna controls the robot. Take control to decide on loops.");
+    assert!(remarks.count() >= 1);
 }
 
 #[test]

@@ -180,7 +180,7 @@ pub(crate) fn show_actions(
 /// The field in the place of a map's name, and its buttons. Ends the renaming when the name is given or kept.
 pub(crate) fn show_rename(ui: &mut Ui, cx: &mut PanelContext<'_>, rename: &mut Option<Rename>) {
     let Some(Rename { map, name }) = rename else { return };
-    cx.frame.is_escape_taken = true;
+    cx.frame.is_escape_consumed = true;
     let tokens = cx.tokens;
     let field =
         TextInput::new(("rename", map.0), texts::NEW_NAME).max_length(MAX_MAP_NAME_CHARS as u32).take_focus();

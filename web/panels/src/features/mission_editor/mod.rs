@@ -1,4 +1,4 @@
-//! The mission editor: name, expected time and way, the list of tasks, order and end, and running it.
+//! The mission editor: name, expected time and route, the list of tasks, order and end, and running it.
 
 mod dragging;
 mod settings;
@@ -66,7 +66,7 @@ impl FeaturePanel for MissionEditorPanel {
         let (Some(site), Some(plan)) = (model.site.site(), model.missions.plan()) else { return };
         let Some(mission) = model.missions.open().and_then(|open| site.mission(open)) else { return };
         // Escape ends a drag and declines an order, and stops nothing.
-        cx.frame.is_escape_taken |= model.missions.drag().is_some() || model.missions.is_order_proposed();
+        cx.frame.is_escape_consumed |= model.missions.drag().is_some() || model.missions.is_order_proposed();
         self.show_head(ui, cx, mission);
         show_cost(ui, cx, plan);
         show_order(ui, cx, plan);
@@ -138,14 +138,14 @@ impl MissionEditorPanel {
     }
 }
 
-/// Expected time, length of the way, and the charge of the battery that it takes.
+/// Expected time, length of the route, and the charge of the battery that it takes.
 fn show_cost(ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &MissionPlan) {
     let tokens = cx.tokens;
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 16.0;
         for (name, sign, value) in [
             (texts::TIME, icon::CLOCK_COUNTDOWN, texts::time(plan.time_s)),
-            (texts::WAY, icon::PATH, texts::way(plan.length_m)),
+            (texts::ROUTE, icon::PATH, texts::route(plan.length_m)),
             (texts::CHARGE, icon::BATTERY_MEDIUM, texts::charge(plan.charge_used)),
         ] {
             let parts = [
@@ -189,7 +189,7 @@ fn show_order(ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &MissionPlan) {
     });
 }
 
-/// Where the way begins, and how to see it.
+/// Where the route begins, and how to see it.
 fn show_start(ui: &mut Ui, cx: &mut PanelContext<'_>, site: &Site, plan: &MissionPlan) {
     let (model, tokens) = (cx.model, cx.tokens);
     let site_map = site.settings().and_then(|settings| settings.map);

@@ -88,9 +88,9 @@ fn show_end(ui: &mut Ui, cx: &mut PanelContext<'_>, site: &Site, mission: &mut M
     }
 }
 
-/// The way after the last task, with its time or why there is none.
+/// The route after the last task, with its time or why there is none.
 fn show_end_text(ui: &mut Ui, cx: &PanelContext<'_>, site: &Site, plan: &MissionPlan) {
-    let text = match plan.end.way.last() {
+    let text = match plan.end.route.last() {
         Some(node) => {
             let dock = site.docks().find(|dock| dock.node == *node).map(|dock| dock.name.as_str());
             let place = dock.unwrap_or_else(|| name_of(site, *node));
@@ -106,7 +106,7 @@ fn show_end_text(ui: &mut Ui, cx: &PanelContext<'_>, site: &Site, plan: &Mission
     }
 }
 
-/// Where the way begins.
+/// Where the route begins.
 pub(super) fn start_text(site: &Site, plan: &MissionPlan) -> String {
     match plan.start {
         None if plan.mission.tasks.is_empty() => texts::EMPTY.to_owned(),

@@ -4,7 +4,7 @@ use super::dragging::{self, KeyboardDrag, ROW_HEIGHT};
 use super::texts;
 use crate::feature_panel::PanelContext;
 use crate::features::action_form::show_problem;
-use crate::features::mission_task::row::{Mark, Row, RowResponse};
+use crate::features::mission_task::row::{Mark, RowResponse, TaskRow};
 use crate::features::mission_task::{self, TaskForm, push_command, show_buttons};
 use crate::theme::{self, Tokens};
 use crate::{format, layout, widgets};
@@ -186,7 +186,7 @@ fn show_row(
         let sentence = mission_task::stop_problem(site, problem);
         match problem {
             StopProblem::Parameter(..) => texts::of_action(&action, &sentence),
-            StopProblem::NoPlace | StopProblem::NoWay(..) => sentence,
+            StopProblem::NoPlace | StopProblem::NoRoute(..) => sentence,
         }
     });
     let time = stop.filter(|stop| stop.problem.is_none());
@@ -194,7 +194,7 @@ fn show_row(
     let colour = if problem.is_some() { tokens.bad } else { tokens.accent };
     let is_selected = cx.model.missions.selected().contains(&task.id) && cx.model.missions.drag().is_none();
     let (name, handle_name) = (texts::task(number, &title), texts::move_task(number, &title));
-    let row = Row {
+    let row = TaskRow {
         name: &name,
         handle_name: Some(&handle_name),
         mark: Mark::Number(number, colour),
@@ -265,7 +265,7 @@ fn show_ghost(ui: &Ui, cx: &PanelContext<'_>, site: &Site, plan: &MissionPlan) {
             let (rect, _) = ui.allocate_exact_size(vec2(width, ROW_HEIGHT), Sense::hover());
             ui.painter()
                 .add(theme::drag_shadow(tokens).as_shape(rect, CornerRadius::same(theme::BUTTON_RADIUS)));
-            let row = Row {
+            let row = TaskRow {
                 name: "",
                 handle_name: None,
                 mark: Mark::Icon(crate::icon::PLUS),

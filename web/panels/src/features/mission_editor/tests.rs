@@ -64,7 +64,7 @@ fn a_task_is_dragged_by_its_handle_or_its_row_and_one_drag_is_one_undo() {
 }
 
 #[test]
-fn an_entry_of_the_palette_is_dragged_into_the_list_and_its_way_shown_meanwhile() {
+fn an_entry_of_the_palette_is_dragged_into_the_list_and_its_route_shown_meanwhile() {
     let mut harness = with_mission(&[point(2), point(4)]).shown(1440.0, 900.0);
     let before = value(&harness, "Way");
     let second = harness.get_by_label("Task 2 P4").rect().center();

@@ -9,7 +9,7 @@ pub(super) const UNDO: &str = "Undo edit";
 pub(super) const REDO: &str = "Redo edit";
 pub(super) const TIME: &str = "Expected time";
 pub(super) const CHARGE: &str = "Expected charge";
-pub(super) const WAY: &str = "Way";
+pub(super) const ROUTE: &str = "Way";
 pub(super) const EMPTY: &str = "Drag places and actions here.";
 pub(super) const DROP_HERE: &str = "Drop here";
 pub(super) const ADD: &str = "Add tasks";
@@ -75,7 +75,7 @@ pub(super) fn charge(used: f64) -> String {
     format!("{:.0} %", (100.0 * used).ceil())
 }
 
-pub(super) fn way(length_m: f64) -> String {
+pub(super) fn route(length_m: f64) -> String {
     if length_m < 1000.0 { format!("{length_m:.0} m") } else { format::distance(length_m) }
 }
 
@@ -100,7 +100,7 @@ pub(super) fn gain(saved_s: f64, saved_m: f64, is_shortest: bool) -> String {
         format!(
             "{order} saves {} and {} of walking. The list and the map show it.",
             time(saved_s),
-            way(saved_m)
+            route(saved_m)
         )
     }
 }

@@ -100,7 +100,7 @@ impl MissionListPanel {
             open(cx, mission.id);
         }
         if self.deletion == Some(mission.id) {
-            cx.frame.is_escape_taken = true;
+            cx.frame.is_escape_consumed = true;
             widgets::tinted_box(ui, tokens, tokens.bad, |ui| {
                 widgets::sentence(ui, tokens, &texts::deletion(name, &schedules, &monitors));
                 ui.horizontal(|ui| {

@@ -5,7 +5,7 @@ mod tests;
 mod texts;
 
 use crate::feature_panel::{FeaturePanel, PanelContext};
-use crate::features::mission_task::row::{Mark, Row};
+use crate::features::mission_task::row::{Mark, TaskRow};
 use crate::features::mission_task::{self, push_edit};
 use crate::theme;
 use crate::{TextInput, TextInputKind, Width, icon, layout, screens, widgets};
@@ -113,7 +113,7 @@ fn show_entry(
         NewTask::Action(name) => mission_task::icon_of(Some(name)),
     };
     let name = texts::add(new, title);
-    let row = Row {
+    let row = TaskRow {
         name: &name,
         handle_name: None,
         mark: Mark::Icon(sign),

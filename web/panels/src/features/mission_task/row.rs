@@ -14,7 +14,7 @@ const HANDLE_WIDTH: f32 = 32.0;
 const DISC: f32 = 26.0;
 
 /// What a row shows.
-pub(crate) struct Row<'a> {
+pub(crate) struct TaskRow<'a> {
     /// Accessible name of the row.
     pub(crate) name: &'a str,
     /// Accessible name of its handle; `None`: the handle is for pointers only.
@@ -58,7 +58,7 @@ impl RowResponse {
     }
 }
 
-impl Row<'_> {
+impl TaskRow<'_> {
     /// Shows the row over the available width. With a mouse it can be dragged everywhere; with fingers by its handle, because a finger on the row scrolls the list.
     pub(crate) fn show(&self, ui: &mut Ui, tokens: &Tokens, id: Id, height: f32) -> RowResponse {
         let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());

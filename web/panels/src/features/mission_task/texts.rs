@@ -81,7 +81,7 @@ pub(super) fn point_option(name: &str) -> String {
 pub(super) fn stop_problem(site: &Site, problem: &StopProblem) -> String {
     match problem {
         StopProblem::NoPlace => "Its place was deleted. Choose another one, or delete the task.".to_owned(),
-        StopProblem::NoWay(from, reason) => no_way(site, *from, reason),
+        StopProblem::NoRoute(from, reason) => no_route(site, *from, reason),
         StopProblem::Parameter(field, problem) => {
             let ParameterField { title, .. } = field;
             let (unit, scale) = shown_unit(field);
@@ -94,12 +94,12 @@ pub(super) fn stop_problem(site: &Site, problem: &StopProblem) -> String {
 pub(super) fn end_problem(site: &Site, problem: &EndProblem) -> String {
     match problem {
         EndProblem::NoDock => "The site has no dock: the robot stays where the last task is.".to_owned(),
-        EndProblem::NoWay(from, reason) => no_way(site, *from, reason),
+        EndProblem::NoRoute(from, reason) => no_route(site, *from, reason),
     }
 }
 
-/// Why there is no way from a node: a sentence.
-fn no_way(site: &Site, from: NodeId, reason: &NoRoute) -> String {
+/// Why there is no route from a node: a sentence.
+fn no_route(site: &Site, from: NodeId, reason: &NoRoute) -> String {
     let name = |node: NodeId| site.node(node).map_or("?", |node| node.name.as_str());
     match reason {
         NoRoute::NoSuchNode(_) => "Its node was deleted.".to_owned(),

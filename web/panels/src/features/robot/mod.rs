@@ -57,7 +57,7 @@ pub(crate) fn motion_text(model: &Model) -> &'static str {
 }
 
 /// Horizontal speed of the robot, m/s; 0 before the first estimate.
-pub(crate) fn speed_mps(model: &Model) -> f64 {
+pub(crate) fn speed_m_s(model: &Model) -> f64 {
     model.robot.estimate.as_ref().map_or(0.0, |estimate| {
         let velocity = estimate.value.velocity.linear;
         velocity.x.hypot(velocity.y)
@@ -74,7 +74,7 @@ fn show_estimate(ui: &mut Ui, cx: &PanelContext<'_>) {
     let age = connection::stale_age_s(model).map(format::age);
     let note = age.as_deref().map(|age| (age, tokens.warn));
     let position = &estimate.value.map_from_base.position;
-    fact_with_note(ui, tokens, texts::SPEED, &format::speed(speed_mps(model)), note);
+    fact_with_note(ui, tokens, texts::SPEED, &format::speed(speed_m_s(model)), note);
     fact_with_note(ui, tokens, texts::POSITION, &format::position(position), note);
     fact(ui, tokens, texts::ACCURACY, &format::accuracy(position_sigma_m(&estimate.value)));
     fact(ui, tokens, texts::DISTANCE, &format::distance(estimate.value.distance_m));

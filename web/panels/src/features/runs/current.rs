@@ -3,7 +3,7 @@
 use super::exhibit::Exhibit;
 use super::lightbox::Lightbox;
 use super::results::{TaskOfRun, show_results};
-use super::rows::{Row, show_row};
+use super::rows::{ResultRow, show_row};
 use super::{look, texts};
 use crate::button::{Button, Kind};
 use crate::feature_panel::PanelContext;
@@ -85,7 +85,7 @@ impl CurrentRun {
     fn show_buttons(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, run: &RunStatus) {
         let tokens = cx.tokens;
         if self.aborting.is_some_and(|aborting| aborting == run.run) {
-            cx.frame.is_escape_taken = true;
+            cx.frame.is_escape_consumed = true;
             return self.show_confirmation(ui, cx, run.run);
         }
         let width = (0.5 * (ui.available_width() - 8.0)).floor();
@@ -154,7 +154,7 @@ impl CurrentRun {
         let time = task_time(cx, task, estimate);
         let name = texts::task_row(&title, state);
         let is_selected = self.open_task == Some(task.task);
-        let row = Row {
+        let row = ResultRow {
             name: &name,
             title: &title,
             facts: &facts,
@@ -205,7 +205,7 @@ pub(super) fn show_summary(
         let title = look::task_name(site, run.mission, task);
         let facts = texts::task_facts(&look::action_name(task), task);
         let state = texts::task_state(task.state);
-        let row = Row {
+        let row = ResultRow {
             name: &texts::task_row(&title, state),
             title: &title,
             facts: &facts,
@@ -291,7 +291,7 @@ fn show_head(ui: &mut Ui, cx: &PanelContext<'_>, run: &RunStatus, estimate: Opti
 fn task_time(cx: &PanelContext<'_>, task: &TaskStatus, estimate: Option<&RunEstimate>) -> String {
     let route = &cx.model.runs.route().route;
     match (task.state, route) {
-        (TaskState::Navigating, Some(route)) => texts::on_the_way(route.remaining_m, route.remaining_s),
+        (TaskState::Navigating, Some(route)) => texts::navigating(route.remaining_m, route.remaining_s),
         (state, _) if state.is_outcome() => String::new(),
         _ => estimate
             .and_then(|estimate| estimate.tasks_s.get(&task.task))

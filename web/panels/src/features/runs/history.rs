@@ -2,9 +2,9 @@
 
 use super::filter::Filter;
 use super::lightbox::Lightbox;
-use super::look::Look;
+use super::look::StateStyle;
 use super::results::{TaskOfRun, show_results};
-use super::rows::{Row, show_row};
+use super::rows::{ResultRow, show_row};
 use super::{look, texts};
 use crate::button::Button;
 use crate::feature_panel::PanelContext;
@@ -17,7 +17,7 @@ use site_model::{RunId, Site, SkipReason, Utc};
 
 /// What is shown of ended runs.
 #[derive(Debug, Default)]
-pub(super) struct History {
+pub(super) struct RunHistory {
     filter: Filter,
     open: Option<RunId>,
 }
@@ -28,7 +28,7 @@ enum Entry<'a> {
     Slot(&'a StoredSlot, SkipReason),
 }
 
-impl History {
+impl RunHistory {
     /// Shows the list.
     pub(super) fn show(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, lightbox: &mut Lightbox) {
         let (model, tokens) = (cx.model, cx.tokens);
@@ -111,7 +111,7 @@ impl History {
         let facts = texts::past_facts(site, run, run.began.map(|began| zone.to_local(began)));
         let name = texts::past_row(&title, outcome, &facts);
         let is_open = self.open == Some(run.run);
-        let row = Row {
+        let row = ResultRow {
             name: &name,
             title: &title,
             facts: &facts,
@@ -162,13 +162,13 @@ fn show_slot(
     let count = slot.details.count.unwrap_or(1);
     let facts = texts::skipped_facts(Some(at), name, &texts::skip_reason(site, reason), count);
     let state = if reason == SkipReason::Missed { texts::MISSED } else { texts::SKIPPED };
-    let row = Row {
+    let row = ResultRow {
         name: &texts::past_row(&title, state, &facts),
         title: &title,
         facts: &facts,
         state,
         time: "",
-        look: Look { colour: cx.tokens.warn, sign: icon::SKIP_FORWARD, is_filled: false },
+        look: StateStyle { colour: cx.tokens.warn, sign: icon::SKIP_FORWARD, is_filled: false },
         is_selected: false,
     };
     let id = Id::unique(("skipped slot", slot.schedule.0, slot.due.0));
@@ -197,15 +197,15 @@ fn show_content(
         let task = look::status_of(attempt);
         let title = look::attempt_name(site, run.mission, attempt);
         let state = texts::task_state(task.state);
-        let took_s = attempt.done.map(|done| (done.0 - attempt.intended.0) as f64 * 1e-9);
+        let duration_s = attempt.done.map(|done| (done.0 - attempt.intended.0) as f64 * 1e-9);
         let action = look::action_name(&task);
         let facts = texts::task_facts(&action, &task);
-        let row = Row {
+        let row = ResultRow {
             name: &texts::task_row(&title, state),
             title: &title,
             facts: &facts,
             state,
-            time: &took_s.map(format::elapsed).unwrap_or_default(),
+            time: &duration_s.map(format::elapsed).unwrap_or_default(),
             look: look::of_task(tokens, task.state),
             is_selected: false,
         };

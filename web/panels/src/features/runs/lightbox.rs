@@ -1,7 +1,7 @@
 //! Pictures and spectra large, over everything but the top bar: one, or side by side with the last one of the same inspection point.
 
 use super::exhibit::{Exhibit, exhibits, viewable};
-use super::picture_paint::{paint_picture, paint_scale, paint_spot, show_note};
+use super::picture_paint::{paint_marker, paint_picture, paint_scale, show_note};
 use super::picture_view::{PictureView, ZOOM_STEP, middle_of, pixel_at};
 use super::{look, spectrum, texts};
 use crate::button::{Button, Kind};
@@ -78,7 +78,7 @@ impl Lightbox {
     pub(super) fn show(&mut self, ctx: &Context, cx: &mut PanelContext<'_>) {
         let Some((run, mission, number)) = self.open else { return };
         // Whether or not Escape has just closed it, it was meant for that.
-        cx.frame.is_escape_taken = true;
+        cx.frame.is_escape_consumed = true;
         let model = cx.model;
         let (Some(site), Some(Ok(content))) = (model.site.site(), model.runs.content(run)) else { return };
         let all = exhibits(site, mission, content);
@@ -323,18 +323,18 @@ impl Lightbox {
                 paint_picture(ui, texture.id(), shown, rect);
                 let pointer = response.hover_pos().filter(|at| rect.contains(*at));
                 let pixel = pointer.and_then(|at| pixel_at(at, shown, picture.size()));
-                let spots = [(picture.warmest(), texts::WARMEST), (pixel, texts::HERE)];
+                let markers = [(picture.warmest(), texts::WARMEST), (pixel, texts::HERE)];
                 let mut read = None;
-                for (pixel, what) in spots {
+                for (pixel, what) in markers {
                     let Some((pixel, celsius)) = pixel.and_then(|it| Some((it, picture.at(it[0], it[1])?)))
                     else {
                         continue;
                     };
-                    paint_spot(
+                    paint_marker(
                         ui,
                         rect,
                         middle_of(pixel, shown, picture.size()),
-                        &texts::spot(what, celsius),
+                        &texts::marker(what, celsius),
                     );
                     read = Some(celsius);
                 }

@@ -12,7 +12,7 @@ use uuid::Uuid;
 
 /// Colour and sign of a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Look {
+pub(super) struct StateStyle {
     pub(super) colour: Color32,
     pub(super) sign: &'static str,
     /// Whether the row has the colour as its ground; else only its edge has.
@@ -20,7 +20,7 @@ pub(super) struct Look {
 }
 
 /// The look of a task: done is green, on the way light blue, failed red.
-pub(super) fn of_task(tokens: &Tokens, state: TaskState) -> Look {
+pub(super) fn of_task(tokens: &Tokens, state: TaskState) -> StateStyle {
     let (colour, sign, is_filled) = match state {
         TaskState::Waiting => (tokens.line, icon::CLOCK, false),
         TaskState::Navigating => (tokens.accent, icon::ARROW_RIGHT, true),
@@ -32,11 +32,11 @@ pub(super) fn of_task(tokens: &Tokens, state: TaskState) -> Look {
         TaskState::Skipped => (tokens.warn, icon::SKIP_FORWARD, false),
         TaskState::Cancelled => (tokens.dim, icon::X, false),
     };
-    Look { colour, sign, is_filled }
+    StateStyle { colour, sign, is_filled }
 }
 
 /// The look of a run.
-pub(super) fn of_run(tokens: &Tokens, state: RunState) -> Look {
+pub(super) fn of_run(tokens: &Tokens, state: RunState) -> StateStyle {
     let (colour, sign) = match state {
         RunState::Queued => (tokens.dim, icon::CLOCK),
         RunState::Running | RunState::Ending => (tokens.accent, icon::PLAY),
@@ -47,7 +47,7 @@ pub(super) fn of_run(tokens: &Tokens, state: RunState) -> Look {
         RunState::Failed => (tokens.bad, icon::X_CIRCLE),
         RunState::Cancelled | RunState::Interrupted => (tokens.dim, icon::X_CIRCLE),
     };
-    Look { colour, sign, is_filled: false }
+    StateStyle { colour, sign, is_filled: false }
 }
 
 /// Name of a mission.

@@ -23,7 +23,7 @@ use crate::{icon, screens};
 use client_model::{ClientCommand, RunEstimate, estimate_run};
 use current::CurrentRun;
 use egui::{Context, Ui};
-use history::History;
+use history::RunHistory;
 use lightbox::Lightbox;
 use site_model::RunId;
 
@@ -38,7 +38,7 @@ const HISTORY: Tab = Tab { screen: screens::RUNS, name: texts::HISTORY_TAB, scro
 #[derive(Debug, Default)]
 pub(crate) struct RunsPanel {
     current: CurrentRun,
-    history: History,
+    history: RunHistory,
     lightbox: Lightbox,
     /// What the run under way takes, with the run and the revision of the site that it was computed for.
     estimate: Option<(RunId, u64, Option<RunEstimate>)>,

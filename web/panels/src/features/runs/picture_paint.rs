@@ -20,7 +20,7 @@ pub(super) fn show_note(ui: &Ui, tokens: &Tokens, rect: Rect, sentence: &str) {
 }
 
 /// A cross with a temperature beside it, legible on every colour.
-pub(super) fn paint_spot(ui: &Ui, clip: Rect, at: egui::Pos2, text: &str) {
+pub(super) fn paint_marker(ui: &Ui, clip: Rect, at: egui::Pos2, text: &str) {
     let painter = ui.painter_at(clip);
     for (width, colour) in [(4.0, Color32::from_black_alpha(200)), (1.5, Color32::WHITE)] {
         painter.line_segment([at - vec2(8.0, 0.0), at + vec2(8.0, 0.0)], (width, colour));

@@ -1,6 +1,6 @@
 //! Rows of tasks and runs.
 
-use super::look::Look;
+use super::look::StateStyle;
 use crate::paint::{focus_ring, icon_at, one_line};
 use crate::theme::{self, Tokens, Weight, font, mix};
 use egui::{Align2, CornerRadius, Id, Rect, Response, Role, Sense, Ui, WidgetInfo, pos2, vec2};
@@ -11,7 +11,7 @@ const HEIGHT: f32 = 52.0;
 const SIDE_WIDTH: f32 = 98.0;
 
 /// A row.
-pub(super) struct Row<'a> {
+pub(super) struct ResultRow<'a> {
     /// Its accessible name.
     pub(super) name: &'a str,
     pub(super) title: &'a str,
@@ -19,12 +19,12 @@ pub(super) struct Row<'a> {
     /// At the right: the state, and below it a time.
     pub(super) state: &'a str,
     pub(super) time: &'a str,
-    pub(super) look: Look,
+    pub(super) look: StateStyle,
     pub(super) is_selected: bool,
 }
 
 /// Shows a row, which can be pressed.
-pub(super) fn show_row(ui: &mut Ui, tokens: &Tokens, id: Id, row: &Row<'_>) -> Response {
+pub(super) fn show_row(ui: &mut Ui, tokens: &Tokens, id: Id, row: &ResultRow<'_>) -> Response {
     let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), HEIGHT), Sense::hover());
     let response = ui.interact(rect, id, Sense::click());
     response.widget_info(|| WidgetInfo::selected(Role::Button, true, row.is_selected, row.name));

@@ -88,7 +88,7 @@ fn run(state: RunState, tasks: [TaskState; 5]) -> RunStatus {
     }
 }
 
-const UNDER_WAY: [TaskState; 5] =
+const TASK_STATES: [TaskState; 5] =
     [TaskState::Succeeded, TaskState::Failed, TaskState::Navigating, TaskState::Waiting, TaskState::Waiting];
 
 pub(super) fn client(status: MissionStatus) -> TestClient {
@@ -100,7 +100,7 @@ pub(super) fn client(status: MissionStatus) -> TestClient {
 }
 
 fn running() -> MissionStatus {
-    MissionStatus { runs: vec![run(RunState::Running, UNDER_WAY)], ..MissionStatus::default() }
+    MissionStatus { runs: vec![run(RunState::Running, TASK_STATES)], ..MissionStatus::default() }
 }
 
 fn asked(harness: &Harness<'_, TestClient>, kind: MissionCommandKind) -> bool {
@@ -108,7 +108,7 @@ fn asked(harness: &Harness<'_, TestClient>, kind: MissionCommandKind) -> bool {
 }
 
 #[test]
-fn the_run_under_way_shows_each_task_with_its_state_in_words() {
+fn the_active_run_shows_each_task_with_its_state_in_words() {
     let harness = client(running()).shown(1440.0, 900.0);
     for name in ["Pump hall, done", "Cable tray, failed", "Gauge east, on the way", "Tank, waiting"] {
         assert!(harness.query_by_label(name).is_some(), "{name}");
@@ -133,7 +133,7 @@ fn a_run_is_paused_resumed_cancelled_and_a_task_skipped_and_done_again() {
     click(&mut harness, "Skip task Tank");
     assert!(asked(&harness, MissionCommandKind::SkipTask(RUN, task_id(3))));
 
-    let paused = MissionStatus { runs: vec![run(RunState::Paused, UNDER_WAY)], ..MissionStatus::default() };
+    let paused = MissionStatus { runs: vec![run(RunState::Paused, TASK_STATES)], ..MissionStatus::default() };
     let mut harness = client(paused).shown(1440.0, 900.0);
     click(&mut harness, "Resume");
     assert!(asked(&harness, MissionCommandKind::Resume(RUN)));
@@ -173,7 +173,7 @@ fn a_mission_is_started_where_none_runs_and_the_queue_is_shortened() {
     let mut harness = client(MissionStatus::default()).shown(1440.0, 900.0);
     click(&mut harness, "Run Round A");
     assert!(harness.state().emitted(&ClientCommand::StartMission { mission: MISSION, is_queued: false }));
-    let mut queued = run(RunState::Queued, UNDER_WAY);
+    let mut queued = run(RunState::Queued, TASK_STATES);
     queued.tasks.clear();
     let mut harness =
         client(MissionStatus { runs: vec![queued], ..MissionStatus::default() }).shown(1440.0, 900.0);
@@ -363,7 +363,7 @@ fn slots_that_were_skipped_stand_between_the_runs_with_the_reason() {
 }
 
 #[test]
-fn pictures_of_the_run_under_way_are_shown_as_they_come() {
+fn pictures_of_the_active_run_are_shown_as_they_come() {
     let mut harness = client(running()).shown(1440.0, 900.0);
     assert!(harness.query_by_label("Show photo.jpg of Pump hall").is_none());
     let attempt = format!(

@@ -184,7 +184,7 @@ pub(super) fn route_wait(wait: &RouteWait) -> String {
     text.to_owned()
 }
 
-pub(super) fn on_the_way(remaining_m: f64, remaining_s: f64) -> String {
+pub(super) fn navigating(remaining_m: f64, remaining_s: f64) -> String {
     format!("{} · {}", format::distance(remaining_m), format::elapsed(remaining_s))
 }
 
@@ -399,7 +399,7 @@ pub(super) fn celsius(celsius: f64) -> String {
 }
 
 /// `warmest 62.1 °C`.
-pub(super) fn spot(what: &str, celsius: f64) -> String {
+pub(super) fn marker(what: &str, celsius: f64) -> String {
     format!("{what} {celsius:.1} °C")
 }
 

@@ -1,6 +1,6 @@
 //! The next two weeks as a list, a day after the other.
 
-use super::plan_cache::{MINUTE_NS, Plan};
+use super::plan_cache::{CachedPlan, MINUTE_NS};
 use super::state::SchedulePanel;
 use super::{drag, texts};
 use crate::button::Button;
@@ -18,7 +18,7 @@ const MAX_OF_ONE_DAY: usize = 24;
 
 impl SchedulePanel {
     /// Shows the list.
-    pub(super) fn show_agenda(&self, ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &Plan, site: &Site) {
+    pub(super) fn show_agenda(&self, ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &CachedPlan, site: &Site) {
         let last = day_number(plan.zone.to_local(plan.now).date) + DAYS;
         let due: Vec<&Occurrence> =
             plan.outlook.occurrences.iter().take_while(|it| day_number(plan.local(it).date) < last).collect();
@@ -40,7 +40,7 @@ impl SchedulePanel {
 fn show_day(
     ui: &mut Ui,
     cx: &mut PanelContext<'_>,
-    plan: &Plan,
+    plan: &CachedPlan,
     site: &Site,
     day: LocalDate,
     of_day: &[&Occurrence],

@@ -1,6 +1,6 @@
 //! Drags: a mission from the list into the week, or an occurrence to another time; with the pointer or by keys.
 
-use super::plan_cache::Plan;
+use super::plan_cache::CachedPlan;
 use super::state::{Drag, Dragged, Question, SchedulePanel};
 use crate::feature_panel::PanelContext;
 use client_model::{ChangeScope, ClientCommand, ScheduleSelection};
@@ -9,7 +9,7 @@ use site_model::{LocalDateTime, MissionId, Recurrence, ScheduleId};
 
 impl SchedulePanel {
     /// What is dragged is let go.
-    pub(super) fn drop_dragged(&mut self, cx: &mut PanelContext<'_>, plan: &Plan) {
+    pub(super) fn drop_dragged(&mut self, cx: &mut PanelContext<'_>, plan: &CachedPlan) {
         let Some(Drag { dragged, target: Some(to), .. }) = self.drag.take() else { return };
         match dragged {
             Dragged::Mission(mission) => add_schedule(cx, mission, to),
@@ -22,7 +22,7 @@ impl SchedulePanel {
     pub(super) fn move_slot(
         &mut self,
         cx: &mut PanelContext<'_>,
-        plan: &Plan,
+        plan: &CachedPlan,
         schedule: ScheduleId,
         from: LocalDateTime,
         to: LocalDateTime,
@@ -65,7 +65,7 @@ pub(super) fn select(cx: &mut PanelContext<'_>, schedule: ScheduleId, slot: Opti
 }
 
 /// The next whole hour, for a schedule that is made without a drag.
-pub(super) fn next_hour(plan: &Plan) -> LocalDateTime {
+pub(super) fn next_hour(plan: &CachedPlan) -> LocalDateTime {
     let now = minute_number(plan.zone.to_local(plan.now));
     let hour = local_of(now.div_euclid(60) * 60 + 60);
     LocalDateTime { date: date_of(day_number(hour.date)), ..hour }

@@ -52,7 +52,7 @@ impl TypedFields {
 }
 
 /// A value with buttons for the one before and the one after.
-pub(super) struct Stepper<'a> {
+pub(super) struct StepperField<'a> {
     /// Distinguishes it from all other fields.
     pub(super) key: &'a str,
     /// Its accessible name.
@@ -65,13 +65,13 @@ pub(super) struct Stepper<'a> {
 
 /// What a stepper was told.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Step {
+pub(super) enum StepperInput {
     Earlier,
     Later,
     Typed(String),
 }
 
-impl Stepper<'_> {
+impl StepperField<'_> {
     /// Shows it in a row of its own, with `spare` points left free at its right.
     pub(super) fn show(
         self,
@@ -79,7 +79,7 @@ impl Stepper<'_> {
         cx: &mut PanelContext<'_>,
         typed: &mut TypedFields,
         spare: f32,
-    ) -> Option<Step> {
+    ) -> Option<StepperInput> {
         let tokens = cx.tokens;
         let mut step = None;
         ui.spacing_mut().item_spacing.x = 4.0;
@@ -95,7 +95,7 @@ impl Stepper<'_> {
             );
         }
         if Button::icon_only(&texts::earlier(self.name), icon::MINUS).show(ui, tokens).clicked() {
-            step = Some(Step::Earlier);
+            step = Some(StepperInput::Earlier);
         }
         let width = (ui.available_width() - theme::TOUCH - 4.0 - spare).max(60.0);
         let text = typed.text(self.key, self.shown);
@@ -110,23 +110,23 @@ impl Stepper<'_> {
             let given = text.clone();
             typed.forget(self.key);
             if given != self.shown {
-                step = Some(Step::Typed(given));
+                step = Some(StepperInput::Typed(given));
             }
         }
         if Button::icon_only(&texts::later(self.name), icon::PLUS).show(ui, tokens).clicked() {
-            step = Some(Step::Later);
+            step = Some(StepperInput::Later);
         }
         step
     }
 }
 
 /// The time after a step of 15 minutes, or as it was typed: `9`, `9:30`, `930`.
-pub(super) fn stepped_time(time: LocalTime, step: &Step) -> Option<LocalTime> {
+pub(super) fn stepped_time(time: LocalTime, step: &StepperInput) -> Option<LocalTime> {
     let minute = i64::from(time.hour) * 60 + i64::from(time.minute);
     match step {
-        Step::Earlier => Some(time_of((minute - 1).div_euclid(15) * 15)),
-        Step::Later => Some(time_of(minute.div_euclid(15) * 15 + 15)),
-        Step::Typed(text) => parse_time(text),
+        StepperInput::Earlier => Some(time_of((minute - 1).div_euclid(15) * 15)),
+        StepperInput::Later => Some(time_of(minute.div_euclid(15) * 15 + 15)),
+        StepperInput::Typed(text) => parse_time(text),
     }
 }
 
@@ -148,11 +148,11 @@ pub(crate) fn parse_time(text: &str) -> Option<LocalTime> {
 }
 
 /// The day before or after, or as it was typed: `2026-11-25`.
-pub(super) fn stepped_date(date: LocalDate, step: &Step) -> Option<LocalDate> {
+pub(super) fn stepped_date(date: LocalDate, step: &StepperInput) -> Option<LocalDate> {
     match step {
-        Step::Earlier => Some(date_of(day_number(date) - 1)),
-        Step::Later => Some(date_of(day_number(date) + 1)),
-        Step::Typed(text) => parse_date(text),
+        StepperInput::Earlier => Some(date_of(day_number(date) - 1)),
+        StepperInput::Later => Some(date_of(day_number(date) + 1)),
+        StepperInput::Typed(text) => parse_date(text),
     }
 }
 
@@ -168,18 +168,18 @@ pub(crate) fn parse_date(text: &str) -> Option<LocalDate> {
 }
 
 /// An interval in minutes, longer or shorter, or as it was typed: `90`, `90 min`, `4 h`, `2 d`.
-pub(super) fn stepped_interval(minutes: i64, step: &Step) -> Option<i64> {
+pub(super) fn stepped_interval(minutes: i64, step: &StepperInput) -> Option<i64> {
     let unit = match minutes {
         _ if minutes % MINUTES_A_DAY == 0 => MINUTES_A_DAY,
         _ if minutes % 60 == 0 => 60,
         _ => 5,
     };
     match step {
-        Step::Earlier if minutes > unit => Some(minutes - unit),
+        StepperInput::Earlier if minutes > unit => Some(minutes - unit),
         // One unit less than one unit is counted in the next smaller one.
-        Step::Earlier => Some((minutes - if unit == MINUTES_A_DAY { 60 } else { 5 }).max(5)),
-        Step::Later => Some(minutes + unit),
-        Step::Typed(text) => parse_interval(text),
+        StepperInput::Earlier => Some((minutes - if unit == MINUTES_A_DAY { 60 } else { 5 }).max(5)),
+        StepperInput::Later => Some(minutes + unit),
+        StepperInput::Typed(text) => parse_interval(text),
     }
 }
 

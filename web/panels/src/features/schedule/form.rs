@@ -1,7 +1,7 @@
 //! The side card while a schedule is open: its name, mission, times and policies, and the occurrence that is selected.
 
-use super::fields::{Step, Stepper};
-use super::plan_cache::{MINUTE_NS, Plan};
+use super::fields::{StepperField, StepperInput};
+use super::plan_cache::{CachedPlan, MINUTE_NS};
 use super::state::{Question, SchedulePanel};
 use super::texts;
 use crate::button::{Button, Kind};
@@ -20,7 +20,7 @@ impl SchedulePanel {
         &mut self,
         ui: &mut Ui,
         cx: &mut PanelContext<'_>,
-        plan: &Plan,
+        plan: &CachedPlan,
         site: &Site,
         open: ScheduleSelection,
     ) {
@@ -57,7 +57,7 @@ impl SchedulePanel {
         &mut self,
         ui: &mut Ui,
         cx: &mut PanelContext<'_>,
-        plan: &Plan,
+        plan: &CachedPlan,
         schedule: &Schedule,
         slot: Option<LocalDateTime>,
     ) {
@@ -121,12 +121,12 @@ impl SchedulePanel {
         }
         let shown = schedule.priority.to_string();
         let stepper =
-            Stepper { key: "priority", name: texts::PRIORITY, caption: texts::PRIORITY, shown: &shown };
+            StepperField { key: "priority", name: texts::PRIORITY, caption: texts::PRIORITY, shown: &shown };
         let step = ui.horizontal(|ui| stepper.show(ui, cx, &mut self.typed, 0.0)).inner;
         let priority = step.and_then(|step| match step {
-            Step::Earlier => Some(schedule.priority.saturating_sub(1)),
-            Step::Later => Some(schedule.priority.saturating_add(1)),
-            Step::Typed(text) => text.trim().parse().ok(),
+            StepperInput::Earlier => Some(schedule.priority.saturating_sub(1)),
+            StepperInput::Later => Some(schedule.priority.saturating_add(1)),
+            StepperInput::Typed(text) => text.trim().parse().ok(),
         });
         if let Some(priority) = priority {
             change(cx, schedule, |it| it.priority = priority);

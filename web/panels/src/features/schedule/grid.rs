@@ -10,14 +10,14 @@ pub(super) const GUTTER_WIDTH: f32 = 48.0;
 
 /// Where days and minutes are on the screen.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Grid {
+pub(super) struct WeekGrid {
     /// All of it, scrolled.
     pub(super) rect: Rect,
     /// Width of the columns of hours together.
     pub(super) gutter: f32,
 }
 
-impl Grid {
+impl WeekGrid {
     pub(super) fn day_width(&self) -> f32 {
         (self.rect.width() - self.gutter) / 7.0
     }

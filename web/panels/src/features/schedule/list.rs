@@ -1,7 +1,7 @@
 //! The side card while no schedule is open: missions to drag, all schedules, and the next 30 days.
 
 use super::drag::{add_schedule, next_hour, select};
-use super::plan_cache::Plan;
+use super::plan_cache::CachedPlan;
 use super::state::{Drag, Dragged, SchedulePanel};
 use super::texts;
 use crate::button::Button;
@@ -21,7 +21,13 @@ const MAX_FINDINGS: usize = 6;
 
 impl SchedulePanel {
     /// Shows the lists.
-    pub(super) fn show_lists(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &Plan, site: &Site) {
+    pub(super) fn show_lists(
+        &mut self,
+        ui: &mut Ui,
+        cx: &mut PanelContext<'_>,
+        plan: &CachedPlan,
+        site: &Site,
+    ) {
         let tokens = cx.tokens;
         widgets::head(ui, tokens, texts::MISSIONS_HEAD);
         if site.missions().next().is_none() {
@@ -46,7 +52,7 @@ impl SchedulePanel {
     }
 
     /// A mission, which can be dragged into the week.
-    fn show_mission(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &Plan, mission: &Mission) {
+    fn show_mission(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &CachedPlan, mission: &Mission) {
         let name = texts::schedule_mission(&mission.name);
         let duration_s = plan.durations.get(&mission.id).map(|duration| duration.secs_f64());
         let facts = texts::mission_facts(mission.tasks.len(), duration_s);
@@ -112,7 +118,7 @@ fn show_row(
     response
 }
 
-fn show_schedule(ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &Plan, schedule: &Schedule) {
+fn show_schedule(ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &CachedPlan, schedule: &Schedule) {
     let tokens = cx.tokens;
     let sentence = texts::recurrence(&schedule.recurrence);
     let (facts, colour) = if schedule.is_paused {
@@ -132,7 +138,7 @@ fn show_schedule(ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &Plan, schedule: 
 fn show_outlook(
     ui: &mut Ui,
     cx: &mut PanelContext<'_>,
-    plan: &Plan,
+    plan: &CachedPlan,
     site: &Site,
 ) -> Option<(ScheduleId, LocalDateTime, LocalDateTime)> {
     let tokens = cx.tokens;

@@ -31,7 +31,7 @@ use crate::{Width, icon, layout, screens, widgets};
 use client_model::ClientCommand;
 use egui::{Context, Key, Ui};
 use missions::{date_of, day_number};
-use plan_cache::Plan;
+use plan_cache::CachedPlan;
 use state::PlanView;
 
 /// The tab of schedules.
@@ -47,7 +47,7 @@ impl FeaturePanel for SchedulePanel {
         }
         if let Some(site) = cx.model.site.site() {
             let revision = cx.model.site.revision();
-            Plan::update(&mut self.plan, site, revision, cx.clock, cx.model.schedule.week());
+            CachedPlan::update(&mut self.plan, site, revision, cx.clock, cx.model.schedule.week());
         }
         if self.drag.is_some() && ctx.input(|input| input.key_pressed(Key::Escape)) {
             self.drag = None;
@@ -59,7 +59,7 @@ impl FeaturePanel for SchedulePanel {
             return;
         }
         // Whether or not Escape has just ended a drag, it was meant for that.
-        cx.frame.is_escape_taken |= self.drag.is_some();
+        cx.frame.is_escape_consumed |= self.drag.is_some();
         let (tokens, rect) = (cx.tokens, cx.layout.free);
         layout::card(ctx, tokens, texts::CARD, rect, |ui| self.show_plan(ui, cx));
         self.show_question(ctx, cx);
@@ -98,7 +98,7 @@ impl SchedulePanel {
     }
 
     /// The row above grid and list: which week, how it is shown, and the time.
-    fn show_head(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &Plan) {
+    fn show_head(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &CachedPlan) {
         let tokens = cx.tokens;
         ui.horizontal(|ui| {
             if self.view == PlanView::Week && cx.layout.width != Width::Narrow {
@@ -125,7 +125,7 @@ impl SchedulePanel {
 }
 
 /// The buttons that show another week, and which one is shown.
-fn show_weeks(ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &Plan) {
+fn show_weeks(ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &CachedPlan) {
     let tokens = cx.tokens;
     let monday = day_number(plan.week);
     for (name, sign, days) in
@@ -159,7 +159,7 @@ fn show_undo(ui: &mut Ui, cx: &mut PanelContext<'_>) {
 }
 
 /// The time at the site, and the operator's where it differs. From right to left.
-fn show_clocks(ui: &mut Ui, cx: &PanelContext<'_>, plan: &Plan) {
+fn show_clocks(ui: &mut Ui, cx: &PanelContext<'_>, plan: &CachedPlan) {
     if cx.layout.width == Width::Narrow {
         return;
     }

@@ -1,7 +1,7 @@
 //! The occurrence that is selected: when it is due, moved by date and time, skipped, or the first of a schedule of its own.
 
-use super::fields::{Stepper, stepped_date, stepped_time};
-use super::plan_cache::Plan;
+use super::fields::{StepperField, stepped_date, stepped_time};
+use super::plan_cache::CachedPlan;
 use super::state::SchedulePanel;
 use super::{drag, texts};
 use crate::button::Button;
@@ -18,7 +18,7 @@ impl SchedulePanel {
         &mut self,
         ui: &mut Ui,
         cx: &mut PanelContext<'_>,
-        plan: &Plan,
+        plan: &CachedPlan,
         schedule: &Schedule,
         slot: LocalDateTime,
     ) {
@@ -74,12 +74,14 @@ impl SchedulePanel {
     ) -> Option<LocalDateTime> {
         let mut moved = None;
         let date = texts::iso_date(slot.date);
-        let stepper = Stepper { key: "slot date", name: texts::DATE, caption: texts::DATE, shown: &date };
+        let stepper =
+            StepperField { key: "slot date", name: texts::DATE, caption: texts::DATE, shown: &date };
         if let Some(step) = ui.horizontal(|ui| stepper.show(ui, cx, &mut self.typed, 0.0)).inner {
             moved = stepped_date(slot.date, &step).map(|date| LocalDateTime { date, ..slot });
         }
         let time = texts::time(slot.time);
-        let stepper = Stepper { key: "slot time", name: texts::TIME, caption: texts::TIME, shown: &time };
+        let stepper =
+            StepperField { key: "slot time", name: texts::TIME, caption: texts::TIME, shown: &time };
         if let Some(step) = ui.horizontal(|ui| stepper.show(ui, cx, &mut self.typed, 0.0)).inner {
             moved = stepped_time(slot.time, &step).map(|time| LocalDateTime { time, ..slot });
         }

@@ -24,7 +24,7 @@ struct PlanKey {
 
 /// The plan of the week that is shown and of the next 30 days.
 #[derive(Debug)]
-pub(super) struct Plan {
+pub(super) struct CachedPlan {
     key: PlanKey,
     /// Name of the site's time zone.
     pub(super) zone_name: String,
@@ -50,7 +50,7 @@ pub(super) struct Plan {
     pub(super) durations: BTreeMap<MissionId, Span>,
 }
 
-impl Plan {
+impl CachedPlan {
     /// Brings `kept` up to date.
     pub(super) fn update(
         kept: &mut Option<Self>,

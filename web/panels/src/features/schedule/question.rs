@@ -1,7 +1,7 @@
 //! The question which occurrences of a schedule are meant: one, it and those after it, or all.
 
 use super::drag::apply_move;
-use super::plan_cache::Plan;
+use super::plan_cache::CachedPlan;
 use super::state::{Question, SchedulePanel};
 use super::texts;
 use crate::button::{Button, Kind};
@@ -24,7 +24,7 @@ impl SchedulePanel {
             self.question = None;
             return;
         };
-        cx.frame.is_escape_taken = true;
+        cx.frame.is_escape_consumed = true;
         if ctx.input(|input| input.key_pressed(Key::Escape)) {
             self.question = None;
             return;
@@ -50,7 +50,7 @@ impl SchedulePanel {
 fn show_choices(
     ui: &mut Ui,
     cx: &mut PanelContext<'_>,
-    plan: &Plan,
+    plan: &CachedPlan,
     schedule: &Schedule,
     question: Question,
 ) -> bool {
@@ -71,7 +71,7 @@ fn show_choices(
             (Question::Move { .. }, _) => Kind::Plain,
         };
         if Button::new(texts::scope(scope)).kind(kind).wide(ui).show(ui, tokens).clicked() {
-            take(cx, question, scope);
+            apply(cx, question, scope);
             is_taken = true;
         }
         if let Some(result) = result {
@@ -88,7 +88,7 @@ fn show_choices(
 /// Whether a scope is offered, and a sentence that says what it leads to.
 fn result_of(
     cx: &PanelContext<'_>,
-    plan: &Plan,
+    plan: &CachedPlan,
     schedule: &Schedule,
     question: Question,
     scope: ChangeScope,
@@ -107,7 +107,7 @@ fn result_of(
     }
 }
 
-fn take(cx: &mut PanelContext<'_>, question: Question, scope: ChangeScope) {
+fn apply(cx: &mut PanelContext<'_>, question: Question, scope: ChangeScope) {
     match question {
         Question::Move { schedule, from, to } => apply_move(cx, schedule, from, to, scope),
         Question::Remove { schedule, slot } => {

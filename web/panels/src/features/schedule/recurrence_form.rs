@@ -1,8 +1,8 @@
 //! When a schedule has its slots: once, weekly, in equal intervals, or by a rule of RFC 5545.
 
-use super::fields::{Stepper, TypedFields, stepped_date, stepped_interval, stepped_time};
+use super::fields::{StepperField, TypedFields, stepped_date, stepped_interval, stepped_time};
 use super::form::{FIRST_TIME, change};
-use super::plan_cache::{MINUTE_NS, Plan};
+use super::plan_cache::{CachedPlan, MINUTE_NS};
 use super::state::SchedulePanel;
 use super::texts;
 use crate::button::{Button, Kind};
@@ -47,7 +47,7 @@ impl SchedulePanel {
         &mut self,
         ui: &mut Ui,
         cx: &mut PanelContext<'_>,
-        plan: &Plan,
+        plan: &CachedPlan,
         schedule: &Schedule,
     ) {
         let tokens = cx.tokens;
@@ -84,7 +84,7 @@ impl SchedulePanel {
 }
 
 /// The recurrence of another kind that is nearest to that of a schedule.
-fn converted(schedule: &Schedule, kind: RecurrenceKind, plan: &Plan) -> Recurrence {
+fn converted(schedule: &Schedule, kind: RecurrenceKind, plan: &CachedPlan) -> Recurrence {
     let next = plan.next_of(schedule.id).map(|next| next.slot).or_else(|| first_slot(&schedule.recurrence));
     let first = next.unwrap_or(LocalDateTime { date: plan.zone.to_local(plan.now).date, time: FIRST_TIME });
     match kind {
@@ -110,7 +110,7 @@ fn show_date(
     date: LocalDate,
 ) -> Option<LocalDate> {
     let shown = texts::iso_date(date);
-    let stepper = Stepper { key: name, name, caption: name, shown: &shown };
+    let stepper = StepperField { key: name, name, caption: name, shown: &shown };
     let step = ui.horizontal(|ui| stepper.show(ui, cx, typed, 0.0)).inner?;
     stepped_date(date, &step)
 }
@@ -123,7 +123,7 @@ fn show_date_time(
 ) -> Option<LocalDateTime> {
     let date = show_date(ui, cx, typed, texts::DATE, at.date);
     let shown = texts::time(at.time);
-    let stepper = Stepper { key: texts::TIME, name: texts::TIME, caption: texts::TIME, shown: &shown };
+    let stepper = StepperField { key: texts::TIME, name: texts::TIME, caption: texts::TIME, shown: &shown };
     let step = ui.horizontal(|ui| stepper.show(ui, cx, typed, 0.0)).inner;
     let time = step.and_then(|step| stepped_time(at.time, &step));
     (date.is_some() || time.is_some())
@@ -160,7 +160,7 @@ fn show_weekly(
         let (name, shown) = (texts::numbered_time(index + 1), texts::time(*time));
         let caption = if index == 0 { texts::TIMES } else { " " };
         ui.horizontal(|ui| {
-            let stepper = Stepper { key: &name, name: &name, caption, shown: &shown };
+            let stepper = StepperField { key: &name, name: &name, caption, shown: &shown };
             let step = stepper.show(ui, cx, typed, theme::TOUCH + 4.0);
             if let Some(time) = step.and_then(|step| stepped_time(*time, &step)) {
                 new_times[index] = time;
@@ -199,7 +199,8 @@ fn show_every(
 ) -> Option<Recurrence> {
     let minutes = (interval.nanos() / MINUTE_NS).max(1);
     let shown = texts::interval(interval);
-    let stepper = Stepper { key: "interval", name: texts::INTERVAL, caption: texts::INTERVAL, shown: &shown };
+    let stepper =
+        StepperField { key: "interval", name: texts::INTERVAL, caption: texts::INTERVAL, shown: &shown };
     let step = ui.horizontal(|ui| stepper.show(ui, cx, typed, 0.0)).inner;
     let minutes = step.and_then(|step| stepped_interval(minutes, &step)).unwrap_or(minutes);
     let first = show_date_time(ui, cx, typed, first).unwrap_or(first);
@@ -227,7 +228,7 @@ fn show_end(
     ui: &mut Ui,
     cx: &mut PanelContext<'_>,
     typed: &mut TypedFields,
-    plan: &Plan,
+    plan: &CachedPlan,
     schedule: &Schedule,
 ) {
     // Whether an end can be said at all.

@@ -2,7 +2,7 @@
 
 use super::fields::TypedFields;
 use super::next_run::NextRun;
-use super::plan_cache::Plan;
+use super::plan_cache::CachedPlan;
 use missions::{MINUTES_A_DAY, day_number, local_of, minute_number};
 use site_model::{LocalDateTime, MissionId, ScheduleId};
 
@@ -18,7 +18,7 @@ pub(super) enum PlanView {
 #[derive(Debug, Default)]
 pub(crate) struct SchedulePanel {
     pub(super) view: PlanView,
-    pub(super) plan: Option<Plan>,
+    pub(super) plan: Option<CachedPlan>,
     pub(super) drag: Option<Drag>,
     pub(super) question: Option<Question>,
     pub(super) typed: TypedFields,
@@ -53,14 +53,14 @@ pub(super) struct Drag {
 
 impl Drag {
     /// The pointer is over a day of the week. Its height is a time of day, minutes after midnight, which is rounded to 15 minutes.
-    pub(super) fn point_at(&mut self, plan: &Plan, day: usize, minute: f32) {
+    pub(super) fn point_at(&mut self, plan: &CachedPlan, day: usize, minute: f32) {
         let snapped = ((minute - self.grip_min) / SNAP_MIN as f32).round() as i64 * SNAP_MIN;
         let minute = snapped.clamp(0, MINUTES_A_DAY - SNAP_MIN);
         self.target = Some(local_of(day_number(plan.day(day)) * MINUTES_A_DAY + minute));
     }
 
     /// A key moves it by a number of days and of steps of 15 minutes, within the week that is shown.
-    pub(super) fn step(&mut self, plan: &Plan, days: i64, steps: i64) {
+    pub(super) fn step(&mut self, plan: &CachedPlan, days: i64, steps: i64) {
         let Some(target) = self.target else { return };
         let first = day_number(plan.week) * MINUTES_A_DAY;
         let moved = minute_number(target) + days * MINUTES_A_DAY + steps * SNAP_MIN;

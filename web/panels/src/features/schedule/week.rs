@@ -1,7 +1,7 @@
 //! The week as a grid: days side by side, hours from top to bottom, in the time of the site.
 
-use super::grid::{GUTTER_WIDTH, Grid, HOUR_HEIGHT};
-use super::plan_cache::{MINUTE_NS, Plan};
+use super::grid::{GUTTER_WIDTH, HOUR_HEIGHT, WeekGrid};
+use super::plan_cache::{CachedPlan, MINUTE_NS};
 use super::state::{Drag, Dragged, Question, SchedulePanel};
 use super::week_paint::{BlockLook, paint_block, paint_ghost, paint_hours, paint_now};
 use super::{drag, texts};
@@ -30,7 +30,13 @@ const SCROLL_SPEED: f32 = 600.0;
 
 impl SchedulePanel {
     /// Shows the week that is chosen.
-    pub(super) fn show_week(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &Plan, site: &Site) {
+    pub(super) fn show_week(
+        &mut self,
+        ui: &mut Ui,
+        cx: &mut PanelContext<'_>,
+        plan: &CachedPlan,
+        site: &Site,
+    ) {
         let gutter = if plan.your_zone.is_some() { 2.0 * GUTTER_WIDTH } else { GUTTER_WIDTH };
         show_days(ui, cx.tokens, plan, gutter);
         let mut area = ScrollArea::vertical().id_salt("week").auto_shrink([false, false]);
@@ -40,7 +46,7 @@ impl SchedulePanel {
         area.show(ui, |ui| {
             let size = vec2(ui.available_width(), 24.0 * HOUR_HEIGHT);
             let (rect, _) = ui.allocate_exact_size(size, Sense::hover());
-            let grid = Grid { rect, gutter };
+            let grid = WeekGrid { rect, gutter };
             paint_hours(ui, cx.tokens, plan, &grid);
             self.show_blocks(ui, cx, plan, site, &grid);
             paint_now(ui, cx.tokens, plan, &grid);
@@ -50,7 +56,14 @@ impl SchedulePanel {
     }
 
     /// The occurrences.
-    fn show_blocks(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &Plan, site: &Site, grid: &Grid) {
+    fn show_blocks(
+        &mut self,
+        ui: &mut Ui,
+        cx: &mut PanelContext<'_>,
+        plan: &CachedPlan,
+        site: &Site,
+        grid: &WeekGrid,
+    ) {
         let occurrences = &plan.of_week.occurrences;
         let spans: Vec<ShownSpan> = occurrences.iter().map(|it| span_of(plan, it)).collect();
         for segment in lay_out_week(&spans) {
@@ -67,7 +80,7 @@ impl SchedulePanel {
         &mut self,
         ui: &mut Ui,
         cx: &mut PanelContext<'_>,
-        plan: &Plan,
+        plan: &CachedPlan,
         site: &Site,
         occurrence: &Occurrence,
         segment: &DaySegment,
@@ -123,7 +136,7 @@ impl SchedulePanel {
         &mut self,
         ui: &mut Ui,
         cx: &mut PanelContext<'_>,
-        plan: &Plan,
+        plan: &CachedPlan,
         occurrence: &Occurrence,
         response: &Response,
         rect: Rect,
@@ -168,7 +181,7 @@ impl SchedulePanel {
     }
 
     /// Moves what the pointer drags, scrolls at the edges, and drops it where the pointer lets go.
-    fn follow_pointer(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &Plan, grid: &Grid) {
+    fn follow_pointer(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &CachedPlan, grid: &WeekGrid) {
         let Some(drag) = self.drag.as_mut().filter(|drag| !drag.by_keys) else { return };
         let visible = ui.clip_rect();
         let (position, is_released) =
@@ -195,7 +208,14 @@ impl SchedulePanel {
     }
 
     /// What is dragged, where it would be dropped.
-    fn show_ghost(&self, ui: &mut Ui, cx: &PanelContext<'_>, plan: &Plan, site: &Site, grid: &Grid) {
+    fn show_ghost(
+        &self,
+        ui: &mut Ui,
+        cx: &PanelContext<'_>,
+        plan: &CachedPlan,
+        site: &Site,
+        grid: &WeekGrid,
+    ) {
         let question = self.question.and_then(|question| match question {
             Question::Move { schedule, from, to } => Some((Dragged::Slot(schedule, from), to)),
             Question::Remove { .. } => None,
@@ -227,7 +247,7 @@ impl SchedulePanel {
 }
 
 /// Where an occurrence is drawn.
-fn span_of(plan: &Plan, occurrence: &Occurrence) -> ShownSpan {
+fn span_of(plan: &CachedPlan, occurrence: &Occurrence) -> ShownSpan {
     let begin = minute_number(plan.local(occurrence)) - day_number(plan.week) * MINUTES_A_DAY;
     let length_min = plan.duration(occurrence.mission).nanos() / MINUTE_NS;
     ShownSpan { start_min: begin, length_min: length_min.max(MIN_SHOWN_MIN) }
@@ -245,7 +265,7 @@ fn pressed_step(ui: &Ui) -> Option<(i64, i64)> {
 }
 
 /// The row of days above the grid.
-fn show_days(ui: &mut Ui, tokens: &Tokens, plan: &Plan, gutter: f32) {
+fn show_days(ui: &mut Ui, tokens: &Tokens, plan: &CachedPlan, gutter: f32) {
     // The grid below has a scroll bar at its right.
     let scroll_bar = ui.spacing().scroll.allocated_width();
     let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), HEAD_HEIGHT), Sense::hover());

@@ -1,7 +1,7 @@
 //! How the grid of a week and its blocks look.
 
-use super::grid::{GUTTER_WIDTH, Grid};
-use super::plan_cache::Plan;
+use super::grid::{GUTTER_WIDTH, WeekGrid};
+use super::plan_cache::CachedPlan;
 use super::texts;
 use crate::paint::{focus_ring, lines};
 use crate::theme::{self, Tokens, Weight, font, mix};
@@ -42,7 +42,7 @@ pub(super) struct BlockLook<'a> {
 }
 
 /// Lines and hours of the grid.
-pub(super) fn paint_hours(ui: &Ui, tokens: &Tokens, plan: &Plan, grid: &Grid) {
+pub(super) fn paint_hours(ui: &Ui, tokens: &Tokens, plan: &CachedPlan, grid: &WeekGrid) {
     let painter = ui.painter();
     let faint = mix(tokens.card.to_opaque(), tokens.line, 0.6);
     let today = plan.zone.to_local(plan.now).date;
@@ -72,7 +72,7 @@ pub(super) fn paint_hours(ui: &Ui, tokens: &Tokens, plan: &Plan, grid: &Grid) {
 }
 
 /// The hour at the site, and the time that the operator's clock then shows.
-fn paint_hour(ui: &Ui, tokens: &Tokens, plan: &Plan, grid: &Grid, hour: u8, y: f32) {
+fn paint_hour(ui: &Ui, tokens: &Tokens, plan: &CachedPlan, grid: &WeekGrid, hour: u8, y: f32) {
     let at_column =
         |column: f32| pos2(grid.rect.left() + column * GUTTER_WIDTH - 8.0, y.max(grid.rect.top() + 7.0));
     let text_font = font(theme::SMALL, Weight::Regular);
@@ -89,7 +89,7 @@ fn paint_hour(ui: &Ui, tokens: &Tokens, plan: &Plan, grid: &Grid, hour: u8, y: f
 }
 
 /// A line at the present time, across the present day.
-pub(super) fn paint_now(ui: &Ui, tokens: &Tokens, plan: &Plan, grid: &Grid) {
+pub(super) fn paint_now(ui: &Ui, tokens: &Tokens, plan: &CachedPlan, grid: &WeekGrid) {
     let now = plan.zone.to_local(plan.now);
     let day = day_number(now.date) - day_number(plan.week);
     if let Ok(day) = usize::try_from(day)

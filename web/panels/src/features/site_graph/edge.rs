@@ -2,7 +2,7 @@
 
 use super::edge_actions::EdgeActions;
 use super::edge_policy;
-use super::facts::{both_ways, length_m, name_of};
+use super::facts::{both_directions, length_m, name_of};
 use super::texts;
 use crate::button::{Button, Kind};
 use crate::feature_panel::PanelContext;
@@ -27,12 +27,12 @@ impl EdgeSection {
         widgets::section_head(ui, tokens, texts::EDGE_HEAD);
         let ends = texts::ends(name_of(site, edge.from), name_of(site, edge.to));
         fact(ui, tokens, &ends, &format::distance(length_m(site, edge)));
-        let both: Vec<EdgeId> = both_ways(site, edge).map(|edge| edge.id).collect();
+        let both: Vec<EdgeId> = both_directions(site, edge).map(|edge| edge.id).collect();
         if Button::new(texts::ENABLED).on(edge.is_enabled).wide(ui).show(ui, tokens).clicked() {
             change(cx, site, edge, |it| it.is_enabled = !edge.is_enabled);
         }
         let is_pair = both.len() > 1;
-        if Button::new(texts::BOTH_WAYS).on(is_pair).wide(ui).show(ui, tokens).clicked() {
+        if Button::new(texts::BOTH_DIRECTIONS).on(is_pair).wide(ui).show(ui, tokens).clicked() {
             let edit = if is_pair {
                 let back = both.iter().filter(|id| **id != edge.id).map(|id| ObjectId::Edge(*id));
                 SiteEdit { put: Vec::new(), removed: back.collect() }
@@ -108,7 +108,7 @@ impl EdgeSection {
 
 /// Changes an edge and the one that leads back, if there is one, in one step.
 fn change(cx: &mut PanelContext<'_>, site: &Site, edge: &Edge, change: impl Fn(&mut Edge)) {
-    let edits = both_ways(site, edge).flat_map(|it| cx.model.site.changing_edge(it.id, &change).put);
+    let edits = both_directions(site, edge).flat_map(|it| cx.model.site.changing_edge(it.id, &change).put);
     let edit = SiteEdit { put: edits.collect(), removed: Vec::new() };
     cx.commands.push(ClientCommand::EditSite(edit));
 }

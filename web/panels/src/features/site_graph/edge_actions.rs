@@ -1,6 +1,6 @@
 //! What is done along an edge: actions before the robot sets out, while it walks, and after it has arrived.
 
-use super::moment::Moment;
+use super::moment::EdgeActionTime;
 use super::texts;
 use crate::button::{Button, Kind};
 use crate::feature_panel::PanelContext;
@@ -16,7 +16,7 @@ use site_model::{ACTION_CATALOGUE, ActionRequest, Edge, EdgeId, Parameters};
 #[derive(Debug, Default)]
 pub(super) struct EdgeActions {
     /// The action whose form is unfolded, by its place in its list.
-    open: Option<(EdgeId, Moment, usize)>,
+    open: Option<(EdgeId, EdgeActionTime, usize)>,
     typed: TypedParameters,
 }
 
@@ -27,7 +27,7 @@ impl EdgeActions {
         ui: &mut Ui,
         cx: &mut PanelContext<'_>,
         edge: &Edge,
-    ) -> Option<(Moment, Vec<ActionRequest>)> {
+    ) -> Option<(EdgeActionTime, Vec<ActionRequest>)> {
         widgets::section_head(ui, cx.tokens, texts::ACTIONS_HEAD);
         let mut changed = None;
         for (moment, caption) in texts::MOMENTS {
@@ -42,7 +42,7 @@ impl EdgeActions {
         ui: &mut Ui,
         cx: &mut PanelContext<'_>,
         edge: &Edge,
-        moment: Moment,
+        moment: EdgeActionTime,
         caption: &str,
     ) -> Option<Vec<ActionRequest>> {
         let tokens = cx.tokens;

@@ -8,7 +8,7 @@ use site_model::{Edge, MissionId, NodeId, ObjectId, Site};
 use std::collections::BTreeSet;
 
 /// An edge, and the one that leads back if there is one.
-pub(super) fn both_ways<'a>(site: &'a Site, edge: &'a Edge) -> impl Iterator<Item = &'a Edge> {
+pub(super) fn both_directions<'a>(site: &'a Site, edge: &'a Edge) -> impl Iterator<Item = &'a Edge> {
     site.edges().filter(|it| it.id == edge.id || (it.from == edge.to && it.to == edge.from))
 }
 

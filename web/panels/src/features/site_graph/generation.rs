@@ -35,7 +35,7 @@ impl GenerationSection {
         let nodes = site.nodes().count();
         if self.is_asking {
             // Escape means no.
-            cx.frame.is_escape_taken = true;
+            cx.frame.is_escape_consumed = true;
             widgets::tinted_box(ui, tokens, tokens.warn, |ui| {
                 widgets::sentence(ui, tokens, &texts::replaces(nodes, site.edges().count()));
                 ui.horizontal(|ui| {
@@ -110,7 +110,7 @@ fn show_result(ui: &mut Ui, cx: &mut PanelContext<'_>, summary: &TopomapSummary)
         if !summary.blocked.is_empty() {
             widgets::sentence(ui, tokens, texts::BLOCKED);
             for (number, [from, to]) in (1..).zip(&summary.blocked) {
-                let name = texts::blocked_way(number, distance_m(from, to));
+                let name = texts::blocked_segment(number, distance_m(from, to));
                 if Button::new(&name).icon(icon::EYE).kind(Kind::Quiet).wide(ui).show(ui, tokens).clicked() {
                     cx.commands.push(ClientCommand::MoveCamera(CameraMove::Point(middle(from, to))));
                 }

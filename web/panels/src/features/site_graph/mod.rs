@@ -26,7 +26,7 @@ use facts::missing_name;
 use generation::GenerationSection;
 use group::GroupSection;
 use node::NodeSection;
-use site_model::{ObjectId, Problem, Severity, Site, ValidationConfig};
+use site_model::{ObjectId, ProblemSeverity, Site, SiteProblem, ValidationConfig};
 use vocab::MapId;
 
 /// The tab of the topological map.
@@ -41,7 +41,7 @@ pub(crate) struct SiteGraphPanel {
     edge: EdgeSection,
     group: GroupSection,
     /// Problems of the site, with the revision that they were found in.
-    problems: Option<(u64, Vec<Problem>)>,
+    problems: Option<(u64, Vec<SiteProblem>)>,
     generation: GenerationSection,
 }
 
@@ -83,7 +83,7 @@ impl FeaturePanel for SiteGraphPanel {
             }
         };
         // Whoever ends a tool has no danger in mind.
-        cx.frame.is_escape_taken = true;
+        cx.frame.is_escape_consumed = true;
         show_message(ui, cx.tokens, cx.tokens.accent, icon::GRAPH, hint, |_| {});
     }
 
@@ -210,7 +210,7 @@ impl SiteGraphPanel {
             self.problems = Some((revision, site.problems(&ValidationConfig::default())));
         }
         let Some((_, problems)) = &self.problems else { return };
-        let of_graph: Vec<(&Problem, Selection)> =
+        let of_graph: Vec<(&SiteProblem, Selection)> =
             problems.iter().filter_map(|problem| Some((problem, selection_of(problem.object)?))).collect();
         if of_graph.is_empty() {
             return;
@@ -220,8 +220,11 @@ impl SiteGraphPanel {
         widgets::section_head(ui, tokens, texts::PROBLEMS_HEAD);
         for (problem, selection) in of_graph.into_iter().take(MAX_PROBLEMS) {
             let sentence = texts::problem(problem, &object_name(site, selection));
-            let sign =
-                if problem.kind.severity() == Severity::Error { icon::X_CIRCLE } else { icon::WARNING };
+            let sign = if problem.kind.severity() == ProblemSeverity::Error {
+                icon::X_CIRCLE
+            } else {
+                icon::WARNING
+            };
             if Button::new(&sentence).icon(sign).kind(Kind::Quiet).wide(ui).show(ui, tokens).clicked() {
                 cx.commands.push(ClientCommand::Select(Some(selection)));
             }

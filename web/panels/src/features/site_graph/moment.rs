@@ -4,13 +4,13 @@ use site_model::{ActionRequest, Edge};
 
 /// When an action is performed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Moment {
+pub(super) enum EdgeActionTime {
     Enter,
     During,
     Leave,
 }
 
-impl Moment {
+impl EdgeActionTime {
     /// The actions of an edge.
     pub(super) fn actions(self, edge: &Edge) -> &Vec<ActionRequest> {
         match self {

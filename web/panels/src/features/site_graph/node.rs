@@ -1,6 +1,6 @@
 //! The node that is selected: its name, kind, place, edges, and what needs it.
 
-use super::facts::{both_ways, length_m, missing_name, name_of, needed_by};
+use super::facts::{both_directions, length_m, missing_name, name_of, needed_by};
 use super::texts;
 use crate::button::{Button, Kind};
 use crate::feature_panel::PanelContext;
@@ -37,7 +37,7 @@ impl NodeSection {
         show_dock(ui, cx, site, node);
         self.show_place(ui, cx, node);
         // Of a pair of edges the one that leads away stands for both.
-        let leads_here_only = |edge: &Edge| edge.to == node.id && both_ways(site, edge).count() == 1;
+        let leads_here_only = |edge: &Edge| edge.to == node.id && both_directions(site, edge).count() == 1;
         for edge in site.edges().filter(|edge| edge.from == node.id || leads_here_only(edge)) {
             let [from, to] = [name_of(site, edge.from), name_of(site, edge.to)];
             let row = texts::edge_row(from, to, length_m(site, edge));

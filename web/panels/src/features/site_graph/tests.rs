@@ -132,7 +132,7 @@ fn an_edge_is_made_one_way_disabled_and_split() {
 }
 
 #[test]
-fn actions_along_an_edge_and_what_is_tried_when_it_is_blocked_hold_both_ways() {
+fn actions_along_an_edge_and_what_is_tried_when_it_is_blocked_hold_in_both_directions() {
     let mut harness = with_two_nodes().shown(1440.0, 2400.0);
     let press = |harness: &mut egui_kittest::Harness<'_, TestClient>, name: &str| {
         click(harness, name);
@@ -242,10 +242,10 @@ fn all_nodes_are_selected_by_keys_changed_and_deleted_together() {
 }
 
 #[test]
-fn escape_belongs_to_a_drag_in_the_scene_and_what_is_in_the_way_is_said() {
+fn escape_belongs_to_a_drag_in_the_scene_and_what_obstructs_is_said() {
     let mut client = with_two_nodes();
     let obstruction = crate::DragObstruction { from: "N1".into(), to: "N2".into(), along_m: 1.2, others: 1 };
-    client.panels.set_scene_drag(crate::SceneDrag { is_under_way: true, obstruction: Some(obstruction) });
+    client.panels.set_scene_drag(crate::SceneDrag { is_active: true, obstruction: Some(obstruction) });
     let mut harness = client.shown(1440.0, 900.0);
     let is_said = |text: Option<String>| {
         text.as_deref()

@@ -1,11 +1,11 @@
 //! Texts of the topological map, by key.
 
-use super::moment::Moment;
+use super::moment::EdgeActionTime;
 use crate::feature_panel::DragObstruction;
 use crate::format;
 use crate::name_field::NameFieldTexts;
 use api::TopomapSummary;
-use site_model::{EdgeFailStep, NodeKind, Problem, Severity, TravelDirection, Traversal};
+use site_model::{EdgeFailStep, NodeKind, ProblemSeverity, SiteProblem, TravelDirection, Traversal};
 
 pub(super) const TAB: &str = "Topological map";
 pub(super) const HEAD: &str = "Topological map";
@@ -53,7 +53,7 @@ pub(super) const MAKE_DOCK_HINT: &str =
 pub(super) const UNMAKE_DOCK: &str = "It is no dock";
 pub(super) const EDGE_HEAD: &str = "Edge";
 pub(super) const ENABLED: &str = "Routes may use it";
-pub(super) const BOTH_WAYS: &str = "Both ways";
+pub(super) const BOTH_DIRECTIONS: &str = "Both ways";
 pub(super) const SPLIT: &str = "Split edge";
 pub(super) const DELETE_EDGE: &str = "Delete edge";
 pub(super) const DELETE_SHORT: &str = "Delete";
@@ -103,7 +103,7 @@ pub(super) fn kept(nodes: u32) -> String {
     )
 }
 
-pub(super) fn blocked_way(number: u32, length_m: f64) -> String {
+pub(super) fn blocked_segment(number: u32, length_m: f64) -> String {
     format!("Blocked stretch {number} · {}", format::distance(length_m))
 }
 
@@ -143,10 +143,10 @@ pub(super) const NO_POLICY: &str = "The robot takes another way at once.";
 pub(super) const ADD_STEP: &str = "Add a step";
 
 /// When actions are performed, in the order in which it comes.
-pub(super) const MOMENTS: [(Moment, &str); 3] = [
-    (Moment::Enter, "Before setting out"),
-    (Moment::During, "While walking"),
-    (Moment::Leave, "After arriving"),
+pub(super) const MOMENTS: [(EdgeActionTime, &str); 3] = [
+    (EdgeActionTime::Enter, "Before setting out"),
+    (EdgeActionTime::During, "While walking"),
+    (EdgeActionTime::Leave, "After arriving"),
 ];
 
 pub(super) fn add_action(moment: &str) -> String {
@@ -239,10 +239,10 @@ pub(super) fn needed_by(missions: &[&str]) -> String {
 }
 
 /// A sentence on a problem. `name`: of its object.
-pub(super) fn problem(problem: &Problem, name: &str) -> String {
+pub(super) fn problem(problem: &SiteProblem, name: &str) -> String {
     let weight = match problem.kind.severity() {
-        Severity::Error => "Error",
-        Severity::Warning => "Warning",
+        ProblemSeverity::Error => "Error",
+        ProblemSeverity::Warning => "Warning",
     };
     format!("{weight} · {name}: {}", problem.kind)
 }

@@ -154,9 +154,9 @@ fn show_robot(ui: &mut Ui, cx: &mut PanelContext<'_>) {
         fact(ui, tokens, texts::SIMULATED_SITE, site);
     }
     if let Some(limits) = &platform.manual_limits {
-        fact(ui, tokens, texts::FORWARD, &format::speed(limits.forward_mps));
-        fact(ui, tokens, texts::SIDEWAYS, &format::speed(limits.sideways_mps));
-        fact(ui, tokens, texts::TURN, &texts::turn_rate(limits.turn_radps));
+        fact(ui, tokens, texts::FORWARD, &format::speed(limits.forward_m_s));
+        fact(ui, tokens, texts::SIDEWAYS, &format::speed(limits.sideways_m_s));
+        fact(ui, tokens, texts::TURN, &texts::turn_rate(limits.turn_rad_s));
     }
     widgets::remark(ui, tokens, texts::PROFILE_REMARK);
 }

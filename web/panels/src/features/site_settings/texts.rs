@@ -58,8 +58,8 @@ pub(super) fn unknown_zone(error: &str) -> String {
     format!("Schedules wait: {error}.")
 }
 
-pub(super) fn turn_rate(rate_radps: f64) -> String {
-    format!("{:.0} °/s", rate_radps.to_degrees())
+pub(super) fn turn_rate(rate_rad_s: f64) -> String {
+    format!("{:.0} °/s", rate_rad_s.to_degrees())
 }
 
 pub(super) fn maps(number: usize, bytes: u64) -> String {

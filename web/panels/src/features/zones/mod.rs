@@ -55,7 +55,7 @@ impl FeaturePanel for ZonesPanel {
     fn show_messages(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>) {
         if cx.model.graph_tool() == Some(GraphTool::DrawZone) {
             // Whoever ends it has no danger in mind.
-            cx.frame.is_escape_taken = true;
+            cx.frame.is_escape_consumed = true;
             show_message(ui, cx.tokens, cx.tokens.accent, icon::CORNERS_OUT, texts::DRAW_HINT, |_| {});
         }
     }

@@ -1,9 +1,9 @@
-//! A graph of all ways: places about [`TopomapConfig::merge_distance_m`] apart, joined where a way leads straight from one to the next. Ways that come
+//! A graph of all paths: places about [`TopomapConfig::merge_distance_m`] apart, joined where a path leads straight from one to the next. Paths that come
 //! back to the same places share them.
 
 use crate::TopomapConfig;
 use crate::corridor::Passage;
-use crate::path::{Sample, Step};
+use crate::path::{PathStep, Sample};
 use geometry::Vector3;
 use ordered_float::OrderedFloat;
 use pathfinding::directed::dijkstra::dijkstra_reach;
@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 /// What a place is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum PlaceKind {
-    /// On a way.
+    /// On a path.
     Plain,
     /// One end of stairs.
     Portal,
@@ -40,7 +40,7 @@ pub(crate) enum LinkKind {
     Dock,
 }
 
-/// A connection of two places, both ways.
+/// A connection of two places, in both directions.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Link {
     pub kind: LinkKind,
@@ -59,7 +59,7 @@ pub enum BlockedBy {
 
 /// A stretch of the path that the map shows to be blocked.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BlockedWay {
+pub struct BlockedSegment {
     /// By what, where it begins to be.
     pub by: BlockedBy,
     /// Where it begins: the feet, metres, map frame.
@@ -70,15 +70,15 @@ pub struct BlockedWay {
 
 /// The graph.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct WayGraph {
+pub(crate) struct PathGraph {
     config: TopomapConfig,
     pub places: Vec<Place>,
     /// For each place: its neighbours.
     pub links: Vec<BTreeMap<usize, Link>>,
-    pub blocked: Vec<BlockedWay>,
+    pub blocked: Vec<BlockedSegment>,
 }
 
-impl WayGraph {
+impl PathGraph {
     /// Without places.
     pub fn new(config: &TopomapConfig) -> Self {
         Self { config: *config, ..Self::default() }
@@ -118,19 +118,19 @@ impl WayGraph {
     }
 
     /// Adds a walk. Linear in its samples times the places.
-    pub fn add_walk(&mut self, walk: &[Step], passage: &Passage<'_>) {
+    pub fn add_walk(&mut self, walk: &[PathStep], passage: &Passage<'_>) {
         let mut last: Option<(usize, Sample)> = None;
         for step in walk {
             last = match *step {
-                Step::Walk(sample) => {
+                PathStep::Walk(sample) => {
                     let place = self.place_of(&sample, passage);
                     Some((self.walk_to(place, last, &sample, passage), sample))
                 }
-                Step::StairsBegin(sample) => {
+                PathStep::StairsBegin(sample) => {
                     let place = self.portal(&sample, passage);
                     Some((self.walk_to(place, last, &sample, passage), sample))
                 }
-                Step::StairsEnd { sample, is_backward } => {
+                PathStep::StairsEnd { sample, is_backward } => {
                     let place = self.portal(&sample, passage);
                     if let Some((from, _)) = last {
                         let backward = if from < place { [is_backward, false] } else { [false, is_backward] };
@@ -184,11 +184,11 @@ impl WayGraph {
         let (from_m, to_m) = (self.feet(from), self.feet(to));
         let by =
             if passage.floor.has_ground(&from_m, &to_m) { BlockedBy::Obstacle } else { BlockedBy::NoGround };
-        let way = BlockedWay { by, from_m, to_m };
-        if let Some(last) = self.blocked.last_mut().filter(|last| last.to_m == way.from_m) {
-            last.to_m = way.to_m;
-        } else if !self.blocked.contains(&way) {
-            self.blocked.push(way);
+        let segment = BlockedSegment { by, from_m, to_m };
+        if let Some(last) = self.blocked.last_mut().filter(|last| last.to_m == segment.from_m) {
+            last.to_m = segment.to_m;
+        } else if !self.blocked.contains(&segment) {
+            self.blocked.push(segment);
         }
     }
 
@@ -243,7 +243,7 @@ impl WayGraph {
         (self.feet(a) - self.feet(b)).norm()
     }
 
-    /// Whether two places are joined by a way of at most `max_m` without the link between them.
+    /// Whether two places are joined by a path of at most `max_m` without the link between them.
     fn has_detour(&self, from: usize, to: usize, max_m: f64) -> bool {
         let steps = |place: &usize| {
             let place = *place;
@@ -255,7 +255,7 @@ impl WayGraph {
             .any(|reached| reached.node == to)
     }
 
-    /// Removes links whose ends are joined by a short way anyhow: those walked least first, the longest first among them.
+    /// Removes links whose ends are joined by a short path anyhow: those walked least first, the longest first among them.
     pub fn remove_small_loops(&mut self, config: &TopomapConfig) {
         let mut links: Vec<(u32, f64, usize, usize)> = Vec::new();
         for (a, neighbours) in self.links.iter().enumerate() {
@@ -301,7 +301,7 @@ impl WayGraph {
         }
     }
 
-    /// Makes one junction of two that are near to each other, where all ways stay free.
+    /// Makes one junction of two that are near to each other, where all paths stay free.
     pub fn merge_junctions(&mut self, passage: &Passage<'_>) {
         for a in 0..self.places.len() {
             while let Some((keep, drop)) = self.mergeable(a, passage) {
