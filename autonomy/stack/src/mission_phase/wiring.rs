@@ -218,3 +218,7 @@ impl Running {
         }
     }
 }
+
+#[cfg(test)]
+#[path = "wiring_tests.rs"]
+mod tests;
