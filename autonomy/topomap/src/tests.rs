@@ -115,7 +115,8 @@ impl Drawn {
 const MAP: MapId = MapId(Uuid::from_u128(7));
 
 /// A robot for tests.
-const ROBOT: RobotShape = RobotShape { radius: 0.38, standing_height: 0.55, clearance: 0.95, step: 0.22 };
+pub(crate) const ROBOT: RobotShape =
+    RobotShape { radius: 0.38, standing_height: 0.55, clearance: 0.95, step: 0.22 };
 
 fn base_at(feet: &Vector3, yaw: f64) -> Isometry {
     let base = feet + Vector3::z() * ROBOT.standing_height;
