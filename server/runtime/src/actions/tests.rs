@@ -4,19 +4,27 @@ use super::*;
 use crate::clock::RobotClock;
 use crate::mailbox::Mailbox;
 use messages::{Cloud, Estimate, LocalisationState};
-use ports::{ActionCall, ActionEnd, ActionEvent, ActionFile, ActionRegistration, ActionServer, CameraHead};
+use ports::{ActionCall, ActionEnd, ActionEvent, ActionFile, ActionRegistration, ActionServer};
 use site_model::{ActionReport, CameraAim, LocalisationQuality};
 use std::sync::Mutex;
 use std::thread::JoinHandle;
 use std::time::Instant;
 use store::{BlobsConfig, Store};
 use uuid::Uuid;
-use vocab::{MapId, Pose, Quat, Stamp, Vec3};
+use vocab::{CameraHead, MapId, Pose, Quat, Stamp, Vec3};
 use watchdog::Heartbeat;
 
 /// Far longer than any step of these tests.
 const PATIENCE: Duration = Duration::from_secs(30);
 const MAP: MapId = MapId(Uuid::from_u128(77));
+const HEAD: CameraHead = CameraHead {
+    base_from_head_m: [0.0; 3],
+    pan_max_rad: 2.9,
+    tilt_min_rad: -0.7,
+    tilt_max_rad: 1.4,
+    zoom_max: 20.0,
+    field_of_view_rad: 1.0,
+};
 
 /// A robot whose answers the test gives.
 struct FakeRobot {
@@ -38,15 +46,6 @@ impl ActionServer for FakeRobot {
             is_idempotent: true,
         };
         vec![action("photo"), action("gamma_spectrum")]
-    }
-    fn camera_head(&self) -> Option<CameraHead> {
-        Some(CameraHead {
-            base_from_head_m: [0.0; 3],
-            pan_max_rad: 2.9,
-            tilt_min_rad: -0.7,
-            tilt_max_rad: 1.4,
-            zoom_max: 20.0,
-        })
     }
     fn start(&self, call: ActionCall) -> Result<(), String> {
         if self.refuses {
@@ -92,6 +91,7 @@ impl Bench {
             blobs,
             store: Arc::clone(&store),
             robot: Some(Arc::clone(&robot) as Arc<dyn ActionServer>),
+            camera_head: HEAD,
             base_from_lidar_m: Vec3::new(0.0, 0.0, 0.25),
             inbox,
             results: sender,
@@ -420,4 +420,15 @@ fn what_the_map_shows_before_the_target_is_told_and_the_picture_is_taken_all_the
     let mail = bench.mailbox.wait(Instant::now() + PATIENCE);
     let is_reported = |publication: &&Publication| matches!(publication, Publication::Notice(notice) if notice.text.contains("map shows something"));
     assert_eq!(mail.ordered.iter().filter(is_reported).count(), 1);
+}
+
+#[test]
+fn the_longest_times_are_those_of_the_catalogue() {
+    let maximum_s = |action: &str| {
+        let known = site_model::describe_action(action).expect("in the catalogue");
+        let schema: serde_json::Value = serde_json::from_str(known.parameter_schema).expect("JSON");
+        schema["properties"]["duration_s"]["maximum"].as_f64().expect("a number")
+    };
+    let config = ActionConfig::default();
+    assert_eq!([config.max_wait_s, config.max_capture_s], ["wait", "point_cloud"].map(maximum_s));
 }

@@ -24,15 +24,12 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use store::{BlobError, BlobsConfig, Store};
-use vocab::{ActionCallId, BlobHash, Span, Stamp, Vec3, legible};
+use vocab::{ActionCallId, BlobHash, CameraHead, Span, Stamp, Vec3, legible};
 use watchdog::{BEAT_PERIOD, Heartbeat};
 
 /// A point cloud in a file.
 const CLOUD_NAME: &str = "cloud.pcd";
 const CLOUD_MEDIA_TYPE: &str = "application/vnd.pcd";
-/// Longest `wait` and longest gathering of scans, seconds.
-const WAIT_MAX_S: f64 = 86_400.0;
-const CAPTURE_MAX_S: f64 = 60.0;
 
 /// Performs actions.
 pub struct ActionWorker {
@@ -41,6 +38,8 @@ pub struct ActionWorker {
     pub store: Arc<Store>,
     /// Performs the robot's actions, if it has any.
     pub robot: Option<Arc<dyn ActionServer>>,
+    /// The head of the robot's cameras.
+    pub camera_head: CameraHead,
     /// The LiDAR in the base, metres.
     pub base_from_lidar_m: Vec3,
     pub inbox: ActionInbox,
@@ -179,10 +178,11 @@ impl ActionWorker {
         parameters: &str,
     ) -> Result<Begun, String> {
         let (mut parameters, mut target) = (parameters.to_owned(), Target::default());
-        if let Some(head) = robot.camera_head().filter(|_| takes_pictures(action)) {
+        if takes_pictures(action) {
+            let head = self.camera_head;
             let asked: PictureParameters = parse(&parameters)?;
             let place = self.inbox.places.at(self.clock.now());
-            let aim = match aim(&head, &asked, place.as_ref()) {
+            let aim = match aim(&self.config.aim, &head, &asked, place.as_ref()) {
                 Ok(aim) => aim,
                 Err(AimFailure::BeyondPan { turn_rad }) if asked.target_m.is_some() => {
                     return Ok(Begun::Done(ActionOutcome::NeedsTurn { turn_rad }));
@@ -222,8 +222,8 @@ impl ActionWorker {
             MESSAGE => {
                 return self.publish_message(&parse::<MessageParameters>(parameters)?.text).map(Begun::Done);
             }
-            WAIT => (OwnActionKind::Wait, WAIT_MAX_S),
-            POINT_CLOUD => (OwnActionKind::Capture(Capture::default()), CAPTURE_MAX_S),
+            WAIT => (OwnActionKind::Wait, self.config.max_wait_s),
+            POINT_CLOUD => (OwnActionKind::Capture(Capture::default()), self.config.max_capture_s),
             other => return Err(texts::no_action_server(other)),
         };
         let ends = now + parse::<TimedParameters>(parameters)?.duration(default_s, max_s);

@@ -3,7 +3,7 @@
 use super::texts;
 use crate::button::{Button, Kind};
 use crate::feature_panel::PanelContext;
-use crate::features::{connection, control, driving, localisation, platform, robot, schedule};
+use crate::features::{account, connection, control, driving, localisation, platform, robot, schedule};
 use crate::icon;
 use crate::layout::{self, Width};
 use crate::status_line::{StatusDetail, StatusLine};
@@ -85,6 +85,7 @@ fn statuses(cx: &PanelContext<'_>, detail: StatusDetail) -> Vec<StatusLine> {
     });
     [
         product,
+        account::demo_status(cx, detail),
         platform::robot_status(cx, detail),
         Some(localisation::status(cx, detail)),
         robot::battery_status(cx, detail),

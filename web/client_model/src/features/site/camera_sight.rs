@@ -2,10 +2,8 @@
 
 use super::{SiteEdit, SiteFeature};
 use site_model::{InspectionPoint, Node, Object, Parameter};
-use vocab::{CameraHead, Quat, Vec3};
+use vocab::{Quat, Vec3};
 
-/// The camera on the robot's head: the common payload, because the interface does not tell that of the robot.
-const HEAD: CameraHead = CameraHead::COMMON;
 /// Rows of a picture for each of its columns: 3 to 4.
 const ROWS_PER_COLUMN: f64 = 0.75;
 
@@ -41,9 +39,10 @@ impl SiteFeature {
 
     /// The line of sight from the camera at a node to a target, m, map frame.
     pub fn sight_from(&self, node: &Node, target: Vec3, zoom: f64) -> CameraSight {
+        let head = self.camera_head();
         let yaw = yaw_of(&node.map_from_node.orientation);
         let base = node.map_from_node.position;
-        let [ahead, left, up] = HEAD.base_from_head_m;
+        let [ahead, left, up] = head.base_from_head_m;
         let camera = Vec3::new(
             base.x + ahead * yaw.cos() - left * yaw.sin(),
             base.y + ahead * yaw.sin() + left * yaw.cos(),
@@ -51,15 +50,15 @@ impl SiteFeature {
         );
         let (x, y, z) = (target.x - camera.x, target.y - camera.y, target.z - camera.z);
         let tilt_rad = z.atan2(x.hypot(y));
-        let tan_half_height = (0.5 * CameraHead::COMMON_FIELD_OF_VIEW_RAD).tan() * ROWS_PER_COLUMN;
+        let tan_half_height = (0.5 * head.field_of_view_rad).tan() * ROWS_PER_COLUMN;
         CameraSight {
             camera_m: camera,
             target_m: target,
             distance_m: x.hypot(y).hypot(z),
             yaw_rad: y.atan2(x),
             tilt_rad,
-            tan_half_height: tan_half_height / zoom.clamp(1.0, HEAD.zoom_max),
-            is_tilt_possible: (HEAD.tilt_min_rad..=HEAD.tilt_max_rad).contains(&tilt_rad),
+            tan_half_height: tan_half_height / zoom.clamp(1.0, head.zoom_max.max(1.0)),
+            is_tilt_possible: (head.tilt_min_rad..=head.tilt_max_rad).contains(&tilt_rad),
         }
     }
 
@@ -107,8 +106,9 @@ mod tests {
     use super::super::tests::Robot;
     use crate::ClientCommand;
     use crate::testing::TestClient;
+    use api::{Platform, RobotBody};
     use site_model::Parameter;
-    use vocab::{MapId, Vec3};
+    use vocab::{CameraHead, MapId, Vec3};
 
     #[test]
     fn the_node_goes_to_a_distance_facing_the_target_and_the_camera_is_aimed_at_it() {
@@ -148,6 +148,19 @@ mod tests {
         client.command(ClientCommand::EditSite(edit));
         let point = client.model.site.inspection_points()[0].clone();
         assert!(!client.model.site.camera_sight(&point).expect("of a node").is_tilt_possible);
+        // Another robot looks straight up.
+        let body = RobotBody {
+            footprint_radius_m: 0.3,
+            clearance_height_m: 0.8,
+            standing_height_m: 0.42,
+            step_height_m: 0.2,
+            camera_head: CameraHead { tilt_max_rad: std::f64::consts::FRAC_PI_2, ..CameraHead::COMMON },
+        };
+        client.event(api::Event::Platform(Platform { body: Some(body), ..Platform::default() }));
+        assert!(client.model.site.camera_sight(&point).expect("of a node").is_tilt_possible);
+        // A report without a body, of a gateway that has no core, changes nothing.
+        client.event(api::Event::Platform(Platform::default()));
+        assert!(client.model.site.camera_sight(&point).expect("of a node").is_tilt_possible);
         // A distance below the difference in height leads to right below the target.
         let edit = client.model.site.standing_off(&point, 0.5);
         assert_eq!(edit.put.len(), 1);

@@ -9,6 +9,7 @@ use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
 use crate::features::tabs;
 use crate::icon;
 use crate::message::show_message;
+use crate::status_line::{StatusDetail, StatusLine};
 use crate::widgets::{self, fact};
 use api::Role;
 use client_model::{AccountAction, ClientCommand};
@@ -52,4 +53,12 @@ impl FeaturePanel for AccountPanel {
             }
         }
     }
+}
+
+/// For the top bar: that this is a demonstration, if it is one. Nobody should take it for a robot that is protected.
+pub(crate) fn demo_status(cx: &PanelContext<'_>, detail: StatusDetail) -> Option<StatusLine> {
+    cx.model.you().filter(|you| you.is_demo)?;
+    let shown = if detail == StatusDetail::Least { "" } else { texts::DEMO_SHORT };
+    let line = StatusLine::new(texts::HEAD, texts::DEMO_SHORT).icon(icon::USER, cx.tokens.warn);
+    Some(line.text(shown, cx.tokens.text).hint(texts::DEMO.to_owned()))
 }

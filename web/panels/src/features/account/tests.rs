@@ -48,3 +48,14 @@ fn a_demonstration_says_that_nobody_signs_in() {
     });
     assert!(says_so.count() > 0);
 }
+
+#[test]
+fn the_top_bar_says_at_once_that_this_is_a_demonstration() {
+    let shows = |client: TestClient, width: f32| {
+        let harness = client.shown(width, 900.0);
+        harness.query_all_by(|node| node.value().is_some_and(|text| text == "Demonstration")).count()
+    };
+    assert_eq!(shows(TestClient::connected(), 1440.0), 1);
+    assert_eq!(shows(TestClient::connected(), 820.0), 1);
+    assert_eq!(shows(signed_in(Role::Admin), 1440.0), 0);
+}
