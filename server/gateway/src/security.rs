@@ -19,6 +19,9 @@ const HEADERS: [(HeaderName, &str); 6] = [
     (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
 ];
 
+/// Browsers use TLS only for a year, where the site's own certificate is served (RFC 6797).
+pub(crate) const TLS_ONLY: &str = "max-age=31536000";
+
 /// Adds [`HEADERS`].
 pub(crate) async fn add_headers(mut response: Response) -> Response {
     for (name, value) in HEADERS {

@@ -28,7 +28,15 @@ pub(crate) async fn known_host(
     if connection.lacks_tls && !trust::is_shown_without_tls(request.uri().path()) {
         return encrypted_address(host, &request);
     }
-    next.run(request).await
+    let is_certified_by_site = app.encryption.as_ref().is_some_and(|own| own.authority().is_none());
+    let mut response = next.run(request).await;
+    if connection.is_tls && is_certified_by_site {
+        // Not with the robot's own authority: a browser would let nobody past a warning that a new authority causes.
+        response
+            .headers_mut()
+            .insert(header::STRICT_TRANSPORT_SECURITY, HeaderValue::from_static(security::TLS_ONLY));
+    }
+    response
 }
 
 /// Sends a browser to the same address over TLS. Programs are told, because most would not send their secret again, and should not have sent it.

@@ -46,6 +46,7 @@ async fn a_browser_that_trusts_the_robots_own_authority_reaches_it_by_name_and_b
     for name in ["localhost", "127.0.0.1"] {
         let reply = get(&gateway, &authority, name, api::paths::SESSION_PATH).await.expect("trusted");
         assert_eq!((reply.status, &reply.json()["is_demo"]), (200, &true.into()), "{name}");
+        assert_eq!(reply.header("strict-transport-security"), "", "a new authority would lock people out");
     }
     let fingerprint = gateway::authority_fingerprint(&folder.path().join("tls")).expect("made");
     let answer = get(&gateway, &authority, "localhost", api::paths::AUTHORITY_PATH).await.expect("trusted");
@@ -121,7 +122,7 @@ async fn a_certificate_from_a_file_is_served_and_a_wrong_key_refused() {
     let gateway = Gateway::start_with_tls(files(), Limits::default()).await;
     let trusted = folder.path().join("certificate.pem");
     let reply = get(&gateway, &trusted, "localhost", api::paths::SESSION_PATH).await.expect("trusted");
-    assert_eq!(reply.status, 200);
+    assert_eq!((reply.status, reply.header("strict-transport-security")), (200, "max-age=31536000"));
     gateway.stop().await;
     fs::write(folder.path().join("key.pem"), KeyPair::generate().expect("a key").serialize_pem())
         .expect("written");
