@@ -13,7 +13,7 @@ pub const MAX_ENDED_RUNS: usize = 16;
 /// State of all missions.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MissionStatus {
-    /// Runs that have not ended: the one active, those that are suspended, then the queue in the order in which they begin.
+    /// Runs that have not ended: the active one, those that are suspended, then the queue in the order in which they begin.
     pub runs: Vec<RunStatus>,
     /// Runs that have ended lately, the newest last. The ledger has all.
     pub ended: Vec<EndedRun>,

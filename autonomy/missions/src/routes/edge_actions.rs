@@ -19,7 +19,7 @@ use site_model::{
 use vocab::{ActionCallId, Span, Stamp};
 
 impl RouteExecutor {
-    /// Whether a call is one of the edges of the goal that is active.
+    /// Whether a call is one of the edges of the active goal.
     pub fn is_calling(&self, call: ActionCallId) -> bool {
         let Some(journey) = &self.journey else { return false };
         self.is_standing_for(call) || journey.during.iter().any(|open| open.call == call)

@@ -82,7 +82,7 @@ impl RouteExecutor {
         Self { config, ..Self::default() }
     }
 
-    /// The goal that is active.
+    /// The active goal.
     pub fn goal(&self) -> Option<GoalId> {
         self.journey.as_ref().map(|journey| journey.goal)
     }

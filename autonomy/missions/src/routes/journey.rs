@@ -76,7 +76,7 @@ pub(super) struct WalkingCall {
     pub is_of_edge: bool,
 }
 
-/// A goal that is active.
+/// The active goal.
 #[derive(Clone, Debug)]
 pub(super) struct Journey {
     pub goal: GoalId,

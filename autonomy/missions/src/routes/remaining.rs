@@ -17,7 +17,7 @@ pub struct RouteRemaining {
 }
 
 impl RouteExecutor {
-    /// What is left of the goal that is active. Without a goal nothing is known.
+    /// What is left of the active goal. Without a goal nothing is known.
     pub fn remaining(&self, view: &RouteView<'_>) -> RouteRemaining {
         let Some(journey) = &self.journey else { return RouteRemaining::default() };
         let Some((_, leg)) = journey.leg else { return RouteRemaining::default() };

@@ -9,7 +9,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 use vocab::Stamp;
 
-/// Parameters of a [`InputReader`].
+/// Parameters of an [`InputReader`].
 #[derive(Clone, Copy, Debug)]
 struct ReaderConfig {
     /// Largest number of messages that are read ahead: about 1 s, with a few scans. While the queue is full, reading waits.
