@@ -51,12 +51,8 @@ pub struct ChangesConfig {
     pub ground_bin_m: f64,
     /// A height with fewer points is no ground.
     pub ground_points_min: usize,
-    /// A point within this distance of a side of a box is on it, metres: the noise of a LiDAR.
-    pub on_side_m: f64,
-    /// Share of the points at each end of an axis that a box leaves out, because noise reaches beyond the sides.
-    pub trimmed_share: f64,
-    /// Points that the fit of a box uses at most; more do not make it better.
-    pub fit_points_max: usize,
+    /// How boxes are fitted.
+    pub box_fit: BoxFitConfig,
     /// Two objects may be one that was moved if each side differs at most by this share, or by [`Self::same_surface_m`].
     pub same_size_share: f64,
 }
@@ -86,10 +82,25 @@ impl Default for ChangesConfig {
             ground_reach_m: 1.0,
             ground_bin_m: 0.05,
             ground_points_min: 10,
-            on_side_m: 0.02,
-            trimmed_share: 0.01,
-            fit_points_max: 2_000,
+            box_fit: BoxFitConfig::default(),
             same_size_share: 0.2,
         }
+    }
+}
+
+/// Parameters of [`crate::UprightBox::around`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoxFitConfig {
+    /// A point within this distance of a side of a box is on it, metres: the noise of a LiDAR.
+    pub on_side_m: f64,
+    /// Share of the points at each end of an axis that a box leaves out, because noise reaches beyond the sides.
+    pub trimmed_share: f64,
+    /// Points that the fit of a box uses at most; more do not make it better.
+    pub fit_points_max: usize,
+}
+
+impl Default for BoxFitConfig {
+    fn default() -> Self {
+        Self { on_side_m: 0.02, trimmed_share: 0.01, fit_points_max: 2_000 }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::clusters::clusters;
 use crate::look::{Evidence, LookImage};
-use crate::moves::moves;
+use crate::moves::{is_same_size, moves};
 use crate::penetration::{evidence_of_absence, penetration};
 use crate::surfaces::Surfaces;
 use crate::{ChangesConfig, UprightBox, Visit};
@@ -50,32 +50,33 @@ pub fn detect_changes(before: &Visit, after: &Visit, config: &ChangesConfig) -> 
     let removed = differing(&sides[0], &sides[1], config);
     let appeared = differing(&sides[1], &sides[0], config);
     let boxes = |objects: &[Differing]| objects.iter().map(|object| object.place).collect::<Vec<_>>();
-    let pairs: BTreeMap<usize, usize> = moves(&boxes(&removed), &boxes(&appeared), config)
-        .into_iter()
-        .map(|(gone, new)| (new, gone))
-        .collect();
-    let was_moved = |gone: usize| pairs.values().any(|other| *other == gone);
-    let of = |object: &Differing, change| ChangedObject {
+    let (gone, new) = (boxes(&removed), boxes(&appeared));
+    let pairs = moves(&gone, &new, |from, to| {
+        is_same_size(&gone[from], &new[to], config.same_size_share, config.same_surface_m / 2.0)
+    });
+    merged(removed, appeared, &pairs)
+}
+
+/// The changes of objects that are gone and that are new, of which these pairs (gone, new) are one object each.
+pub(crate) fn merged(removed: Vec<Differing>, appeared: Vec<Differing>, pairs: &[(usize, usize)]) -> Changes {
+    let gone_of: BTreeMap<usize, usize> = pairs.iter().map(|(gone, new)| (*new, *gone)).collect();
+    let from: Vec<UprightBox> = removed.iter().map(|object| object.place).collect();
+    let of = |object: Differing, change| ChangedObject {
         change,
         place: object.place,
-        points: object.points.clone(),
+        points: object.points,
         confidence: object.confidence,
     };
-    let mut objects: Vec<ChangedObject> = appeared
-        .iter()
+    let new = appeared.into_iter().enumerate().map(|(new, object)| match gone_of.get(&new) {
+        Some(gone) => of(object, Change::Moved { from: from[*gone] }),
+        None => of(object, Change::Appeared),
+    });
+    let gone = removed
+        .into_iter()
         .enumerate()
-        .map(|(new, object)| match pairs.get(&new) {
-            Some(gone) => of(object, Change::Moved { from: removed[*gone].place }),
-            None => of(object, Change::Appeared),
-        })
-        .chain(
-            removed
-                .iter()
-                .enumerate()
-                .filter(|(gone, _)| !was_moved(*gone))
-                .map(|(_, object)| of(object, Change::Removed)),
-        )
-        .collect();
+        .filter(|(gone, _)| pairs.iter().all(|(paired, _)| paired != gone))
+        .map(|(_, object)| of(object, Change::Removed));
+    let mut objects: Vec<ChangedObject> = new.chain(gone).collect();
     objects.sort_by_key(|object| std::cmp::Reverse(object.points.len()));
     Changes { objects }
 }
@@ -108,10 +109,10 @@ impl<'a> Side<'a> {
 }
 
 /// An object of one visit that the other one does not have.
-struct Differing {
-    place: UprightBox,
-    points: Vec<[f32; 3]>,
-    confidence: f64,
+pub(crate) struct Differing {
+    pub(crate) place: UprightBox,
+    pub(crate) points: Vec<[f32; 3]>,
+    pub(crate) confidence: f64,
 }
 
 /// The objects of a visit that the other one does not have.
@@ -146,11 +147,11 @@ fn object(
     config: &ChangesConfig,
 ) -> Option<Differing> {
     let mut points: Vec<[f32; 3]> = group.iter().map(|place| changed[*place]).collect();
-    let core = UprightBox::around(&points, config)?;
+    let core = UprightBox::around(&points, &config.box_fit)?;
     points.extend(
         unknown.iter().filter(|point| core.holds(&Vector3::from(point.map(f64::from)), config.grow_m)),
     );
-    let place = UprightBox::around(&points, config)?;
+    let place = UprightBox::around(&points, &config.box_fit)?;
     let mut sorted = place.size_m;
     sorted.sort_by(f64::total_cmp);
     if sorted[1] < config.size_min_m {
