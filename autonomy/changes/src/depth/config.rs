@@ -49,7 +49,7 @@ pub struct DepthChangesConfig {
     /// An object that was moved looks like itself: least overlap of the colours (Bhattacharyya coefficient) at both places. Less than [`Self::same_colour_overlap`], because
     /// another side may be seen, in other light.
     pub moved_colour_overlap: f64,
-    /// An object that was moved has its size: largest difference of each side as a share of the larger one. Of a turned object other sides are seen.
+    /// An object that was moved has its size: largest difference of its two longer sides as a share of the larger one. Of a turned object other sides are seen.
     pub moved_size_share: f64,
     /// How boxes are fitted.
     pub box_fit: BoxFitConfig,

@@ -8,7 +8,7 @@ use super::image::{DepthImage, DepthImageError};
 use super::segments::{area_m2, connected};
 use super::support::Support;
 use crate::detect::{Differing, merged};
-use crate::moves::{is_same_size, moves};
+use crate::moves::moves;
 use crate::{Changes, UprightBox};
 use geometry::{Isometry, Vector3};
 
@@ -44,12 +44,8 @@ pub fn detect_depth_changes(
     let may_be_moved = |gone: usize, new: usize| {
         let (gone, new) = (&removed[gone], &appeared[new]);
         let colours = gone.colour.as_ref().zip(new.colour.as_ref());
-        is_same_size(
-            &gone.object.place,
-            &new.object.place,
-            config.moved_size_share,
-            config.same_surface_min_m,
-        ) && colours.is_none_or(|(a, b)| a.overlap(b) >= config.moved_colour_overlap)
+        looks_as_large(&gone.object.place, &new.object.place, config)
+            && colours.is_none_or(|(a, b)| a.overlap(b) >= config.moved_colour_overlap)
     };
     let places = |found: &[Found]| found.iter().map(|found| found.object.place).collect::<Vec<_>>();
     let pairs = moves(&places(&removed), &places(&appeared), may_be_moved);
@@ -58,6 +54,18 @@ pub fn detect_depth_changes(
         camera_from_support: support.camera_from_support(),
         changes: merged(objects(removed), objects(appeared), &pairs),
     })
+}
+
+/// Whether two boxes may be of one object that was moved, perhaps turned over: of an object one side is hidden, so that only the two longest sides have to agree, and the third one
+/// is at least half as long.
+fn looks_as_large(a: &UprightBox, b: &UprightBox, config: &DepthChangesConfig) -> bool {
+    let sorted = |place: &UprightBox| {
+        let mut sides = place.size_m;
+        sides.sort_by(f64::total_cmp);
+        sides
+    };
+    let ratios: Vec<f64> = sorted(a).iter().zip(sorted(b)).map(|(a, b)| a.min(b) / a.max(b)).collect();
+    ratios[0] >= 0.5 && ratios[1..].iter().all(|ratio| *ratio >= 1.0 - config.moved_size_share)
 }
 
 /// An object of one image that the other one does not have.
