@@ -102,7 +102,7 @@ impl Default for ChangesConfig {
             ground_bin_m: 0.05,
             ground_points_min: 10,
             box_fit: BoxFitConfig::default(),
-            same_size_share: 0.12,
+            same_size_share: 0.1,
         }
     }
 }

@@ -134,15 +134,23 @@ fn differing(visit: &Side<'_>, other: &Side<'_>, config: &ChangesConfig) -> Vec<
             unknown.push(*point);
         }
     }
-    let groups = clusters(&changed, config.gap_m as f32);
-    // Few changed points apart from an object may be of its sparsely seen parts.
-    let (groups, rest): (Vec<_>, Vec<_>) =
-        groups.into_iter().partition(|group| group.len() >= config.points_min);
-    unknown.extend(rest.into_iter().flatten().map(|place| changed[place]));
-    groups.iter().filter_map(|group| object(group, &changed, &unknown, [visit, other], config)).collect()
+    let mut groups = clusters(&changed, config.gap_m as f32);
+    groups.sort_by_key(|group| std::cmp::Reverse(group.len()));
+    let mut objects: Vec<Differing> = Vec::new();
+    for group in groups.iter().take_while(|group| group.len() >= config.points_min) {
+        // A part of an object that was grown to it already.
+        let is_part = |place: &usize| {
+            let at = Vector3::from(changed[*place].map(f64::from));
+            objects.iter().any(|object| object.place.holds(&at, config.same_surface_m))
+        };
+        if 2 * group.iter().filter(|place| is_part(place)).count() <= group.len() {
+            objects.extend(object(group, &changed, &unknown, [visit, other], config));
+        }
+    }
+    objects
 }
 
-/// The object of a group of changed points; none if it is too small.
+/// The object of a group of changed points; none if it is too small, or if the rays of the other visit do not say that it was not there.
 fn object(
     group: &[usize],
     changed: &[[f32; 3]],
@@ -150,8 +158,7 @@ fn object(
     sides: [&Side<'_>; 2],
     config: &ChangesConfig,
 ) -> Option<Differing> {
-    let core: Vec<[f32; 3]> = group.iter().map(|place| changed[*place]).collect();
-    let (points, place) = grown(core, unknown, sides, config)?;
+    let (points, place) = grown(group, changed, unknown, sides, config)?;
     let mut sorted = place.size_m;
     sorted.sort_by(f64::total_cmp);
     if sorted[1] < config.size_min_m {
@@ -170,13 +177,20 @@ fn object(
     Some(Differing { place, points, confidence })
 }
 
-/// The points of an object and its box: those that changed and those of unknown places near its box, again and again, without those of the ground. None without points.
+/// The points of an object and its box: the group, points of unknown places near its box, and all that differs above and below it, again and again, without those of the ground. None
+/// without points.
 fn grown(
-    core: Vec<[f32; 3]>,
+    group: &[usize],
+    changed: &[[f32; 3]],
     unknown: &[[f32; 3]],
     sides: [&Side<'_>; 2],
     config: &ChangesConfig,
 ) -> Option<(Vec<[f32; 3]>, UprightBox)> {
+    let core: Vec<[f32; 3]> = group.iter().map(|place| changed[*place]).collect();
+    let mut others = changed.to_vec();
+    for place in group.iter().rev() {
+        others.swap_remove(*place);
+    }
     let mut place = UprightBox::around(&core, &config.box_fit)?;
     let mut points = Vec::new();
     for _ in 0..config.grow_rounds {
@@ -185,12 +199,16 @@ fn grown(
         let is_above = |point: &&[f32; 3]| f64::from(point[2]) > ground_m + config.ground_clearance_m;
         let [length, width, height] = place.size_m;
         let column = UprightBox { size_m: [length, width, height + 2.0 * config.grow_up_m], ..place };
-        let is_near = |point: &&[f32; 3]| {
-            let at = Vector3::from(point.map(f64::from));
-            place.holds(&at, config.grow_m) || column.holds(&at, config.same_surface_m)
-        };
-        let next: Vec<[f32; 3]> =
-            core.iter().chain(unknown.iter().filter(is_near)).filter(is_above).copied().collect();
+        let at = |point: &[f32; 3]| Vector3::from(point.map(f64::from));
+        let is_stacked = |point: &&[f32; 3]| column.holds(&at(point), config.same_surface_m);
+        let is_near = |point: &&[f32; 3]| place.holds(&at(point), config.grow_m) || is_stacked(point);
+        let next: Vec<[f32; 3]> = core
+            .iter()
+            .chain(others.iter().filter(is_stacked))
+            .chain(unknown.iter().filter(is_near))
+            .filter(is_above)
+            .copied()
+            .collect();
         if next.len() == points.len() {
             break;
         }
