@@ -82,7 +82,7 @@ impl Default for GaugeConfig {
             signal_min: 4.0,
             length_share_max: 1.05,
             quality_min: 0.1,
-            rival_share: 0.6,
+            rival_share: 0.75,
             rival_direction_rad: 0.35,
             edge_error_px: 0.5,
             dial_error_rad: 0.0175,
