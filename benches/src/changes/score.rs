@@ -97,7 +97,9 @@ fn is_found(object: &ChangedObject, truth: &Truth) -> bool {
         (Change::Appeared, Truth::Appeared(inserted)) | (Change::Removed, Truth::Removed(inserted)) => {
             is_at(&object.place, inserted)
         }
-        (Change::Moved { from }, Truth::Moved { from: was, to }) => is_at(from, was) && is_at(&object.place, to),
+        (Change::Moved { from }, Truth::Moved { from: was, to }) => {
+            is_at(from, was) && is_at(&object.place, to)
+        }
         _ => false,
     }
 }

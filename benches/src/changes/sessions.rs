@@ -90,7 +90,9 @@ fn level_from_map(looks: &[Look]) -> Isometry {
         let below: Vec<Vector3> = looks
             .iter()
             .flat_map(|look| look.points.iter().step_by(5).map(move |point| (look, point)))
-            .map(|(look, point)| (level * Point3::from(look.sensor), level * Point3::from(point.map(f64::from))))
+            .map(|(look, point)| {
+                (level * Point3::from(look.sensor), level * Point3::from(point.map(f64::from)))
+            })
             .filter(|(sensor, point)| point.z < sensor.z - 0.3 && (point - sensor).norm() < 8.0)
             .map(|(_, point)| point.coords)
             .collect();
@@ -122,14 +124,17 @@ pub fn make(looks: &[Look], seed: u64) -> Result<Sessions> {
     let mut rng = tree.rng();
     let mut start = |low: usize, high: usize| low + (rng.uniform() * (high - low + 1) as f64) as usize;
     let (first, second) = (start(20, 29), start(56, looks.len().saturating_sub(SCANS).max(56)));
-    let mut sides = [first, second].map(|from| Side::new(&looks[from..(from + SCANS).min(looks.len())], &tree, from));
+    let mut sides =
+        [first, second].map(|from| Side::new(&looks[from..(from + SCANS).min(looks.len())], &tree, from));
     if rng.uniform() < 0.5 {
         sides.swap(0, 1);
     }
     let mut placing = Placing { sides: &sides, rng, placed: Vec::new() };
     let mut standing: [Vec<UprightBox>; 2] = [Vec::new(), Vec::new()];
     let mut plans = Vec::new();
-    for (kind, stands) in [("unchanged", [true, true]), ("appeared", [false, true]), ("removed", [true, false])] {
+    for (kind, stands) in
+        [("unchanged", [true, true]), ("appeared", [false, true]), ("removed", [true, false])]
+    {
         for _ in 0..2 {
             let size_m = placing.size_m();
             plans.push((kind, vec![(placing.place(size_m, stands)?, stands)]));
@@ -146,7 +151,8 @@ pub fn make(looks: &[Look], seed: u64) -> Result<Sessions> {
             }
         }
     }
-    let visits = [0, 1].map(|side| sides[side].with_boxes(&standing[side], &tree.child(["before", "after"][side])));
+    let visits =
+        [0, 1].map(|side| sides[side].with_boxes(&standing[side], &tree.child(["before", "after"][side])));
     let inserted = |place: UprightBox| Inserted {
         place,
         points: [0, 1].map(|side| {
@@ -193,7 +199,9 @@ impl Side {
                 let offset = Vector3::from(point.map(f64::from)) - look.sensor;
                 let range_m = offset.norm();
                 let met = (0..boxes.len())
-                    .filter_map(|number| Some((enters_m(&boxes[number], &look.sensor, &(offset / range_m))?, number)))
+                    .filter_map(|number| {
+                        Some((enters_m(&boxes[number], &look.sensor, &(offset / range_m))?, number))
+                    })
                     .filter(|(at_m, _)| *at_m < range_m)
                     .min_by(|a, b| a.0.total_cmp(&b.0));
                 if let Some((at_m, number)) = met {
@@ -213,7 +221,8 @@ impl Side {
 
     /// Whether a box stands free of all that was recorded, and not at the sensor.
     fn is_clear(&self, place: &UprightBox) -> bool {
-        let is_met = |point: &[f32; 3]| point[2] > 0.1 && place.holds(&Vector3::from(point.map(f64::from)), CLEAR_M);
+        let is_met =
+            |point: &[f32; 3]| point[2] > 0.1 && place.holds(&Vector3::from(point.map(f64::from)), CLEAR_M);
         self.looks
             .iter()
             .all(|look| !place.holds(&look.sensor, FROM_SENSOR_M) && !look.points.iter().any(is_met))
