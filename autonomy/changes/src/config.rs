@@ -114,12 +114,14 @@ pub struct BoxFitConfig {
     pub on_side_m: f64,
     /// Share of the points at each end of an axis that a box leaves out, because noise reaches beyond the sides.
     pub trimmed_share: f64,
+    /// The same for heights: less, because a LiDAR sees few points of the upper end of a thing.
+    pub trimmed_height_share: f64,
     /// Points that the fit of a box uses at most; more do not make it better.
     pub fit_points_max: usize,
 }
 
 impl Default for BoxFitConfig {
     fn default() -> Self {
-        Self { on_side_m: 0.02, trimmed_share: 0.01, fit_points_max: 2_000 }
+        Self { on_side_m: 0.02, trimmed_share: 0.01, trimmed_height_share: 0.002, fit_points_max: 2_000 }
     }
 }

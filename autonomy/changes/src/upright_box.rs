@@ -31,7 +31,7 @@ impl UprightBox {
         let yaw_rad = heading(best);
         let along: [Vec<f64>; 2] = in_frame(&points, yaw_rad);
         let [x, y] = along.map(|values| extent(values, config.trimmed_share));
-        let z = extent(points.iter().map(|point| point.z).collect(), config.trimmed_share);
+        let z = extent(points.iter().map(|point| point.z).collect(), config.trimmed_height_share);
         let ([x, y], z) = ([x?, y?], z?);
         let (sine, cosine) = yaw_rad.sin_cos();
         let (middle_x, middle_y) = ((x[0] + x[1]) / 2.0, (y[0] + y[1]) / 2.0);

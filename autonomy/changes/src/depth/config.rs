@@ -78,7 +78,7 @@ impl Default for DepthChangesConfig {
             same_colour_overlap: 0.73,
             moved_colour_overlap: 0.5,
             moved_size_share: 0.25,
-            box_fit: BoxFitConfig { on_side_m: 0.003, ..BoxFitConfig::default() },
+            box_fit: BoxFitConfig { on_side_m: 0.003, trimmed_height_share: 0.01, ..BoxFitConfig::default() },
         }
     }
 }
