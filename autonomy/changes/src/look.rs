@@ -77,11 +77,13 @@ impl LookImage {
         config: &ChangesConfig,
     ) -> Passing {
         let mut passing = Passing::default();
-        let Some((azimuth, elevation, range_m)) = direction(&self.sensor, place) else { return passing };
-        if !(config.range_min_m..=config.range_max_m).contains(&range_m) {
+        let offset = Vector3::from(place.map(f64::from)) - self.sensor;
+        // Before the angles, because most looks of a long walk are far away.
+        if !(config.range_min_m..=config.range_max_m).contains(&offset.norm()) {
             return passing;
         }
-        let offset: [f32; 3] = (Vector3::from(place.map(f64::from)) - self.sensor).map(|at| at as f32).into();
+        let Some((azimuth, elevation, range_m)) = direction(&self.sensor, place) else { return passing };
+        let offset: [f32; 3] = offset.map(|at| at as f32).into();
         let margin_m = (config.free_margin_m + config.free_margin_share * range_m) as f32;
         let reach_rad = (config.ray_reach_m / range_m).min(1.0);
         let (column, row) = self.cell(azimuth, elevation);
