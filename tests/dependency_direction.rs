@@ -32,6 +32,7 @@ const OURS: &[(&str, &[&str])] = &[
     ("navigation", &["geometry", "points", "registration"]),
     ("topomap", &["geometry", "mapping", "navigation", "site_model", "vocab"]),
     ("changes", &["geometry", "points"]),
+    ("gauges", &[]),
     ("executive", &["geometry", "localisation", "messages", "navigation", "site_model", "vocab"]),
     ("missions", &["site_model", "vocab"]),
     (
@@ -103,6 +104,7 @@ const OURS: &[(&str, &[&str])] = &[
             "factors",
             "formats",
             "gateway",
+            "gauges",
             "geometry",
             "links",
             "localisation",

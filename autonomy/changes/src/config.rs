@@ -16,19 +16,18 @@ pub struct ChangesConfig {
     pub cell_rad: [f64; 2],
     /// Side of the cells in which the density of the rays of a look is measured, radians.
     pub density_cell_rad: f64,
-    /// Of the nine cells around a direction, how many must have rays for a look to tell something.
-    pub cells_min: usize,
-    /// A look tells nothing of places at which its rays are farther apart than this, metres: an object may be between them.
-    pub ray_distance_max_m: f64,
+    /// A ray tells of places within this distance of it, metres. Chosen: less than [`Self::same_surface_m`], so that a ray beside an object that is still there tells nothing of its
+    /// points, which have a surface near them.
+    pub ray_reach_m: f64,
     /// A ray went through a place if it ended at least this distance behind it, metres.
     pub free_margin_m: f64,
     /// Additional distance as a share of the range, for errors of the heading: 0.6 degrees.
     pub free_margin_share: f64,
-    /// Looks whose rays have to have gone through a place. One may be a ray past an edge.
-    pub free_looks_min: usize,
-    /// Share of the looks that tell something of a place whose rays have to have gone through it.
+    /// Rays that have to have gone through a place. One may be a stray one.
+    pub free_rays_min: usize,
+    /// Share of the rays that passed a place or ended there that have to have gone through it.
     pub free_share_min: f64,
-    /// Share of the looks of its own visit whose rays went through the place of a point from which on it belonged to something that moves, such as a person.
+    /// Share of the rays of its own visit that went through the place of a point from which on it belonged to something that moves, such as a person.
     pub moving_share: f64,
     /// Largest distance between neighbouring points of an object, metres.
     pub gap_m: f64,
@@ -40,23 +39,33 @@ pub struct ChangesConfig {
     pub stray_share: f64,
     /// Logarithm of how much likelier it must be that an object was not there than that it was. Chosen: 10,000 times, because a visit has thousands of places.
     pub evidence_min: f64,
+    /// Share of rays that end by chance in a place where nothing is, such as people who pass, and edges.
+    pub chance_share: f64,
+    /// An object is not gone if as many rays ended in its place as they do by chance with less than this probability.
+    pub chance_min: f64,
+    /// An object is gone as a whole: share of its points that may have a surface of the other visit near them, such as a wall behind it.
+    pub same_share_max: f64,
     /// Points of unknown places within this distance of an object belong to it, metres: parts of it that the other visit saw beside its neighbours only.
     pub grow_m: f64,
+    /// The same above and below it, metres: the rings of a LiDAR leave gaps between the parts of a thing that stands.
+    pub grow_up_m: f64,
+    /// Times that an object is grown by the points of unknown places around it.
+    pub grow_rounds: usize,
+    /// Points less than this above the ground are not of an object, metres: the noise of a LiDAR, and floors that are not quite level.
+    pub ground_clearance_m: f64,
     /// The lower end of an object that is nearer to the ground than this stands on it, metres: points nearer to the ground than [`Self::same_surface_m`] count as ground, and
     /// rays at a slant do not go through places just above it.
     pub stands_within_m: f64,
     /// The ground of an object is the most common height of the points within this distance of its sides, metres.
     pub ground_reach_m: f64,
+    /// The ground is looked for down to this distance below an object whose lower part may not have been seen, metres.
+    pub ground_depth_m: f64,
     /// Heights are counted in bins of this size, metres.
     pub ground_bin_m: f64,
     /// A height with fewer points is no ground.
     pub ground_points_min: usize,
-    /// A point within this distance of a side of a box is on it, metres: the noise of a LiDAR.
-    pub on_side_m: f64,
-    /// Share of the points at each end of an axis that a box leaves out, because noise reaches beyond the sides.
-    pub trimmed_share: f64,
-    /// Points that the fit of a box uses at most; more do not make it better.
-    pub fit_points_max: usize,
+    /// How boxes are fitted.
+    pub box_fit: BoxFitConfig,
     /// Two objects may be one that was moved if each side differs at most by this share, or by [`Self::same_surface_m`].
     pub same_size_share: f64,
 }
@@ -69,11 +78,10 @@ impl Default for ChangesConfig {
             range_min_m: 0.5,
             cell_rad: [0.007, 0.052],
             density_cell_rad: 0.07,
-            cells_min: 3,
-            ray_distance_max_m: 0.6,
+            ray_reach_m: 0.12,
             free_margin_m: 0.1,
             free_margin_share: 0.01,
-            free_looks_min: 2,
+            free_rays_min: 2,
             free_share_min: 0.5,
             moving_share: 0.5,
             gap_m: 0.3,
@@ -81,15 +89,39 @@ impl Default for ChangesConfig {
             size_min_m: 0.1,
             stray_share: 0.05,
             evidence_min: 9.2,
-            grow_m: 0.2,
+            chance_share: 0.02,
+            chance_min: 0.01,
+            same_share_max: 0.15,
+            grow_m: 0.3,
+            grow_up_m: 0.6,
+            grow_rounds: 5,
+            ground_clearance_m: 0.08,
             stands_within_m: 0.4,
             ground_reach_m: 1.0,
+            ground_depth_m: 1.5,
             ground_bin_m: 0.05,
             ground_points_min: 10,
-            on_side_m: 0.02,
-            trimmed_share: 0.01,
-            fit_points_max: 2_000,
-            same_size_share: 0.2,
+            box_fit: BoxFitConfig::default(),
+            same_size_share: 0.1,
         }
+    }
+}
+
+/// Parameters of [`crate::UprightBox::around`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoxFitConfig {
+    /// A point within this distance of a side of a box is on it, metres: the noise of a LiDAR.
+    pub on_side_m: f64,
+    /// Share of the points at each end of an axis that a box leaves out, because noise reaches beyond the sides.
+    pub trimmed_share: f64,
+    /// The same for heights: less, because a LiDAR sees few points of the upper end of a thing.
+    pub trimmed_height_share: f64,
+    /// Points that the fit of a box uses at most; more do not make it better.
+    pub fit_points_max: usize,
+}
+
+impl Default for BoxFitConfig {
+    fn default() -> Self {
+        Self { on_side_m: 0.02, trimmed_share: 0.01, trimmed_height_share: 0.002, fit_points_max: 2_000 }
     }
 }

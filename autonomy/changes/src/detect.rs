@@ -1,9 +1,9 @@
 //! The comparison of two visits.
 
 use crate::clusters::clusters;
-use crate::look::{Evidence, LookImage};
-use crate::moves::moves;
-use crate::penetration::{evidence_of_absence, penetration};
+use crate::look::{LookImage, Passing};
+use crate::moves::{is_same_size, moves};
+use crate::penetration::{evidence_of_absence, explains_absence, penetration};
 use crate::surfaces::Surfaces;
 use crate::{ChangesConfig, UprightBox, Visit};
 use geometry::Vector3;
@@ -50,32 +50,33 @@ pub fn detect_changes(before: &Visit, after: &Visit, config: &ChangesConfig) -> 
     let removed = differing(&sides[0], &sides[1], config);
     let appeared = differing(&sides[1], &sides[0], config);
     let boxes = |objects: &[Differing]| objects.iter().map(|object| object.place).collect::<Vec<_>>();
-    let pairs: BTreeMap<usize, usize> = moves(&boxes(&removed), &boxes(&appeared), config)
-        .into_iter()
-        .map(|(gone, new)| (new, gone))
-        .collect();
-    let was_moved = |gone: usize| pairs.values().any(|other| *other == gone);
-    let of = |object: &Differing, change| ChangedObject {
+    let (gone, new) = (boxes(&removed), boxes(&appeared));
+    let pairs = moves(&gone, &new, |from, to| {
+        is_same_size(&gone[from], &new[to], config.same_size_share, config.same_surface_m / 2.0)
+    });
+    merged(removed, appeared, &pairs)
+}
+
+/// The changes of objects that are gone and that are new, of which these pairs (gone, new) are one object each.
+pub(crate) fn merged(removed: Vec<Differing>, appeared: Vec<Differing>, pairs: &[(usize, usize)]) -> Changes {
+    let gone_of: BTreeMap<usize, usize> = pairs.iter().map(|(gone, new)| (*new, *gone)).collect();
+    let from: Vec<UprightBox> = removed.iter().map(|object| object.place).collect();
+    let of = |object: Differing, change| ChangedObject {
         change,
         place: object.place,
-        points: object.points.clone(),
+        points: object.points,
         confidence: object.confidence,
     };
-    let mut objects: Vec<ChangedObject> = appeared
-        .iter()
+    let new = appeared.into_iter().enumerate().map(|(new, object)| match gone_of.get(&new) {
+        Some(gone) => of(object, Change::Moved { from: from[*gone] }),
+        None => of(object, Change::Appeared),
+    });
+    let gone = removed
+        .into_iter()
         .enumerate()
-        .map(|(new, object)| match pairs.get(&new) {
-            Some(gone) => of(object, Change::Moved { from: removed[*gone].place }),
-            None => of(object, Change::Appeared),
-        })
-        .chain(
-            removed
-                .iter()
-                .enumerate()
-                .filter(|(gone, _)| !was_moved(*gone))
-                .map(|(_, object)| of(object, Change::Removed)),
-        )
-        .collect();
+        .filter(|(gone, _)| pairs.iter().all(|(paired, _)| paired != gone))
+        .map(|(_, object)| of(object, Change::Removed));
+    let mut objects: Vec<ChangedObject> = new.chain(gone).collect();
     objects.sort_by_key(|object| std::cmp::Reverse(object.points.len()));
     Changes { objects }
 }
@@ -97,21 +98,23 @@ impl<'a> Side<'a> {
         }
     }
 
-    /// In how many looks rays went through a place, and in how many one ended there.
-    fn evidence(&self, place: &[f32; 3], config: &ChangesConfig) -> (usize, usize) {
-        self.images.iter().fold((0, 0), |(free, occupied), image| match image.evidence(place, config) {
-            Evidence::Free => (free + 1, occupied),
-            Evidence::Occupied => (free, occupied + 1),
-            Evidence::Unknown => (free, occupied),
-        })
+    /// The rays of all looks that passed a place closely.
+    fn passing(&self, place: &[f32; 3], normal: Option<&[f32; 3]>, config: &ChangesConfig) -> Passing {
+        self.images.iter().map(|image| image.passing(place, normal, config)).fold(
+            Passing::default(),
+            |sum, of_look| Passing {
+                through: sum.through + of_look.through,
+                ended: sum.ended + of_look.ended,
+            },
+        )
     }
 }
 
 /// An object of one visit that the other one does not have.
-struct Differing {
-    place: UprightBox,
-    points: Vec<[f32; 3]>,
-    confidence: f64,
+pub(crate) struct Differing {
+    pub(crate) place: UprightBox,
+    pub(crate) points: Vec<[f32; 3]>,
+    pub(crate) confidence: f64,
 }
 
 /// The objects of a visit that the other one does not have.
@@ -119,25 +122,35 @@ fn differing(visit: &Side<'_>, other: &Side<'_>, config: &ChangesConfig) -> Vec<
     let mut changed: Vec<[f32; 3]> = Vec::new();
     let mut unknown: Vec<[f32; 3]> = Vec::new();
     for point in visit.surfaces.points().iter().filter(|point| !other.surfaces.is_near(point)) {
-        let (free, occupied) = other.evidence(point, config);
-        let is_free =
-            free >= config.free_looks_min && free as f64 >= config.free_share_min * (free + occupied) as f64;
+        let normal = visit.surfaces.normal(point);
+        let passing = other.passing(point, normal.as_ref(), config);
+        let is_free = passing.through >= config.free_rays_min
+            && passing.through as f64 >= config.free_share_min * (passing.through + passing.ended) as f64;
         if is_free {
-            let (free, occupied) = visit.evidence(point, config);
-            let is_moving = free as f64 > config.moving_share * (free + occupied) as f64;
-            if !is_moving {
-                changed.push(*point);
-            }
+            let own = visit.passing(point, normal.as_ref(), config);
+            let is_moving = own.through as f64 > config.moving_share * (own.through + own.ended) as f64;
+            if is_moving { &mut unknown } else { &mut changed }.push(*point);
         } else {
             unknown.push(*point);
         }
     }
-    let groups =
-        clusters(&changed, config.gap_m as f32).into_iter().filter(|group| group.len() >= config.points_min);
-    groups.filter_map(|group| object(&group, &changed, &unknown, [visit, other], config)).collect()
+    let mut groups = clusters(&changed, config.gap_m as f32);
+    groups.sort_by_key(|group| std::cmp::Reverse(group.len()));
+    let mut objects: Vec<Differing> = Vec::new();
+    for group in groups.iter().take_while(|group| group.len() >= config.points_min) {
+        // A part of an object that was grown to it already.
+        let is_part = |place: &usize| {
+            let at = Vector3::from(changed[*place].map(f64::from));
+            objects.iter().any(|object| object.place.holds(&at, config.same_surface_m))
+        };
+        if 2 * group.iter().filter(|place| is_part(place)).count() <= group.len() {
+            objects.extend(object(group, &changed, &unknown, [visit, other], config));
+        }
+    }
+    objects
 }
 
-/// The object of a group of changed points; none if it is too small.
+/// The object of a group of changed points; none if it is too small, or if the rays of the other visit do not say that it was not there.
 fn object(
     group: &[usize],
     changed: &[[f32; 3]],
@@ -145,38 +158,96 @@ fn object(
     sides: [&Side<'_>; 2],
     config: &ChangesConfig,
 ) -> Option<Differing> {
-    let mut points: Vec<[f32; 3]> = group.iter().map(|place| changed[*place]).collect();
-    let core = UprightBox::around(&points, config)?;
-    points.extend(
-        unknown.iter().filter(|point| core.holds(&Vector3::from(point.map(f64::from)), config.grow_m)),
-    );
-    let place = UprightBox::around(&points, config)?;
+    let (points, place) = grown(group, changed, unknown, sides, config)?;
     let mut sorted = place.size_m;
     sorted.sort_by(f64::total_cmp);
     if sorted[1] < config.size_min_m {
         return None;
     }
-    let ground_m = ground_below(&place, sides, config);
-    let stands = ground_m.filter(|ground_m| place.bottom_m() - ground_m <= config.stands_within_m);
-    let place = stands.map_or(place, |ground_m| place.down_to(ground_m));
+    let place = ground_below(&place, config.stands_within_m, sides, config)
+        .filter(|ground_m| place.bottom_m() - ground_m <= config.stands_within_m)
+        .map_or(place, |ground_m| place.down_to(ground_m));
     let [own, met] = sides.map(|side| penetration(&place, side.visit, config));
     let evidence = evidence_of_absence(own, met, config);
-    if evidence < config.evidence_min {
+    let is_gone = evidence >= config.evidence_min && explains_absence(met, config);
+    if !is_gone || same_share(&place, sides, config) > config.same_share_max {
         return None;
     }
     let confidence = 1.0 / (1.0 + (-evidence).exp());
     Some(Differing { place, points, confidence })
 }
 
-/// Height of the level surface below a box, metres: the most common one of the points round it and below. Linear in the points of both visits.
-fn ground_below(place: &UprightBox, sides: [&Side<'_>; 2], config: &ChangesConfig) -> Option<f64> {
-    let reach_m = place.size_m[0] / 2.0 + config.ground_reach_m;
+/// The points of an object and its box: the group, points of unknown places near its box, and all that differs above and below it, again and again, without those of the ground. None
+/// without points.
+fn grown(
+    group: &[usize],
+    changed: &[[f32; 3]],
+    unknown: &[[f32; 3]],
+    sides: [&Side<'_>; 2],
+    config: &ChangesConfig,
+) -> Option<(Vec<[f32; 3]>, UprightBox)> {
+    let core: Vec<[f32; 3]> = group.iter().map(|place| changed[*place]).collect();
+    let mut others = changed.to_vec();
+    for place in group.iter().rev() {
+        others.swap_remove(*place);
+    }
+    let mut place = UprightBox::around(&core, &config.box_fit)?;
+    let mut points = Vec::new();
+    for _ in 0..config.grow_rounds {
+        let ground_m =
+            ground_below(&place, config.ground_depth_m, sides, config).unwrap_or(f64::NEG_INFINITY);
+        let is_above = |point: &&[f32; 3]| f64::from(point[2]) > ground_m + config.ground_clearance_m;
+        let [length, width, height] = place.size_m;
+        let column = UprightBox { size_m: [length, width, height + 2.0 * config.grow_up_m], ..place };
+        let at = |point: &[f32; 3]| Vector3::from(point.map(f64::from));
+        let is_stacked = |point: &&[f32; 3]| column.holds(&at(point), config.same_surface_m);
+        let is_near = |point: &&[f32; 3]| place.holds(&at(point), config.grow_m) || is_stacked(point);
+        let next: Vec<[f32; 3]> = core
+            .iter()
+            .chain(others.iter().filter(is_stacked))
+            .chain(unknown.iter().filter(is_near))
+            .filter(is_above)
+            .copied()
+            .collect();
+        if next.len() == points.len() {
+            break;
+        }
+        points = next;
+        place = UprightBox::around(&points, &config.box_fit)?;
+    }
+    Some((points, place))
+}
+
+/// Share of the points in a box, above its lower end, that have a surface of the other visit near them: a thing is gone as a whole. Linear in the points.
+fn same_share(place: &UprightBox, [visit, other]: [&Side<'_>; 2], config: &ChangesConfig) -> f64 {
+    let is_inside = |point: &&[f32; 3]| {
+        let at = Vector3::from(point.map(f64::from));
+        at.z > place.bottom_m() + config.same_surface_m && place.holds(&at, 0.0)
+    };
+    let (mut inside, mut same) = (0_usize, 0_usize);
+    for point in visit.surfaces.points().iter().filter(is_inside) {
+        inside += 1;
+        same += usize::from(other.surfaces.is_near(point));
+    }
+    same as f64 / inside.max(1) as f64
+}
+
+/// Height of the level surface below a box, metres: the most common one of the points round it, down to a distance below its lower end. Linear in the points of both visits.
+fn ground_below(
+    place: &UprightBox,
+    down_to_m: f64,
+    sides: [&Side<'_>; 2],
+    config: &ChangesConfig,
+) -> Option<f64> {
     let bottom_m = place.bottom_m();
-    let (lowest_m, highest_m) = (bottom_m - config.stands_within_m, bottom_m + config.ground_bin_m);
+    let (lowest_m, highest_m) = (bottom_m - down_to_m, bottom_m + config.ground_bin_m);
+    // The footprint at all heights: what stands there is no ground.
+    let column = UprightBox { size_m: [place.size_m[0], place.size_m[1], f64::INFINITY], ..*place };
     let mut bins: BTreeMap<i64, (usize, f64)> = BTreeMap::new();
     for point in sides.into_iter().flat_map(|side| side.surfaces.points()) {
         let at = Vector3::from(point.map(f64::from));
-        if (lowest_m..=highest_m).contains(&at.z) && (at - place.centre_m).xy().norm() <= reach_m {
+        let is_around = column.holds(&at, config.ground_reach_m) && !column.holds(&at, config.grow_m);
+        if (lowest_m..=highest_m).contains(&at.z) && is_around {
             let bin = bins.entry((at.z / config.ground_bin_m).floor() as i64).or_default();
             *bin = (bin.0 + 1, bin.1 + at.z);
         }

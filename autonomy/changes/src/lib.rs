@@ -8,11 +8,14 @@
 //! 4. `upright_box`: the place, size and heading of an object, down to the ground it stands on;
 //! 5. `moves`: an object that is gone from one place and one of its size that is new at another are one that was moved.
 //!
+//! [`detect_depth_changes`] compares two images of one depth camera that did not move, pixel by pixel (`depth`).
+//!
 //! Everything is a pure function: the same input gives the same bits. Source of the idea: Rowell and others, *LiSTA: Geometric Object-Based Change Detection in Cluttered
 //! Environments*, 2024. Differences: rays instead of volumes say what was free, and objects get boxes.
 
 mod clusters;
 mod config;
+mod depth;
 mod detect;
 mod look;
 mod moves;
@@ -21,7 +24,8 @@ mod surfaces;
 mod upright_box;
 mod visit;
 
-pub use config::ChangesConfig;
+pub use config::{BoxFitConfig, ChangesConfig};
+pub use depth::{DepthChanges, DepthChangesConfig, DepthImage, DepthImageError, detect_depth_changes};
 pub use detect::{Change, ChangedObject, Changes, detect_changes};
 pub use upright_box::UprightBox;
 pub use visit::{Look, Visit};

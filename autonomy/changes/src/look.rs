@@ -5,47 +5,60 @@ use crate::visit::Look;
 use geometry::Vector3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// What a look tells of a place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Evidence {
-    /// All rays near its direction ended behind it.
-    Free,
-    /// A ray ended near it.
-    Occupied,
-    /// Nothing: no rays went there, or they ended before it.
-    Unknown,
+/// Rays of a look that passed a place closely.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Passing {
+    /// Those that ended behind it.
+    pub(crate) through: usize,
+    /// Those that ended near it.
+    pub(crate) ended: usize,
 }
 
-/// The nearest range in each cell of directions around the sensor of a look.
+/// The rays of a look, sorted by the cells of directions around its sensor.
 pub(crate) struct LookImage {
     sensor: Vector3,
     cell_rad: f64,
     columns: usize,
     rows: usize,
-    /// Metres; infinite where no ray returned.
-    ranges: Vec<f32>,
+    /// Place in `rays` of the first ray of each cell, row by row, and their number.
+    starts: Vec<u32>,
+    /// Unit direction and range, metres, of each ray.
+    rays: Vec<([f32; 3], f32)>,
 }
 
 impl LookImage {
-    /// The image of a look. Its cells are as large as the mean distance between rays, so that nine of them hold several rays. Linear in the points.
+    /// The image of a look. Its cells are as large as the mean distance between rays, but not smaller than a margin at the largest range. Linear in the points.
     pub(crate) fn new(look: &Look, config: &ChangesConfig) -> Self {
         let rays: Vec<(f64, f64, f64)> =
             look.points.iter().filter_map(|point| direction(&look.sensor, point)).collect();
         let cell_rad =
             ray_distance_rad(&rays, config.density_cell_rad).clamp(config.cell_rad[0], config.cell_rad[1]);
         let (columns, rows) = ((TAU / cell_rad).ceil() as usize, (PI / cell_rad).ceil() as usize);
-        let mut image = Self {
-            sensor: look.sensor,
-            cell_rad,
-            columns,
-            rows,
-            ranges: vec![f32::INFINITY; columns * rows],
-        };
-        for (azimuth, elevation, range_m) in rays {
-            let (column, row) = image.cell(azimuth, elevation);
-            let nearest = &mut image.ranges[row * columns + column];
-            *nearest = nearest.min(range_m as f32);
+        let mut image =
+            Self { sensor: look.sensor, cell_rad, columns, rows, starts: Vec::new(), rays: Vec::new() };
+        let mut sorted: Vec<(usize, (f64, f64, f64))> = rays
+            .into_iter()
+            .map(|ray| {
+                let (column, row) = image.cell(ray.0, ray.1);
+                (row * columns + column, ray)
+            })
+            .collect();
+        sorted.sort_by_key(|(cell, _)| *cell);
+        let mut starts = vec![0; columns * rows + 1];
+        for (cell, _) in &sorted {
+            starts[cell + 1] += 1;
         }
+        for cell in 0..columns * rows {
+            starts[cell + 1] += starts[cell];
+        }
+        image.starts = starts;
+        image.rays = sorted
+            .into_iter()
+            .map(|(_, (azimuth, elevation, range_m))| {
+                let (flat, up) = (elevation.cos(), elevation.sin());
+                ([flat * azimuth.cos(), flat * azimuth.sin(), up].map(|at| at as f32), range_m as f32)
+            })
+            .collect();
         image
     }
 
@@ -55,42 +68,63 @@ impl LookImage {
         (column.min(self.columns - 1), row.min(self.rows - 1))
     }
 
-    /// What the look tells of a place, metres, map frame: constant time.
-    pub(crate) fn evidence(&self, place: &[f32; 3], config: &ChangesConfig) -> Evidence {
-        let Some((azimuth, elevation, range_m)) = direction(&self.sensor, place) else {
-            return Evidence::Unknown;
-        };
-        let is_in_range = (config.range_min_m..=config.range_max_m).contains(&range_m);
-        if !is_in_range || self.cell_rad * range_m > config.ray_distance_max_m {
-            return Evidence::Unknown;
+    /// The rays that passed a place, metres, map frame, within [`ChangesConfig::ray_reach_m`]. If the normal of the surface there is given, a ray went through only if it ended on
+    /// one side of it: along a floor, rays pass a place closely and end on the floor farther on. Linear in the rays of the cells around its direction.
+    pub(crate) fn passing(
+        &self,
+        place: &[f32; 3],
+        normal: Option<&[f32; 3]>,
+        config: &ChangesConfig,
+    ) -> Passing {
+        let mut passing = Passing::default();
+        let offset = Vector3::from(place.map(f64::from)) - self.sensor;
+        // Before the angles, because most looks of a long walk are far away.
+        if !(config.range_min_m..=config.range_max_m).contains(&offset.norm()) {
+            return passing;
         }
+        let Some((azimuth, elevation, range_m)) = direction(&self.sensor, place) else { return passing };
+        let offset: [f32; 3] = offset.map(|at| at as f32).into();
+        let margin_m = (config.free_margin_m + config.free_margin_share * range_m) as f32;
+        let reach_rad = (config.ray_reach_m / range_m).min(1.0);
         let (column, row) = self.cell(azimuth, elevation);
-        let margin_m = config.free_margin_m + config.free_margin_share * range_m;
-        let (mut returned, mut is_near, mut nearest_m) = (0, false, f64::INFINITY);
-        // Whether there are rays on either side: below and above, left and right.
-        let mut sides = [false; 4];
-        for (vertical, row) in (row.saturating_sub(1)..=(row + 1).min(self.rows - 1)).enumerate() {
-            for (horizontal, offset) in [self.columns - 1, 0, 1].into_iter().enumerate() {
-                let range = f64::from(self.ranges[row * self.columns + (column + offset) % self.columns]);
-                if range.is_finite() {
-                    returned += 1;
-                    sides[0] |= vertical == 0;
-                    sides[1] |= vertical == 2;
-                    sides[2] |= horizontal == 0;
-                    sides[3] |= horizontal == 2;
-                    is_near |= (range - range_m).abs() <= margin_m;
-                    nearest_m = nearest_m.min(range);
+        let rows = (reach_rad / self.cell_rad).ceil() as usize;
+        // Columns are narrower away from the horizon.
+        let columns = (reach_rad / (self.cell_rad * elevation.cos().max(0.05))).ceil() as usize;
+        let columns = columns.min(self.columns / 2 - 1);
+        for row in row.saturating_sub(rows)..=(row + rows).min(self.rows - 1) {
+            for step in 0..=2 * columns {
+                let cell = row * self.columns + (column + self.columns + step - columns) % self.columns;
+                for ray in &self.rays[self.starts[cell] as usize..self.starts[cell + 1] as usize] {
+                    self.count(ray, &offset, normal, margin_m, config, &mut passing);
                 }
             }
         }
-        if returned < config.cells_min {
-            Evidence::Unknown
-        } else if nearest_m > range_m + margin_m && sides == [true; 4] {
-            Evidence::Free
-        } else if is_near {
-            Evidence::Occupied
-        } else {
-            Evidence::Unknown
+        passing
+    }
+
+    /// Counts a ray if it passed the place at an offset from the sensor.
+    fn count(
+        &self,
+        (along, range_m): &([f32; 3], f32),
+        offset: &[f32; 3],
+        normal: Option<&[f32; 3]>,
+        margin_m: f32,
+        config: &ChangesConfig,
+        passing: &mut Passing,
+    ) {
+        let at_m: f32 = (0..3).map(|axis| along[axis] * offset[axis]).sum();
+        let beside: f32 = (0..3).map(|axis| (offset[axis] - along[axis] * at_m).powi(2)).sum();
+        if beside > (config.ray_reach_m * config.ray_reach_m) as f32 {
+            return;
+        }
+        let behind_m = |normal: &[f32; 3]| {
+            (0..3).map(|axis| normal[axis] * (along[axis] * range_m - offset[axis])).sum::<f32>().abs()
+        };
+        if *range_m > at_m + margin_m {
+            let crossed = normal.is_none_or(|normal| behind_m(normal) > config.free_margin_m as f32);
+            passing.through += usize::from(crossed);
+        } else if *range_m >= at_m - margin_m {
+            passing.ended += 1;
         }
     }
 }
@@ -139,12 +173,30 @@ mod tests {
     #[test]
     fn rays_go_through_places_before_the_wall_and_tell_nothing_of_those_behind_and_beside_it() {
         let (image, config) = (wall(), ChangesConfig::default());
-        assert_eq!(image.evidence(&[3.0, 0.2, 0.1], &config), Evidence::Free);
-        assert_eq!(image.evidence(&[5.0, 0.2, 0.1], &config), Evidence::Occupied);
-        assert_eq!(image.evidence(&[4.95, 0.2, 0.1], &config), Evidence::Occupied);
-        assert_eq!(image.evidence(&[6.0, 0.2, 0.1], &config), Evidence::Unknown, "behind");
-        assert_eq!(image.evidence(&[-3.0, 0.2, 0.1], &config), Evidence::Unknown, "no rays");
-        assert_eq!(image.evidence(&[0.2, 0.0, 0.0], &config), Evidence::Unknown, "the robot itself");
-        assert_eq!(image.evidence(&[f32::NAN, 0.0, 0.0], &config), Evidence::Unknown);
+        let at = |place: [f32; 3]| {
+            let Passing { through, ended } = image.passing(&place, None, &config);
+            (through > 0, ended > 0)
+        };
+        assert_eq!(at([3.0, 0.2, 0.1]), (true, false));
+        assert_eq!(at([5.0, 0.2, 0.1]), (false, true));
+        assert_eq!(at([4.95, 0.2, 0.1]), (false, true));
+        assert_eq!(at([6.0, 0.2, 0.1]), (false, false), "behind");
+        assert_eq!(at([-3.0, 0.2, 0.1]), (false, false), "no rays");
+        assert_eq!(at([0.2, 0.0, 0.0]), (false, false), "the robot itself");
+        assert_eq!(at([f32::NAN, 0.0, 0.0]), (false, false));
+    }
+
+    #[test]
+    fn all_rays_within_reach_are_found_and_no_others() {
+        let (image, config) = (wall(), ChangesConfig::default());
+        let place = [3.0_f32, 0.23, -0.31];
+        let is_passing = |y: f32, z: f32| {
+            let along = Vector3::new(5.0, f64::from(y), f64::from(z)).normalize();
+            Vector3::from(place.map(f64::from)).cross(&along).norm() <= config.ray_reach_m
+        };
+        let rays = (-60..60).flat_map(|y| (-20..20).map(move |z| (y as f32 * 0.05, z as f32 * 0.05)));
+        let expected = rays.filter(|(y, z)| is_passing(*y, *z)).count();
+        assert_eq!(image.passing(&place, None, &config), Passing { through: expected, ended: 0 });
+        assert!(expected > 10);
     }
 }

@@ -1,18 +1,18 @@
 //! Which object that is new at one place is one that is gone from another.
 
-use crate::{ChangesConfig, UprightBox};
+use crate::UprightBox;
 
-/// Pairs of removed and appeared boxes, by their places in the lists, that are likely the same thing: of one size; those nearest in size and place first, each box once. The distance
-/// decides among boxes of one size. Cubic in the boxes at worst.
+/// Pairs of removed and appeared boxes, by their places in the lists, that are likely the same thing: those that may be, the nearest first, each box once. Cubic in the boxes at
+/// worst.
 pub(crate) fn moves(
     removed: &[UprightBox],
     appeared: &[UprightBox],
-    config: &ChangesConfig,
+    may_be_same: impl Fn(usize, usize) -> bool,
 ) -> Vec<(usize, usize)> {
     let mut candidates: Vec<(f64, usize, usize)> = Vec::new();
     for (gone, from) in removed.iter().enumerate() {
         for (new, to) in appeared.iter().enumerate() {
-            if is_same_size(from, to, config) {
+            if may_be_same(gone, new) {
                 candidates.push(((from.centre_m - to.centre_m).norm(), gone, new));
             }
         }
@@ -27,11 +27,9 @@ pub(crate) fn moves(
     pairs
 }
 
-fn is_same_size(a: &UprightBox, b: &UprightBox, config: &ChangesConfig) -> bool {
-    a.size_m
-        .iter()
-        .zip(b.size_m)
-        .all(|(a, b)| (a - b).abs() <= (config.same_size_share * a.max(b)).max(config.same_surface_m / 2.0))
+/// Whether two boxes have one size: each side differs at most by a share of the larger, or by a distance, metres.
+pub(crate) fn is_same_size(a: &UprightBox, b: &UprightBox, share: f64, distance_m: f64) -> bool {
+    a.size_m.iter().zip(b.size_m).all(|(a, b)| (a - b).abs() <= (share * a.max(b)).max(distance_m))
 }
 
 #[cfg(test)]
@@ -45,10 +43,12 @@ mod tests {
 
     #[test]
     fn the_nearest_of_one_size_was_moved() {
-        let config = ChangesConfig::default();
         let removed = [of(0.0, [0.6, 0.4, 1.0]), of(1.0, [2.0, 0.4, 1.0])];
         let appeared = [of(9.0, [0.6, 0.4, 1.0]), of(5.0, [0.62, 0.38, 0.98]), of(2.0, [0.6, 0.4, 0.5])];
-        assert_eq!(moves(&removed, &appeared, &config), [(0, 1)]);
-        assert_eq!(moves(&[], &appeared, &config), []);
+        assert_eq!(
+            moves(&removed, &appeared, |gone, new| is_same_size(&removed[gone], &appeared[new], 0.2, 0.05)),
+            [(0, 1)]
+        );
+        assert_eq!(moves(&[], &appeared, |_, _| true), []);
     }
 }

@@ -15,7 +15,11 @@ pub(crate) struct Penetration {
 /// Counts the rays of a visit that would have ended at an object if it had been there. The part next to the ground is left out, because rays end at the ground there. Linear in the rays.
 pub(crate) fn penetration(place: &UprightBox, visit: &Visit, config: &ChangesConfig) -> Penetration {
     let raised_m = (place.bottom_m() + config.same_surface_m).min(place.centre_m.z);
-    let tested = place.down_to(raised_m);
+    let mut tested = place.down_to(raised_m);
+    // Of an object that was seen from one side only, the box is as thin as the noise.
+    for side in &mut tested.size_m[..2] {
+        *side = side.max(2.0 * config.free_margin_m);
+    }
     let mut counted = Penetration::default();
     for look in &visit.looks {
         for point in &look.points {
@@ -31,7 +35,8 @@ pub(crate) fn penetration(place: &UprightBox, visit: &Visit, config: &ChangesCon
             if range_m < enters_m - margin_m || leaves_m - enters_m < config.free_margin_m {
                 continue;
             }
-            if range_m > leaves_m.max(enters_m + 2.0 * margin_m) {
+            // A ray that ends just before the far side went through too: something may stand behind the object.
+            if range_m > (leaves_m - margin_m).max(enters_m + 2.0 * margin_m) {
                 counted.through += 1;
             } else {
                 counted.ended += 1;
@@ -46,6 +51,21 @@ pub(crate) fn penetration(place: &UprightBox, visit: &Visit, config: &ChangesCon
 pub(crate) fn evidence_of_absence(own: Penetration, other: Penetration, config: &ChangesConfig) -> f64 {
     let solidity = own.ended as f64 / (own.ended + own.through).max(1) as f64;
     let solidity = solidity.clamp(config.stray_share, 1.0 - config.stray_share);
-    other.through as f64 * ((1.0 - config.stray_share) / (1.0 - solidity)).ln()
-        + other.ended as f64 * (config.stray_share / solidity).ln()
+    let of_rays = other.through as f64 * ((1.0 - config.stray_share) / (1.0 - solidity)).ln()
+        + other.ended as f64 * (config.stray_share / solidity).ln();
+    // Rays that go through gaps go through the same ones.
+    solidity * solidity * of_rays
+}
+
+/// Whether the absence of an object explains the rays that ended in its place: their number is not improbable if rays end there by chance only.
+pub(crate) fn explains_absence(other: Penetration, config: &ChangesConfig) -> bool {
+    // Probability of fewer of them, of a Poisson distribution.
+    let mean = config.chance_share * (other.through + other.ended) as f64;
+    let mut term = (-mean).exp();
+    let mut fewer = 0.0;
+    for count in 0..other.ended {
+        fewer += term;
+        term *= mean / (count + 1) as f64;
+    }
+    1.0 - fewer >= config.chance_min
 }

@@ -1,6 +1,10 @@
 //! The surfaces of a visit: whether there is one near a place.
 
+use geometry::{Matrix3, Vector3};
 use points::hash::{CellKey, CellTable};
+
+/// A normal needs this number of points around.
+const NORMAL_POINTS_MIN: f64 = 6.0;
 
 /// Points of a visit in a grid.
 pub(crate) struct Surfaces {
@@ -35,6 +39,28 @@ impl Surfaces {
             let cell = CellKey::new(std::array::from_fn(|axis| middle[axis] + offset[axis]));
             self.of_cell(cell).iter().any(|point| squared_distance(point, place) <= square)
         })
+    }
+
+    /// Unit normal of the surface at a place: the direction in which the points of the 27 cells around spread least. None with too few points. Linear in those points.
+    pub(crate) fn normal(&self, place: &[f32; 3]) -> Option<[f32; 3]> {
+        let middle = CellKey::of_point(place, 1.0 / self.radius_m).cell();
+        let (mut count, mut sum, mut squares) = (0.0, Vector3::zeros(), Matrix3::zeros());
+        for offset in (-1..=1).flat_map(|x| (-1..=1).flat_map(move |y| (-1..=1).map(move |z| [x, y, z]))) {
+            let cell = CellKey::new(std::array::from_fn(|axis| middle[axis] + offset[axis]));
+            for point in self.of_cell(cell) {
+                let at = Vector3::from_fn(|axis, _| f64::from(point[axis] - place[axis]));
+                count += 1.0;
+                sum += at;
+                squares += at * at.transpose();
+            }
+        }
+        if count < NORMAL_POINTS_MIN {
+            return None;
+        }
+        let spread = squares / count - (sum / count) * (sum / count).transpose();
+        let eigen = spread.try_symmetric_eigen(1e-12, 100)?;
+        let least = eigen.eigenvalues.imin();
+        Some(eigen.eigenvectors.column(least).map(|at| at as f32).into())
     }
 
     fn of_cell(&self, cell: CellKey) -> &[[f32; 3]] {

@@ -1,6 +1,6 @@
 //! The place, size and heading of an object.
 
-use crate::ChangesConfig;
+use crate::BoxFitConfig;
 use geometry::Vector3;
 use std::f64::consts::FRAC_PI_2;
 
@@ -19,8 +19,8 @@ pub struct UprightBox {
 
 impl UprightBox {
     /// The box round points, metres, map frame: the heading with most points near two of its sides. None without points. Source of the criterion: Zhang and others,
-    /// *Efficient L-Shape Fitting for Vehicle Detection Using Laser Scanners*, 2017 ("closeness"). Linear in the points, of which [`ChangesConfig::fit_points_max`] are used at most.
-    pub fn around(points: &[[f32; 3]], config: &ChangesConfig) -> Option<Self> {
+    /// *Efficient L-Shape Fitting for Vehicle Detection Using Laser Scanners*, 2017 ("closeness"). Linear in the points, of which [`BoxFitConfig::fit_points_max`] are used at most.
+    pub fn around(points: &[[f32; 3]], config: &BoxFitConfig) -> Option<Self> {
         let step = points.len().div_ceil(config.fit_points_max).max(1);
         let points: Vec<Vector3> =
             points.iter().step_by(step).map(|point| Vector3::from(point.map(f64::from))).collect();
@@ -31,7 +31,7 @@ impl UprightBox {
         let yaw_rad = heading(best);
         let along: [Vec<f64>; 2] = in_frame(&points, yaw_rad);
         let [x, y] = along.map(|values| extent(values, config.trimmed_share));
-        let z = extent(points.iter().map(|point| point.z).collect(), config.trimmed_share);
+        let z = extent(points.iter().map(|point| point.z).collect(), config.trimmed_height_share);
         let ([x, y], z) = ([x?, y?], z?);
         let (sine, cosine) = yaw_rad.sin_cos();
         let (middle_x, middle_y) = ((x[0] + x[1]) / 2.0, (y[0] + y[1]) / 2.0);
@@ -148,7 +148,7 @@ mod tests {
             let yaw_rad = f64::to_radians(yaw_deg);
             let found = UprightBox::around(
                 &two_sides([3.0, -2.0], [1.0, 0.5, 0.7], yaw_rad),
-                &ChangesConfig::default(),
+                &BoxFitConfig::default(),
             )
             .expect("points");
             let expected = [1.0, 0.5, 0.7];
@@ -159,6 +159,6 @@ mod tests {
             assert!(!found.holds(&Vector3::new(3.0, -2.0, 0.8), 0.05));
             assert!((found.down_to(-0.1).size_m[2] - 0.8).abs() < 0.03);
         }
-        assert_eq!(UprightBox::around(&[], &ChangesConfig::default()), None);
+        assert_eq!(UprightBox::around(&[], &BoxFitConfig::default()), None);
     }
 }

@@ -2,8 +2,8 @@
 
 use crate::failure::Failure;
 use crate::{
-    account, align, changes, convert, example, export, import, info, localise, map, merge, optimise, patch,
-    replay, sim_record, site, topomap, trajectory, up, verify,
+    account, align, changes, convert, example, export, gauge, import, info, localise, map, merge, optimise,
+    patch, replay, sim_record, site, topomap, trajectory, up, verify,
 };
 use clap::{Parser, Subcommand};
 
@@ -50,6 +50,8 @@ enum Command {
     Align(align::AlignArgs),
     /// Find the objects that appeared, were removed or moved between two visits.
     Changes(changes::ChangesArgs),
+    /// Read the needle of a gauge from a picture.
+    Gauge(gauge::GaugeArgs),
     /// Make a topological map, nodes and edges, from a saved map.
     Topomap(topomap::TopomapArgs),
     /// Make a site to try: map, topological map, inspection points, a mission and a schedule.
@@ -115,6 +117,7 @@ impl Cli {
             Command::Import(args) => import::run(&args),
             Command::Align(args) => align::run(&args),
             Command::Changes(args) => changes::run(&args),
+            Command::Gauge(args) => gauge::run(&args),
             Command::Topomap(args) => topomap::run(&args),
             Command::Example(args) => example::run(&args),
             Command::Optimise(args) => optimise::run(&args),

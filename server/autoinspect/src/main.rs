@@ -12,6 +12,7 @@ mod convert;
 mod example;
 mod export;
 mod failure;
+mod gauge;
 mod import;
 mod info;
 mod inputs;

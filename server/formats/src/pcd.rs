@@ -4,6 +4,7 @@
 
 use crate::limits::UNPACKED_BYTES_MAX;
 use crate::{FormatError, PointField, PointTable, ScalarType, lzf, texts};
+use std::borrow::Cow;
 use std::io::{self, Write};
 
 const WHAT: &str = "PCD file";
@@ -17,6 +18,8 @@ struct Header {
     fields: Vec<PointField>,
     point_step: usize,
     points: usize,
+    /// Columns and rows, if their product is the number of points; else one row.
+    grid: [usize; 2],
     data: DataKind,
     /// Byte offset of the first byte after the header.
     end: usize,
@@ -38,9 +41,7 @@ pub fn read(bytes: &[u8]) -> Result<PointTable<'_>, FormatError> {
     let header = read_header(bytes)?;
     let body = &bytes[header.end..];
     match header.data {
-        DataKind::Binary => {
-            PointTable::new(header.fields, header.point_step, header.points, false, body.into())
-        }
+        DataKind::Binary => table(header, body.into()),
         DataKind::Compressed => read_compressed(header, body),
         DataKind::Ascii => read_ascii(header, body),
     }
@@ -97,7 +98,10 @@ fn read_header(bytes: &[u8]) -> Result<Header, FormatError> {
                 let Some(points) = points.or(grid) else {
                     return Err(FormatError::at_line(WHAT, lines, texts::NO_PCD_SIZE));
                 };
-                return Ok(Header { fields, point_step, points, data, end, lines });
+                let grid = [width.unwrap_or(points), height.unwrap_or(1)];
+                let is_whole = grid[0].checked_mul(grid[1]) == Some(points);
+                let grid = if is_whole { grid } else { [points, 1] };
+                return Ok(Header { fields, point_step, points, grid, data, end, lines });
             }
             // Comments, VERSION and VIEWPOINT.
             _ => {}
@@ -187,7 +191,14 @@ fn read_compressed<'a>(header: Header, body: &[u8]) -> Result<PointTable<'a>, Fo
         }
         column_start += size * header.points;
     }
-    PointTable::new(header.fields, header.point_step, header.points, false, rows.into())
+    table(header, rows.into())
+}
+
+/// The points of a file, in its grid.
+fn table(header: Header, data: Cow<'_, [u8]>) -> Result<PointTable<'_>, FormatError> {
+    let [width, height] = header.grid;
+    let row_step = header.point_step.saturating_mul(width);
+    PointTable::organised(header.fields, header.point_step, row_step, width, height, false, data)
 }
 
 fn read_ascii<'a>(header: Header, body: &[u8]) -> Result<PointTable<'a>, FormatError> {
@@ -217,7 +228,7 @@ fn read_ascii<'a>(header: Header, body: &[u8]) -> Result<PointTable<'a>, FormatE
         let problem = texts::too_few_points(header.points, count);
         return Err(FormatError::at_line(WHAT, header.lines + count, problem));
     }
-    PointTable::new(header.fields, header.point_step, count, false, rows.into())
+    table(header, rows.into())
 }
 
 /// Appends the little-endian bytes of a number in text. Integers may be written as floats.

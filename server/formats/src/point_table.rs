@@ -97,6 +97,7 @@ const SWEEP_NS_MAX: i64 = 2_000_000_000;
 const TIME_NAMES: [&str; 7] =
     ["t", "time", "timestamp", "offset_time", "time_offset", "timeoffset", "time_stamp"];
 const INTENSITY_NAMES: [&str; 4] = ["intensity", "scalar_intensity", "i", "reflectivity"];
+const COLOUR_NAMES: [&str; 2] = ["rgba", "rgb"];
 const RING_NAMES: [&str; 4] = ["ring", "channel", "line", "laser_id"];
 
 impl<'a> PointTable<'a> {
@@ -169,6 +170,11 @@ impl<'a> PointTable<'a> {
     /// Whether there is no point at all.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// Columns and rows of the grid in which the points stand; an unorganised table has one row.
+    pub fn grid(&self) -> [usize; 2] {
+        [self.width, self.height]
     }
 
     /// The columns.
@@ -270,6 +276,20 @@ impl<'a> PointTable<'a> {
     /// Intensities in sensor units; empty if there are none.
     fn intensity(&self) -> Vec<f32> {
         self.first_field(&INTENSITY_NAMES).map_or(Vec::new(), |field| self.column::<f32>(field))
+    }
+
+    /// Red, green and blue of all points, packed as the Point Cloud Library does in a field `rgb` or `rgba` of four bytes; empty if there is none.
+    pub fn colours(&self) -> Vec<[u8; 3]> {
+        let field = COLOUR_NAMES.iter().find_map(|name| self.field(name));
+        let Some(field) = field.filter(|field| field.count > 0 && field.scalar.size() == 4) else {
+            return Vec::new();
+        };
+        let packed = |point: &[u8]| {
+            let bytes = [0, 1, 2, 3].map(|byte| point[field.offset + byte]);
+            let number = if self.big_endian { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) };
+            [16, 8, 0].map(|shift| (number >> shift) as u8)
+        };
+        self.points().map(packed).collect()
     }
 
     fn coordinate(&self, name: &'static str) -> Result<&PointField, FormatError> {

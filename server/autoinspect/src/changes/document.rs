@@ -2,6 +2,7 @@
 
 use crate::texts;
 use changes::{Change, Changes, UprightBox};
+use geometry::Isometry;
 use serde::Serialize;
 
 /// What changed, in the frame of the map of both visits.
@@ -32,25 +33,32 @@ struct Place {
     yaw_rad: f64,
 }
 
-impl From<&UprightBox> for Place {
-    fn from(place: &UprightBox) -> Self {
-        Self { centre_m: place.centre_m.into(), size_m: place.size_m, yaw_rad: place.yaw_rad }
+impl Place {
+    /// A box in the frame of the results. Its size and heading stay those of its own frame, in which it stands upright.
+    fn new(place: &UprightBox, frame_from_boxes: &Isometry) -> Self {
+        let centre_m = frame_from_boxes * nalgebra::Point3::from(place.centre_m);
+        Self { centre_m: centre_m.coords.into(), size_m: place.size_m, yaw_rad: place.yaw_rad }
     }
 }
 
 impl Document {
-    /// The document of changes.
+    /// The document of changes, in their own frame.
     pub fn new(changes: &Changes) -> Self {
+        Self::in_frame(changes, &Isometry::identity())
+    }
+
+    /// The document of changes in another frame than that of their boxes.
+    pub fn in_frame(changes: &Changes, frame_from_boxes: &Isometry) -> Self {
         let object = |(id, object): (usize, &changes::ChangedObject)| {
             let (kind, from) = match &object.change {
                 Change::Appeared => ("appeared", None),
                 Change::Removed => ("removed", None),
-                Change::Moved { from } => ("moved", Some(from.into())),
+                Change::Moved { from } => ("moved", Some(Place::new(from, frame_from_boxes))),
             };
             Object {
                 id,
                 kind,
-                place: (&object.place).into(),
+                place: Place::new(&object.place, frame_from_boxes),
                 points: object.points.len(),
                 confidence: object.confidence,
                 from,

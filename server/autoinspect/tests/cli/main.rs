@@ -7,6 +7,7 @@ mod crash;
 mod example;
 mod failures;
 mod fake_gateway;
+mod gauges;
 mod import;
 mod interrupted_sessions;
 mod localise;

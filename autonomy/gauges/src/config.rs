@@ -1,0 +1,93 @@
+//! Parameters of the reading of gauges.
+
+/// Parameters of [`crate::read_gauge`].
+///
+/// docs/benchmarks/gauges.md says what the results were when the values were changed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GaugeConfig {
+    /// A dial with a smaller scale is not read, pixels. At 12 pixels a hundredth of a turn is 0.75 pixels at the tip.
+    pub radius_min_px: f64,
+    /// The face is what is seen between this share of the radius and the scale: the hub is left out.
+    pub face_inner_share: f64,
+    /// Below this share of the brightness of the face, colours are noise and count less.
+    pub dim_share: f64,
+    /// A needle differs from the face by at least this in the shares of red and green of its brightness.
+    pub colour_contrast_min: f64,
+    /// A dark needle is darker than the face by at least this share: the face is 1.5 times as bright.
+    pub dark_contrast_min: f64,
+    /// A light needle is lighter than the face by at least this share: 1.5 times as bright.
+    pub light_contrast_min: f64,
+    /// Evidence on more than this share of the dial is no needle.
+    pub area_share_max: f64,
+    /// Number of rays round the axis: half a degree.
+    pub rays: usize,
+    /// The run of a needle is looked for from this share of the radius on: hubs have holes and screws.
+    pub run_from_share: f64,
+    /// The run of a needle begins before this share of the radius.
+    pub run_start_share: f64,
+    /// A gap in the run of a needle is at most this share of the radius: reflections and print on it.
+    pub gap_share: f64,
+    /// Rays whose run is at least this share of the longest one are those of the tip.
+    pub tip_share: f64,
+    /// The direction is measured from this share of the length of the needle to [`Self::outer_to_share`]: near the axis an error of the axis turns it more.
+    pub outer_from_share: f64,
+    /// The tip itself is left out, because it is a pixel wide.
+    pub outer_to_share: f64,
+    /// Directions farther from the needle than this are not part of it, radians: a wedge is 40 degrees wide near the axis.
+    pub other_direction_rad: f64,
+    /// Noise of the evidence on the face that every camera has.
+    pub noise_floor: f64,
+    /// Ratio of the strength of the needle to the noise of the face at which the evidence counts half.
+    pub half_signal: f64,
+    /// Evidence with a smaller ratio of the strength of the needle to the noise of the face is not used.
+    pub signal_min: f64,
+    /// A needle that reaches farther than this share of the radius runs into the ring of the dial or a tick, and counts half.
+    pub length_share_max: f64,
+    /// Least quality of a reading, 0 to 1: length of the needle times its distinctness times its contrast.
+    pub quality_min: f64,
+    /// Another needle of at least this share of the best quality makes the reading unsure, if it points elsewhere by [`Self::rival_direction_rad`].
+    pub rival_share: f64,
+    /// Difference of direction from which two needles are different ones, radians.
+    pub rival_direction_rad: f64,
+    /// Error of the edges of the needle in a picture, pixels: half of one, as an image of any camera is.
+    pub edge_error_px: f64,
+    /// Error of the given centre and ends of the scale, radians: 1 degree, as found by hand.
+    pub dial_error_rad: f64,
+    /// A reading with a larger uncertainty is unsure, as a share of the range of a full turn.
+    pub uncertainty_share_max: f64,
+    /// A needle beyond an end of its scale by less than this shows the end, radians: needles rest on their pins.
+    pub beyond_end_rad: f64,
+}
+
+impl Default for GaugeConfig {
+    fn default() -> Self {
+        Self {
+            radius_min_px: 12.0,
+            face_inner_share: 0.25,
+            dim_share: 0.35,
+            colour_contrast_min: 0.05,
+            dark_contrast_min: 0.33,
+            light_contrast_min: 0.5,
+            area_share_max: 0.5,
+            rays: 720,
+            run_from_share: 0.2,
+            run_start_share: 0.4,
+            gap_share: 0.06,
+            tip_share: 0.93,
+            outer_from_share: 0.6,
+            outer_to_share: 0.97,
+            other_direction_rad: 0.7,
+            noise_floor: 0.02,
+            half_signal: 6.0,
+            signal_min: 4.0,
+            length_share_max: 1.05,
+            quality_min: 0.1,
+            rival_share: 0.75,
+            rival_direction_rad: 0.35,
+            edge_error_px: 0.5,
+            dial_error_rad: 0.0175,
+            uncertainty_share_max: 0.03,
+            beyond_end_rad: 0.1,
+        }
+    }
+}

@@ -1,0 +1,64 @@
+//! Reads JPEG and PNG files.
+
+use super::texts;
+use crate::failure::Failure;
+use gauges::Picture;
+use std::fs;
+use std::io::Cursor;
+use std::path::Path;
+use zune_jpeg::JpegDecoder;
+use zune_jpeg::zune_core::colorspace::ColorSpace;
+use zune_jpeg::zune_core::options::DecoderOptions;
+
+/// Largest width and height of a picture, pixels: more than any camera, and less than what fills the memory.
+const SIDE_MAX_PX: usize = 16_384;
+/// Most bytes that a PNG file may unpack to.
+const PNG_BYTES_MAX: usize = 1 << 30;
+
+/// Reads a picture.
+pub fn read(path: &Path) -> Result<Picture, Failure> {
+    let bytes = fs::read(path).map_err(|error| Failure::unreadable(path, error))?;
+    let (size_px, pixels) = if bytes.starts_with(&[0xff, 0xd8]) {
+        read_jpeg(path, &bytes)?
+    } else if bytes.starts_with(b"\x89PNG") {
+        read_png(path, &bytes)?
+    } else {
+        return Err(Failure::usage(texts::no_picture(path)));
+    };
+    Picture::new(size_px, pixels).map_err(|error| Failure::usage(texts::damaged_picture(path, &error)))
+}
+
+fn read_jpeg(path: &Path, bytes: &[u8]) -> Result<([usize; 2], Vec<[u8; 3]>), Failure> {
+    // The mark of the end. Decoders fill what is missing before it with grey.
+    if !bytes.windows(2).any(|pair| pair == [0xff, 0xd9]) {
+        return Err(Failure::usage(texts::picture_cut_short(path)));
+    }
+    let options = DecoderOptions::default()
+        .set_strict_mode(true)
+        .set_max_width(SIDE_MAX_PX)
+        .set_max_height(SIDE_MAX_PX)
+        .jpeg_set_out_colorspace(ColorSpace::RGB);
+    let mut decoder = JpegDecoder::new_with_options(Cursor::new(bytes), options);
+    let damaged = |error: &dyn std::fmt::Display| Failure::usage(texts::damaged_picture(path, error));
+    let colours = decoder.decode().map_err(|error| damaged(&error))?;
+    let (width, height) = decoder.dimensions().ok_or_else(|| damaged(&"it has no size"))?;
+    Ok(([width, height], colours.chunks_exact(3).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect()))
+}
+
+fn read_png(path: &Path, bytes: &[u8]) -> Result<([usize; 2], Vec<[u8; 3]>), Failure> {
+    let damaged = |error: &dyn std::fmt::Display| Failure::usage(texts::damaged_picture(path, error));
+    let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), png::Limits { bytes: PNG_BYTES_MAX });
+    decoder.set_transformations(png::Transformations::normalize_to_color8());
+    let mut reader = decoder.read_info().map_err(|error| damaged(&error))?;
+    let size = reader.output_buffer_size().filter(|size| *size <= PNG_BYTES_MAX);
+    let mut buffer = vec![0; size.ok_or_else(|| damaged(&"it is too large"))?];
+    let frame = reader.next_frame(&mut buffer).map_err(|error| damaged(&error))?;
+    let samples = frame.color_type.samples();
+    let colour = |pixel: &[u8]| match *pixel {
+        [red, green, blue, ..] => [red, green, blue],
+        [grey, ..] => [grey; 3],
+        [] => [0; 3],
+    };
+    let pixels = buffer[..frame.buffer_size()].chunks_exact(samples).map(colour).collect();
+    Ok(([frame.width as usize, frame.height as usize], pixels))
+}

@@ -1,0 +1,82 @@
+//! The sentences of `autoinspect gauge`.
+
+use gauges::UnsureReason;
+use std::fmt::Display;
+use std::path::Path;
+
+/// A file of gauges that does not have the gauge.
+pub fn unknown_gauge(path: &Path, name: &str, known: &str) -> String {
+    format!("{} describes no gauge '{name}'; it has: {known}", path.display())
+}
+
+/// A file of several gauges without a choice.
+pub fn which_gauge(path: &Path, known: &str) -> String {
+    format!("{} describes several gauges; choose one with --name: {known}", path.display())
+}
+
+/// A file without a gauge.
+pub fn no_gauges(path: &Path) -> String {
+    format!("{} describes no gauges; `autoinspect gauge --help` shows what stands in it", path.display())
+}
+
+/// A gauge whose description is not complete or contradicts itself.
+pub fn no_dial(path: &Path, name: &str, reason: &dyn Display) -> String {
+    format!("the gauge '{name}' in {} cannot be read: {reason}", path.display())
+}
+
+/// A description without the lower end of its scale.
+pub const NO_ZERO: &str = "it has no zero_tick, and no radius_px with a zero_angle_deg; give the pixel of the lower end of the scale";
+
+/// A description of a scale of less than a turn without its upper end.
+pub const NO_END: &str =
+    "full_turn is false, and there is no end_tick; give the pixel of the upper end of the scale";
+
+/// A direction that is none.
+pub fn unknown_direction(direction: &str) -> String {
+    format!("its direction is '{direction}'; write clockwise or counterclockwise")
+}
+
+/// A picture of another size than those of the camera.
+pub fn other_size(path: &Path, [width, height]: [usize; 2], name: &str, expected_px: [usize; 2]) -> String {
+    let [expected_width, expected_height] = expected_px;
+    format!(
+        "{} is {width} x {height} pixels, and the gauge '{name}' was described in pictures of {expected_width} x {expected_height}; give a picture of the same camera and crop",
+        path.display()
+    )
+}
+
+/// A file that is no picture.
+pub fn no_picture(path: &Path) -> String {
+    format!("{} is neither a JPEG nor a PNG file", path.display())
+}
+
+/// A picture that ends early.
+pub fn picture_cut_short(path: &Path) -> String {
+    format!("{} is cut short: the end of the picture is missing; copy or take it again", path.display())
+}
+
+/// A picture that cannot be decoded.
+pub fn damaged_picture(path: &Path, reason: &dyn Display) -> String {
+    format!("{} is a damaged picture ({reason}); copy or take it again", path.display())
+}
+
+/// Why a picture gives no value: a key for programs and a sentence for people.
+pub fn unsure(reason: UnsureReason) -> (&'static str, &'static str) {
+    match reason {
+        UnsureReason::OutsidePicture => (
+            "outside_picture",
+            "most of the dial is outside the picture; compare the gauge's centre with the picture",
+        ),
+        UnsureReason::NoNeedle => (
+            "no_needle",
+            "nothing like a needle stands out from the dial; the picture may be dark, blurred or of something else",
+        ),
+        UnsureReason::Indistinct => (
+            "indistinct",
+            "the needle is short or indistinct; glare, dirt or something before the dial may hide it",
+        ),
+        UnsureReason::Ambiguous => ("ambiguous", "two directions are about as likely"),
+        UnsureReason::Inexact => ("inexact", "the direction of the needle is not exact enough"),
+        UnsureReason::OutsideScale => ("outside_scale", "the needle points outside the scale"),
+    }
+}
