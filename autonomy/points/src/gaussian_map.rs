@@ -47,6 +47,9 @@ pub struct GaussianMapConfig {
     /// A plane at the cap of its points is classified again when the number of points inserted into the whole map is a multiple of
     /// this (at least 1).
     pub full_plane_reclassify_interval: u32,
+    /// Offset of the grid from the map's origin, metres. Floors and walls often lie at round coordinates. The offset keeps them away
+    /// from the borders of cubes, where a surface is split between two cubes. Chosen: no multiple of 5 cm.
+    pub grid_offset_m: [f64; 3],
 }
 
 impl GaussianMapConfig {
@@ -64,7 +67,7 @@ impl GaussianMapConfig {
     #[inline]
     pub fn root_cell(&self, point: &[f64; 3]) -> [i64; 3] {
         let per_metre = 1.0 / self.root_size_m;
-        std::array::from_fn(|axis| floor((point[axis] + GRID_OFFSET_M[axis]) * per_metre))
+        std::array::from_fn(|axis| floor((point[axis] + self.grid_offset_m[axis]) * per_metre))
     }
 }
 
@@ -86,6 +89,7 @@ impl Default for GaussianMapConfig {
             reclassify_growth_divisor: 4,
             min_reclassify_growth: 2,
             full_plane_reclassify_interval: 32,
+            grid_offset_m: [0.317, 0.643, 0.451],
         }
     }
 }
@@ -239,10 +243,6 @@ pub struct GaussianMap {
     /// Number of points inserted so far, modulo 2³².
     insertions: u32,
 }
-
-/// Offset of the grid from the map's origin, metres. Floors and walls often lie at round coordinates. The offset keeps them away
-/// from the borders of cubes, where a surface is split between two cubes.
-const GRID_OFFSET_M: [f64; 3] = [0.317, 0.643, 0.451];
 
 impl GaussianMap {
     /// An empty map.
@@ -466,7 +466,7 @@ impl GaussianMap {
         let cell = self.config.root_cell(point);
         let local = std::array::from_fn(|axis| {
             let middle = (cell[axis] as f64 + 0.5) * self.config.root_size_m;
-            (point[axis] + GRID_OFFSET_M[axis] - middle) as f32
+            (point[axis] + self.config.grid_offset_m[axis] - middle) as f32
         });
         (CellKey::new(cell), local)
     }
@@ -474,7 +474,9 @@ impl GaussianMap {
     /// Centre of a root cube, map frame, metres.
     fn centre(&self, key: CellKey) -> [f64; 3] {
         let cell = key.cell();
-        std::array::from_fn(|axis| (cell[axis] as f64 + 0.5) * self.config.root_size_m - GRID_OFFSET_M[axis])
+        std::array::from_fn(|axis| {
+            (cell[axis] as f64 + 0.5) * self.config.root_size_m - self.config.grid_offset_m[axis]
+        })
     }
 
     #[inline]

@@ -94,8 +94,8 @@ fn a_distribution_has_the_batch_mean_and_covariance() {
     let mut rng = RngTree::new(6).child("bush").rng();
     let config = GaussianMapConfig { max_depth: 0, max_points: 2_000, ..GaussianMapConfig::default() };
     let mut map = GaussianMap::new(config);
-    // All points lie in one root cube. The grid is shifted by GRID_OFFSET_M.
-    let centre = Vector3::new(1.0 - GRID_OFFSET_M[0], 1.0 - GRID_OFFSET_M[1], 1.0 - GRID_OFFSET_M[2]);
+    // All points lie in one root cube. The grid is shifted by `grid_offset_m`.
+    let centre = Vector3::from([1.0; 3]) - Vector3::from(config.grid_offset_m);
     let points: Vec<Vector3> = (0..1_500)
         .map(|_| centre + Vector3::from_fn(|_, _| rng.normal() * 0.2).map(|c| c.clamp(-0.9, 0.9)))
         .collect();

@@ -12,10 +12,16 @@ use std::process::{Command, ExitStatus};
 
 /// First option of the process that does the work.
 pub const WITHIN_LIMITS: &str = "--within-limits";
-/// Memory that the system's limit does not count, bytes: the program's code, of which some 30 MB are in use.
-const CODE_BYTES: u64 = 48 << 20;
-/// Time between the signal at the limit of processor time and the end by force, seconds.
-const GRACE_S: u64 = 5;
+
+/// Allowances beside the limits that people give.
+struct ProcessLimitConfig {
+    /// Memory that the system's limit does not count, bytes: the program's code, of which some 30 MB are in use.
+    code_bytes: u64,
+    /// Time between the signal at the limit of processor time and the end by force, seconds. Chosen.
+    grace_s: u64,
+}
+
+const CONFIG: ProcessLimitConfig = ProcessLimitConfig { code_bytes: 48 << 20, grace_s: 5 };
 
 /// Options of a command that limit it.
 #[derive(Args, Clone, Copy, Debug)]
@@ -52,10 +58,10 @@ impl ProcessLimits {
         let limit = |resource, current: u64, maximum: u64| {
             let _ = setrlimit(resource, Rlimit { current: Some(current), maximum: Some(maximum) });
         };
-        let memory_bytes = (self.max_memory << 20) - CODE_BYTES;
+        let memory_bytes = (self.max_memory << 20) - CONFIG.code_bytes;
         let cpu_s = (60.0 * self.max_minutes).ceil() as u64;
         limit(Resource::Data, memory_bytes, memory_bytes);
-        limit(Resource::Cpu, cpu_s, cpu_s + GRACE_S);
+        limit(Resource::Cpu, cpu_s, cpu_s + CONFIG.grace_s);
         // The system would write a file of the size of its memory when it ends the process.
         limit(Resource::Core, 0, 0);
         #[cfg(target_os = "linux")]

@@ -14,8 +14,13 @@ use std::time::Duration;
 use uuid::Uuid;
 use vocab::{ClientId, CommandId, MapId, UploadId};
 
-/// Longest wait for the ledger. It writes an edit within some milliseconds.
-const LEDGER_LIMIT: Duration = Duration::from_secs(60);
+/// Parameters of making the example.
+struct ExampleConfig {
+    /// Longest wait for the ledger. It writes an edit within some milliseconds.
+    ledger_timeout: Duration,
+}
+
+const CONFIG: ExampleConfig = ExampleConfig { ledger_timeout: Duration::from_secs(60) };
 
 impl ImportWorker {
     /// Makes the example. Map and site are as before if it fails.
@@ -82,7 +87,7 @@ impl ImportWorker {
             }),
         };
         self.ledger.change_site(work).map_err(str::to_owned)?;
-        match outcome.recv_timeout(LEDGER_LIMIT) {
+        match outcome.recv_timeout(CONFIG.ledger_timeout) {
             Ok(EditOutcome::Applied { .. }) => Ok(()),
             Ok(EditOutcome::Refused(EditRefusal::Invalid(errors))) => {
                 let reason = errors.first().map_or_else(String::new, ToString::to_string);

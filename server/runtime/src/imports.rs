@@ -19,7 +19,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
-use store::{Store, StoreError, UploadNote};
+use store::{ImportSpaceConfig, Store, StoreError, UploadNote};
 use vocab::{MapId, UploadId, Vec3};
 use watchdog::{BEAT_PERIOD, Heartbeat};
 
@@ -263,7 +263,10 @@ impl ImportWorker {
             ImportSource::Example { .. } => Ok(()),
             ImportSource::File { .. } if !file.exists() => Err(texts::UPLOAD_MISSING.to_owned()),
             ImportSource::File { .. }
-                if !self.store.has_space_for_import(upload).map_err(|error| store_reason(&error))? =>
+                if !self
+                    .store
+                    .has_space_for_import(upload, &ImportSpaceConfig::default())
+                    .map_err(|error| store_reason(&error))? =>
             {
                 Err(texts::NO_SPACE_FOR_IMPORT.to_owned())
             }

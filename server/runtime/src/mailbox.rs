@@ -27,16 +27,15 @@ pub struct MailboxConfig {
     pub max_publications: usize,
     /// Bytes that they may take, clouds and graphs included: some 60 keyframes, a minute of a walk over new ground.
     pub max_bytes: usize,
+    /// Sessions of which a compacted mailbox keeps the state of mapping. The files of an older one stay until the next start.
+    pub max_sessions: usize,
 }
 
 impl Default for MailboxConfig {
     fn default() -> Self {
-        Self { max_publications: 2_000, max_bytes: 64 << 20 }
+        Self { max_publications: 2_000, max_bytes: 64 << 20, max_sessions: 8 }
     }
 }
-
-/// Sessions of which a compacted mailbox keeps the state of mapping. The files of an older one stay until the next start.
-const MAX_SESSIONS: usize = 8;
 
 /// Keyframes of one session that were dropped with their clouds, from the first to the last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,7 +91,7 @@ impl Mail {
         self.bytes += bytes_of(&publication);
         self.ordered.push_back(publication);
         if self.ordered.len() > config.max_publications || self.bytes > config.max_bytes {
-            self.compact();
+            self.compact(config);
             tracing::warn!(
                 publications = self.ordered.len(),
                 bytes = self.bytes,
@@ -102,8 +101,8 @@ impl Mail {
     }
 
     /// Drops what the table at the head of this file says.
-    fn compact(&mut self) {
-        let mut slots = Slots::default();
+    fn compact(&mut self, config: &MailboxConfig) {
+        let mut slots = Slots { max_sessions: config.max_sessions, ..Slots::default() };
         let (mut mapping, mut kept) = (VecDeque::new(), VecDeque::new());
         for publication in std::mem::take(&mut self.ordered).into_iter().rev() {
             match &publication {
@@ -126,6 +125,7 @@ impl Mail {
 /// What a compacted mailbox keeps, filled from the newest publication to the oldest.
 #[derive(Default)]
 struct Slots {
+    max_sessions: usize,
     states: Vec<Discriminant<Publication>>,
     sessions: Vec<Option<SessionId>>,
     goals: BTreeSet<GoalId>,
@@ -150,7 +150,7 @@ impl Slots {
             Publication::Goal(goal) => self.goals.len() < MAX_GOALS && self.goals.insert(goal.id),
             Publication::Mapping(state) => {
                 let session = state.session();
-                let is_kept = self.sessions.len() < MAX_SESSIONS && !self.sessions.contains(&session);
+                let is_kept = self.sessions.len() < self.max_sessions && !self.sessions.contains(&session);
                 self.sessions.extend(is_kept.then_some(session));
                 is_kept
             }

@@ -5,12 +5,23 @@ use messages::{GraphNode, PoseGraph};
 use std::collections::VecDeque;
 use vocab::SessionId;
 
-/// Keyframes that are read in one turn of the publisher: each takes some 20 ms.
-const KEYFRAMES_PER_TURN: usize = 4;
+/// Parameters of [`TileRecovery`].
+#[derive(Clone, Copy, Debug)]
+pub struct TileRecoveryConfig {
+    /// Keyframes that are read in one turn of the publisher: each takes some 20 ms.
+    pub keyframes_per_turn: usize,
+}
+
+impl Default for TileRecoveryConfig {
+    fn default() -> Self {
+        Self { keyframes_per_turn: 4 }
+    }
+}
 
 /// What has to be recovered. As long as the graph at most.
 #[derive(Default)]
 pub struct TileRecovery {
+    config: TileRecoveryConfig,
     /// Waits for the whole graph.
     dropped: Option<DroppedKeyframes>,
     /// The session and the keyframes of it that are next.
@@ -45,7 +56,7 @@ impl TileRecovery {
             self.ready = None;
             return Vec::new();
         };
-        let next = nodes.drain(..nodes.len().min(KEYFRAMES_PER_TURN)).collect();
+        let next = nodes.drain(..nodes.len().min(self.config.keyframes_per_turn)).collect();
         if nodes.is_empty() {
             self.ready = None;
         }

@@ -70,7 +70,7 @@ pub use stop_latch::StoredStopLatch;
 pub use stored_data_check::StoredDataReport;
 pub use tiles::TileFiles;
 pub use topomap_source::TopomapSource;
-pub use uploads::{StoredUpload, UploadNote};
+pub use uploads::{ImportSpaceConfig, StoredUpload, UploadNote};
 pub use viewpoint_clouds::{CloudViewpoint, visible_points, write_viewpoint_clouds};
 
 use ports::DataDir;

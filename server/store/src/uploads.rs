@@ -19,8 +19,19 @@ use vocab::{MapId, Stamp, UploadId};
 
 /// Versions of [`NoteDocument`].
 pub(crate) const NOTE_FORMAT_VERSIONS: Versions = Versions { first_checked: 2, newest: 2 };
-/// Size of a map relative to the file that it is made of, at most. A map takes 14 bytes a point (`docs/benchmarks/import.md`); LAZ, the smallest format, some 3.
-const MAX_MAP_PER_FILE: u64 = 5;
+
+/// Parameters of the space for imports.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ImportSpaceConfig {
+    /// Size of a map relative to the file that it is made of, at most. A map takes 14 bytes a point (`docs/benchmarks/import.md`); LAZ, the smallest format, some 3.
+    pub max_map_per_file: u64,
+}
+
+impl Default for ImportSpaceConfig {
+    fn default() -> Self {
+        Self { max_map_per_file: 5 }
+    }
+}
 
 /// What is known of an uploaded file besides its bytes.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -122,10 +133,14 @@ impl Store {
     ///
     /// # Errors
     /// When the system does not say.
-    pub fn has_space_for_import(&self, upload: UploadId) -> Result<bool, StoreError> {
+    pub fn has_space_for_import(
+        &self,
+        upload: UploadId,
+        config: &ImportSpaceConfig,
+    ) -> Result<bool, StoreError> {
         let path = self.dir().upload(upload);
         let about = fs::metadata(&path).map_err(|source| StoreError::io("read", &path, source))?;
-        let needed = about.len().saturating_mul(MAX_MAP_PER_FILE).saturating_add(DISK_RESERVE_BYTES);
+        let needed = about.len().saturating_mul(config.max_map_per_file).saturating_add(DISK_RESERVE_BYTES);
         Ok(files::free_bytes(&self.dir().uploads())? >= needed)
     }
 

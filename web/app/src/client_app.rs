@@ -92,7 +92,8 @@ impl ClientApp {
         renderer.defer_overlay();
         let scene = SceneSync::new(renderer);
         device.renderer.write().callback_resources.insert(scene.renderer.clone());
-        let frame_pacer = graphics::initial_frame_pacer(&device.adapter.get_info());
+        let frame_pacer =
+            graphics::initial_frame_pacer(graphics::GraphicsConfig::default(), &device.adapter.get_info());
         Ok(Box::new(Self {
             config: ClientAppConfig::default(),
             runtime,

@@ -8,8 +8,13 @@ use scene::View;
 use site_model::NodeId;
 use vocab::Vec3;
 
-/// Nodes from which a new inspection point may be looked at are tried up to this number, the best first.
-const MAX_VIEWPOINTS: usize = 8;
+/// Parameters of clicks on the graph.
+struct GraphClickConfig {
+    /// Nodes from which a new inspection point may be looked at are tried up to this number, the best first. Chosen.
+    max_viewpoints: usize,
+}
+
+const CONFIG: GraphClickConfig = GraphClickConfig { max_viewpoints: 8 };
 
 /// What was clicked.
 pub(crate) struct GraphClick {
@@ -80,5 +85,5 @@ fn viewpoint(target: Vec3, model: &Model, scene: &SceneSync, view: &View) -> Opt
             sight.is_tilt_possible && camera_inset::is_free(&sight, view, scene)
         })
     };
-    nodes.iter().take(MAX_VIEWPOINTS).find(sees).or(nodes.first()).copied()
+    nodes.iter().take(CONFIG.max_viewpoints).find(sees).or(nodes.first()).copied()
 }

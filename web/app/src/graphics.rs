@@ -23,8 +23,21 @@ pub(crate) enum GraphicsBackend {
 const STORAGE_KEY: &str = "autoinspect.gpu";
 /// Its value if that was WebGPU.
 const WEBGPU: &str = "webgpu";
-/// Delay of the request for the WebGPU adapter after the start, longer than the time to the first image of the map.
-const PROBE_DELAY: Duration = Duration::from_secs(10);
+
+/// Parameters of the choice of the backend and of its first images.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct GraphicsConfig {
+    /// Delay of the request for the WebGPU adapter after the start, longer than the time to the first image of the map.
+    probe_delay: Duration,
+    /// Quality of the first images on a software device, where an image at full quality takes 1 s.
+    software_quality: f32,
+}
+
+impl Default for GraphicsConfig {
+    fn default() -> Self {
+        Self { probe_delay: Duration::from_secs(10), software_quality: 0.1 }
+    }
+}
 
 /// The backend of the parameter `?gpu=webgl` or `?gpu=webgpu`; without it the one that was usable at the last visit, if it still is.
 pub(crate) async fn choose_backend() -> GraphicsBackend {
@@ -37,8 +50,8 @@ pub(crate) async fn choose_backend() -> GraphicsBackend {
 }
 
 /// Stores for the next visit whether WebGPU is usable.
-pub(crate) async fn probe_webgpu() {
-    gloo_timers::future::sleep(PROBE_DELAY).await;
+pub(crate) async fn probe_webgpu(config: GraphicsConfig) {
+    gloo_timers::future::sleep(config.probe_delay).await;
     let usable = webgpu_on_hardware().await.unwrap_or(false);
     let Some(storage) = browser::lasting_storage() else { return };
     // Without storage every visit draws with WebGL2.
@@ -82,17 +95,14 @@ pub(crate) fn web_options(back_end: GraphicsBackend) -> eframe::WebOptions {
     }
 }
 
-/// Quality of the first images on a software device, where an image at full quality takes 1 s.
-const SOFTWARE_QUALITY: f32 = 0.1;
-
 /// The frame pacer for a graphics adapter: it begins with a low quality on software devices.
-pub(crate) fn initial_frame_pacer(adapter: &wgpu::AdapterInfo) -> scene::FramePacer {
+pub(crate) fn initial_frame_pacer(config: GraphicsConfig, adapter: &wgpu::AdapterInfo) -> scene::FramePacer {
     const SOFTWARE_DEVICES: [&str; 4] = ["swiftshader", "llvmpipe", "softpipe", "software"];
     let name = format!("{} {}", adapter.name, adapter.driver_info).to_lowercase();
     let slow = adapter.device_type == wgpu::DeviceType::Cpu
         || SOFTWARE_DEVICES.iter().any(|word| name.contains(word));
     if slow {
-        scene::FramePacer::new(scene::FramePacingConfig::default(), SOFTWARE_QUALITY)
+        scene::FramePacer::new(scene::FramePacingConfig::default(), config.software_quality)
     } else {
         scene::FramePacer::default()
     }

@@ -6,9 +6,19 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 use std::time::Duration;
 
-/// Delay of the frame that an inbound message requests. State arrives at 20 Hz and scans at 10 Hz. About 10 frames a second
-/// show them without loading the CPU more.
-const REPAINT_DELAY: Duration = Duration::from_millis(90);
+/// Parameters of an [`Inbox`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct InboxConfig {
+    /// Delay of the frame that an inbound message requests. State arrives at 20 Hz and scans at 10 Hz. About 10 frames a second
+    /// show them without loading the CPU more.
+    repaint_delay: Duration,
+}
+
+impl Default for InboxConfig {
+    fn default() -> Self {
+        Self { repaint_delay: Duration::from_millis(90) }
+    }
+}
 
 /// A message from outside the client.
 #[derive(Debug)]
@@ -36,6 +46,7 @@ pub(crate) enum InboundMessage {
 /// A queue that requests a frame for each pushed message.
 #[derive(Clone, Default)]
 pub(crate) struct Inbox {
+    config: InboxConfig,
     queue: Rc<RefCell<VecDeque<InboundMessage>>>,
     ctx: Rc<OnceCell<egui::Context>>,
 }
@@ -56,7 +67,7 @@ impl Inbox {
     /// Requests a frame, for something that waits elsewhere.
     pub(crate) fn request_frame(&self) {
         if let Some(ctx) = self.ctx.get() {
-            ctx.request_repaint_after(REPAINT_DELAY);
+            ctx.request_repaint_after(self.config.repaint_delay);
         }
     }
 

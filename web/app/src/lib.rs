@@ -88,7 +88,7 @@ mod web {
         let back_end = graphics::choose_backend().await;
         let create = Box::new(|context: &eframe::CreationContext<'_>| ClientApp::create(runtime, context));
         WebRunner::new().start(canvas, graphics::web_options(back_end), create).await?;
-        wasm_bindgen_futures::spawn_local(graphics::probe_webgpu());
+        wasm_bindgen_futures::spawn_local(graphics::probe_webgpu(graphics::GraphicsConfig::default()));
         Ok(())
     }
 }

@@ -16,8 +16,14 @@ const FILE_TYPES: &str = ".json";
 const INPUT_ID: &str = "plan-file";
 /// Name that a saved file is given.
 const FILE_NAME: &str = "autoinspect-plan.json";
-/// Largest file that is read, bytes. Missions and schedules of a site are a few hundred kilobytes.
-const MAX_FILE_BYTES: f64 = 16e6;
+
+/// Parameters of plan files that are read.
+struct PlanFileConfig {
+    /// Largest file that is read, bytes. Missions and schedules of a site are a few hundred kilobytes.
+    max_file_bytes: f64,
+}
+
+const CONFIG: PlanFileConfig = PlanFileConfig { max_file_bytes: 16e6 };
 
 /// The dialogue for files of missions and schedules.
 pub(crate) struct PlanFiles {
@@ -46,7 +52,7 @@ impl PlanFiles {
 
 async fn read(file: &File) -> Result<PlanFile, String> {
     let unreadable = |reason: &str| texts::plan_file_unreadable(&file.name(), reason);
-    if file.size() > MAX_FILE_BYTES {
+    if file.size() > CONFIG.max_file_bytes {
         return Err(unreadable(texts::PLAN_FILE_TOO_LONG));
     }
     let text = JsFuture::from(file.text()).await.ok().and_then(|text| text.as_string());

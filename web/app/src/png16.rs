@@ -8,8 +8,14 @@ pub(crate) struct Png16 {
     pub(crate) compressed: Vec<u8>,
 }
 
-/// Greatest number of pixels.
-const MAX_PIXELS: usize = 16 << 20;
+/// Parameters of pictures of 16 bits.
+struct Png16Config {
+    /// Greatest number of pixels, so that a picture takes at most 32 MB once it is unpacked.
+    max_pixels: usize,
+}
+
+const CONFIG: Png16Config = Png16Config { max_pixels: 16 << 20 };
+
 const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 /// Bytes of a pixel.
 const PIXEL: usize = 2;
@@ -40,7 +46,7 @@ pub(crate) fn parse(file: &[u8]) -> Option<Png16> {
     }
     let size = size?;
     let pixels = size[0].checked_mul(size[1])?;
-    (0 < pixels && pixels <= MAX_PIXELS).then_some(Png16 { size, compressed })
+    (0 < pixels && pixels <= CONFIG.max_pixels).then_some(Png16 { size, compressed })
 }
 
 /// The values of the pixels from the decompressed rows, each of which begins with the kind of its filter.

@@ -18,8 +18,13 @@ use web_sys::{
     Response,
 };
 
-/// Longest side of a picture that is shown, pixels.
-const MAX_SIDE_PX: u32 = 8_192;
+/// Parameters of pictures that are read.
+struct PictureFileConfig {
+    /// Longest side of a picture that is shown, pixels. Chosen: a larger one takes more than 256 MB.
+    max_side_px: u32,
+}
+
+const CONFIG: PictureFileConfig = PictureFileConfig { max_side_px: 8_192 };
 
 type Fetched = (BlobHash, Result<ResultFileContent, String>);
 
@@ -81,7 +86,7 @@ async fn decode_picture(bytes: &[u8]) -> Result<ColorImage, JsValue> {
     let bitmap: ImageBitmap =
         JsFuture::from(window.create_image_bitmap_with_blob(&blob)?).await?.dyn_into()?;
     let (width, height) = (bitmap.width(), bitmap.height());
-    if width.max(height) > MAX_SIDE_PX {
+    if width.max(height) > CONFIG.max_side_px {
         return Err(JsValue::NULL);
     }
     let canvas: HtmlCanvasElement = browser::create("canvas").ok_or(JsValue::NULL)?.dyn_into()?;

@@ -9,10 +9,15 @@ use glam::DVec3;
 use panels::SceneLabel;
 use vocab::Pose;
 
-/// Largest number of keyframes in the accessible tree. More would bury the other controls for users of a screen reader.
-const MAX_KEYFRAME_LABELS: usize = 24;
-/// Largest number of nodes and inspection points with a name in the scene.
-const MAX_NODE_LABELS: usize = 60;
+/// Parameters of the labels in the scene.
+struct SceneLabelConfig {
+    /// Largest number of keyframes in the accessible tree. More would bury the other controls for users of a screen reader.
+    max_keyframes: usize,
+    /// Largest number of nodes and inspection points with a name in the scene. More would hide each other. Chosen.
+    max_nodes: usize,
+}
+
+const CONFIG: SceneLabelConfig = SceneLabelConfig { max_keyframes: 24, max_nodes: 60 };
 
 /// Radius of the smallest ring round the robot, and the height of its sensor over the base, m.
 const ROBOT_EXTENT_M: [f64; 2] = [0.62, 0.22];
@@ -158,7 +163,7 @@ fn node_labels(
         candidates.push((order, SceneLabel::inspection_point(at, point.id, &point.name, is_selected)));
     }
     candidates.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-    labels.extend(candidates.into_iter().take(MAX_NODE_LABELS).map(|(_, label)| label));
+    labels.extend(candidates.into_iter().take(CONFIG.max_nodes).map(|(_, label)| label));
 }
 
 /// Names of the zones, with what holds in them. `preview`: what an operator drags.
@@ -198,5 +203,5 @@ fn keyframe_labels(
         candidates.push((order, SceneLabel::keyframe(at, node.id, sigma_m, is_selected)));
     }
     candidates.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-    labels.extend(candidates.into_iter().take(MAX_KEYFRAME_LABELS).map(|(_, label)| label));
+    labels.extend(candidates.into_iter().take(CONFIG.max_keyframes).map(|(_, label)| label));
 }

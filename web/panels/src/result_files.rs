@@ -7,8 +7,13 @@ use site_model::GammaSpectrum;
 use std::collections::BTreeMap;
 use vocab::BlobHash;
 
-/// Bytes of decoded files that are kept at most. Those that were not shown for the longest time are dropped first.
-const MAX_BYTES: usize = 96 << 20;
+/// Parameters of the files that are kept.
+struct ResultFilesConfig {
+    /// Bytes of decoded files that are kept at most. Those that were not shown for the longest time are dropped first. Chosen.
+    max_bytes: usize,
+}
+
+const CONFIG: ResultFilesConfig = ResultFilesConfig { max_bytes: 96 << 20 };
 
 /// What a file holds.
 #[derive(Debug)]
@@ -102,7 +107,7 @@ impl ResultFiles {
 
     fn drop_oldest(&mut self) {
         let mut bytes: usize = self.entries.values().map(|entry| entry.bytes).sum();
-        while bytes > MAX_BYTES {
+        while bytes > CONFIG.max_bytes {
             let oldest = self.entries.iter().filter(|(_, entry)| entry.bytes > 0);
             let Some((blob, _)) = oldest.min_by_key(|(_, entry)| entry.shown) else { return };
             let blob = *blob;

@@ -30,13 +30,53 @@ pub struct Forest {
     pub rank: Vec<u32>,
 }
 
-/// Share of stored entries that may be zeros after merging, by the number of columns of the merged cluster.
-fn zeros_allowed(columns: usize) -> f64 {
-    match columns {
-        0..=24 => 0.5,
-        25..=48 => 0.2,
-        49..=96 => 0.06,
-        _ => 0.02,
+/// Parameters of the merging of clusters: which share of the stored entries may be zeros, by the number of columns of the merged cluster. They change the
+/// time of a solve, not its result. Such classes of width are those of the relaxed supernodes of CHOLMOD (Chen, Davis, Hager, Rajamanickam, *Algorithm 887*,
+/// ACM TOMS 35, 2008); the values are chosen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct ClusterMergeConfig {
+    /// Most columns of a narrow cluster.
+    max_narrow_columns: usize,
+    /// Share of zeros that a narrow cluster may have.
+    max_narrow_zeros_share: f64,
+    /// Most columns of a medium cluster.
+    max_medium_columns: usize,
+    /// Share of zeros that a medium cluster may have.
+    max_medium_zeros_share: f64,
+    /// Most columns of a wide cluster.
+    max_wide_columns: usize,
+    /// Share of zeros that a wide cluster may have.
+    max_wide_zeros_share: f64,
+    /// Share of zeros that any wider cluster may have.
+    max_widest_zeros_share: f64,
+}
+
+impl Default for ClusterMergeConfig {
+    fn default() -> Self {
+        Self {
+            max_narrow_columns: 24,
+            max_narrow_zeros_share: 0.5,
+            max_medium_columns: 48,
+            max_medium_zeros_share: 0.2,
+            max_wide_columns: 96,
+            max_wide_zeros_share: 0.06,
+            max_widest_zeros_share: 0.02,
+        }
+    }
+}
+
+impl ClusterMergeConfig {
+    /// Share of stored entries that may be zeros in a merged cluster of so many columns.
+    fn max_zeros_share(&self, columns: usize) -> f64 {
+        if columns <= self.max_narrow_columns {
+            self.max_narrow_zeros_share
+        } else if columns <= self.max_medium_columns {
+            self.max_medium_zeros_share
+        } else if columns <= self.max_wide_columns {
+            self.max_wide_zeros_share
+        } else {
+            self.max_widest_zeros_share
+        }
     }
 }
 
@@ -64,7 +104,7 @@ pub fn analyse(graph: &Adjacency, order: &[u32], dimensions: &[u8], parts: &[u8]
     }
     let part = |variable: u32| parts.get(variable as usize).copied().unwrap_or(0);
     let mut clusters = eliminate(graph, order, &rank, dimensions, part);
-    merge_for_size(&mut clusters, &rank, part);
+    merge_for_size(&ClusterMergeConfig::default(), &mut clusters, &rank, part);
     finish(clusters, graph.len())
 }
 
@@ -138,7 +178,12 @@ fn eliminate(
 }
 
 /// Merges children into their parents where that stores few zeros, starting at the leaves.
-fn merge_for_size(clusters: &mut [Building], rank: &[u32], part: impl Fn(u32) -> u8) {
+fn merge_for_size(
+    config: &ClusterMergeConfig,
+    clusters: &mut [Building],
+    rank: &[u32],
+    part: impl Fn(u32) -> u8,
+) {
     // Sorted by the last frontal variable, so that children come before their parents.
     let mut sequence: Vec<u32> = (0..clusters.len() as u32).collect();
     let last = |cluster: &Building| cluster.frontal.last().map_or(0, |&variable| rank[variable as usize]);
@@ -156,7 +201,7 @@ fn merge_for_size(clusters: &mut [Building], rank: &[u32], part: impl Fn(u32) ->
             let columns = parent.columns + candidate.columns;
             let entries = columns * (columns + 1) / 2 + columns * parent.rows_below;
             let apart = part(parent.frontal[0]) != part(candidate.frontal[0]);
-            if apart || (zeros as f64) > zeros_allowed(columns) * entries as f64 {
+            if apart || (zeros as f64) > config.max_zeros_share(columns) * entries as f64 {
                 kept.push(child);
                 continue;
             }

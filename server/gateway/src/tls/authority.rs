@@ -19,14 +19,24 @@ use tokio_rustls::rustls::pki_types::pem::PemObject;
 use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer, PrivatePkcs8KeyDer};
 use tokio_rustls::rustls::sign::CertifiedKey;
 
-/// For how long the authority is valid, days: as long as the robot serves, since replacing it means telling all browsers again.
-const AUTHORITY_DAYS: i64 = 3_650;
-/// For how long a certificate is valid, days. Browsers accept 398 at most.
-const CERTIFICATE_DAYS: i64 = 90;
-/// Time after which a certificate is made anew, while the program runs.
-const RENEWAL_PERIOD: Duration = Duration::from_secs(30 * 24 * 3_600);
-/// Names that are kept. Only names of this server are certified, so they are few.
-const MAX_NAMES: usize = 64;
+/// Parameters of the authority and its certificates.
+struct AuthorityConfig {
+    /// For how long the authority is valid, days: as long as the robot serves, since replacing it means telling all browsers again.
+    authority_days: i64,
+    /// For how long a certificate is valid, days. Browsers accept 398 at most.
+    certificate_days: i64,
+    /// Time after which a certificate is made anew, while the program runs: a third of its validity.
+    renewal_period: Duration,
+    /// Names that are kept. Only names of this server are certified, so they are few.
+    max_names: usize,
+}
+
+const CONFIG: AuthorityConfig = AuthorityConfig {
+    authority_days: 3_650,
+    certificate_days: 90,
+    renewal_period: Duration::from_secs(30 * 24 * 3_600),
+    max_names: 64,
+};
 
 /// The authority.
 pub(crate) struct Authority {
@@ -84,14 +94,14 @@ impl Authority {
         let known_as = names.join(" ");
         let mut certified = self.certified.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((made, key)) = certified.get(&known_as)
-            && made.elapsed() < RENEWAL_PERIOD
+            && made.elapsed() < CONFIG.renewal_period
         {
             return Ok(Arc::clone(key));
         }
         let made = self.certify(names).map_err(|error| TlsError::Make(error.to_string()))?;
         let key = any_supported_type(&made.1).map_err(|error| TlsError::Make(error.to_string()))?;
         let key = Arc::new(CertifiedKey::new(vec![made.0, self.certificate.clone()], key));
-        if certified.len() >= MAX_NAMES {
+        if certified.len() >= CONFIG.max_names {
             certified.clear();
         }
         certified.insert(known_as, (Instant::now(), Arc::clone(&key)));
@@ -107,7 +117,7 @@ impl Authority {
         params.key_usages = vec![KeyUsagePurpose::DigitalSignature];
         params.extended_key_usages = vec![ExtendedKeyUsagePurpose::ServerAuth];
         params.use_authority_key_identifier_extension = true;
-        set_validity(&mut params, CERTIFICATE_DAYS);
+        set_validity(&mut params, CONFIG.certificate_days);
         let key = KeyPair::generate()?;
         let certificate = params.signed_by(&key, &self.issuer)?;
         let key = PrivateKeyDer::Pkcs8(PrivatePkcs8KeyDer::from(key.serialize_der()));
@@ -126,7 +136,7 @@ fn authority_params() -> CertificateParams {
 /// A new authority and its key, in PEM format.
 fn make() -> Result<(String, String), rcgen::Error> {
     let mut params = authority_params();
-    set_validity(&mut params, AUTHORITY_DAYS);
+    set_validity(&mut params, CONFIG.authority_days);
     let key = KeyPair::generate()?;
     Ok((params.self_signed(&key)?.pem(), key.serialize_pem()))
 }

@@ -10,8 +10,13 @@ use tokio_rustls::rustls::pki_types::pem::PemObject;
 use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
 use tokio_rustls::rustls::sign::CertifiedKey;
 
-/// Time between two looks at the files.
-const LOOK_PERIOD: Duration = Duration::from_secs(10);
+/// Parameters of [`CertificateFiles`].
+struct CertificateFilesConfig {
+    /// Time between two looks at the files. Chosen.
+    look_period: Duration,
+}
+
+const CONFIG: CertificateFilesConfig = CertificateFilesConfig { look_period: Duration::from_secs(10) };
 
 /// The files with what they held last.
 pub(crate) struct CertificateFiles {
@@ -33,7 +38,7 @@ impl CertificateFiles {
     /// # Errors
     /// When they cannot be used.
     pub(crate) fn open(certificates: PathBuf, key: PathBuf) -> Result<Self, TlsError> {
-        Self::open_with(LOOK_PERIOD, certificates, key)
+        Self::open_with(CONFIG.look_period, certificates, key)
     }
 
     fn open_with(look_period: Duration, certificates: PathBuf, key: PathBuf) -> Result<Self, TlsError> {

@@ -33,6 +33,9 @@ pub struct SimulatedRobotConfig {
     pub max_pending_requests: usize,
     /// Longest time for the greeting of a core.
     pub hello_timeout: Duration,
+    /// Longest wait without a sign of life: half of the second in which `on_step` is called. A robot that lives a thousand times more slowly than this
+    /// computer waits for 10 s between two steps.
+    pub sign_of_life_period: Duration,
     /// Called by the simulation's thread at least every second while it lives, so that somebody can notice if it hangs.
     pub on_step: Option<OnStep>,
 }
@@ -56,6 +59,7 @@ impl SimulatedRobotConfig {
             wait: WaitBudgetConfig::default(),
             max_pending_requests: 64,
             hello_timeout: Duration::from_secs(1),
+            sign_of_life_period: Duration::from_millis(500),
             on_step: None,
         }
     }

@@ -14,11 +14,8 @@ use messages::Drive;
 use ports::SimulatedFault;
 use sim::{ScheduledFault, SimEvent, Simulator};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 use vocab::Span;
-
-/// Longest wait without a sign of life. A robot that lives a thousand times more slowly than this computer waits for 10 s between two steps.
-const SIGN_OF_LIFE_PERIOD: Duration = Duration::from_millis(500);
 
 pub(super) struct Simulation {
     config: SimulatedRobotConfig,
@@ -86,15 +83,15 @@ impl Simulation {
         self.send(RobotMessage::Clock(self.simulator.now()))
     }
 
-    /// Waits until the next step is due, with a sign of life at least every second.
+    /// Waits until the next step is due, with a sign of life at least every [`SimulatedRobotConfig::sign_of_life_period`].
     fn wait_until_due(&mut self) -> Result<(), Stopped> {
         loop {
             if let Some(on_step) = &self.config.on_step {
                 on_step();
             }
             let delay = self.pacer.delay(self.simulator.now(), Instant::now());
-            self.stop.sleep(delay.min(SIGN_OF_LIFE_PERIOD))?;
-            if delay <= SIGN_OF_LIFE_PERIOD {
+            self.stop.sleep(delay.min(self.config.sign_of_life_period))?;
+            if delay <= self.config.sign_of_life_period {
                 return Ok(());
             }
         }

@@ -67,6 +67,12 @@ pub struct AccountsConfig {
     pub max_known: usize,
     /// Other requests that wait.
     pub max_requests: usize,
+    /// Longest wait for the ledger's thread. The disk may be busy with a large transaction.
+    pub write_timeout: Duration,
+    /// Time between two searches for sessions that ended long ago.
+    pub cleaning_period: Duration,
+    /// Least time between two entries of the audit log for failed attempts to sign in: a flood of them does not fill the disk.
+    pub failure_note_period: Duration,
 }
 
 const HOUR: i64 = 3_600_000;
@@ -86,6 +92,9 @@ impl Default for AccountsConfig {
             max_strangers: 8,
             max_known: 16,
             max_requests: 64,
+            write_timeout: Duration::from_secs(20),
+            cleaning_period: Duration::from_secs(3_600),
+            failure_note_period: Duration::from_secs(1),
         }
     }
 }

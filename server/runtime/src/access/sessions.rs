@@ -12,9 +12,6 @@ use std::time::{Duration, Instant};
 use store::{AuditEntry, StoredAccount, StoredCredential};
 use vocab::ClientId;
 
-/// Least time between two entries of the audit log for failed attempts to sign in: a flood of them does not fill the disk.
-const FAILURE_NOTE_PERIOD: Duration = Duration::from_secs(1);
-
 pub(super) type Result<T> = std::result::Result<T, AccountRefusal>;
 
 pub(super) fn refused<T>(kind: AccountRefusalKind, reason: impl Into<String>) -> Result<T> {
@@ -52,7 +49,7 @@ impl AccessWorker {
     }
 
     fn note_failure(&mut self, by: &Caller, name: Option<&AccountName>) {
-        if self.failures.1.is_some_and(|noted| noted.elapsed() < FAILURE_NOTE_PERIOD) {
+        if self.failures.1.is_some_and(|noted| noted.elapsed() < self.config.failure_note_period) {
             return;
         }
         let more = std::mem::take(&mut self.failures.0) - 1;
@@ -70,7 +67,7 @@ impl AccessWorker {
     /// Notes failures that had no entry of their own.
     pub(super) fn note_failures(&mut self) {
         let (count, noted) = self.failures;
-        if count == 0 || noted.is_some_and(|noted| noted.elapsed() < FAILURE_NOTE_PERIOD) {
+        if count == 0 || noted.is_some_and(|noted| noted.elapsed() < self.config.failure_note_period) {
             return;
         }
         self.failures = (0, Some(Instant::now()));

@@ -18,9 +18,6 @@ use store::{AccountReader, LedgerWriter, Store, StoreError};
 use vocab::Stamp;
 use watchdog::Heartbeat;
 
-/// Longest wait for the ledger's thread. The disk may be busy with a large transaction.
-const MAX_WRITE_WAIT: Duration = Duration::from_secs(20);
-
 /// The thread.
 pub struct AccessWorker {
     pub(super) config: AccountsConfig,
@@ -37,9 +34,6 @@ pub struct AccessWorker {
     /// When long-ended sessions are looked for next.
     cleaned: Option<Instant>,
 }
-
-/// Time between two searches for sessions that ended long ago.
-const CLEANING_PERIOD: Duration = Duration::from_secs(3_600);
 
 impl AccessWorker {
     /// Reads accounts from the ledger of this store.
@@ -112,7 +106,7 @@ impl AccessWorker {
         self.note_failures();
         let mut rows = self.directory.uses_to_note(self.config.note_period);
         let mut removed = Vec::new();
-        if self.cleaned.is_none_or(|cleaned| cleaned.elapsed() >= CLEANING_PERIOD) {
+        if self.cleaned.is_none_or(|cleaned| cleaned.elapsed() >= self.config.cleaning_period) {
             self.cleaned = Some(Instant::now());
             let now = CalendarTime::read().utc;
             let is_old = |at: Stamp| now - at >= self.config.known_browser;
@@ -150,7 +144,7 @@ impl AccessWorker {
             reason: texts::accounts_not_written(reason),
         };
         self.ledger.write(LedgerWork { write: Box::new(write), done }).map_err(failed)?;
-        match written.recv_timeout(MAX_WRITE_WAIT) {
+        match written.recv_timeout(self.config.write_timeout) {
             Ok(Ok(())) => Ok(()),
             Ok(Err(reason)) => Err(failed(&reason)),
             Err(_) => Err(failed(crate::texts::LEDGER_BUSY)),

@@ -7,8 +7,18 @@ use serde::Deserialize;
 use site_model::{CameraAim, LocalisationQuality, ReportPlace};
 use vocab::{MapId, Pose, Vec3};
 
-/// A target nearer to the head than this gives no direction, metres.
-const TARGET_DISTANCE_MIN_M: f64 = 0.05;
+/// Parameters of [`aim`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AimConfig {
+    /// A target nearer to the head than this gives no direction, metres. Chosen.
+    pub min_target_distance_m: f64,
+}
+
+impl Default for AimConfig {
+    fn default() -> Self {
+        Self { min_target_distance_m: 0.05 }
+    }
+}
 
 /// Parameters of actions that take pictures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
@@ -73,6 +83,7 @@ pub fn sight_line(
 /// # Errors
 /// When the head cannot point there.
 pub fn aim(
+    config: &AimConfig,
     head: &CameraHead,
     parameters: &PictureParameters,
     place: Option<&ReportPlace>,
@@ -84,7 +95,7 @@ pub fn aim(
         Some(target) => {
             let place = place.filter(|place| place.quality != LocalisationQuality::Lost);
             let map_from_base = place.ok_or(AimFailure::PlaceUnknown)?.map_from_base;
-            direction(head, &map_from_base, Vec3::from(target))?
+            direction(config, head, &map_from_base, Vec3::from(target))?
         }
     };
     if !pan_rad.is_finite() || !tilt_rad.is_finite() {
@@ -102,11 +113,16 @@ pub fn aim(
 }
 
 /// Pan and tilt towards a point of the map, radians.
-fn direction(head: &CameraHead, map_from_base: &Pose, target: Vec3) -> Result<(f64, f64), AimFailure> {
+fn direction(
+    config: &AimConfig,
+    head: &CameraHead,
+    map_from_base: &Pose,
+    target: Vec3,
+) -> Result<(f64, f64), AimFailure> {
     let map_from_base = geometry::isometry_from_pose(map_from_base).ok_or(AimFailure::PlaceUnknown)?;
     let in_base = map_from_base.inverse_transform_point(&geometry::vec_from_plain(target).into());
     let offset = in_base.coords - Vector3::from(head.base_from_head_m);
-    let is_direction = offset.norm() >= TARGET_DISTANCE_MIN_M && offset.norm().is_finite();
+    let is_direction = offset.norm() >= config.min_target_distance_m && offset.norm().is_finite();
     is_direction
         .then(|| (offset.y.atan2(offset.x), offset.z.atan2(offset.x.hypot(offset.y))))
         .ok_or(AimFailure::NoDirection)
@@ -135,7 +151,7 @@ mod tests {
 
     fn aim_at(target: [f64; 3]) -> Result<CameraAim, AimFailure> {
         let parameters = PictureParameters { target_m: Some(target), ..PictureParameters::default() };
-        aim(&HEAD, &parameters, Some(&place(LocalisationQuality::Good)))
+        aim(&AimConfig::default(), &HEAD, &parameters, Some(&place(LocalisationQuality::Good)))
     }
 
     #[test]
@@ -174,16 +190,22 @@ mod tests {
         assert_eq!(aim_at([1.0, 2.3, 0.7]), Err(AimFailure::NoDirection));
         assert_eq!(aim_at([f64::NAN, 2.0, 0.0]), Err(AimFailure::NoDirection));
         let target = PictureParameters { target_m: Some([1.0, 6.0, 0.7]), ..PictureParameters::default() };
-        assert_eq!(aim(&HEAD, &target, None), Err(AimFailure::PlaceUnknown));
+        assert_eq!(aim(&AimConfig::default(), &HEAD, &target, None), Err(AimFailure::PlaceUnknown));
         let lost = place(LocalisationQuality::Lost);
-        assert_eq!(aim(&HEAD, &target, Some(&lost)), Err(AimFailure::PlaceUnknown));
+        assert_eq!(aim(&AimConfig::default(), &HEAD, &target, Some(&lost)), Err(AimFailure::PlaceUnknown));
     }
 
     #[test]
     fn without_a_target_the_angles_count_and_zoom_stays_within_its_range() {
         let given = PictureParameters { pan_rad: -0.5, tilt_rad: 0.2, zoom: Some(99.0), target_m: None };
-        assert_eq!(aim(&HEAD, &given, None), Ok(CameraAim { pan_rad: -0.5, tilt_rad: 0.2, zoom: 20.0 }));
+        assert_eq!(
+            aim(&AimConfig::default(), &HEAD, &given, None),
+            Ok(CameraAim { pan_rad: -0.5, tilt_rad: 0.2, zoom: 20.0 })
+        );
         let behind = PictureParameters { pan_rad: 3.0, ..given };
-        assert!(matches!(aim(&HEAD, &behind, None), Err(AimFailure::BeyondPan { .. })));
+        assert!(matches!(
+            aim(&AimConfig::default(), &HEAD, &behind, None),
+            Err(AimFailure::BeyondPan { .. })
+        ));
     }
 }

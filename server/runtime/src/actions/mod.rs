@@ -22,6 +22,7 @@ pub use sight::SightChecker;
 pub use worker::{ActionWorker, OpenActions};
 
 use crate::texts;
+use aim::AimConfig;
 use crossbeam_channel::{Receiver, Sender};
 use messages::{ActionOutcome, CorrectedScan, Input, Publication};
 use place::RecentPlaces;
@@ -31,7 +32,7 @@ use std::time::Duration;
 use vocab::{ActionCallId, Span};
 
 /// Parameters of the [`ActionWorker`] and its queue.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ActionConfig {
     /// Calls and cancellations that may wait for the thread.
     pub max_waiting: usize,
@@ -47,6 +48,14 @@ pub struct ActionConfig {
     pub feedback_period: Span,
     /// Points of a point cloud at most: 48 MB of its file.
     pub max_cloud_points: usize,
+    /// Longest `wait`, seconds: the maximum in the schema of the catalogue.
+    pub max_wait_s: f64,
+    /// Longest gathering of scans for a `point_cloud`, seconds: the maximum in the schema of the catalogue.
+    pub max_capture_s: f64,
+    /// Estimates of the pose that are kept, for reports of what was found a little earlier: 8 s at 30 a second.
+    pub max_estimates: usize,
+    /// Parameters of aiming the camera.
+    pub aim: AimConfig,
 }
 
 impl Default for ActionConfig {
@@ -59,6 +68,10 @@ impl Default for ActionConfig {
             poll_period: Duration::from_millis(20),
             feedback_period: Span::from_millis(1_000),
             max_cloud_points: 3_000_000,
+            max_wait_s: 86_400.0,
+            max_capture_s: 60.0,
+            max_estimates: 256,
+            aim: AimConfig::default(),
         }
     }
 }
@@ -91,7 +104,8 @@ impl ActionQueue {
     pub fn new(config: &ActionConfig) -> (Self, ActionInbox) {
         let (request_sender, requests) = crossbeam_channel::bounded(config.max_waiting);
         let (scan_sender, scans) = crossbeam_channel::bounded(config.max_scans);
-        let (places, open_captures) = (Arc::<RecentPlaces>::default(), Arc::<AtomicUsize>::default());
+        let places = Arc::new(RecentPlaces::new(config.max_estimates));
+        let open_captures = Arc::<AtomicUsize>::default();
         let queue = Self {
             requests: request_sender,
             scans: scan_sender,

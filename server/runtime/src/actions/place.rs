@@ -6,9 +6,6 @@ use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use vocab::{Covariance6, MapId, Pose, Stamp};
 
-/// Estimates that are kept: 8 s at 30 a second.
-const MAX_ESTIMATES: usize = 256;
-
 #[derive(Default)]
 struct Places {
     estimates: VecDeque<(Stamp, Pose, Covariance6)>,
@@ -16,18 +13,25 @@ struct Places {
 }
 
 /// The last estimates, written by the control loop and read by the thread of actions.
-#[derive(Default)]
-pub struct RecentPlaces(Mutex<Places>);
+pub struct RecentPlaces {
+    max_estimates: usize,
+    places: Mutex<Places>,
+}
 
 impl RecentPlaces {
+    /// None yet. Keeps so many estimates.
+    pub fn new(max_estimates: usize) -> Self {
+        Self { max_estimates, places: Mutex::default() }
+    }
+
     /// A panic of the other thread leaves it usable: every change is a single step.
     fn lock(&self) -> MutexGuard<'_, Places> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.places.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     pub fn update(&self, estimate: &Estimate) {
         let mut places = self.lock();
-        if places.estimates.len() >= MAX_ESTIMATES {
+        if places.estimates.len() >= self.max_estimates {
             places.estimates.pop_front();
         }
         places.estimates.push_back((estimate.stamp, estimate.map_from_base, estimate.covariance));

@@ -421,3 +421,14 @@ fn what_the_map_shows_before_the_target_is_told_and_the_picture_is_taken_all_the
     let is_reported = |publication: &&Publication| matches!(publication, Publication::Notice(notice) if notice.text.contains("map shows something"));
     assert_eq!(mail.ordered.iter().filter(is_reported).count(), 1);
 }
+
+#[test]
+fn the_longest_times_are_those_of_the_catalogue() {
+    let maximum_s = |action: &str| {
+        let known = site_model::describe_action(action).expect("in the catalogue");
+        let schema: serde_json::Value = serde_json::from_str(known.parameter_schema).expect("JSON");
+        schema["properties"]["duration_s"]["maximum"].as_f64().expect("a number")
+    };
+    let config = ActionConfig::default();
+    assert_eq!([config.max_wait_s, config.max_capture_s], ["wait", "point_cloud"].map(maximum_s));
+}

@@ -30,9 +30,6 @@ use watchdog::{BEAT_PERIOD, Heartbeat};
 /// A point cloud in a file.
 const CLOUD_NAME: &str = "cloud.pcd";
 const CLOUD_MEDIA_TYPE: &str = "application/vnd.pcd";
-/// Longest `wait` and longest gathering of scans, seconds.
-const WAIT_MAX_S: f64 = 86_400.0;
-const CAPTURE_MAX_S: f64 = 60.0;
 
 /// Performs actions.
 pub struct ActionWorker {
@@ -182,7 +179,7 @@ impl ActionWorker {
         if let Some(head) = robot.camera_head().filter(|_| takes_pictures(action)) {
             let asked: PictureParameters = parse(&parameters)?;
             let place = self.inbox.places.at(self.clock.now());
-            let aim = match aim(&head, &asked, place.as_ref()) {
+            let aim = match aim(&self.config.aim, &head, &asked, place.as_ref()) {
                 Ok(aim) => aim,
                 Err(AimFailure::BeyondPan { turn_rad }) if asked.target_m.is_some() => {
                     return Ok(Begun::Done(ActionOutcome::NeedsTurn { turn_rad }));
@@ -222,8 +219,8 @@ impl ActionWorker {
             MESSAGE => {
                 return self.publish_message(&parse::<MessageParameters>(parameters)?.text).map(Begun::Done);
             }
-            WAIT => (OwnActionKind::Wait, WAIT_MAX_S),
-            POINT_CLOUD => (OwnActionKind::Capture(Capture::default()), CAPTURE_MAX_S),
+            WAIT => (OwnActionKind::Wait, self.config.max_wait_s),
+            POINT_CLOUD => (OwnActionKind::Capture(Capture::default()), self.config.max_capture_s),
             other => return Err(texts::no_action_server(other)),
         };
         let ends = now + parse::<TimedParameters>(parameters)?.duration(default_s, max_s);

@@ -5,8 +5,13 @@ use ports::ActionFile;
 use sim::{CameraImage, ThermalImage};
 use site_model::{Reading, ThermalScale};
 
-/// Quality of photos. Letters of a few pixels stay legible; a picture has 60 to 120 kB.
-const JPEG_QUALITY: u8 = 90;
+/// Parameters of the files of pictures.
+struct PictureEncodingConfig {
+    /// Quality of photos, 1 to 100. Letters of a few pixels stay legible; a picture has 60 to 120 kB.
+    jpeg_quality: u8,
+}
+
+const CONFIG: PictureEncodingConfig = PictureEncodingConfig { jpeg_quality: 90 };
 
 /// A picture, and what can be read from it.
 pub(super) struct EncodedPicture {
@@ -17,7 +22,7 @@ pub(super) struct EncodedPicture {
 pub(super) fn encode_photo(image: &CameraImage) -> Option<EncodedPicture> {
     let mut bytes = Vec::new();
     let [width, height] = [image.width_px, image.height_px].map(u16::try_from);
-    let encoder = Encoder::new(&mut bytes, JPEG_QUALITY);
+    let encoder = Encoder::new(&mut bytes, CONFIG.jpeg_quality);
     encoder.encode(&image.rgb, width.ok()?, height.ok()?, ColorType::Rgb).ok()?;
     Some(EncodedPicture { files: vec![file("photo.jpg", "image/jpeg", bytes)], readings: Vec::new() })
 }

@@ -76,8 +76,13 @@ enum Readings {
     Gamma { seconds: f64, counts: Vec<u32> },
 }
 
-/// Measurements that are kept at most. One whose action was cancelled is removed when newer ones come.
-const MAX_MEASUREMENTS: usize = 64;
+/// Bounds of measurements.
+struct MeasurementConfig {
+    /// Measurements that are kept at most. One whose action was cancelled is removed when newer ones come.
+    max_kept: usize,
+}
+
+const CONFIG: MeasurementConfig = MeasurementConfig { max_kept: 64 };
 
 impl Worker {
     pub(super) fn new(site: &Arc<SimulatedSite>, cameras: CameraConfig) -> Self {
@@ -184,7 +189,7 @@ impl Worker {
     ) {
         let surroundings = self.surroundings();
         if !self.measurements.contains_key(&call) {
-            while self.measurements.len() >= MAX_MEASUREMENTS {
+            while self.measurements.len() >= CONFIG.max_kept {
                 self.measurements.pop_first();
             }
         }

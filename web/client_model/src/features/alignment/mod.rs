@@ -7,8 +7,13 @@ use crate::{ClientCommand, texts};
 use api::{Import, MAX_PAIRS};
 use vocab::{MapId, UploadId, Vec3};
 
-/// Sum of squared horizontal distances from the centroid below which the points leave the heading open, square metres.
-const SPREAD_MIN_M2: f64 = 1e-4;
+/// Parameters of the alignment by pairs of points.
+struct PairAlignmentConfig {
+    /// Sum of squared horizontal distances from the centroid below which the points leave the heading open, square metres. 1 cm squared: two clicks on the same point.
+    min_spread_m2: f64,
+}
+
+const CONFIG: PairAlignmentConfig = PairAlignmentConfig { min_spread_m2: 1e-4 };
 
 /// The alignment of one map to another that is being prepared.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,7 +80,7 @@ impl AlignmentDraft {
             let residual = [cos * a.x - sin * a.y - b.x, sin * a.x + cos * a.y - b.y, a.z - b.z];
             residual.iter().map(|c| c * c).sum::<f64>()
         });
-        (spread_m2 > SPREAD_MIN_M2).then(|| (squares.sum::<f64>() / count).sqrt())
+        (spread_m2 > CONFIG.min_spread_m2).then(|| (squares.sum::<f64>() / count).sqrt())
     }
 
     /// Takes a point of the map that is viewed. Returns whether it was expected there.

@@ -10,8 +10,13 @@ pub use undo::{EditResult, ValueHistory};
 use crate::LoopPair;
 use vocab::{CommandId, MapId};
 
-/// Steps kept of all features together.
-const STEPS_MAX: usize = 200;
+/// Parameters of the history.
+struct HistoryConfig {
+    /// Steps kept of all features together. Chosen.
+    max_steps: usize,
+}
+
+const CONFIG: HistoryConfig = HistoryConfig { max_steps: 200 };
 
 /// A decision on a loop that the operator made on this client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,7 +56,7 @@ impl History {
     pub(crate) fn add(&mut self, step: HistoryStep) {
         self.future.clear();
         self.past.push(step);
-        if self.past.len() > STEPS_MAX {
+        if self.past.len() > CONFIG.max_steps {
             self.past.remove(0);
         }
     }

@@ -32,6 +32,8 @@ pub struct TilePlanConfig {
     pub period_s: f64,
     /// Distance that tiles count as at least, metres: tiles round the camera would have infinite priority.
     pub distance_min_m: f32,
+    /// Added to the priority of level 0, pixels: the coarsest level is small and shows everything, so it comes first. Chosen: more than any screen has.
+    pub coarsest_level_px: f32,
 }
 
 impl Default for TilePlanConfig {
@@ -45,12 +47,10 @@ impl Default for TilePlanConfig {
             tries_max: 5,
             period_s: 0.25,
             distance_min_m: 0.5,
+            coarsest_level_px: 1e6,
         }
     }
 }
-
-/// Added to the priority of level 0, pixels: the coarsest level is small and shows everything, so it comes first.
-const COARSEST_LEVEL_PX: f32 = 1e6;
 
 /// State of a tile on this client.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -333,7 +333,7 @@ fn compute_priority(
     if entry.level > 0 && gap_px < config.gap_min_px {
         return None;
     }
-    let coarsest_px = if entry.level == 0 { COARSEST_LEVEL_PX } else { 0.0 };
+    let coarsest_px = if entry.level == 0 { config.coarsest_level_px } else { 0.0 };
     let visible = is_in_cone(to_centre, radius, Vec3f::from(viewpoint.forward), viewpoint.corner_cos);
     Some(coarsest_px + gap_px * if visible { 1.0 } else { config.outside_factor })
 }

@@ -17,7 +17,7 @@ pub use plan::{
     EndProblem, MissionPlan, OrderGain, PlanStart, PlannedEnd, PlannedStop, StopProblem, put_in_order,
     request_of,
 };
-pub(crate) use plan::{PlanConditions, PlanOrder, plan as plan_mission};
+pub(crate) use plan::{MissionPlanConfig, PlanConditions, PlanOrder, plan as plan_mission};
 
 use super::Feature;
 use super::site::{SiteEdit, SiteFeature};
@@ -28,12 +28,10 @@ use missions::RouteCost;
 use site_model::{MissionId, NodeId, Object, Site, TaskId};
 use std::collections::BTreeSet;
 
-/// Interval in which a plan is made anew while edges are blocked, seconds: blocks end.
-const BLOCKS_INTERVAL_S: f64 = 10.0;
-
 /// The mission editor.
 #[derive(Clone, Debug, Default)]
 pub struct MissionEditor {
+    config: MissionPlanConfig,
     open: Option<MissionId>,
     selected: BTreeSet<TaskId>,
     drag: Option<TaskDrag>,
@@ -177,7 +175,7 @@ impl MissionEditor {
             drag: self.drag.clone(),
             order,
             start: plan::start_of(site, mission, conditions),
-            interval: interval.map(|now| (now.secs_f64() / BLOCKS_INTERVAL_S) as i64),
+            interval: interval.map(|now| (now.secs_f64() / self.config.blocks_interval_s) as i64),
             offered: self.offered.clone(),
         };
         if self.planned.as_ref() == Some(&input) {
@@ -187,7 +185,7 @@ impl MissionEditor {
             Some(drag) => drag::with_drag(mission, drag, site_feature.new_id(0), site),
             None => mission.clone(),
         };
-        self.plan = Some(plan::plan(site, shown, order, conditions));
+        self.plan = Some(plan::plan(site, shown, order, conditions, &self.config));
         self.planned = Some(input);
     }
 

@@ -14,8 +14,20 @@ use site_model::{
 use std::collections::BTreeMap;
 use vocab::{Stamp, Vec3};
 
-/// Least gain of another order that is worth a proposal, seconds of walking.
-const MIN_GAIN_S: f64 = 1.0;
+/// Parameters of [`plan`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct MissionPlanConfig {
+    /// Interval in which a plan is made anew while edges are blocked, seconds: blocks end. Chosen.
+    pub(crate) blocks_interval_s: f64,
+    /// Least gain of another order that is worth a proposal, seconds of walking. Chosen.
+    pub(crate) min_gain_s: f64,
+}
+
+impl Default for MissionPlanConfig {
+    fn default() -> Self {
+        Self { blocks_interval_s: 10.0, min_gain_s: 1.0 }
+    }
+}
 
 /// A mission with its route.
 #[derive(Clone, Debug, PartialEq)]
@@ -172,6 +184,7 @@ pub(crate) fn plan(
     mission: Mission,
     order: PlanOrder,
     conditions: &PlanConditions<'_>,
+    config: &MissionPlanConfig,
 ) -> MissionPlan {
     // Without the robot's clock every block counts.
     let now = conditions.now.unwrap_or(Stamp::EPOCH);
@@ -182,8 +195,9 @@ pub(crate) fn plan(
     );
     let start = start_of(site, &mission, conditions);
     let node = start.map(|(_, node)| node);
-    let gain =
-        node.filter(|_| order != PlanOrder::Dragged).and_then(|node| find_gain(site, &graph, &mission, node));
+    let gain = node
+        .filter(|_| order != PlanOrder::Dragged)
+        .and_then(|node| find_gain(site, &graph, &mission, node, config.min_gain_s));
     let mut shown = mission;
     if let (PlanOrder::Proposed, Some(gain)) = (order, &gain) {
         put_in_order(&mut shown, &gain.order);
@@ -224,15 +238,21 @@ pub fn put_in_order(mission: &mut Mission, order: &[TaskId]) {
     mission.tasks.sort_by_key(place);
 }
 
-/// What the shortest order gains over the list, unless that is next to nothing.
-fn find_gain(site: &Site, graph: &RouteGraph, mission: &Mission, start: NodeId) -> Option<OrderGain> {
+/// What the shortest order gains over the list, unless that is less than `min_gain_s`.
+fn find_gain(
+    site: &Site,
+    graph: &RouteGraph,
+    mission: &Mission,
+    start: NodeId,
+    min_gain_s: f64,
+) -> Option<OrderGain> {
     let order = match mission.order {
         TaskOrder::AsListed => TaskOrder::Shortest { keep_first: false, keep_last: false },
         kept @ TaskOrder::Shortest { .. } => kept,
     };
     let shortest = Mission { order, ..mission.clone() };
     let preview = order_tasks(site, graph, &shortest, start, &TourConfig::default());
-    let saved = preview.gain().filter(|saved| saved.time_s >= MIN_GAIN_S)?;
+    let saved = preview.gain().filter(|saved| saved.time_s >= min_gain_s)?;
     Some(OrderGain { saved, order: preview.order, is_shortest: preview.is_shortest })
 }
 

@@ -1,6 +1,6 @@
 //! How long a run still takes.
 
-use crate::features::missions::{PlanConditions, PlanOrder, plan_mission};
+use crate::features::missions::{MissionPlanConfig, PlanConditions, PlanOrder, plan_mission};
 use site_model::{RouteStatus, RunStatus, Site, TaskId, TaskState};
 use std::collections::BTreeMap;
 
@@ -35,7 +35,13 @@ impl RunEstimate {
 /// Plans the mission of a run as it is in the site now. None if the site lacks it.
 pub fn estimate_run(site: &Site, run: &RunStatus) -> Option<RunEstimate> {
     let mission = site.mission(run.mission)?.clone();
-    let plan = plan_mission(site, mission, PlanOrder::Dragged, &PlanConditions::default());
+    let plan = plan_mission(
+        site,
+        mission,
+        PlanOrder::Dragged,
+        &PlanConditions::default(),
+        &MissionPlanConfig::default(),
+    );
     let mut estimate = RunEstimate { end_s: plan.end.walk.time_s, ..RunEstimate::default() };
     for stop in &plan.stops {
         estimate.tasks_s.insert(stop.task, stop.walk.time_s + stop.action_s);

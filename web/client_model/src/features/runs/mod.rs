@@ -20,10 +20,15 @@ use site_model::{
 };
 use std::collections::BTreeMap;
 
-/// Ended runs that are kept with their tasks at most.
-const MAX_KEPT: usize = 64;
-/// Time between two fetches of the slots that were decided, seconds. Nothing is sent when a slot is skipped.
-const SLOT_PERIOD_S: f64 = 60.0;
+/// Parameters of the runs that are kept.
+struct RunsConfig {
+    /// Ended runs that are kept with their tasks at most. Chosen.
+    max_kept: usize,
+    /// Time between two fetches of the slots that were decided, seconds. Nothing is sent when a slot is skipped. Chosen.
+    slot_period_s: f64,
+}
+
+const CONFIG: RunsConfig = RunsConfig { max_kept: 64, slot_period_s: 60.0 };
 
 /// What came before a result: the result before it at the same inspection point if there is one, or a sentence that says why it could not be fetched.
 type Previous = Result<Option<StoredResult>, String>;
@@ -217,7 +222,7 @@ impl Runs {
         let is_listed = |run: &RunId| {
             status.runs.iter().any(|it| it.run == *run) || status.ended.iter().any(|it| it.run == *run)
         };
-        if self.seen.len() > MAX_KEPT {
+        if self.seen.len() > CONFIG.max_kept {
             self.seen.retain(|run, _| is_listed(run));
         }
         self.status = Some(status.clone());
@@ -277,7 +282,7 @@ impl Feature for Runs {
             }
             ClientEvent::Tick if self.status.is_some() => {
                 let age_s = self.slots_fetched.map_or(f64::INFINITY, |at| cx.shared.now.since(at));
-                if age_s >= SLOT_PERIOD_S {
+                if age_s >= CONFIG.slot_period_s {
                     self.fetch_slots(cx);
                 }
             }

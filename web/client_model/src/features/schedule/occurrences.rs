@@ -4,8 +4,13 @@ use missions::{ClockChange, SiteZone, Slots};
 use site_model::{LocalDateTime, MissionId, Schedule, ScheduleId, Site, Utc};
 use vocab::Span;
 
-/// Occurrences of one schedule that are shown at once. A schedule by the minute has more in a week; they would only hide each other.
-const MAX_OF_ONE_SCHEDULE: usize = 700;
+/// Parameters of the occurrences that are listed.
+struct OccurrencesConfig {
+    /// Occurrences of one schedule that are shown at once. A schedule by the minute has more in a week; they would only hide each other. Chosen: a week has 672 quarters of an hour.
+    max_of_one_schedule: usize,
+}
+
+const CONFIG: OccurrencesConfig = OccurrencesConfig { max_of_one_schedule: 700 };
 
 /// What becomes of an occurrence by what the schedule says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,7 +73,7 @@ pub fn plan_schedules(site: &Site, zone: &SiteZone, from: Utc, until: Utc) -> Sc
         };
         let before = Utc(from.0.saturating_sub(1));
         let mut due = slots.after(before).take_while(|slot| slot.due < until);
-        let listed = due.by_ref().take(MAX_OF_ONE_SCHEDULE);
+        let listed = due.by_ref().take(CONFIG.max_of_one_schedule);
         plan.occurrences.extend(listed.map(|slot| Occurrence {
             schedule: schedule.id,
             mission: schedule.mission,

@@ -34,8 +34,13 @@ pub(super) struct PublishedDraft {
     pub(super) changes: Vec<DraftChange>,
 }
 
-/// Steps of undo that are kept.
-const STEPS_MAX: usize = 200;
+/// Parameters of a draft.
+struct DraftConfig {
+    /// Steps of undo that are kept. Chosen.
+    max_steps: usize,
+}
+
+const CONFIG: DraftConfig = DraftConfig { max_steps: 200 };
 
 /// One object of a draft. `None` stands for an object that is not there.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -218,7 +223,7 @@ impl Draft {
             let opposite = self.swap(step);
             self.past.push(opposite);
             self.future.clear();
-            if self.past.len() > STEPS_MAX {
+            if self.past.len() > CONFIG.max_steps {
                 self.past.remove(0);
             }
         }

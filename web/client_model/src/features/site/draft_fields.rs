@@ -5,10 +5,15 @@ use site_model::Object;
 use std::collections::BTreeMap;
 use uuid::Uuid;
 
-/// Entries of a list that are written out; longer lists are counted.
-const LIST_MAX: usize = 4;
-/// Longest text of a value, characters.
-const TEXT_MAX: usize = 60;
+/// Parameters of the values that a draft shows.
+struct FieldTextConfig {
+    /// Entries of a list that are written out; longer lists are counted. Chosen.
+    max_listed: usize,
+    /// Longest text of a value, characters. Chosen: a line of the card.
+    max_chars: usize,
+}
+
+const CONFIG: FieldTextConfig = FieldTextConfig { max_listed: 4, max_chars: 60 };
 
 /// A field that differs.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -90,14 +95,14 @@ fn text(value: &Value, name_of: &dyn Fn(Uuid) -> Option<String>) -> String {
         Value::Bool(yes) => (if *yes { "yes" } else { "no" }).to_owned(),
         Value::Number(number) => number.as_f64().map_or_else(|| number.to_string(), short),
         Value::String(text) => text.parse().ok().and_then(name_of).unwrap_or_else(|| text.replace('_', " ")),
-        Value::Array(items) if items.len() > LIST_MAX => format!("{} entries", items.len()),
+        Value::Array(items) if items.len() > CONFIG.max_listed => format!("{} entries", items.len()),
         Value::Array(items) => items.iter().map(|item| text(item, name_of)).collect::<Vec<_>>().join(", "),
         Value::Object(map) => {
             let part = |(key, value): (&String, &Value)| format!("{} {}", label(key), text(value, name_of));
             map.iter().map(part).collect::<Vec<_>>().join(", ")
         }
     };
-    match text.char_indices().nth(TEXT_MAX) {
+    match text.char_indices().nth(CONFIG.max_chars) {
         Some((end, _)) => format!("{}…", &text[..end]),
         None => text,
     }

@@ -10,8 +10,14 @@ use vocab::Vec3;
 
 /// The action of a new inspection point.
 const FIRST_ACTION: &str = "photo";
-/// Nodes nearer to a target than this are not chosen by themselves, m: the robot's head would touch it.
-const NEAREST_M: f64 = 0.8;
+
+/// Parameters of a new inspection point.
+struct NewPointConfig {
+    /// Nodes nearer to a target than this are not chosen by themselves, metres: the robot's head would touch it. Chosen.
+    min_node_distance_m: f64,
+}
+
+const CONFIG: NewPointConfig = NewPointConfig { min_node_distance_m: 0.8 };
 
 impl SiteFeature {
     /// The inspection point that is selected, with another target, m, map frame. `None` with anything else selected.
@@ -38,7 +44,7 @@ impl SiteFeature {
             .filter(|node| !matches!(node.kind, NodeKind::Dock | NodeKind::DockApproach | NodeKind::Portal))
             .map(|node| {
                 let distance_m = distance_m(node);
-                (distance_m < NEAREST_M || !is_tilt_possible(node), distance_m, node.id)
+                (distance_m < CONFIG.min_node_distance_m || !is_tilt_possible(node), distance_m, node.id)
             })
             .collect();
         nodes.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));

@@ -4,11 +4,16 @@ use super::{SiteEdit, SiteFeature};
 use site_model::{Object, Zone, ZoneEffect, ZoneId};
 use std::collections::BTreeSet;
 
-/// Heights of a zone that is drawn while one floor alone is shown, m: from this far below its lowest node to this far above its highest one. Poses of nodes are
-/// those of the base, so the range has the whole robot and its stairs' first steps, and no other floor.
-const FLOOR_RANGE_M: [f64; 2] = [1.0, 1.5];
-/// Shortest side of an area that is drawn, m.
-const LEAST_SIDE_M: f64 = 0.2;
+/// Parameters of a zone that is drawn.
+struct NewZoneConfig {
+    /// Heights of a zone that is drawn while one floor alone is shown, metres: from this far below its lowest node to this far above its highest one. Poses of nodes are
+    /// those of the base, so the range has the whole robot and its stairs' first steps, and no other floor.
+    floor_range_m: [f64; 2],
+    /// Shortest side of an area that is drawn, metres. Chosen.
+    min_side_m: f64,
+}
+
+const CONFIG: NewZoneConfig = NewZoneConfig { floor_range_m: [1.0, 1.5], min_side_m: 0.2 };
 
 impl SiteFeature {
     /// All zones, by name.
@@ -57,7 +62,7 @@ impl SiteFeature {
         let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), height| {
             (low.min(height), high.max(height))
         });
-        let [below, above] = FLOOR_RANGE_M;
+        let [below, above] = CONFIG.floor_range_m;
         (low <= high).then_some([low - below, high + above])
     }
 
@@ -94,7 +99,7 @@ pub fn drawn_area(yaw_rad: f64, from_m: [f64; 2], to_m: [f64; 2]) -> Vec<[f64; 2
     let (sin, cos) = yaw_rad.sin_cos();
     let by = [to_m[0] - from_m[0], to_m[1] - from_m[1]];
     let (ahead, aside) = (by[0] * cos + by[1] * sin, by[1] * cos - by[0] * sin);
-    if ahead.abs() < LEAST_SIDE_M || aside.abs() < LEAST_SIDE_M {
+    if ahead.abs() < CONFIG.min_side_m || aside.abs() < CONFIG.min_side_m {
         return Vec::new();
     }
     let along = [ahead * cos, ahead * sin];

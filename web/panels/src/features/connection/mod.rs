@@ -12,8 +12,13 @@ use crate::{format, icon};
 use client_model::{ClientCommand, Model, SocketState};
 use egui::{Color32, Ui};
 
-/// Age up to which data counts as live, seconds. The robot sends its pose several times a second.
-pub(crate) const LIVE_AGE_S: f64 = 1.0;
+/// Parameters of what is shown of the connection.
+pub(crate) struct LiveDataConfig {
+    /// Age up to which data counts as live, seconds. The robot sends its pose several times a second.
+    pub(crate) max_live_age_s: f64,
+}
+
+pub(crate) const LIVE_DATA: LiveDataConfig = LiveDataConfig { max_live_age_s: 1.0 };
 
 /// The panel. It keeps nothing between frames.
 #[derive(Debug, Default)]
@@ -51,7 +56,8 @@ impl FeaturePanel for ConnectionPanel {
 pub(crate) fn status(cx: &PanelContext<'_>, detail: StatusDetail) -> StatusLine {
     let tokens = cx.tokens;
     let (icon, colour, state) = link_state(cx);
-    let age_s = cx.model.data_age_s().filter(|age_s| *age_s <= LIVE_AGE_S && cx.model.is_connected());
+    let age_s =
+        cx.model.data_age_s().filter(|age_s| *age_s <= LIVE_DATA.max_live_age_s && cx.model.is_connected());
     let age = age_s.filter(|_| detail == StatusDetail::Full).map(format::age).unwrap_or_default();
     // Where there is least room, the message below the bar says it in words.
     let shown = if detail == StatusDetail::Least { "" } else { state.as_str() };
@@ -83,5 +89,5 @@ fn link_state(cx: &PanelContext<'_>) -> (&'static str, Color32, String) {
 
 /// Age of the robot's data, seconds, if it is not live.
 pub(crate) fn stale_age_s(model: &Model) -> Option<f64> {
-    model.data_age_s().filter(|age_s| *age_s > LIVE_AGE_S)
+    model.data_age_s().filter(|age_s| *age_s > LIVE_DATA.max_live_age_s)
 }

@@ -10,8 +10,14 @@ use egui::{Sense, Stroke, Ui, Vec2, vec2};
 const RADIUS: f32 = 62.0;
 /// Radius of its knob, points.
 const KNOB_RADIUS: f32 = 22.0;
-/// Share of the radius around the centre in which a deflection means no motion: hands are not exact.
-const DEAD_ZONE: f32 = 0.12;
+
+/// Parameters of the joystick.
+struct JoystickConfig {
+    /// Share of the radius around the centre in which a deflection means no motion: hands are not exact.
+    dead_zone_share: f32,
+}
+
+const CONFIG: JoystickConfig = JoystickConfig { dead_zone_share: 0.12 };
 
 /// Shows the joystick. Returns its deflection while it is held, at most 1, x to the right and y down.
 pub(super) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens) -> Option<Vec2> {
@@ -53,10 +59,10 @@ fn paint(ui: &Ui, tokens: &Tokens, centre: egui::Pos2, deflection: Vec2, is_enab
 /// What a position of the knob commands: up walks ahead, sideways turns. Squared, so that small deflections are slow.
 pub(super) fn shaped(position: Vec2) -> Deflection {
     let length = position.length();
-    if length < DEAD_ZONE {
+    if length < CONFIG.dead_zone_share {
         return Deflection::default();
     }
-    let strength = ((length - DEAD_ZONE) / (1.0 - DEAD_ZONE)).powi(2);
+    let strength = ((length - CONFIG.dead_zone_share) / (1.0 - CONFIG.dead_zone_share)).powi(2);
     let scaled = position / length * strength;
     Deflection { ahead: f64::from(-scaled.y), left: 0.0, turn_left: f64::from(-scaled.x) }
 }

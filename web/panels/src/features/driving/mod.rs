@@ -15,8 +15,14 @@ use client_model::{ClientCommand, Model};
 use egui::{Align2, Context, InputState, Key, Ui, Vec2};
 use vocab::{Twist, Vec3};
 
-/// Share of the full speed while Shift is held, for narrow passages.
-const SLOW_FACTOR: f64 = 0.4;
+/// Parameters of driving with keys.
+struct KeyDrivingConfig {
+    /// Share of the full speed while Shift is held, for narrow passages. Chosen.
+    slow_speed_share: f64,
+}
+
+const CONFIG: KeyDrivingConfig = KeyDrivingConfig { slow_speed_share: 0.4 };
+
 /// Width of the texts and buttons beside the joystick, points.
 const SIDE_WIDTH: f32 = 172.0;
 
@@ -119,7 +125,7 @@ fn deflection_of_keys(input: &InputState) -> Option<Deflection> {
     if (ahead, left, turn_left) == (0.0, 0.0, 0.0) {
         return None;
     }
-    let pace = if input.modifiers.shift { SLOW_FACTOR } else { 1.0 };
+    let pace = if input.modifiers.shift { CONFIG.slow_speed_share } else { 1.0 };
     Some(Deflection { ahead: pace * ahead, left: pace * left, turn_left: pace * turn_left })
 }
 

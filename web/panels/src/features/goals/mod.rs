@@ -15,8 +15,13 @@ use api::{ExecutiveState, Goal, GoalStatus, Motion};
 use client_model::{ClientCommand, GoalOutcome, Model};
 use egui::{Color32, Role, Ui};
 
-/// Age of an outcome from which it is shown, seconds.
-const SHOWN_AGE_S: f64 = 1.0;
+/// Parameters of the list of goals.
+struct GoalListConfig {
+    /// Age of an outcome from which it is shown, seconds. Chosen.
+    min_shown_age_s: f64,
+}
+
+const CONFIG: GoalListConfig = GoalListConfig { min_shown_age_s: 1.0 };
 
 /// The panel. It keeps nothing between frames.
 #[derive(Debug, Default)]
@@ -133,7 +138,7 @@ fn show_outcome(ui: &mut Ui, cx: &mut PanelContext<'_>, outcome: GoalOutcome<'_>
     let sentence = texts::outcome(goal);
     let tried = texts::tried(&goal.status);
     let age_s = cx.model.now().since(outcome.ended);
-    let age = (age_s > SHOWN_AGE_S).then(|| texts::ago(&format::duration(age_s)));
+    let age = (age_s > CONFIG.min_shown_age_s).then(|| texts::ago(&format::duration(age_s)));
     let response = widgets::tinted_box(ui, tokens, colour, |ui| {
         ui.spacing_mut().item_spacing.y = 2.0;
         ui.horizontal(|ui| {

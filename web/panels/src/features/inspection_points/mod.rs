@@ -27,8 +27,13 @@ const INSPECTION: Tab = Tab { screen: screens::SITE, name: texts::TAB, scrolls: 
 /// Distances from a target that people may enter, m.
 const STAND_OFF_RANGE_M: [f64; 2] = [0.3, 30.0];
 
-/// Nodes that are offered to look from: the best ones.
-const MAX_NODES: usize = 12;
+/// Parameters of the form.
+struct PointFormConfig {
+    /// Nodes that are offered to look from: the best ones. Chosen.
+    max_nodes: usize,
+}
+
+const CONFIG: PointFormConfig = PointFormConfig { max_nodes: 12 };
 
 /// What the panel keeps between frames.
 #[derive(Debug, Default)]
@@ -203,7 +208,7 @@ impl InspectionPointsPanel {
 /// From which node it is looked at: the present one and those from which it can be seen best.
 fn show_node(ui: &mut Ui, cx: &mut PanelContext<'_>, site: &Site, point: &InspectionPoint) {
     let mut nodes = cx.model.site.viewpoints(point.target_m);
-    nodes.truncate(MAX_NODES);
+    nodes.truncate(CONFIG.max_nodes);
     if !nodes.contains(&point.node) {
         nodes.insert(0, point.node);
     }

@@ -16,8 +16,14 @@ use egui::Ui;
 
 /// Greatest number of characters of a state that fits beside its name.
 const MAX_LINE_CHARS: usize = 24;
-/// Standard deviation of the position above which it is shown as uncertain, metres.
-const UNCERTAIN_SIGMA_M: f64 = 0.5;
+
+/// Parameters of the panel.
+struct LocalisationPanelConfig {
+    /// Standard deviation of the position above which it is shown as uncertain, metres. Chosen.
+    uncertain_sigma_m: f64,
+}
+
+const CONFIG: LocalisationPanelConfig = LocalisationPanelConfig { uncertain_sigma_m: 0.5 };
 
 /// The panel. It keeps nothing between frames.
 #[derive(Debug, Default)]
@@ -78,7 +84,7 @@ fn position_quality(model: &Model) -> PositionQuality {
         PositionQuality::Outdated
     } else if matches!(localisation, Localisation::Loading { .. } | Localisation::Relocalising { .. }) {
         PositionQuality::Relocalising
-    } else if position_sigma_m(&estimate.value) > UNCERTAIN_SIGMA_M
+    } else if position_sigma_m(&estimate.value) > CONFIG.uncertain_sigma_m
         || matches!(localisation, Localisation::Localised { degradation: Some(_), .. })
     {
         PositionQuality::Uncertain

@@ -16,8 +16,13 @@ use client_model::ClientCommand;
 use egui::{Ui, vec2};
 use vocab::{MapId, Stamp};
 
-/// Distance through mapped ground after which the robot is usually localised, metres. The bar is full at this distance.
-const LOCALISING_DISTANCE_M: f64 = 15.0;
+/// Parameters of the panel.
+struct MappingPanelConfig {
+    /// Distance through mapped ground after which the robot is usually localised, metres. The bar is full at this distance. Chosen.
+    localising_distance_m: f64,
+}
+
+const CONFIG: MappingPanelConfig = MappingPanelConfig { localising_distance_m: 15.0 };
 
 /// What the panel keeps between frames.
 #[derive(Debug, Default)]
@@ -64,7 +69,7 @@ fn show_session(ui: &mut Ui, cx: &mut PanelContext<'_>, panel: &mut MappingPanel
             let hint = if ambiguous {
                 texts::ambiguous_hint(map)
             } else {
-                texts::localising_hint(map, LOCALISING_DISTANCE_M)
+                texts::localising_hint(map, CONFIG.localising_distance_m)
             };
             show_localising(ui, cx, &hint, distance_m);
         }
@@ -127,7 +132,7 @@ fn show_localising(ui: &mut Ui, cx: &mut PanelContext<'_>, hint: &str, distance_
     let tokens = cx.tokens;
     show_state(ui, tokens, texts::LOCALISING);
     widgets::tinted_box(ui, tokens, tokens.accent, |ui| widgets::sentence(ui, tokens, hint));
-    let share = (distance_m / LOCALISING_DISTANCE_M).min(1.0) as f32;
+    let share = (distance_m / CONFIG.localising_distance_m).min(1.0) as f32;
     ui.add(egui::ProgressBar::new(share).desired_height(6.0).corner_radius(3));
     fact(ui, tokens, texts::LOCALISING_DISTANCE, &format::distance(distance_m));
     show_cancel(ui, cx);

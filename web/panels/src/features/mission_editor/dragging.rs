@@ -13,12 +13,19 @@ pub(super) const ROW_HEIGHT: f32 = 52.0;
 pub(super) const GAP: f32 = 6.0;
 /// Distance from row to row, points.
 const PITCH: f32 = ROW_HEIGHT + GAP;
-/// Distance from the edge of the list within which a drag scrolls it, points.
-const SCROLL_EDGE: f32 = 44.0;
-/// Greatest speed of that scrolling, points per second.
-const SCROLL_SPEED: f32 = 700.0;
-/// Distance beside the list within which tasks are still dropped into it, points.
-const REACH: f32 = 28.0;
+
+/// Parameters of dragging tasks.
+struct TaskDragConfig {
+    /// Distance from the edge of the list within which a drag scrolls it, points. Chosen: the size of a button for fingers.
+    scroll_edge_pt: f32,
+    /// Greatest speed of that scrolling, points per second. Chosen: 12 rows a second.
+    max_scroll_pt_s: f32,
+    /// Distance beside the list within which tasks are still dropped into it, points. Chosen: hands are not exact.
+    drop_distance_pt: f32,
+}
+
+const CONFIG: TaskDragConfig =
+    TaskDragConfig { scroll_edge_pt: 44.0, max_scroll_pt_s: 700.0, drop_distance_pt: 28.0 };
 
 /// A drag by keys.
 #[derive(Debug)]
@@ -110,7 +117,7 @@ pub(super) fn follow_pointer(ui: &Ui, cx: &mut PanelContext<'_>, top: f32, new_t
         && plan.mission.tasks.iter().any(|task| task.id == new_task);
     let others = shown - usize::from(is_counted);
     let index = pointer.map(|at| {
-        let is_over = list.expand(REACH).contains(at);
+        let is_over = list.expand(CONFIG.drop_distance_pt).contains(at);
         let row = ((at.y - top) / PITCH).floor().max(0.0) as usize;
         is_over.then(|| row.min(others))
     });
@@ -132,15 +139,15 @@ pub(super) fn follow_pointer(ui: &Ui, cx: &mut PanelContext<'_>, top: f32, new_t
 }
 
 fn scroll_at_edge(ui: &Ui, list: Rect, at: egui::Pos2) {
-    if !list.expand(REACH).contains(at) {
+    if !list.expand(CONFIG.drop_distance_pt).contains(at) {
         return;
     }
-    let into = |distance: f32| ((SCROLL_EDGE - distance) / SCROLL_EDGE).clamp(0.0, 1.0);
+    let into = |distance: f32| ((CONFIG.scroll_edge_pt - distance) / CONFIG.scroll_edge_pt).clamp(0.0, 1.0);
     let speed = into(at.y - list.top()) - into(list.bottom() - at.y);
     if speed != 0.0 {
         let seconds = ui.input(|input| input.stable_dt).min(0.1);
         ui.scroll_with_delta_animation(
-            Vec2::new(0.0, speed * SCROLL_SPEED * seconds),
+            Vec2::new(0.0, speed * CONFIG.max_scroll_pt_s * seconds),
             egui::style::ScrollAnimation::none(),
         );
         ui.request_repaint();

@@ -15,8 +15,14 @@ use client_model::{ClientCommand, MissionEditorCommand, users_of_mission};
 use egui::{CornerRadius, Role, ScrollArea, Sense, StrokeKind, Ui, WidgetInfo, pos2, vec2};
 use site_model::{Mission, MissionId, ObjectId, Site, TaskPlace};
 
-/// Missions from which on the list has a search.
-const SEARCH_FROM: usize = 6;
+/// Parameters of the list.
+struct MissionListConfig {
+    /// Missions from which on the list has a search. Chosen.
+    search_from: usize,
+}
+
+const CONFIG: MissionListConfig = MissionListConfig { search_from: 6 };
+
 /// Height of a row, points.
 const ROW_HEIGHT: f32 = 56.0;
 
@@ -48,7 +54,7 @@ impl FeaturePanel for MissionListPanel {
         missions.sort_by_key(|mission| mission.name.to_lowercase());
         self.show_top(ui, cx, site, missions.len());
         let wanted = self.search.trim().to_lowercase();
-        let is_searched = missions.len() >= SEARCH_FROM;
+        let is_searched = missions.len() >= CONFIG.search_from;
         missions.retain(|mission| !is_searched || mission.name.to_lowercase().contains(&wanted));
         if missions.is_empty() && !wanted.is_empty() {
             widgets::remark(ui, tokens, texts::NOTHING);
@@ -85,7 +91,7 @@ impl MissionListPanel {
                 open(cx, mission);
             }
         }
-        if count >= SEARCH_FROM {
+        if count >= CONFIG.search_from {
             let search = TextInput::new(texts::SEARCH, texts::SEARCH).hint(texts::SEARCH_HINT);
             search.kind(TextInputKind::Search).show(ui, tokens, cx.text_inputs, &mut self.search);
         }

@@ -13,8 +13,13 @@ use client_model::{ClientCommand, ShownNotice};
 use egui::text::{LayoutJob, TextFormat};
 use egui::{Align, Layout, Response, Ui};
 
-/// Age from which a notice shows its age, seconds.
-const SHOWN_AGE_S: f64 = 10.0;
+/// Parameters of the list of notices.
+struct NoticeListConfig {
+    /// Age from which a notice shows its age, seconds. Chosen.
+    min_shown_age_s: f64,
+}
+
+const CONFIG: NoticeListConfig = NoticeListConfig { min_shown_age_s: 10.0 };
 
 /// The panel. It keeps nothing between frames.
 #[derive(Debug, Default)]
@@ -57,7 +62,7 @@ fn show_text(ui: &mut Ui, cx: &PanelContext<'_>, notice: &ShownNotice) -> Respon
     let tokens = cx.tokens;
     let age_s = cx.model.now().since(notice.since);
     let repetitions = (notice.times > 1).then(|| texts::repetitions(notice.times));
-    let age = (age_s > SHOWN_AGE_S).then(|| format::age(age_s));
+    let age = (age_s > CONFIG.min_shown_age_s).then(|| format::age(age_s));
     let remarks: Vec<String> = repetitions.into_iter().chain(age).collect();
     // One label, because the row centres one thing.
     let mut job = LayoutJob::default();

@@ -2,7 +2,7 @@
 
 use super::exhibit::{Exhibit, exhibits, viewable};
 use super::picture_paint::{paint_marker, paint_picture, paint_scale, show_note};
-use super::picture_view::{PictureView, ZOOM_STEP, middle_of, pixel_at};
+use super::picture_view::{PictureView, ZOOM, middle_of, pixel_at};
 use super::{look, spectrum, texts};
 use crate::button::{Button, Kind};
 use crate::feature_panel::PanelContext;
@@ -235,8 +235,8 @@ impl Lightbox {
         // From right to left.
         for (name, sign, factor) in [
             (texts::WHOLE, icon::CORNERS_OUT, None),
-            (texts::ZOOM_IN, icon::PLUS, Some(ZOOM_STEP)),
-            (texts::ZOOM_OUT, icon::MINUS, Some(1.0 / ZOOM_STEP)),
+            (texts::ZOOM_IN, icon::PLUS, Some(ZOOM.step_factor)),
+            (texts::ZOOM_OUT, icon::MINUS, Some(1.0 / ZOOM.step_factor)),
         ] {
             let is_possible =
                 factor.is_some_and(|factor| factor > 1.0) || self.view != PictureView::default();

@@ -2,12 +2,18 @@
 
 use egui::{Pos2, Rect, Response, Ui, Vec2, pos2, vec2};
 
-/// Greatest magnification of the whole picture.
-const MAX_ZOOM: f32 = 16.0;
-/// Magnification of one press of a button.
-pub(super) const ZOOM_STEP: f32 = 1.5;
-/// Magnification of one point of the wheel, logarithm.
-const ZOOM_OF_WHEEL: f32 = 0.004;
+/// Parameters of the magnification of a picture.
+pub(super) struct PictureZoomConfig {
+    /// Greatest magnification of the whole picture. Chosen.
+    pub(super) max_factor: f32,
+    /// Magnification of one press of a button. Chosen.
+    pub(super) step_factor: f32,
+    /// Logarithm of the magnification of one point of the wheel. Chosen.
+    pub(super) wheel_log_factor: f32,
+}
+
+pub(super) const ZOOM: PictureZoomConfig =
+    PictureZoomConfig { max_factor: 16.0, step_factor: 1.5, wheel_log_factor: 0.004 };
 
 /// The part of a picture that is shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +41,7 @@ impl PictureView {
     pub(super) fn zoom_by(&mut self, factor: f32, at: Pos2, pane: Rect, size: Vec2) {
         let before = self.picture_rect(pane, size);
         let share = (at - before.min) / before.size();
-        self.zoom = (self.zoom * factor).clamp(1.0, MAX_ZOOM);
+        self.zoom = (self.zoom * factor).clamp(1.0, ZOOM.max_factor);
         let after = self.picture_rect(pane, size);
         self.centre += share - (at - after.min) / after.size();
         self.keep_inside(pane, size);
@@ -52,7 +58,7 @@ impl PictureView {
         }
         let Some(at) = response.hover_pos() else { return };
         let (wheel, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
-        let factor = pinch * (wheel * ZOOM_OF_WHEEL).exp();
+        let factor = pinch * (wheel * ZOOM.wheel_log_factor).exp();
         if factor != 1.0 {
             self.zoom_by(factor, at, pane, size);
         }

@@ -11,8 +11,13 @@ use client_model::plan_schedules;
 use missions::SiteZone;
 use site_model::{Site, Utc};
 
-/// How far it is looked ahead, days.
-const OUTLOOK_DAYS: i64 = 7;
+/// Parameters of the search for the next run.
+struct NextRunConfig {
+    /// How far it is looked ahead, days. Chosen: a weekly schedule has one within it.
+    outlook_days: i64,
+}
+
+const CONFIG: NextRunConfig = NextRunConfig { outlook_days: 7 };
 
 /// The next run, computed once for each change of the site and each minute.
 #[derive(Debug, Default)]
@@ -35,7 +40,7 @@ impl NextRun {
 fn next_run(site: &Site, now: Utc) -> Option<NextRunTexts> {
     let zone_name = site.settings().map_or(UTC, |settings| settings.time_zone.as_str());
     let zone = SiteZone::new(zone_name).unwrap_or_else(|_| SiteZone::utc());
-    let until = Utc(now.0 + OUTLOOK_DAYS * 24 * 60 * MINUTE_NS);
+    let until = Utc(now.0 + CONFIG.outlook_days * 24 * 60 * MINUTE_NS);
     let plan = plan_schedules(site, &zone, Utc(now.0 + 1), until);
     let next = plan.occurrences.iter().find(|it| it.is_planned())?;
     let schedule = site.schedule(next.schedule)?.name.clone();

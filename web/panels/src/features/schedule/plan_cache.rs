@@ -8,8 +8,15 @@ use vocab::Span;
 
 /// Nanoseconds of a minute.
 pub(super) const MINUTE_NS: i64 = Span::MINUTE.nanos();
-/// Days that are looked ahead.
-const OUTLOOK_DAYS: i64 = 30;
+
+/// Parameters of the plan of a schedule.
+struct PlanCacheConfig {
+    /// Days that are looked ahead. Chosen.
+    outlook_days: i64,
+}
+
+const CONFIG: PlanCacheConfig = PlanCacheConfig { outlook_days: 30 };
+
 /// Time zone of a site that nobody has told one.
 pub(super) const UTC: &str = "UTC";
 
@@ -85,7 +92,7 @@ impl CachedPlan {
             })
         });
         let of_week = plan_schedules(site, &zone, midnight(&zone, week, -1), midnight(&zone, week, 7));
-        let until = Utc(now.0 + OUTLOOK_DAYS * 24 * 60 * MINUTE_NS);
+        let until = Utc(now.0 + CONFIG.outlook_days * 24 * 60 * MINUTE_NS);
         let outlook = plan_schedules(site, &zone, Utc(now.0 + 1), until);
         let durations = expected_durations(site);
         let duration = |mission| durations.get(&mission).copied().unwrap_or(Span::ZERO);

@@ -18,8 +18,14 @@ use vocab::Span;
 
 /// Longest recurrence rule, characters.
 const MAX_RULE_CHARS: u32 = 200;
-/// Interval of a schedule that was weekly or once before, minutes.
-const FIRST_INTERVAL_MIN: i64 = 2 * 24 * 60;
+
+/// Values of a new recurrence.
+struct NewRecurrenceConfig {
+    /// Interval of a schedule that was weekly or once before, minutes. Chosen.
+    interval_min: i64,
+}
+
+const CONFIG: NewRecurrenceConfig = NewRecurrenceConfig { interval_min: 2 * 24 * 60 };
 
 /// Kinds of recurrences that are offered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,7 +102,7 @@ fn converted(schedule: &Schedule, kind: RecurrenceKind, plan: &CachedPlan) -> Re
             last_day: None,
         },
         RecurrenceKind::Every => {
-            Recurrence::Every { first, interval: Span::from_nanos(FIRST_INTERVAL_MIN * MINUTE_NS) }
+            Recurrence::Every { first, interval: Span::from_nanos(CONFIG.interval_min * MINUTE_NS) }
         }
         RecurrenceKind::Rule => schedule.recurrence.clone(),
     }

@@ -20,13 +20,21 @@ use site_model::{LocalDateTime, Site};
 
 /// Height of the row of days, points.
 const HEAD_HEIGHT: f32 = 36.0;
-/// The hour that is at the top when the screen is opened.
-const FIRST_HOUR: f32 = 6.0;
+
+/// Parameters of the week.
+struct WeekConfig {
+    /// The hour that is at the top when the screen is opened. Chosen.
+    first_hour: f32,
+    /// Distance from the edge at which a drag scrolls, points. Chosen.
+    scroll_edge_pt: f32,
+    /// Greatest speed of that scrolling, points per second. Chosen.
+    max_scroll_pt_s: f32,
+}
+
+const CONFIG: WeekConfig = WeekConfig { first_hour: 6.0, scroll_edge_pt: 36.0, max_scroll_pt_s: 600.0 };
+
 /// A mission that is shorter is drawn as long as this, so that its name can be read, minutes.
 const MIN_SHOWN_MIN: i64 = 30;
-/// Distance from the edge at which a drag scrolls, and how far in a second, points.
-const SCROLL_EDGE: f32 = 36.0;
-const SCROLL_SPEED: f32 = 600.0;
 
 impl SchedulePanel {
     /// Shows the week that is chosen.
@@ -41,7 +49,7 @@ impl SchedulePanel {
         show_days(ui, cx.tokens, plan, gutter);
         let mut area = ScrollArea::vertical().id_salt("week").auto_shrink([false, false]);
         if !std::mem::replace(&mut self.is_scrolled, true) {
-            area = area.vertical_scroll_offset(FIRST_HOUR * HOUR_HEIGHT - 10.0);
+            area = area.vertical_scroll_offset(CONFIG.first_hour * HOUR_HEIGHT - 10.0);
         }
         area.show(ui, |ui| {
             let size = vec2(ui.available_width(), 24.0 * HOUR_HEIGHT);
@@ -195,10 +203,10 @@ impl SchedulePanel {
             let from_top = position.y - visible.top();
             let from_bottom = visible.bottom() - position.y;
             let dt = ui.input(|input| input.stable_dt).min(0.1);
-            if from_top < SCROLL_EDGE {
-                ui.scroll_with_delta(vec2(0.0, SCROLL_SPEED * dt));
-            } else if from_bottom < SCROLL_EDGE {
-                ui.scroll_with_delta(vec2(0.0, -SCROLL_SPEED * dt));
+            if from_top < CONFIG.scroll_edge_pt {
+                ui.scroll_with_delta(vec2(0.0, CONFIG.max_scroll_pt_s * dt));
+            } else if from_bottom < CONFIG.scroll_edge_pt {
+                ui.scroll_with_delta(vec2(0.0, -CONFIG.max_scroll_pt_s * dt));
             }
         }
         ui.request_repaint();

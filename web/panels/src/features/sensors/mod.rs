@@ -59,7 +59,7 @@ fn show_list(ui: &mut Ui, cx: &PanelContext<'_>) {
         let is_silent = sensor.rate_hz < CONFIG.silent_rate_hz;
         let rate = if is_silent { texts::SILENT.to_owned() } else { format::rate(sensor.rate_hz) };
         let age = format::age(age_s);
-        let is_stale = is_silent || age_s > connection::LIVE_AGE_S;
+        let is_stale = is_silent || age_s > connection::LIVE_DATA.max_live_age_s;
         let note = is_stale.then_some((age.as_str(), tokens.warn));
         fact_with_note(ui, tokens, &sensor.name, &rate, note);
     }

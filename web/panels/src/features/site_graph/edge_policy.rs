@@ -10,9 +10,16 @@ use egui::Ui;
 use site_model::{Edge, EdgeFailStep, ObjectId};
 use vocab::Span;
 
-/// Tries of a new step, and seconds of a new wait.
-const FIRST_TRIES: u8 = 1;
-const FIRST_WAIT_S: f64 = 30.0;
+/// Values of a new step.
+struct NewStepConfig {
+    /// Tries. Chosen.
+    tries: u8,
+    /// Wait, seconds. Chosen.
+    wait_s: f64,
+}
+
+const CONFIG: NewStepConfig = NewStepConfig { tries: 1, wait_s: 30.0 };
+
 /// Tries and seconds that people may enter.
 const TRIES: [f64; 2] = [1.0, 20.0];
 const WAITS_S: [f64; 2] = [1.0, 3_600.0];
@@ -51,7 +58,7 @@ pub(super) fn show(
     let can_add = !has_end && edge.fail_policy.len() < MAX_STEPS;
     let add = Button::new(texts::ADD_STEP).icon(icon::PLUS).enabled(can_add).wide(ui);
     if add.show(ui, tokens).clicked() {
-        steps.push(EdgeFailStep::Retry(FIRST_TRIES));
+        steps.push(EdgeFailStep::Retry(CONFIG.tries));
     }
     (steps != edge.fail_policy).then_some(steps)
 }
@@ -92,8 +99,8 @@ fn show_number(
 /// The step of a place in [`texts::FAIL_STEPS`].
 fn step_of(kind: usize) -> EdgeFailStep {
     match kind {
-        0 => EdgeFailStep::Retry(FIRST_TRIES),
-        1 => EdgeFailStep::Wait(Span::from_millis((FIRST_WAIT_S * 1e3) as i64)),
+        0 => EdgeFailStep::Retry(CONFIG.tries),
+        1 => EdgeFailStep::Wait(Span::from_millis((CONFIG.wait_s * 1e3) as i64)),
         2 => EdgeFailStep::Replan,
         _ => EdgeFailStep::Fail,
     }

@@ -9,10 +9,16 @@ use crate::widgets;
 use egui::Ui;
 use site_model::{ObjectId, ValidationConfig, Zone, ZoneEffect};
 
-/// Speed limit of a zone that had none, m/s: a slow walk.
-const FIRST_SPEED_M_S: f64 = 0.3;
-/// Factor of a zone that had none: the way round may be three times as long.
-const FIRST_PENALTY: f64 = 3.0;
+/// Values of an effect that a zone had not before.
+struct NewEffectConfig {
+    /// Speed limit, metres a second: a slow walk. Chosen.
+    speed_m_s: f64,
+    /// Factor of the cost: another path may be three times as long. Chosen.
+    penalty_factor: f64,
+}
+
+const CONFIG: NewEffectConfig = NewEffectConfig { speed_m_s: 0.3, penalty_factor: 3.0 };
+
 /// Factors that people may enter.
 const PENALTIES: [f64; 2] = [1.0, 100.0];
 
@@ -25,8 +31,8 @@ pub(super) fn show(ui: &mut Ui, cx: &mut PanelContext<'_>, typed: &mut TypedNumb
     widgets::choice(ui, tokens, &texts::EFFECTS, kind, |kind| chosen = kind);
     if chosen != kind {
         let effect = match chosen {
-            EffectKind::SpeedLimit => ZoneEffect::SpeedLimit(FIRST_SPEED_M_S),
-            EffectKind::Penalty => ZoneEffect::Penalty(FIRST_PENALTY),
+            EffectKind::SpeedLimit => ZoneEffect::SpeedLimit(CONFIG.speed_m_s),
+            EffectKind::Penalty => ZoneEffect::Penalty(CONFIG.penalty_factor),
             EffectKind::KeepOut | EffectKind::Action => ZoneEffect::KeepOut,
         };
         return change(cx, zone, |zone| zone.effect = effect);
