@@ -412,10 +412,9 @@ impl Executive {
                 remaining_m: behaviour.progress(&frames.odom_from_base).remaining_m.unwrap_or_default(),
             },
             (ExecutiveState::Idle | ExecutiveState::Executing, ..) => match &self.blocked {
-                Some((goal, reason)) => MotionState::Blocked {
-                    goal: vec_to_plain(goal),
-                    reason: texts::failure(*reason).to_owned(),
-                },
+                Some((goal, reason)) => {
+                    MotionState::Blocked { goal: vec_to_plain(goal), reason: reason.sentence().to_owned() }
+                }
                 None => MotionState::Idle,
             },
         }

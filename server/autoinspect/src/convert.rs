@@ -1,7 +1,7 @@
 //! `autoinspect convert`: writes a recording for other programs, or in less space.
 
 use crate::failure::Failure;
-use crate::output;
+use crate::{output, summaries};
 use clap::{Args, ValueEnum};
 use messages::{Input, Sensor};
 use recorder::{Recording, RecordingMeta, RecordingWriter, ScanMessage, TopicSelection, WriterConfig};
@@ -85,14 +85,7 @@ pub fn run(args: &ConvertArgs) -> Result<(), Failure> {
     writer.finish().map_err(Failure::failed)?;
     let written = std::fs::metadata(&args.out).map_err(|error| Failure::unreadable(&args.out, error))?;
     converted.bytes = written.len();
-    let megabytes = converted.bytes as f64 * 1e-6;
-    let Converted { messages, scans, unreadable, .. } = converted;
-    let path = args.out.display();
-    output::print_human(
-        args.json,
-        &format!(
-            "{path}: {messages} messages, {scans} of them scans, {megabytes:.1} MB, {unreadable} unreadable messages left out"
-        ),
-    );
+    let Converted { messages, scans, unreadable, bytes } = converted;
+    output::print_human(args.json, &summaries::converted(&args.out, messages, scans, bytes, unreadable));
     output::print_json(args.json, &converted)
 }

@@ -1,7 +1,7 @@
 //! `autoinspect info`: describes a recording and its missing inputs, or a saved map.
 
 use crate::failure::Failure;
-use crate::output;
+use crate::{output, summaries};
 use api::MapSummary;
 use clap::Args;
 use recorder::{Recording, RecordingInfo, TopicSelection};
@@ -37,22 +37,12 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
 fn describe_map(args: &InfoArgs, path: &Path) -> Result<(), Failure> {
     let bytes = std::fs::read(path).map_err(|error| Failure::unreadable(path, error))?;
     let map: MapSummary = serde_json::from_slice(&bytes).map_err(|error| Failure::unreadable(path, error))?;
-    let text = format!(
-        "{}: map \"{}\" ({}), {:.1} m walked, {} keyframes, {} points, {:.1} MB",
-        args.file.display(),
-        map.name,
-        map.id,
-        map.distance_m,
-        map.keyframes,
-        map.points,
-        map.bytes as f64 * 1e-6
-    );
-    output::print_human(args.json, &text);
+    output::print_human(args.json, &summaries::map(&args.file, &map));
     output::print_json(args.json, &map)
 }
 
 fn describe(info: &RecordingInfo) -> String {
-    let mut text = format!("{}: {}, {:.1} s\n", info.path, info.format, info.duration);
+    let mut text = summaries::recording(&info.path, &info.format, info.duration) + "\n";
     let width = info.topics.iter().map(|topic| topic.name.len()).max().unwrap_or(0);
     // Writing to a string cannot fail.
     for topic in &info.topics {
@@ -64,9 +54,12 @@ fn describe(info: &RecordingInfo) -> String {
             topic.name, topic.count, rate, role, topic.type_name
         );
     }
-    for (title, lines) in
-        [("Sensors", &info.sensors), ("Missing", &info.missing), ("Warnings", &info.warnings)]
-    {
+    let sections = [
+        (summaries::SENSORS, &info.sensors),
+        (summaries::MISSING, &info.missing),
+        (summaries::WARNINGS, &info.warnings),
+    ];
+    for (title, lines) in sections {
         if !lines.is_empty() {
             let _ = writeln!(text, "{title}:\n  {}", lines.join("\n  "));
         }

@@ -32,6 +32,7 @@ mod robot;
 mod robot_file;
 mod sim_record;
 mod site;
+mod summaries;
 #[cfg(test)]
 mod test_data;
 mod texts;

@@ -1,7 +1,7 @@
 //! `autoinspect replay`: checks that a journal replays bit for bit.
 
 use crate::failure::Failure;
-use crate::output;
+use crate::{output, summaries};
 use clap::Args;
 use recorder::{ReadError, Recording, TopicSelection};
 use serde::Serialize;
@@ -60,7 +60,7 @@ pub fn run(args: &ReplayArgs) -> Result<(), Failure> {
     let replayed = Replayed { inputs, effects: digest.effects(), fingerprint: digest.hex() };
     output::print_human(
         args.json,
-        &format!("{} inputs, {} effects, {}", replayed.inputs, replayed.effects, replayed.fingerprint),
+        &summaries::replayed(replayed.inputs, replayed.effects, &replayed.fingerprint),
     );
     output::print_json(args.json, &replayed)
 }

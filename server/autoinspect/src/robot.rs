@@ -1,8 +1,8 @@
 //! The robot of the platform: `sim:SITE`, `replay:FILE` or `socket:PATH`.
 
 use crate::failure::Failure;
-use crate::texts;
 use crate::up::ShutdownSignal;
+use crate::{summaries, texts};
 use links::{ConnectError, ReplayConfig, ReplayLink, ReplaySource, SocketLink, SocketLinkConfig};
 use messages::{BootRecord, RobotProfile, Sources};
 use ports::RobotLink;
@@ -142,7 +142,7 @@ fn connect(path: &Path, stop: &ShutdownSignal) -> Result<Option<SocketLink>, Fai
 /// Boot record of a robot that is known from a recording only.
 pub fn boot_record(recording: &Recording, sources: Sources) -> BootRecord {
     BootRecord {
-        profile: RobotProfile { name: "Recorded robot".to_owned(), ..RobotProfile::default() },
+        profile: RobotProfile { name: summaries::RECORDED_ROBOT.to_owned(), ..RobotProfile::default() },
         mounting: recording.mounting(),
         sources,
         start_mapping: None,

@@ -3,7 +3,7 @@
 mod faults;
 
 use crate::failure::Failure;
-use crate::{output, texts};
+use crate::{output, summaries, texts};
 use clap::Args;
 use faults::FaultName;
 use messages::Input;
@@ -106,7 +106,7 @@ pub fn run(args: &RecordArgs) -> Result<(), Failure> {
     let mut simulator = Simulator::new(config);
     let meta = RecordingMeta {
         robot: simulator.boot().profile.name,
-        origin: format!("simulated site {}, route {}, seed {}", args.site, args.route, args.seed),
+        origin: summaries::simulated_origin(&args.site.to_string(), &args.route, args.seed),
         segment: None,
     };
     let mut writer =
@@ -115,13 +115,12 @@ pub fn run(args: &RecordArgs) -> Result<(), Failure> {
     writer.finish().map_err(Failure::failed)?;
     output::print_human(
         args.json,
-        &format!(
-            "{}: {:.1} s, {} scans with {} points, {:.1} m walked",
-            args.out.display(),
+        &summaries::recorded(
+            &args.out,
             recorded.seconds,
             recorded.scans,
             recorded.points,
-            recorded.distance_m
+            recorded.distance_m,
         ),
     );
     output::print_json(args.json, &recorded)

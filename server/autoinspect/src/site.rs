@@ -1,7 +1,7 @@
 //! `autoinspect site export`: writes a simulated site as a building of other programs, with its sidecar.
 
 use crate::failure::Failure;
-use crate::output;
+use crate::{output, summaries};
 use clap::Args;
 use serde::Serialize;
 use site_files::{SiteSource, write_site};
@@ -37,6 +37,6 @@ struct Exported {
 pub fn export(args: &SiteExportArgs) -> Result<(), Failure> {
     let site = args.site.load().map_err(Failure::usage)?;
     let file = write_site(&args.out, &site).map_err(Failure::failed)?;
-    output::print_human(args.json, &format!("{} and its .site.json", file.display()));
+    output::print_human(args.json, &summaries::site_written(&file));
     output::print_json(args.json, &Exported { file })
 }

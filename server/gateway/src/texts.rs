@@ -3,6 +3,9 @@
 /// Characters of a client's text that a sentence shows, at most.
 const SHOWN_CHARS_MAX: usize = 100;
 
+/// Name of a place in an archive whose object the site no longer has.
+pub(crate) const UNNAMED_PLACE: &str = "place";
+
 // The core.
 
 /// Before the first connection to the core.

@@ -320,7 +320,7 @@ pub fn goal(update: messages::GoalUpdate) -> api::Goal {
 }
 
 fn goal_status(status: messages::GoalStatus) -> api::GoalStatus {
-    use messages::{CancelCause, GoalAttempt, GoalFailure, GoalStatus, WaitReason};
+    use messages::{CancelCause, GoalAttempt, GoalStatus, WaitReason};
     match status {
         GoalStatus::Accepted => api::GoalStatus::Accepted,
         GoalStatus::Running(progress) => api::GoalStatus::Running(api::GoalProgress {
@@ -335,16 +335,7 @@ fn goal_status(status: messages::GoalStatus) -> api::GoalStatus {
             api::GoalStatus::Succeeded { map_from_base: result.map_from_base, duration: result.duration }
         }
         GoalStatus::Failed { reason, tried } => api::GoalStatus::Failed {
-            reason: match reason {
-                GoalFailure::PathBlocked => api::GoalFailure::PathBlocked,
-                GoalFailure::PoseNotFound => api::GoalFailure::PoseNotFound,
-                GoalFailure::MapReplaced => api::GoalFailure::MapReplaced,
-                GoalFailure::NoSuchPlace => api::GoalFailure::NoSuchPlace,
-                GoalFailure::NoRoute => api::GoalFailure::NoRoute,
-                GoalFailure::NotDocked => api::GoalFailure::NotDocked,
-                GoalFailure::DockNotSeen => api::GoalFailure::DockNotSeen,
-                GoalFailure::NotUndocked => api::GoalFailure::NotUndocked,
-            },
+            reason,
             tried: tried
                 .into_iter()
                 .map(|attempt| match attempt {

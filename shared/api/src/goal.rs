@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use site_model::{DockId, NodeId};
+pub use vocab::GoalFailure;
 use vocab::{ClientId, GoalId, Pose, Span, Stamp, Vec3};
 
 /// Goals in [`crate::Event::Goals`] at most.
@@ -92,27 +93,6 @@ pub enum WaitReason {
     FreePath,
     /// The pose in the map was lost; the goal goes on once the robot is relocalised.
     Relocalisation,
-}
-
-/// Why a goal was not reached.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum GoalFailure {
-    /// No path was free for too long.
-    PathBlocked,
-    /// The robot's pose in the map was not found in time.
-    PoseNotFound,
-    /// The map or its frame was replaced, so that a point in it means nothing any more.
-    MapReplaced,
-    /// The topological map has no such place.
-    NoSuchPlace,
-    /// No route leads there over edges that are open.
-    NoRoute,
-    /// The robot was not charged after all attempts to dock.
-    NotDocked,
-    /// The robot could not leave its dock.
-    NotUndocked,
-    /// The scans showed no dock where the map has it.
-    DockNotSeen,
 }
 
 /// Something that was tried for a goal that failed.

@@ -5,6 +5,7 @@
 use crate::Principal;
 use serde::{Deserialize, Serialize};
 use site_model::{DockId, NodeId, PoseTolerance};
+pub use vocab::GoalFailure;
 use vocab::{GoalId, Pose, Span, Stamp, Vec3};
 
 /// What the robot is to reach. Further kinds are added at the end.
@@ -120,27 +121,6 @@ pub struct GoalResult {
     pub map_from_base: Pose,
     /// From acceptance to the end.
     pub duration: Span,
-}
-
-/// Why a goal was not reached.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum GoalFailure {
-    /// No path was free for too long.
-    PathBlocked,
-    /// The robot's pose in the map was not found in time.
-    PoseNotFound,
-    /// The map or its frame was replaced, so that a point in it means nothing any more.
-    MapReplaced,
-    /// The topological map has no such place.
-    NoSuchPlace,
-    /// No route leads there over edges that are open.
-    NoRoute,
-    /// The robot was not charged after all attempts to dock.
-    NotDocked,
-    /// The robot could not leave its dock.
-    NotUndocked,
-    /// The scans showed no dock where the map has it.
-    DockNotSeen,
 }
 
 /// Something that was tried for a goal that failed.

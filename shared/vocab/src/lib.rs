@@ -1,10 +1,11 @@
-//! Basic types of all parts: time, ids, plain vectors and poses, the head of cameras, and text from outside made legible. They have no behaviour beyond arithmetic.
+//! Basic types of all parts: time, ids, plain vectors and poses, the head of cameras, why a goal failed, and text from outside made legible. They have no behaviour beyond arithmetic and sentences.
 //!
 //! Robot and browser both use this crate, so it depends on serde and a UUID type only. Mathematics beyond
 //! component access lives in `autonomy/geometry`, which converts to and from these types.
 
 mod camera_head;
 mod content_hash;
+mod goal_failure;
 mod ids;
 mod pose;
 mod role;
@@ -13,6 +14,7 @@ mod time;
 
 pub use camera_head::CameraHead;
 pub use content_hash::{BlobHash, BlobHashError};
+pub use goal_failure::GoalFailure;
 pub use ids::{
     ActionCallId, ClientId, CommandId, GoalId, KeyframeId, LegId, MAX_MAP_NAME_CHARS, MapId, SessionId,
     UploadId,

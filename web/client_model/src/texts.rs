@@ -15,6 +15,21 @@ pub(crate) const VIEWED_MAP_DELETED: &str = "The map on the screen was moved to 
 /// Name of a map that is not listed.
 pub(crate) const UNNAMED_MAP: &str = "Map";
 
+/// Name of a new dock.
+pub(crate) fn dock_name(number: usize) -> String {
+    format!("Dock {number}")
+}
+
+/// Name of the node in front of a new dock.
+pub(crate) fn before_dock_name(dock: &str) -> String {
+    format!("Before {}", dock.to_lowercase())
+}
+
+/// Name of a new zone.
+pub(crate) fn zone_name(number: usize) -> String {
+    format!("Zone {number}")
+}
+
 /// Shown when a draft cannot be published yet.
 pub(crate) const DRAFT_CONFLICTS: &str = "Somebody else has changed objects of the draft. Choose on the tab Draft which of the two counts, then publish again.";
 

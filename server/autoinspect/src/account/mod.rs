@@ -5,7 +5,7 @@ mod password;
 
 use crate::failure::Failure;
 use crate::output::{print_human, print_json, print_line};
-use crate::{texts, up};
+use crate::{summaries, texts, up};
 use accounts::{AccountName, PasswordConfig, check_password, credential_id, hash, new_secret};
 use api::access::{MAX_TOKEN_DAYS, Role};
 use clap::{Args, Subcommand};
@@ -239,14 +239,13 @@ fn list(ledger: &mut Ledger, json: bool) -> Result<(), Failure> {
     let accounts = ledger.write(|writer| writer.accounts()).map_err(Failure::failed)?;
     let now = up::wall_clock();
     for (name, account) in &accounts.accounts {
-        let state = if account.is_enabled { "" } else { "  (disabled)" };
-        print_human(json, &format!("{name}  {}{state}", account.role));
+        print_human(json, &summaries::account(name, account.role.name(), account.is_enabled));
     }
     let tokens = accounts.credentials.values().filter_map(|it| Some((it, it.token_role?)));
     let tokens: Vec<_> = tokens.filter(|(it, _)| it.ended.is_none() && now < it.expires).collect();
     for (token, role) in &tokens {
         let days = (token.expires - now).secs_f64() / 86_400.0;
-        print_human(json, &format!("token {}  {role}  {days:.0} days left", token.owner));
+        print_human(json, &summaries::token(&token.owner, role.name(), days));
     }
     let of_account = |(name, account): (&String, &StoredAccount)| json!({ "account": name, "role": account.role.name(), "is_enabled": account.is_enabled });
     let of_token = |(token, role): &(&StoredCredential, Role)| json!({ "name": token.owner, "role": role.name(), "expires": token.expires.nanos() });

@@ -4,7 +4,7 @@
 
 use crate::failure::Failure;
 use crate::keyframe_descriptors::read_keyframe_descriptors;
-use crate::texts;
+use crate::{summaries, texts};
 use geometry::{Isometry, Vector3, align_yaw_only, pose_from_isometry, rms_distance};
 use localisation::{GlobalLocaliser, LocalisationMap};
 use mapping::KeyframeDescriptor;
@@ -209,15 +209,8 @@ impl FrameAlignment {
 
     /// A description for people.
     pub fn describe(&self) -> String {
-        let (count, rms_m, origin) = (self.agreeing, self.rms_m, self.map_from_cloud.translation);
-        let origin = format!("its origin lies at {:.2} {:.2} {:.2} m", origin.x, origin.y, origin.z);
-        match &self.map {
-            Some(map) => {
-                let map = map.display();
-                format!("found in {map}: {count} places recognised, {rms_m:.3} m apart in the mean; {origin}")
-            }
-            None => format!("aligned by {count} pairs of points, {rms_m:.3} m apart in the mean; {origin}"),
-        }
+        let origin_m = self.map_from_cloud.translation.vector.into();
+        summaries::cloud_aligned(self.map.as_deref(), self.agreeing, self.rms_m, origin_m)
     }
 }
 

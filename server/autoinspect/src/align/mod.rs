@@ -7,7 +7,7 @@ use crate::keyframe_descriptors::read_keyframe_descriptors;
 use crate::limited_command::LimitedCommand;
 use crate::process_limits::ProcessLimits;
 use crate::progress::{Progress, run_in_background};
-use crate::{map, output, texts};
+use crate::{map, output, summaries, texts};
 use api::ImportStage;
 use clap::Args;
 use frame_alignment::{AlignmentConfig, FrameAlignment, PointPair, parse_point_pair};
@@ -99,7 +99,7 @@ pub fn run(args: &AlignArgs) -> Result<(), Failure> {
     };
     progress.finish();
     let name = args.name.clone();
-    let name = name.unwrap_or_else(|| format!("{} on {}", saved.summary.name, onto.summary.name));
+    let name = name.unwrap_or_else(|| summaries::aligned_map_name(&saved.summary.name, &onto.summary.name));
 
     let mut progress = Progress::new(args.background, ImportStage::Writing);
     progress.set_share(0.0);
@@ -157,6 +157,6 @@ fn moved(saved: &SavedMap, onto_from_map: &Isometry, name: &str) -> FinishedMap 
 }
 
 fn describe(report: &Report, out: &Path) -> String {
-    let Report { name, points, keyframes, alignment, .. } = report;
-    format!("{name} in {}: {points} points, {keyframes} keyframes\n{}", out.display(), alignment.describe())
+    let aligned = summaries::map_aligned(&report.name, out, report.points, report.keyframes);
+    [aligned, report.alignment.describe()].join("\n")
 }

@@ -2,6 +2,7 @@
 //!
 //! A person would click on what is to be inspected. Here the list of plates comes from the site, as from a list of measuring points of a plant.
 
+use crate::summaries;
 use geometry::{Isometry, Vector3};
 use sim::{CameraConfig, CameraScene, Face, Fixture, GammaField, SimulatedSite};
 use site_model::{
@@ -148,15 +149,14 @@ impl Inspected<'_> {
         let tag = &fixture.tag;
         let (name, action, limits) = match (reading, &fixture.face) {
             (Reading::Gauge, Face::Gauge { unit, max, .. }) => {
-                let what = if *unit == "bar" { "Pressure" } else { "Temperature" };
                 let limits =
                     ReadingLimits { min: Some(0.1 * max), max: Some(0.9 * max), unit: (*unit).to_owned() };
-                (format!("{what} gauge {tag}"), "photo", Some(limits))
+                (summaries::gauge_name(*unit == "bar", tag), "photo", Some(limits))
             }
-            (Reading::Label, _) => (format!("Valve {tag}"), "photo", None),
-            (Reading::Thermal, _) => (format!("Machine {tag}, heat"), "thermal_photo", None),
-            (Reading::Air, _) => (format!("Air at {tag}"), "temperature_humidity", None),
-            (Reading::Gamma, _) => (format!("Machine {tag}, radiation"), "gamma_spectrum", None),
+            (Reading::Label, _) => (summaries::valve_name(tag), "photo", None),
+            (Reading::Thermal, _) => (summaries::machine_heat_name(tag), "thermal_photo", None),
+            (Reading::Air, _) => (summaries::air_name(tag), "temperature_humidity", None),
+            (Reading::Gamma, _) => (summaries::machine_radiation_name(tag), "gamma_spectrum", None),
             (Reading::Gauge, _) => (tag.clone(), "photo", None),
         };
         if action == "photo" {

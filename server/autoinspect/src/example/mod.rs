@@ -11,7 +11,7 @@ use crate::failure::Failure;
 use crate::map::offline_mapper::{MappingRun, OfflineMapper, SESSION};
 use crate::process::peak_memory;
 use crate::progress::{Progress, run_in_background};
-use crate::{map, output, texts};
+use crate::{map, output, summaries, texts};
 use api::ImportStage;
 use clap::Args;
 use geometry::{Isometry, Rotation};
@@ -200,8 +200,6 @@ fn now() -> Stamp {
 fn describe(report: &Report) -> String {
     let Report { out, keyframes, nodes, edges, inspection_points, walk_s, seconds, .. } = report;
     let Seconds { walk, write, topomap } = seconds;
-    format!(
-        "{}: {walk_s:.0} s walked, {keyframes} keyframes, {nodes} nodes, {edges} edges, {inspection_points} inspection points; walked in {walk:.1} s, written in {write:.1} s, topological map in {topomap:.1} s",
-        out.display()
-    )
+    let made = summaries::example_made(out, *walk_s, *keyframes, *nodes, *edges, *inspection_points);
+    [made, summaries::example_times(*walk, *write, *topomap)].join("; ")
 }

@@ -2,7 +2,7 @@
 
 use super::inspection::Inspected;
 use crate::failure::Failure;
-use crate::texts;
+use crate::{summaries, texts};
 use missions::{RouteConditions, RouteConfig, RouteGraph, TourConfig, order_tasks};
 use site_model::{
     EditId, FailurePolicy, LocalDate, LocalTime, Mission, MissionEnd, MissionId, Object, Recurrence,
@@ -60,7 +60,7 @@ pub fn objects(
     };
     let mission = Mission {
         id: MissionId(id(map, IdOf::Mission, 0)),
-        name: "Daily round".to_owned(),
+        name: summaries::EXAMPLE_MISSION.to_owned(),
         tasks: (0..).zip(&points).map(task).collect(),
         order: TaskOrder::Shortest { keep_first: false, keep_last: false },
         order_constraints: Vec::new(),

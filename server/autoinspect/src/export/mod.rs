@@ -3,7 +3,7 @@
 pub(crate) mod picture;
 
 use crate::failure::Failure;
-use crate::{output, texts};
+use crate::{output, summaries, texts};
 use api::MapSummary;
 use clap::{Args, ValueEnum};
 use formats::{e57::E57File, las, pcd, ply};
@@ -99,10 +99,7 @@ pub fn run(args: &ExportArgs) -> Result<(), Failure> {
         let _ = fs::remove_file(&unfinished);
     })?;
     let bytes = fs::metadata(&args.out).map_err(|error| cannot_write(&args.out, &error))?.len();
-    output::print_human(
-        args.json,
-        &format!("{}: {points} points, {:.1} MB", args.out.display(), bytes as f64 * 1e-6),
-    );
+    output::print_human(args.json, &summaries::exported(&args.out, points, bytes));
     output::print_json(args.json, &Report { file: args.out.clone(), format, points, bytes })
 }
 
@@ -154,7 +151,7 @@ fn write_e57(out: &Path, map: MapId, clouds: MapClouds, path: &Path) -> Result<u
     let mut points = 0;
     for cloud in clouds {
         let cloud = cloud.map_err(Failure::failed)?;
-        let name = format!("keyframe {}", cloud.keyframe.0);
+        let name = summaries::keyframe_name(cloud.keyframe.0);
         file.add(&name, &cloud.map_from_keyframe, &cloud.xyz, &cloud.intensity).map_err(writing)?;
         points += cloud.xyz.len() as u64;
     }

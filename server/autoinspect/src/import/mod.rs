@@ -10,7 +10,7 @@ use crate::limited_command::LimitedCommand;
 use crate::process::peak_memory;
 use crate::process_limits::ProcessLimits;
 use crate::progress::{Progress, run_in_background};
-use crate::{map, output, texts};
+use crate::{map, output, summaries, texts};
 use api::ImportStage;
 use clap::Args;
 use cloud::{bounds, describe_viewpoints, gather_points, stored_viewpoints, thin};
@@ -317,7 +317,7 @@ impl Origin {
 /// The given name, or that of the file.
 fn map_name(args: &ImportArgs) -> String {
     let file = args.file.file_stem().map(|stem| stem.to_string_lossy().into_owned());
-    args.name.clone().or(file).unwrap_or_else(|| "Map".to_owned())
+    args.name.clone().or(file).unwrap_or_else(|| summaries::MAP_NAME.to_owned())
 }
 
 /// Time at which the file was last written; the epoch if the system does not know it.
@@ -329,23 +329,19 @@ fn modified(file: &Path) -> Stamp {
 
 fn describe(report: &Report) -> String {
     let [min, max] = report.bounds;
-    let [x, y, z]: [f32; 3] = std::array::from_fn(|axis| max[axis] - min[axis]);
+    let size_m = std::array::from_fn(|axis| max[axis] - min[axis]);
     let Origin { name, points, scans, up, unusable, offset, alignment, .. } = &report.origin;
-    let out = report.out.display();
-    let mut lines = vec![format!(
-        "{name} in {out}: {points} points of {scans} scan(s), {x:.1} x {y:.1} x {z:.1} m, {up} of the file points up"
-    )];
+    let mut lines = vec![summaries::imported(name, &report.out, *points, *scans, size_m, &up.to_string())];
     if *unusable > 0 {
-        lines.push(format!("{unusable} points without a position were left out"));
+        lines.push(summaries::unusable_points(*unusable));
     }
     if *offset != [0.0; 3] {
-        let [x, y, z] = offset;
-        lines.push(format!("{x:.0} {y:.0} {z:.0} m were subtracted from the coordinates"));
+        lines.push(summaries::coordinates_shifted(*offset));
     }
     lines.extend(alignment.as_ref().map(FrameAlignment::describe));
     lines.push(match report.places {
-        0 => "no floor was found: the map can be viewed, but no robot can localise in it".to_owned(),
-        viewpoints => format!("{viewpoints} virtual viewpoints"),
+        0 => summaries::NO_FLOOR.to_owned(),
+        viewpoints => summaries::virtual_viewpoints(viewpoints),
     });
     lines.join("\n")
 }

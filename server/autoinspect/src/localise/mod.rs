@@ -4,7 +4,7 @@ pub(crate) mod offline_localiser;
 
 use crate::failure::Failure;
 use crate::inputs::{self, InputArgs, InputReader};
-use crate::{output, texts};
+use crate::{output, summaries, texts};
 use clap::Args;
 use messages::CorrectedScan;
 use offline_localiser::OfflineLocaliser;
@@ -109,21 +109,10 @@ fn write(path: &Path, trajectory: &[(Stamp, Pose)]) -> Result<(), Failure> {
 }
 
 fn describe(report: &Report) -> String {
-    let found = match report.found_after {
-        Some(seconds) => format!("found after {seconds:.1} s"),
-        None => "not found".to_owned(),
-    };
-    format!(
-        "{}: {} of {} scans localised, {found}, {} with low confidence, lost {} time(s)\n{:.1} ms CPU a scan, 99th percentile {:.1} ms, {:.0} ms searching",
-        report.out.display(),
-        report.localised,
-        report.scans,
-        report.low_confidence,
-        report.lost,
-        report.ms_per_scan,
-        report.ms_per_scan_p99,
-        report.ms_searching
-    )
+    let Report { scans, localised, found_after, low_confidence, lost, .. } = *report;
+    let localised = summaries::localised(&report.out, scans, localised, found_after, low_confidence, lost);
+    let times = summaries::localise_times(report.ms_per_scan, report.ms_per_scan_p99, report.ms_searching);
+    [localised, times].join("\n")
 }
 
 fn initial(text: &str) -> Result<Initial, String> {

@@ -2,6 +2,7 @@
 
 use super::offline_mapper::MappingRun;
 use crate::failure::Failure;
+use crate::summaries;
 use messages::{EdgeKind, FinishedMap, LoopVerdict};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -131,34 +132,32 @@ impl MappingReport {
     /// The summary for people.
     pub fn describe(&self, out: &Path) -> String {
         let mut lines = vec![
-            format!(
-                "{}: {} scans with {} points over {:.1} m and {:.1} s, {} keyframes, {} points in the map",
-                out.display(),
+            summaries::mapped(
+                out,
                 self.scans,
                 self.points,
                 self.distance_m,
                 self.duration_s,
                 self.keyframes,
-                self.map_points
+                self.map_points,
             ),
-            format!(
-                "{:.1} s, {:.1} times real time; {:.2} ms a scan (99 % within {:.2} ms), at most {} MB",
+            summaries::map_times(
                 self.seconds,
                 self.times_real_time,
                 self.scan_ms.mean,
                 self.scan_ms.p99,
-                self.peak_memory_bytes / 1_000_000
+                self.peak_memory_bytes,
             ),
         ];
         if self.loops.proposed > 0 {
-            lines.push(format!("{} loops closed of {} compared", self.loops.accepted, self.loops.proposed));
+            lines.push(summaries::loops_closed(self.loops.accepted, self.loops.proposed));
         }
         if !self.degenerate.is_empty() {
             let distance_m: f64 = self.degenerate.iter().map(|segment| segment.distance_m).sum();
-            lines.push(format!("{} degenerate segments, {distance_m:.1} m in all", self.degenerate.len()));
+            lines.push(summaries::degenerate_segments(self.degenerate.len(), distance_m));
         }
         if self.unreadable_messages > 0 {
-            lines.push(format!("{} messages could not be read", self.unreadable_messages));
+            lines.push(summaries::unreadable_messages(self.unreadable_messages));
         }
         lines.join("\n")
     }

@@ -3,7 +3,7 @@
 mod joined_graph;
 
 use crate::failure::Failure;
-use crate::{map, output, texts};
+use crate::{map, output, summaries, texts};
 use clap::Args;
 use geometry::{Isometry, pose_from_isometry};
 use joined_graph::JoinedGraph;
@@ -151,19 +151,11 @@ fn matcher_of(map: &SavedMap) -> Result<MapMatcher, Failure> {
 }
 
 fn describe(report: &Report) -> String {
-    let mut lines =
-        vec![format!("{}: {} keyframes, {} points", report.out.display(), report.keyframes, report.points)];
+    let mut lines = vec![summaries::merged(&report.out, report.keyframes, report.points)];
     for join in &report.joins {
         let place = join.first_from_map.position;
-        lines.push(format!(
-            "{}: {} places recognised, {} loops; its origin lies at {:.2} {:.2} {:.2} m",
-            join.map.display(),
-            join.recognised,
-            join.loops,
-            place.x,
-            place.y,
-            place.z
-        ));
+        let origin_m = [place.x, place.y, place.z];
+        lines.push(summaries::joined(&join.map, join.recognised, join.loops, origin_m));
     }
     lines.join("\n")
 }

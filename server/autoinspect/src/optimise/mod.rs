@@ -4,7 +4,7 @@ mod incremental;
 mod problem;
 
 use crate::failure::Failure;
-use crate::{output, process, texts};
+use crate::{output, process, summaries, texts};
 use clap::{Args, ValueEnum};
 use factors::{
     BatchConfig, ChordalConfig, Method, RobustConfig, SolveError, Values, chordal, optimise,
@@ -203,18 +203,9 @@ fn write(
 }
 
 fn describe(report: &Report) -> String {
-    let mut text = format!(
-        "{} poses, {} edges: chi-squared {:.6} after {} iterations, {:.3} s of CPU",
-        report.poses, report.edges, report.chi2, report.iterations, report.cpu_seconds
-    );
-    if let Some(times) = report.step_ms {
-        text += &format!(
-            "\na step: {:.3} ms in the median, {:.2} ms in 99 of 100, {:.2} ms at most",
-            times.median, times.p99, times.max
-        );
-    }
-    for [from, to] in &report.rejected {
-        text += &format!("\nrejected: {from} to {to}");
-    }
-    text
+    let Report { poses, edges, chi2, iterations, cpu_seconds, .. } = *report;
+    let mut lines = vec![summaries::optimised(poses, edges, chi2, iterations, cpu_seconds)];
+    lines.extend(report.step_ms.map(|times| summaries::step_times(times.median, times.p99, times.max)));
+    lines.extend(report.rejected.iter().map(|[from, to]| summaries::edge_rejected(*from, *to)));
+    lines.join("\n")
 }

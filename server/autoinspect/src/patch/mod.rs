@@ -7,7 +7,7 @@ mod version;
 use crate::failure::Failure;
 use crate::inputs::{self, InputArgs, InputReader};
 use crate::localise::offline_localiser::OfflineLocaliser;
-use crate::{map, output, texts};
+use crate::{map, output, summaries, texts};
 use check::{Fitness, RegressionConfig, find_regression, measure_fitness};
 use clap::Args;
 use distance_trigger::DistanceTrigger;
@@ -151,19 +151,10 @@ fn localised_scans(args: &PatchArgs) -> Result<Vec<RevisitScan>, Failure> {
 fn describe(report: &Report) -> String {
     let Report { out, changes, before, after, .. } = report;
     let fitness = |fitness: &Fitness| {
-        format!(
-            "{} of {} scans localised, lost {} time(s), scans fit by {:.3} and contradict the map by {:.3}",
-            fitness.localised, fitness.scans, fitness.lost, fitness.fit, fitness.contradicted
-        )
+        let Fitness { scans, localised, lost, fit, contradicted, .. } = *fitness;
+        summaries::fit(scans, localised, lost, fit, contradicted)
     };
-    format!(
-        "{}: {} points removed and {} added, in {} of {} keyframes\nbefore: {}\nafter: {}",
-        out.display(),
-        changes.removed,
-        changes.added,
-        changes.keyframes_changed,
-        changes.keyframes,
-        fitness(before),
-        fitness(after)
-    )
+    let Changes { removed, added, keyframes_changed, keyframes, .. } = *changes;
+    let patched = summaries::patched(out, removed, added, keyframes_changed, keyframes);
+    [patched, summaries::fits(&fitness(before), &fitness(after))].join("\n")
 }

@@ -6,7 +6,7 @@ mod svg;
 
 use crate::export::map_summary;
 use crate::failure::Failure;
-use crate::{output, texts};
+use crate::{output, summaries, texts};
 use api::MapSummary;
 use clap::{Args, ValueEnum};
 use messages::RobotProfile;
@@ -148,19 +148,10 @@ fn report(summary: &MapSummary, made: &GeneratedMap, read_s: f64, generate_s: f6
 
 impl Report {
     fn describe(&self) -> String {
-        format!(
-            "{} nodes and {} edges ({} of them stairs) on {} floors, {:.1} m in all, {} docks; {} blocked stretches, {} connected pieces; read in {:.2} s, made in {:.2} s",
-            self.nodes,
-            self.edges,
-            self.stairs,
-            self.floors,
-            self.length_m,
-            self.docks,
-            self.blocked,
-            self.pieces,
-            self.read_s,
-            self.generate_s
-        )
+        let Self { nodes, edges, stairs, floors, length_m, docks, .. } = *self;
+        let made = summaries::topomap(nodes, edges, stairs, floors, length_m, docks);
+        let making = summaries::topomap_making(self.blocked, self.pieces, self.read_s, self.generate_s);
+        [made, making].join("; ")
     }
 }
 

@@ -5,7 +5,7 @@ use super::extrinsic::{Extrinsic, parse_frame};
 use super::load::load;
 use super::pairs::{Matching, Pair, pair};
 use crate::failure::Failure;
-use crate::{output, texts};
+use crate::{output, summaries, texts};
 use clap::Args;
 use geometry::{Isometry, Similarity, umeyama};
 use serde::Serialize;
@@ -186,26 +186,23 @@ fn figures(errors: impl Iterator<Item = f64>) -> Figures {
 
 fn describe(comparison: &TrajectoryComparison) -> String {
     let line = |name: &str, unit: &str, figures: &Figures| {
-        format!(
-            "{name:<22} rmse {:.4} {unit}, mean {:.4}, median {:.4}, max {:.4}",
-            figures.rmse, figures.mean, figures.median, figures.max
-        )
+        let Figures { rmse, mean, median, max } = *figures;
+        summaries::trajectory_error(name, unit, rmse, mean, median, max)
     };
     [
-        format!(
-            "{} of {} poses compared over {:.2} m (estimate {:.2} m, scale {:.4})",
+        summaries::compared(
             comparison.pairs,
             comparison.estimate_poses,
             comparison.truth_length_m,
             comparison.estimate_length_m,
-            comparison.scale
+            comparison.scale,
         ),
-        line("absolute, position", "m", &comparison.ape_m),
-        line("absolute, vertical", "m", &comparison.ape_vertical_m),
-        line("absolute, orientation", "deg", &comparison.ape_deg),
-        line("pose to pose", "m", &comparison.rpe_m),
-        line("pose to pose", "deg", &comparison.rpe_deg),
-        format!("at the end             {:.4} m", comparison.end_m),
+        line(summaries::ABSOLUTE_POSITION, "m", &comparison.ape_m),
+        line(summaries::ABSOLUTE_VERTICAL, "m", &comparison.ape_vertical_m),
+        line(summaries::ABSOLUTE_ORIENTATION, "deg", &comparison.ape_deg),
+        line(summaries::POSE_TO_POSE, "m", &comparison.rpe_m),
+        line(summaries::POSE_TO_POSE, "deg", &comparison.rpe_deg),
+        summaries::error_at_end(comparison.end_m),
     ]
     .join("\n")
 }

@@ -1,6 +1,7 @@
 //! What the archive of a run holds, under which names.
 
 use super::documents::{result_document, run_document, step_document};
+use crate::texts;
 use api::{MAX_PAGE, Query, QueryReply, SiteState, StoredResult, StoredRun};
 use jiff::Timestamp;
 use serde::Serialize;
@@ -165,7 +166,7 @@ impl Archive {
         let point = point.and_then(|point| Some(site?.inspection_point(point)?.name.clone()));
         let node = || id("node").and_then(|id| id.parse::<NodeId>().ok());
         let node = || node().and_then(|node| Some(site?.node(node)?.name.clone()));
-        point.or_else(node).unwrap_or_else(|| "place".to_owned())
+        point.or_else(node).unwrap_or_else(|| texts::UNNAMED_PLACE.to_owned())
     }
 }
 

@@ -1,6 +1,7 @@
 //! Docks that people add: the node on the dock, one in front of it, and the way between them, in one step of undo.
 
 use super::{SiteEdit, SiteFeature};
+use crate::texts;
 use site_model::{
     Dock, DockId, Edge, EdgeId, Node, NodeId, NodeKind, Object, ObjectId, PoseTolerance, TravelDirection,
     Traversal,
@@ -20,7 +21,7 @@ impl SiteFeature {
         let approach = NodeId(self.new_id(0));
         let dock = Dock {
             id: DockId(self.new_id(1)),
-            name: format!("Dock {}", site.docks().count() + 1),
+            name: texts::dock_name(site.docks().count() + 1),
             node,
             approach,
         };
@@ -64,7 +65,7 @@ fn place_before(on_dock: &Node, id: NodeId, dock: &str) -> Node {
     let yaw = (2.0 * (q.w * q.z + q.x * q.y)).atan2(1.0 - 2.0 * (q.y * q.y + q.z * q.z));
     let mut before = on_dock.clone();
     before.id = id;
-    before.name = format!("Before {}", dock.to_lowercase());
+    before.name = texts::before_dock_name(dock);
     before.kind = NodeKind::DockApproach;
     before.anchor = None;
     before.map_from_node.position.x += Dock::APPROACH_M * yaw.cos();

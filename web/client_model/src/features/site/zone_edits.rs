@@ -1,6 +1,7 @@
 //! Edits of zones as operators make them: each a step of undo.
 
 use super::{SiteEdit, SiteFeature};
+use crate::texts;
 use site_model::{Object, Zone, ZoneEffect, ZoneId};
 use std::collections::BTreeSet;
 
@@ -88,7 +89,7 @@ impl SiteFeature {
     /// The first of the names `Zone 1`, `Zone 2` and so on that no zone has.
     fn free_zone_name(&self) -> String {
         let names: BTreeSet<&str> = self.zones().iter().map(|zone| zone.name.as_str()).collect();
-        let free = (1..).map(|number| format!("Zone {number}")).find(|name| !names.contains(name.as_str()));
+        let free = (1..).map(texts::zone_name).find(|name| !names.contains(name.as_str()));
         free.unwrap_or_default()
     }
 }

@@ -52,7 +52,7 @@ fn an_outcome_shows_its_reason_what_was_tried_and_its_age_until_it_is_dismissed(
     let mut harness = client.shown(1440.0, 900.0);
     assert_eq!(
         value(&harness, "Outcome"),
-        "The path stayed blocked. Clear it or choose another goal. Tried: 3 paths planned, waited 30 s for a free path. 2 min ago."
+        "The path stayed blocked. Choose another point or drive round by hand. Tried: 3 paths planned, waited 30 s for a free path. 2 min ago."
     );
     assert!(harness.query_by_label("Cancel goal").is_none());
     click(&mut harness, "Dismiss the outcome");

@@ -1,7 +1,7 @@
 //! Texts of goals, by key.
 
 use crate::format;
-use api::{CancelCause, ExecutiveState, Goal, GoalAttempt, GoalFailure, GoalKind, GoalStatus, WaitReason};
+use api::{CancelCause, ExecutiveState, Goal, GoalAttempt, GoalKind, GoalStatus, WaitReason};
 
 pub(super) const WALK_TO_POINT: &str = "Walk to a point";
 pub(super) const CANCEL_WALK: &str = "Cancel walk";
@@ -69,23 +69,7 @@ pub(super) fn outcome(goal: &Goal) -> String {
                 GoalKind::Relocalise => format!("The robot is localised after {took}."),
             }
         }
-        GoalStatus::Failed { reason, .. } => match reason {
-            GoalFailure::PathBlocked => "The path stayed blocked. Clear it or choose another goal.",
-            GoalFailure::PoseNotFound => {
-                "The robot was not localised in time. Drive it to a part that the map shows, or set its pose."
-            }
-            GoalFailure::MapReplaced => "The map changed meanwhile. Choose the goal again.",
-            GoalFailure::NoSuchPlace => "The topological map has no such place any more. Choose another.",
-            GoalFailure::NoRoute => {
-                "No open route leads there. Open edges that are disabled or blocked, or connect the place."
-            }
-            GoalFailure::NotDocked => "The robot was not charged. Look at the dock and its place on the map.",
-            GoalFailure::DockNotSeen => {
-                "The robot saw no dock where the map has it. Clear the view of the dock, or correct its place."
-            }
-            GoalFailure::NotUndocked => "The robot could not leave its dock. Clear the way in front of it.",
-        }
-        .to_owned(),
+        GoalStatus::Failed { reason, .. } => reason.sentence().to_owned(),
         GoalStatus::Cancelled { cause, .. } => match cause {
             CancelCause::Requested => "An operator cancelled it.",
             CancelCause::MotionStopped => "Motion was stopped.",
