@@ -9,7 +9,7 @@ use geometry::Vector3;
 use mapping::ground_surface::GroundCell;
 use pathfinding::directed::dijkstra::dijkstra_reach;
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// No cell.
 const NONE: u32 = u32::MAX;
@@ -214,22 +214,40 @@ impl Reach {
         Self { distance: vec![u32::MAX; cells], parent: vec![NONE; cells], place: vec![NONE; cells] }
     }
 
-    /// Adds a place: Dijkstra's search, which ends at cells that are nearer to another place (docs/decisions/graph-search.md).
+    /// Adds a place: Dijkstra's search, which ends at cells that are nearer to another place.
     fn add(&mut self, walkable: &Walkable, floor: &Floor, cell: u32, number: u32) {
-        let mut queue = BinaryHeap::from([Reverse((0_u32, cell, NONE))]);
-        while let Some(Reverse((distance, cell, parent))) = queue.pop() {
-            let index = cell as usize;
-            if distance >= self.distance[index] {
-                continue;
-            }
-            (self.distance[index], self.parent[index], self.place[index]) = (distance, parent, number);
-            for next in walkable.next_to(cell) {
-                let reached = distance.saturating_add(walkable.cost(floor, cell, next));
-                if reached < self.distance[next as usize] {
-                    queue.push(Reverse((reached, next, cell)));
-                }
+        let index = cell as usize;
+        (self.distance[index], self.parent[index], self.place[index]) = (0, NONE, number);
+        // The search visits cells in the order of their distance, so that of a cell is final when its steps are asked for.
+        dijkstra_reach(&cell, |from| self.steps(walkable, floor, *from, number)).for_each(drop);
+    }
+
+    /// The steps from a cell that bring the place nearer to the next cell than any place was, with their costs, millimetres. They are noted at once. Of equally
+    /// short paths the one over the cell with the least number counts.
+    fn steps(
+        &mut self,
+        walkable: &Walkable,
+        floor: &Floor,
+        from: u32,
+        number: u32,
+    ) -> impl Iterator<Item = (u32, u64)> + use<> {
+        let mut steps = [None; 8];
+        for (step, next) in steps.iter_mut().zip(walkable.next_to(from)) {
+            let cost = walkable.cost(floor, from, next);
+            let reached = self.distance[from as usize].saturating_add(cost);
+            let (distance, parent, place) = (
+                &mut self.distance[next as usize],
+                &mut self.parent[next as usize],
+                &mut self.place[next as usize],
+            );
+            if reached < *distance {
+                (*distance, *parent, *place) = (reached, from, number);
+                *step = Some((next, u64::from(cost)));
+            } else if reached == *distance && *place == number {
+                *parent = from.min(*parent);
             }
         }
+        steps.into_iter().flatten()
     }
 }
 
