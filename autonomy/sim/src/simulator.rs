@@ -234,6 +234,7 @@ impl Simulator {
             profile: RobotProfile {
                 name: format!("Simulated walker ({})", self.site.name()),
                 standing_height_m: STANDING_HEIGHT,
+                camera_head: self.cameras.head(),
                 ..RobotProfile::default()
             },
             mounting: Mounting {

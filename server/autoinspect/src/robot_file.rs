@@ -6,7 +6,7 @@ use crate::failure::Failure;
 use crate::texts;
 use messages::{RobotProfile, SpeedLimits};
 use serde::Deserialize;
-use vocab::{Aabb, Span};
+use vocab::{Aabb, CameraHead, Span};
 
 /// Entries of `robot` in a calibration file. Lengths are metres, times seconds, angles degrees.
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -22,6 +22,7 @@ pub struct RobotFile {
     self_filter: Option<SelfFilter>,
     keyframe_distance_m: Option<f64>,
     keyframe_rotation_deg: Option<f64>,
+    camera_head: Option<HeadEntry>,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -41,6 +42,40 @@ struct Limits {
 struct SelfFilter {
     min_m: [f32; 3],
     max_m: [f32; 3],
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct HeadEntry {
+    base_from_head_m: [f64; 3],
+    pan_max_deg: f64,
+    tilt_min_deg: f64,
+    tilt_max_deg: f64,
+    zoom_max: f64,
+    field_of_view_deg: f64,
+}
+
+impl HeadEntry {
+    /// None if it is of no camera.
+    fn head(self) -> Option<CameraHead> {
+        let is_place = self.base_from_head_m.iter().all(|metres| metres.is_finite());
+        let is_reach = (0.0..=180.0).contains(&self.pan_max_deg)
+            && -90.0 <= self.tilt_min_deg
+            && self.tilt_min_deg <= self.tilt_max_deg
+            && self.tilt_max_deg <= 90.0;
+        let is_optics = self.zoom_max.is_finite()
+            && self.zoom_max >= 1.0
+            && self.field_of_view_deg > 0.0
+            && self.field_of_view_deg < 180.0;
+        (is_place && is_reach && is_optics).then(|| CameraHead {
+            base_from_head_m: self.base_from_head_m,
+            pan_max_rad: self.pan_max_deg.to_radians(),
+            tilt_min_rad: self.tilt_min_deg.to_radians(),
+            tilt_max_rad: self.tilt_max_deg.to_radians(),
+            zoom_max: self.zoom_max,
+            field_of_view_rad: self.field_of_view_deg.to_radians(),
+        })
+    }
 }
 
 impl RobotFile {
@@ -85,6 +120,9 @@ impl RobotFile {
             }
             profile.self_filter = Some(Aabb { min, max });
         }
+        if let Some(entry) = self.camera_head {
+            profile.camera_head = entry.head().ok_or_else(|| Failure::usage(texts::CAMERA_HEAD_IS_NONE))?;
+        }
         Ok(())
     }
 }
@@ -112,7 +150,9 @@ mod tests {
         let profile = applied(
             r#"{"footprint_radius_m": 0.5, "keyframe_rotation_deg": 30, "manual_watchdog_s": 0.3,
                 "manual_limits": {"forward_m_s": 0.6, "sideways_m_s": 0.2, "turn_deg_s": 45},
-                "self_filter": {"min_m": [-0.5, -0.3, -0.4], "max_m": [0.5, 0.3, 0.2]}}"#,
+                "self_filter": {"min_m": [-0.5, -0.3, -0.4], "max_m": [0.5, 0.3, 0.2]},
+                "camera_head": {"base_from_head_m": [0.4, 0, 0.3], "pan_max_deg": 90, "tilt_min_deg": -30,
+                    "tilt_max_deg": 45, "zoom_max": 8, "field_of_view_deg": 70}}"#,
         )
         .expect("right");
         let usual = RobotProfile::default();
@@ -123,6 +163,10 @@ mod tests {
         assert_eq!(profile.autonomous_limits, usual.autonomous_limits);
         assert!((profile.manual_limits.turn_rad_s - 45_f64.to_radians()).abs() < 1e-12);
         assert_eq!(profile.self_filter.map(|body| body.max), Some([0.5, 0.3, 0.2]));
+        let head = profile.camera_head;
+        assert_eq!((head.base_from_head_m, head.zoom_max), ([0.4, 0.0, 0.3], 8.0));
+        let angles = [head.pan_max_rad, head.tilt_min_rad, head.tilt_max_rad, head.field_of_view_rad];
+        assert_eq!(angles, [90.0_f64, -30.0, 45.0, 70.0].map(f64::to_radians));
     }
 
     #[test]
@@ -142,5 +186,13 @@ mod tests {
         assert!(failure.to_string().contains("step_height_m"), "{failure}");
         assert!(applied(r#"{"self_filter": {"min_m": [0, 0, 0], "max_m": [0, 1, 1]}}"#).is_err());
         assert!(serde_json::from_str::<RobotFile>(r#"{"step_hight_m": 0.2}"#).is_err());
+        let head = |tilt_max_deg: f64, zoom_max: f64| {
+            applied(&format!(
+                r#"{{"camera_head": {{"base_from_head_m": [0, 0, 0], "pan_max_deg": 0, "tilt_min_deg": 0,
+                    "tilt_max_deg": {tilt_max_deg}, "zoom_max": {zoom_max}, "field_of_view_deg": 60}}}}"#
+            ))
+        };
+        assert!(head(0.0, 1.0).is_ok(), "a camera that cannot be aimed");
+        assert!(head(-1.0, 1.0).is_err() && head(0.0, 0.5).is_err());
     }
 }

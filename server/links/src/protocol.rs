@@ -4,12 +4,12 @@
 //! version, [`RobotMessage::Identity`]; arrivals follow. One core is connected at a time: a new one replaces the old one.
 
 use messages::{BootRecord, Drive, Sensor};
-use ports::{ActionCall, ActionEvent, ActionRegistration, CameraHead, SimulatedFault};
+use ports::{ActionCall, ActionEvent, ActionRegistration, SimulatedFault};
 use serde::{Deserialize, Serialize};
 use vocab::{ActionCallId, CommandId, Stamp};
 
 /// Version of all messages but the two greetings, which never change. Robot and core refuse each other when it differs.
-pub const PROTOCOL_VERSION: u16 = 3;
+pub const PROTOCOL_VERSION: u16 = 4;
 
 /// Largest message of a robot, bytes: many times the largest scan, and twice the largest result of an action.
 pub const MAX_ROBOT_MESSAGE_BYTES: usize = 32 << 20;
@@ -92,6 +92,4 @@ pub struct RobotIdentity {
 pub struct RobotCapabilities {
     /// Whether it injects simulated faults.
     pub simulated_faults: bool,
-    /// The head of its cameras, if it has one.
-    pub camera_head: Option<CameraHead>,
 }

@@ -7,8 +7,8 @@ use crate::protocol::{RobotIdentity, RobotRequest};
 use crate::texts;
 use crossbeam_channel::{Receiver, Sender};
 use ports::{
-    ActionCall, ActionEnd, ActionEvent, ActionRegistration, ActionServer, CameraHead,
-    MAX_ACTION_PARAMETER_BYTES, MAX_ACTION_RESULT_BYTES, MAX_OPEN_ACTIONS,
+    ActionCall, ActionEnd, ActionEvent, ActionRegistration, ActionServer, MAX_ACTION_PARAMETER_BYTES,
+    MAX_ACTION_RESULT_BYTES, MAX_OPEN_ACTIONS,
 };
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -20,7 +20,6 @@ const MAX_WAITING_FEEDBACK: usize = 64;
 /// The robot's actions, for the core.
 pub(crate) struct RobotActions {
     actions: Vec<ActionRegistration>,
-    camera_head: Option<CameraHead>,
     connection: Arc<CurrentConnection>,
     open: Mutex<BTreeSet<ActionCallId>>,
     sender: Sender<ActionEvent>,
@@ -31,14 +30,7 @@ impl RobotActions {
     pub(crate) fn new(identity: &RobotIdentity, connection: Arc<CurrentConnection>) -> Self {
         // A call is begun only if no more than the feedback waits, so that there is room for the ends of all calls.
         let (sender, events) = crossbeam_channel::bounded(MAX_WAITING_FEEDBACK + MAX_OPEN_ACTIONS);
-        Self {
-            actions: identity.actions.clone(),
-            camera_head: identity.capabilities.camera_head,
-            connection,
-            open: Mutex::default(),
-            sender,
-            events,
-        }
+        Self { actions: identity.actions.clone(), connection, open: Mutex::default(), sender, events }
     }
 
     fn open(&self) -> MutexGuard<'_, BTreeSet<ActionCallId>> {
@@ -92,10 +84,6 @@ fn within_limits(end: ActionEnd) -> ActionEnd {
 impl ActionServer for RobotActions {
     fn actions(&self) -> Vec<ActionRegistration> {
         self.actions.clone()
-    }
-
-    fn camera_head(&self) -> Option<CameraHead> {
-        self.camera_head
     }
 
     fn start(&self, call: ActionCall) -> Result<(), String> {

@@ -78,7 +78,7 @@ fn a_photo_is_a_jpeg_and_its_report_says_how_the_camera_stood() {
     let server = link.action_server().expect("has actions");
     let names: Vec<String> = server.actions().into_iter().map(|action| action.name).collect();
     assert_eq!(names, ["photo", "thermal_photo", "temperature_humidity", "gamma_spectrum"]);
-    assert_eq!(server.camera_head().expect("has a camera").zoom_max, 20.0);
+    assert_eq!(link.boot().profile.camera_head.zoom_max, 20.0);
     let (report, files) =
         succeed(&link, call(1, "photo", r#"{"pan_rad": 0.5, "tilt_rad": -0.1, "zoom": 2}"#));
     let camera = report.camera.expect("a picture has one");
@@ -183,7 +183,7 @@ fn a_robot_that_floods_with_feedback_leaves_room_for_the_ends() {
         capabilities: RobotCapabilities::default(),
         actions: Vec::new(),
     };
-    assert_eq!(PROTOCOL_VERSION, 3);
+    assert_eq!(PROTOCOL_VERSION, 4);
     let (ours, theirs) = std::os::unix::net::UnixStream::pair().expect("a pair");
     let connection = Arc::<CurrentConnection>::default();
     connection.install(&ours).expect("installed");

@@ -28,7 +28,7 @@ fn identity(simulated_faults: bool) -> RobotMessage {
         now: Stamp::from_parts(100, 0),
         boot: BootRecord::default(),
         site: None,
-        capabilities: crate::RobotCapabilities { simulated_faults, camera_head: None },
+        capabilities: crate::RobotCapabilities { simulated_faults },
         actions: Vec::new(),
     }))
 }

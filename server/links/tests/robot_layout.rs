@@ -9,7 +9,7 @@ use messages::{
     BatteryState, BootRecord, Drive, ExternalOdometry, ImuSample, LegOdometry, Mounting, RobotProfile, Scan,
     Sensor,
 };
-use ports::{ActionCall, ActionEnd, ActionEvent, ActionFile, ActionRegistration, CameraHead, SimulatedFault};
+use ports::{ActionCall, ActionEnd, ActionEvent, ActionFile, ActionRegistration, SimulatedFault};
 use serde::{Serialize, de::DeserializeOwned};
 use std::fmt::{Debug, Write};
 use std::sync::Arc;
@@ -69,16 +69,7 @@ fn robot_messages() -> Vec<RobotMessage> {
             ..BootRecord::default()
         },
         site: Some("b1".to_owned()),
-        capabilities: RobotCapabilities {
-            simulated_faults: true,
-            camera_head: Some(CameraHead {
-                base_from_head_m: [0.25, 0.0, 0.125],
-                pan_max_rad: 3.0,
-                tilt_min_rad: -0.5,
-                tilt_max_rad: 1.0,
-                zoom_max: 20.0,
-            }),
-        },
+        capabilities: RobotCapabilities { simulated_faults: true },
         actions: vec![ActionRegistration {
             name: "photo".to_owned(),
             title: "Photo".to_owned(),

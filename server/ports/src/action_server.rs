@@ -2,7 +2,7 @@
 
 use crossbeam_channel::Receiver;
 use serde::{Deserialize, Serialize};
-use vocab::{ActionCallId, CameraHead, Span};
+use vocab::{ActionCallId, Span};
 
 /// Actions that may be under way at a time, at a robot and in the core.
 pub const MAX_OPEN_ACTIONS: usize = 16;
@@ -96,11 +96,6 @@ pub struct ActionFile {
 pub trait ActionServer: Send + Sync {
     /// The actions that it performs.
     fn actions(&self) -> Vec<ActionRegistration>;
-
-    /// The head of its cameras, if it takes pictures.
-    fn camera_head(&self) -> Option<CameraHead> {
-        None
-    }
 
     /// Begins an action. Never blocks. Unless it is refused, exactly one [`ActionEvent::Ended`] follows, also when the server dies.
     ///

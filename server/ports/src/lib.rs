@@ -32,4 +32,3 @@ pub use journal::{Journal, JournalError, Segment, SegmentWriter};
 pub use map_importer::MapImporter;
 pub use robot_link::{Arrival, LinkError, RobotEvent, RobotLink};
 pub use texts::REAL_ROBOT_HAS_NO_FAULTS;
-pub use vocab::CameraHead;

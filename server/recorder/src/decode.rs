@@ -3,8 +3,8 @@
 use crate::containers::{MessageEncoding, RawMessage, Topic};
 use crate::error::ReadError;
 use crate::legacy::{
-    INPUT_SCHEMA_V3, INPUT_SCHEMA_V4, INPUT_SCHEMA_V5, INPUT_SCHEMA_V6, INPUT_SCHEMA_V7, INPUT_SCHEMA_V8,
-    INPUT_SCHEMA_V9, InputV3, InputV4, InputV5,
+    BootRecordV10, INPUT_SCHEMA_V3, INPUT_SCHEMA_V4, INPUT_SCHEMA_V5, INPUT_SCHEMA_V6, INPUT_SCHEMA_V7,
+    INPUT_SCHEMA_V8, INPUT_SCHEMA_V9, INPUT_SCHEMA_V10, InputV3, InputV4, InputV5, boot_record_v10,
 };
 use crate::selection::TopicRole;
 use crate::topics;
@@ -91,9 +91,15 @@ pub(crate) fn input(raw: &RawMessage, topic: &Topic, role: TopicRole) -> Result<
 /// Decodes an entry of the journal that a schema describes; `None` if this program does not know the schema.
 pub fn decode_journal_entry(schema: &str, bytes: &[u8]) -> Option<Result<Input, FormatError>> {
     let decoded = match schema {
-        // Version 7 differs from version 6 by the range images beside it.
-        topics::INPUT_SCHEMA | INPUT_SCHEMA_V9 | INPUT_SCHEMA_V8 | INPUT_SCHEMA_V7 | INPUT_SCHEMA_V6 => {
-            whole(bytes)
+        topics::INPUT_SCHEMA => whole(bytes),
+        // Version 7 differs from version 6 by the range images beside it. The later ones have further entries.
+        INPUT_SCHEMA_V10 | INPUT_SCHEMA_V9 | INPUT_SCHEMA_V8 | INPUT_SCHEMA_V7 | INPUT_SCHEMA_V6 => {
+            match boot_record_v10(bytes) {
+                Some(record) => {
+                    whole::<BootRecordV10>(record).map(|record| Input::Boot(Box::new(record.into())))
+                }
+                None => whole(bytes),
+            }
         }
         INPUT_SCHEMA_V5 => whole::<InputV5>(bytes).map(Input::from),
         INPUT_SCHEMA_V4 => whole::<InputV4>(bytes).map(Input::from),
@@ -104,9 +110,10 @@ pub fn decode_journal_entry(schema: &str, bytes: &[u8]) -> Option<Result<Input, 
 }
 
 /// Names of the schemas of journals that can be read, newest first.
-pub fn journal_schemas() -> [&'static str; 8] {
+pub fn journal_schemas() -> [&'static str; 9] {
     [
         topics::INPUT_SCHEMA,
+        INPUT_SCHEMA_V10,
         INPUT_SCHEMA_V9,
         INPUT_SCHEMA_V8,
         INPUT_SCHEMA_V7,

@@ -1,17 +1,92 @@
-//! Reads journals of earlier programs: versions 3 to 9 of `messages::Input`, which programs up to November 2026 wrote.
+//! Reads journals of earlier programs: versions 3 to 10 of `messages::Input`, which programs up to November 2026 wrote.
 //!
 //! It holds frozen copies of the types that have changed since, with their conversions to the present types. Unchanged types are those of
 //! `messages`. Before the layout of one of them changes, copy it to this file. Recordings in `tests/fixtures` and the bytes in
-//! `tests/journal_layout_v4.txt` to `tests/journal_layout_v9.txt` test this.
+//! `tests/journal_layout_v4.txt` to `tests/journal_layout_v10.txt` test this.
 
 use messages::{
     ActionOutcome, BootRecord, Command, CommandKind, ComparedRevisit, DisambiguationPlan, GoalKind, Input,
     JobDone, JobFailure, JobResult, MapSearchResult, Mounting, PlaceComparison, PoseInMap, Principal,
-    PriorMap, RelocalisationResponse, RobotProfile, Sensor, Sources, VerifiedLoop,
+    PriorMap, RelocalisationResponse, RobotProfile, Sensor, Sources, SpeedLimits, StopLatch, VerifiedLoop,
 };
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-use vocab::{ActionCallId, ClientId, CommandId, GoalId, KeyframeId, MapId, Pose, SessionId, Twist, Vec3};
+use vocab::{
+    Aabb, ActionCallId, ClientId, CommandId, GoalId, KeyframeId, MapId, Pose, SessionId, Span, Twist, Vec3,
+};
+
+/// Name of the schema of version 10. Its entries are as those of version 11, but for the boot record, whose robot profile says nothing of the camera's head.
+pub(crate) const INPUT_SCHEMA_V10: &str = "autoinspect.Input.v10";
+
+/// The bytes of the boot record in an entry of version 6 to 10; `None` for all other entries, which are as those of version 11.
+pub(crate) fn boot_record_v10(entry: &[u8]) -> Option<&[u8]> {
+    // The boot is the first variant.
+    entry.split_first().and_then(|(variant, record)| (*variant == 0).then_some(record))
+}
+
+/// `messages::BootRecord`, versions 6 to 10.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct BootRecordV10 {
+    profile: RobotProfileV10,
+    mounting: Mounting,
+    sources: Sources,
+    start_mapping: Option<SessionId>,
+    leave_loops_open: bool,
+    last_pose: Option<PoseInMap>,
+    docks: Arc<[PoseInMap]>,
+    stop_latch: Option<StopLatch>,
+}
+
+/// `messages::RobotProfile`, versions 4 to 10: without the camera's head.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct RobotProfileV10 {
+    name: String,
+    footprint_radius_m: f64,
+    clearance_height_m: f64,
+    standing_height_m: f64,
+    step_height_m: f64,
+    autonomous_limits: SpeedLimits,
+    manual_limits: SpeedLimits,
+    manual_watchdog: Span,
+    self_filter: Option<Aabb>,
+    keyframe_distance_m: f64,
+    keyframe_rotation_rad: f64,
+}
+
+impl From<BootRecordV10> for BootRecord {
+    fn from(record: BootRecordV10) -> Self {
+        Self {
+            profile: record.profile.into(),
+            mounting: record.mounting,
+            sources: record.sources,
+            start_mapping: record.start_mapping,
+            leave_loops_open: record.leave_loops_open,
+            last_pose: record.last_pose,
+            docks: record.docks,
+            stop_latch: record.stop_latch,
+        }
+    }
+}
+
+impl From<RobotProfileV10> for RobotProfile {
+    /// The camera's head is that of the default profile, by which the client aimed for every robot then.
+    fn from(profile: RobotProfileV10) -> Self {
+        Self {
+            name: profile.name,
+            footprint_radius_m: profile.footprint_radius_m,
+            clearance_height_m: profile.clearance_height_m,
+            standing_height_m: profile.standing_height_m,
+            step_height_m: profile.step_height_m,
+            autonomous_limits: profile.autonomous_limits,
+            manual_limits: profile.manual_limits,
+            manual_watchdog: profile.manual_watchdog,
+            self_filter: profile.self_filter,
+            keyframe_distance_m: profile.keyframe_distance_m,
+            keyframe_rotation_rad: profile.keyframe_rotation_rad,
+            ..Self::default()
+        }
+    }
+}
 
 /// Name of the schema of version 9. Its entries are as those of version 10, in which a site also has holds of edges, and runs have actions on the way.
 pub(crate) const INPUT_SCHEMA_V9: &str = "autoinspect.Input.v9";
@@ -46,7 +121,7 @@ pub(crate) enum InputV5 {
 /// `messages::BootRecord`, versions 4 and 5.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct BootRecordV5 {
-    profile: RobotProfile,
+    profile: RobotProfileV10,
     mounting: Mounting,
     sources: Sources,
     start_mapping: Option<SessionId>,
@@ -75,7 +150,7 @@ impl From<InputV5> for Input {
 impl From<BootRecordV5> for BootRecord {
     fn from(record: BootRecordV5) -> Self {
         Self {
-            profile: record.profile,
+            profile: record.profile.into(),
             mounting: record.mounting,
             sources: record.sources,
             start_mapping: record.start_mapping,
@@ -362,10 +437,11 @@ mod tests {
     }
 
     /// Reads a list of inputs in hexadecimal digits after the name of their schema. Each must be written again as it was.
-    fn read_lines<T>(text: &str, schema: &str) -> Vec<Input>
-    where
-        T: Serialize + for<'a> Deserialize<'a> + Into<Input>,
-    {
+    fn read_lines<T: Serialize + Into<Input>>(
+        text: &str,
+        schema: &str,
+        take: impl Fn(&[u8]) -> Result<(T, &[u8]), postcard::Error>,
+    ) -> Vec<Input> {
         let mut lines = text.lines();
         assert_eq!(lines.next(), Some(schema));
         let mut read = Vec::new();
@@ -373,7 +449,7 @@ mod tests {
             let digits = line.as_bytes().chunks(2).map(|pair| std::str::from_utf8(pair).unwrap_or_default());
             let bytes: Vec<u8> = digits.filter_map(|pair| u8::from_str_radix(pair, 16).ok()).collect();
             assert_eq!(bytes.len() * 2, line.len());
-            let (input, rest) = match postcard::take_from_bytes::<T>(&bytes) {
+            let (input, rest) = match take(&bytes) {
                 Ok(read) => read,
                 Err(error) => panic!("{line}: {error}"),
             };
@@ -383,41 +459,68 @@ mod tests {
         read
     }
 
-    #[test]
-    fn the_bytes_of_version_9_are_read_as_they_were_written() {
-        let read = read_lines::<Input>(include_str!("../tests/journal_layout_v9.txt"), INPUT_SCHEMA_V9);
-        let Input::Boot(record) = &read[0] else { panic!("no boot record") };
-        assert_eq!((record.profile.name.as_str(), record.stop_latch.is_some()), ("Rex", true));
-        assert_eq!(read.len(), include_str!("../tests/journal_layout_v9.txt").lines().count() - 1);
+    /// An entry of version 6 to 10, as it was written.
+    #[derive(Debug)]
+    enum EntryV10 {
+        Boot(BootRecordV10),
+        Other(Input),
+    }
+
+    impl Serialize for EntryV10 {
+        fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+            match self {
+                Self::Boot(record) => serializer.serialize_newtype_variant("Input", 0, "Boot", record),
+                Self::Other(input) => input.serialize(serializer),
+            }
+        }
+    }
+
+    fn read_entry_v10(bytes: &[u8]) -> Result<(EntryV10, &[u8]), postcard::Error> {
+        match boot_record_v10(bytes) {
+            Some(record) => {
+                postcard::take_from_bytes(record).map(|(record, rest)| (EntryV10::Boot(record), rest))
+            }
+            None => postcard::take_from_bytes(bytes).map(|(input, rest)| (EntryV10::Other(input), rest)),
+        }
+    }
+
+    impl From<EntryV10> for Input {
+        fn from(entry: EntryV10) -> Self {
+            match entry {
+                EntryV10::Boot(record) => Self::Boot(Box::new(record.into())),
+                EntryV10::Other(input) => input,
+            }
+        }
     }
 
     #[test]
-    fn the_bytes_of_version_8_are_read_as_they_were_written() {
-        let read = read_lines::<Input>(include_str!("../tests/journal_layout_v8.txt"), INPUT_SCHEMA_V8);
-        let Input::Boot(record) = &read[0] else { panic!("no boot record") };
-        assert_eq!((record.profile.name.as_str(), record.stop_latch.is_some()), ("Rex", true));
-        assert_eq!(read.len(), include_str!("../tests/journal_layout_v8.txt").lines().count() - 1);
-    }
-
-    #[test]
-    fn the_bytes_of_version_7_are_read_as_they_were_written() {
-        let read = read_lines::<Input>(include_str!("../tests/journal_layout_v7.txt"), INPUT_SCHEMA_V7);
-        let Input::Boot(record) = &read[0] else { panic!("no boot record") };
-        assert_eq!((record.profile.name.as_str(), record.stop_latch.is_some()), ("Rex", true));
-        assert_eq!(read.len(), 32);
-    }
-
-    #[test]
-    fn the_bytes_of_version_6_are_read_as_they_were_written() {
-        let read = read_lines::<Input>(include_str!("../tests/journal_layout_v6.txt"), INPUT_SCHEMA_V6);
-        let Input::Boot(record) = &read[0] else { panic!("no boot record") };
-        assert_eq!((record.profile.name.as_str(), record.stop_latch.is_some()), ("Rex", true));
-        assert_eq!(read.len(), 32);
+    fn the_bytes_of_versions_6_to_10_are_read_as_they_were_written() {
+        for (text, schema) in [
+            (include_str!("../tests/journal_layout_v10.txt"), INPUT_SCHEMA_V10),
+            (include_str!("../tests/journal_layout_v9.txt"), INPUT_SCHEMA_V9),
+            (include_str!("../tests/journal_layout_v8.txt"), INPUT_SCHEMA_V8),
+            (include_str!("../tests/journal_layout_v7.txt"), INPUT_SCHEMA_V7),
+            (include_str!("../tests/journal_layout_v6.txt"), INPUT_SCHEMA_V6),
+        ] {
+            let read = read_lines(text, schema, read_entry_v10);
+            let Input::Boot(record) = &read[0] else { panic!("no boot record") };
+            assert_eq!(
+                (record.profile.name.as_str(), record.stop_latch.is_some()),
+                ("Rex", true),
+                "{schema}"
+            );
+            assert_eq!(record.profile.camera_head, vocab::CameraHead::COMMON, "{schema}");
+            assert_eq!(read.len(), text.lines().count() - 1, "{schema}");
+        }
     }
 
     #[test]
     fn the_bytes_of_version_5_are_read_as_they_were_written() {
-        let read = read_lines::<InputV5>(include_str!("../tests/journal_layout_v5.txt"), INPUT_SCHEMA_V5);
+        let read = read_lines(
+            include_str!("../tests/journal_layout_v5.txt"),
+            INPUT_SCHEMA_V5,
+            postcard::take_from_bytes::<InputV5>,
+        );
         let Input::Boot(record) = &read[0] else { panic!("no boot record") };
         assert_eq!((record.profile.name.as_str(), record.docks.len()), ("Rex", 1));
         assert_eq!(record.stop_latch, None);
@@ -432,7 +535,11 @@ mod tests {
     /// The bytes that the program of November 2026 wrote of every input but sensors.
     #[test]
     fn the_bytes_of_version_4_are_read_as_they_were_written() {
-        let read = read_lines::<InputV4>(include_str!("../tests/journal_layout_v4.txt"), INPUT_SCHEMA_V4);
+        let read = read_lines(
+            include_str!("../tests/journal_layout_v4.txt"),
+            INPUT_SCHEMA_V4,
+            postcard::take_from_bytes::<InputV4>,
+        );
         assert!(matches!(&read[0], Input::Boot(record) if record.profile.name == "Rex"));
         let commands = read.iter().filter(|input| matches!(input, Input::Command(_))).count();
         assert_eq!((read.len(), commands), (27, 17));

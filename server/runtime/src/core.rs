@@ -234,6 +234,7 @@ impl Core {
             blobs: BlobsConfig::default(),
             store: Arc::clone(&store),
             robot: link.action_server(),
+            camera_head: link.boot().profile.camera_head,
             base_from_lidar_m: base_from_lidar.unwrap_or_default().position,
             inbox: action_inbox,
             results: result_sender,

@@ -40,6 +40,7 @@ impl PlatformProbe {
             clearance_height_m: profile.clearance_height_m,
             standing_height_m: profile.standing_height_m,
             step_height_m: profile.step_height_m,
+            camera_head: profile.camera_head,
         };
         Self { robot: profile.name, manual_limits, body, site, recordings, restarts, previous: None }
     }

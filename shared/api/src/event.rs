@@ -7,7 +7,8 @@ use crate::{
 use serde::{Deserialize, Serialize};
 use site_model::{MissionStatus, RouteStatus};
 use vocab::{
-    ClientId, CommandId, Covariance6, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Twist, UploadId, Vec3,
+    CameraHead, ClientId, CommandId, Covariance6, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Twist,
+    UploadId, Vec3,
 };
 
 /// One piece of state.
@@ -579,6 +580,8 @@ pub struct RobotBody {
     pub standing_height_m: f64,
     /// Highest step that it takes, metres.
     pub step_height_m: f64,
+    /// The head of its cameras.
+    pub camera_head: CameraHead,
 }
 
 /// Greatest speeds of the base in its own frame.

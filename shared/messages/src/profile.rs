@@ -1,7 +1,7 @@
 //! The robot profile: everything about a robot's body and its limits that the stack needs. None of it is compiled in.
 
 use serde::{Deserialize, Serialize};
-use vocab::{Aabb, Span};
+use vocab::{Aabb, CameraHead, Span};
 
 /// Body and limits of a robot. [`Default`] is a common robot with four legs, about 1 m long. The simulated walker of `autonomy/sim` differs from it in its standing height, 0.52 m.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -28,6 +28,8 @@ pub struct RobotProfile {
     pub keyframe_distance_m: f64,
     /// A keyframe is made after this rotation, radians.
     pub keyframe_rotation_rad: f64,
+    /// The head of its cameras, by which whoever knows its pose aims them.
+    pub camera_head: CameraHead,
 }
 
 /// Greatest speeds of the base in its own frame.
@@ -56,6 +58,7 @@ impl Default for RobotProfile {
             // Neighbouring scans of a Hesai XT-32 then overlap by more than 80 % indoors.
             keyframe_distance_m: 1.0,
             keyframe_rotation_rad: 0.7,
+            camera_head: CameraHead::COMMON,
         }
     }
 }

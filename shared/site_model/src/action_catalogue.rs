@@ -3,7 +3,7 @@
 //!
 //! Schemas are JSON Schema (draft 2020-12), of one object with plain properties. The name of a property ends with its unit. `title` is the caption of the field,
 //! `description` its hint, and `unit` the unit of its value; forms show degrees for `rad`. Properties with `readOnly` are set by the platform: forms leave them out.
-//! Limits of pan, tilt and zoom are those of [`vocab::CameraHead::COMMON`], radians with four decimals.
+//! Limits of pan, tilt and zoom are those of [`vocab::CameraHead::COMMON`], the default of the robot profile, radians with four decimals.
 
 use crate::{Parameter, Parameters};
 

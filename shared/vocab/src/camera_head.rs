@@ -15,19 +15,18 @@ pub struct CameraHead {
     pub tilt_max_rad: f64,
     /// Greatest zoom.
     pub zoom_max: f64,
+    /// Horizontal field of view at zoom 1, radians.
+    pub field_of_view_rad: f64,
 }
 
 impl CameraHead {
-    /// A common pan-tilt-zoom payload of walking robots. It is the head of the simulated robot. The catalogue of actions and the preview of the client use it for
-    /// every robot, because the robot profile does not hold the camera yet.
+    /// A common pan-tilt-zoom payload of walking robots. It is the default of the robot profile. The forms of the catalogue of actions have its limits for every robot.
     pub const COMMON: Self = Self {
         base_from_head_m: [0.32, 0.0, 0.2],
         pan_max_rad: 170_f64.to_radians(),
         tilt_min_rad: -40_f64.to_radians(),
         tilt_max_rad: 80_f64.to_radians(),
         zoom_max: 20.0,
+        field_of_view_rad: 60_f64.to_radians(),
     };
-
-    /// Horizontal field of view of [`Self::COMMON`] at zoom 1, radians.
-    pub const COMMON_FIELD_OF_VIEW_RAD: f64 = 60_f64.to_radians();
 }

@@ -1,10 +1,11 @@
 //! The head that pans and tilts, the pinhole model of its cameras, and zoom.
 
 use geometry::{Isometry, Rotation, Vector3};
+use messages::RobotProfile;
 use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion};
 use vocab::CameraHead;
 
-/// The cameras on the head. The default is the common payload of [`CameraHead::COMMON`].
+/// The cameras on the head. By default the head is that of the default robot profile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraConfig {
     /// Columns of a picture.
@@ -31,17 +32,25 @@ pub struct CameraConfig {
 
 impl Default for CameraConfig {
     fn default() -> Self {
+        let CameraHead {
+            base_from_head_m,
+            pan_max_rad,
+            tilt_min_rad,
+            tilt_max_rad,
+            zoom_max,
+            field_of_view_rad,
+        } = RobotProfile::default().camera_head;
         Self {
             width_px: 640,
             height_px: 480,
             thermal_width_px: 320,
             thermal_height_px: 240,
-            field_of_view_rad: CameraHead::COMMON_FIELD_OF_VIEW_RAD,
-            zoom_max: CameraHead::COMMON.zoom_max,
-            pan_max_rad: CameraHead::COMMON.pan_max_rad,
-            tilt_min_rad: CameraHead::COMMON.tilt_min_rad,
-            tilt_max_rad: CameraHead::COMMON.tilt_max_rad,
-            base_from_head_m: CameraHead::COMMON.base_from_head_m,
+            field_of_view_rad,
+            zoom_max,
+            pan_max_rad,
+            tilt_min_rad,
+            tilt_max_rad,
+            base_from_head_m,
         }
     }
 }
@@ -58,6 +67,18 @@ pub struct CameraAim {
 }
 
 impl CameraConfig {
+    /// The head, as the robot profile has it.
+    pub fn head(&self) -> CameraHead {
+        CameraHead {
+            base_from_head_m: self.base_from_head_m,
+            pan_max_rad: self.pan_max_rad,
+            tilt_min_rad: self.tilt_min_rad,
+            tilt_max_rad: self.tilt_max_rad,
+            zoom_max: self.zoom_max,
+            field_of_view_rad: self.field_of_view_rad,
+        }
+    }
+
     /// The nearest aim that the head can take.
     pub fn clamped(&self, aim: &CameraAim) -> CameraAim {
         let or_zero = |value: f64| if value.is_finite() { value } else { 0.0 };

@@ -90,10 +90,7 @@ impl SimulatedRobot {
             now: simulator.now(),
             boot: simulator.boot(),
             site: Some(config.sim.site.name().to_owned()),
-            capabilities: RobotCapabilities {
-                simulated_faults: true,
-                camera_head: Some(actions::camera_head(simulator.cameras())),
-            },
+            capabilities: RobotCapabilities { simulated_faults: true },
             actions: actions::registrations(),
         };
         let listener =

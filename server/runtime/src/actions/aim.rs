@@ -2,10 +2,9 @@
 
 use crate::texts;
 use geometry::Vector3;
-use ports::CameraHead;
 use serde::Deserialize;
 use site_model::{CameraAim, LocalisationQuality, ReportPlace};
-use vocab::{MapId, Pose, Vec3};
+use vocab::{CameraHead, MapId, Pose, Vec3};
 
 /// Parameters of [`aim`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -105,7 +104,8 @@ pub fn aim(
         let turn_rad = (pan_rad.abs() - head.pan_max_rad).copysign(pan_rad);
         return Err(AimFailure::BeyondPan { turn_rad });
     }
-    let excess_rad = tilt_rad - tilt_rad.clamp(head.tilt_min_rad, head.tilt_max_rad);
+    // Limits of a robot that contradict each other are no panic.
+    let excess_rad = tilt_rad - tilt_rad.max(head.tilt_min_rad).min(head.tilt_max_rad);
     if excess_rad != 0.0 {
         return Err(AimFailure::BeyondTilt { excess_rad });
     }
@@ -139,6 +139,7 @@ mod tests {
         tilt_min_rad: -0.7,
         tilt_max_rad: 1.4,
         zoom_max: 20.0,
+        field_of_view_rad: 1.0,
     };
 
     /// At (1, 2, 0.5), turned a quarter to the left.

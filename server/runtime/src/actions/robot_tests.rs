@@ -66,6 +66,7 @@ impl Bench {
             blobs: BlobsConfig::default(),
             store: Arc::clone(&store),
             robot: link.action_server(),
+            camera_head: link.boot().profile.camera_head,
             base_from_lidar_m: Vec3::default(),
             inbox,
             results: sender,

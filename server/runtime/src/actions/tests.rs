@@ -4,19 +4,27 @@ use super::*;
 use crate::clock::RobotClock;
 use crate::mailbox::Mailbox;
 use messages::{Cloud, Estimate, LocalisationState};
-use ports::{ActionCall, ActionEnd, ActionEvent, ActionFile, ActionRegistration, ActionServer, CameraHead};
+use ports::{ActionCall, ActionEnd, ActionEvent, ActionFile, ActionRegistration, ActionServer};
 use site_model::{ActionReport, CameraAim, LocalisationQuality};
 use std::sync::Mutex;
 use std::thread::JoinHandle;
 use std::time::Instant;
 use store::{BlobsConfig, Store};
 use uuid::Uuid;
-use vocab::{MapId, Pose, Quat, Stamp, Vec3};
+use vocab::{CameraHead, MapId, Pose, Quat, Stamp, Vec3};
 use watchdog::Heartbeat;
 
 /// Far longer than any step of these tests.
 const PATIENCE: Duration = Duration::from_secs(30);
 const MAP: MapId = MapId(Uuid::from_u128(77));
+const HEAD: CameraHead = CameraHead {
+    base_from_head_m: [0.0; 3],
+    pan_max_rad: 2.9,
+    tilt_min_rad: -0.7,
+    tilt_max_rad: 1.4,
+    zoom_max: 20.0,
+    field_of_view_rad: 1.0,
+};
 
 /// A robot whose answers the test gives.
 struct FakeRobot {
@@ -38,15 +46,6 @@ impl ActionServer for FakeRobot {
             is_idempotent: true,
         };
         vec![action("photo"), action("gamma_spectrum")]
-    }
-    fn camera_head(&self) -> Option<CameraHead> {
-        Some(CameraHead {
-            base_from_head_m: [0.0; 3],
-            pan_max_rad: 2.9,
-            tilt_min_rad: -0.7,
-            tilt_max_rad: 1.4,
-            zoom_max: 20.0,
-        })
     }
     fn start(&self, call: ActionCall) -> Result<(), String> {
         if self.refuses {
@@ -92,6 +91,7 @@ impl Bench {
             blobs,
             store: Arc::clone(&store),
             robot: Some(Arc::clone(&robot) as Arc<dyn ActionServer>),
+            camera_head: HEAD,
             base_from_lidar_m: Vec3::new(0.0, 0.0, 0.25),
             inbox,
             results: sender,

@@ -24,7 +24,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use store::{BlobError, BlobsConfig, Store};
-use vocab::{ActionCallId, BlobHash, Span, Stamp, Vec3, legible};
+use vocab::{ActionCallId, BlobHash, CameraHead, Span, Stamp, Vec3, legible};
 use watchdog::{BEAT_PERIOD, Heartbeat};
 
 /// A point cloud in a file.
@@ -38,6 +38,8 @@ pub struct ActionWorker {
     pub store: Arc<Store>,
     /// Performs the robot's actions, if it has any.
     pub robot: Option<Arc<dyn ActionServer>>,
+    /// The head of the robot's cameras.
+    pub camera_head: CameraHead,
     /// The LiDAR in the base, metres.
     pub base_from_lidar_m: Vec3,
     pub inbox: ActionInbox,
@@ -176,7 +178,8 @@ impl ActionWorker {
         parameters: &str,
     ) -> Result<Begun, String> {
         let (mut parameters, mut target) = (parameters.to_owned(), Target::default());
-        if let Some(head) = robot.camera_head().filter(|_| takes_pictures(action)) {
+        if takes_pictures(action) {
+            let head = self.camera_head;
             let asked: PictureParameters = parse(&parameters)?;
             let place = self.inbox.places.at(self.clock.now());
             let aim = match aim(&self.config.aim, &head, &asked, place.as_ref()) {

@@ -6,8 +6,8 @@ mod site;
 use api::*;
 use uuid::Uuid;
 use vocab::{
-    Aabb, ClientId, CommandId, Covariance6, GoalId, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Twist,
-    UploadId, Vec3,
+    Aabb, CameraHead, ClientId, CommandId, Covariance6, GoalId, KeyframeId, MapId, Pose, SessionId, Span,
+    Stamp, Twist, UploadId, Vec3,
 };
 
 const MAP: MapId = MapId(Uuid::from_u128(1));
@@ -326,6 +326,14 @@ pub fn events() -> Vec<Event> {
                 clearance_height_m: 0.75,
                 standing_height_m: 0.5,
                 step_height_m: 0.25,
+                camera_head: CameraHead {
+                    base_from_head_m: [0.25, 0.0, 0.125],
+                    pan_max_rad: 3.0,
+                    tilt_min_rad: -0.5,
+                    tilt_max_rad: 1.0,
+                    zoom_max: 20.0,
+                    field_of_view_rad: 1.0,
+                },
             }),
         }),
         Event::Actions(vec![OfferedAction {

@@ -7,7 +7,7 @@ mod worker;
 use crate::stoppable_thread::{StoppableThread, Stopped};
 use crate::texts;
 use crossbeam_channel::{Receiver, Sender, TryRecvError};
-use ports::{ActionCall, ActionEnd, ActionEvent, ActionRegistration, CameraHead, MAX_OPEN_ACTIONS};
+use ports::{ActionCall, ActionEnd, ActionEvent, ActionRegistration, MAX_OPEN_ACTIONS};
 use serde::Deserialize;
 use sim::{CameraConfig, Simulator};
 use site_model::{CameraAim, describe_action};
@@ -58,17 +58,6 @@ pub(super) fn registrations() -> Vec<ActionRegistration> {
         is_idempotent: action.is_idempotent,
     };
     described.map(registration).collect()
-}
-
-/// What the robot says of its cameras.
-pub(super) fn camera_head(cameras: &CameraConfig) -> CameraHead {
-    CameraHead {
-        base_from_head_m: cameras.base_from_head_m,
-        pan_max_rad: cameras.pan_max_rad,
-        tilt_min_rad: cameras.tilt_min_rad,
-        tilt_max_rad: cameras.tilt_max_rad,
-        zoom_max: cameras.zoom_max,
-    }
 }
 
 /// The simulation's end of all actions.

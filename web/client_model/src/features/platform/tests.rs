@@ -15,6 +15,7 @@ fn the_body_is_unknown_until_the_robot_has_told_it() {
         clearance_height_m: 0.8,
         standing_height_m: 0.42,
         step_height_m: 0.2,
+        camera_head: vocab::CameraHead::COMMON,
     };
     let limits = SpeedLimits { forward_m_s: 1.1, sideways_m_s: 0.4, turn_rad_s: 0.8 };
     client.event(api::Event::Platform(Platform {

@@ -2,10 +2,8 @@
 
 use super::{SiteEdit, SiteFeature};
 use site_model::{InspectionPoint, Node, Object, Parameter};
-use vocab::{CameraHead, Quat, Vec3};
+use vocab::{Quat, Vec3};
 
-/// The camera on the robot's head: the common payload, because the interface does not tell that of the robot.
-const HEAD: CameraHead = CameraHead::COMMON;
 /// Rows of a picture for each of its columns: 3 to 4.
 const ROWS_PER_COLUMN: f64 = 0.75;
 
@@ -41,9 +39,10 @@ impl SiteFeature {
 
     /// The line of sight from the camera at a node to a target, m, map frame.
     pub fn sight_from(&self, node: &Node, target: Vec3, zoom: f64) -> CameraSight {
+        let head = self.camera_head();
         let yaw = yaw_of(&node.map_from_node.orientation);
         let base = node.map_from_node.position;
-        let [ahead, left, up] = HEAD.base_from_head_m;
+        let [ahead, left, up] = head.base_from_head_m;
         let camera = Vec3::new(
             base.x + ahead * yaw.cos() - left * yaw.sin(),
             base.y + ahead * yaw.sin() + left * yaw.cos(),
@@ -51,15 +50,15 @@ impl SiteFeature {
         );
         let (x, y, z) = (target.x - camera.x, target.y - camera.y, target.z - camera.z);
         let tilt_rad = z.atan2(x.hypot(y));
-        let tan_half_height = (0.5 * CameraHead::COMMON_FIELD_OF_VIEW_RAD).tan() * ROWS_PER_COLUMN;
+        let tan_half_height = (0.5 * head.field_of_view_rad).tan() * ROWS_PER_COLUMN;
         CameraSight {
             camera_m: camera,
             target_m: target,
             distance_m: x.hypot(y).hypot(z),
             yaw_rad: y.atan2(x),
             tilt_rad,
-            tan_half_height: tan_half_height / zoom.clamp(1.0, HEAD.zoom_max),
-            is_tilt_possible: (HEAD.tilt_min_rad..=HEAD.tilt_max_rad).contains(&tilt_rad),
+            tan_half_height: tan_half_height / zoom.clamp(1.0, head.zoom_max.max(1.0)),
+            is_tilt_possible: (head.tilt_min_rad..=head.tilt_max_rad).contains(&tilt_rad),
         }
     }
 

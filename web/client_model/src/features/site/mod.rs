@@ -40,7 +40,7 @@ use pending::{PendingEdit, PendingEdits};
 use site_model::{Edit, EditError, EditId, RevisionChange, Site, UndoHistory};
 use topomap_generation::TopomapProgress;
 use uuid::Uuid;
-use vocab::ClientId;
+use vocab::{CameraHead, ClientId};
 
 /// When edits are sent.
 #[derive(Clone, Copy, Debug)]
@@ -79,6 +79,8 @@ pub struct SiteFeature {
     topomap: TopomapProgress,
     /// The floor that is shown; `None`: all.
     floor: Option<i32>,
+    /// The head of the robot's cameras; `None` before the server has said it.
+    camera_head: Option<CameraHead>,
 }
 
 impl SiteFeature {
@@ -95,6 +97,11 @@ impl SiteFeature {
     /// Grows with every change of [`Self::site`].
     pub fn revision(&self) -> u64 {
         self.revision
+    }
+
+    /// The head of the robot's cameras, of its profile; that of the default profile before the server has said it.
+    pub fn camera_head(&self) -> CameraHead {
+        self.camera_head.unwrap_or(CameraHead::COMMON)
     }
 
     /// Edits that the robot has not confirmed.
@@ -317,6 +324,9 @@ impl Feature for SiteFeature {
             api::Event::SiteChanged(changed) => self.on_changed(changed, cx),
             api::Event::EditDone(done) => self.on_done(done.id, &done.outcome, cx),
             api::Event::TopomapGeneration(state) => self.topomap.on_state(state),
+            api::Event::Platform(platform) => {
+                self.camera_head = platform.body.map(|body| body.camera_head).or(self.camera_head);
+            }
             _ => {}
         }
     }
