@@ -2,9 +2,15 @@
 //!
 //! # A new feature
 //!
-//! 1. A folder here with a state that implements [`Feature`], and its tests.
-//! 2. One line in the list at the end of this file. The field of [`Model`](crate::Model) and all dispatch follow from it.
-//! 3. Its panel: a folder of the same name in `web/panels/src/features`, and one line in the list there.
+//! 1. A folder here with a state that implements [`Feature`], `Default` and `Debug`, and its tests.
+//! 2. Two lines in this file: its `mod`, and its entry in the list at the end. The field of [`Model`](crate::Model) and all dispatch
+//!    follow from the entry. A macro could make the `mod` from the entry too, but `rustfmt` does not find a module that a macro declares.
+//! 3. Its panel: a folder of the same name in `web/panels/src/features`, and the same two lines in the `mod.rs` there.
+//!
+//! Each of these needs a line more, where the feature has it: something that operators ask for is a variant of
+//! [`ClientCommand`](crate::ClientCommand); a type that panels name is exported by `lib.rs`; a step that can be undone is a variant of
+//! `HistoryStep`; a change that other features follow is a variant of [`Change`]; a screen of its own is a folder and two lines in
+//! `web/panels/src/screens`.
 //!
 //! # Where the reducers are
 //!

@@ -4,7 +4,8 @@
 //! # A new panel
 //!
 //! 1. A folder here, with a struct that implements [`FeaturePanel`]. The struct holds what the panel keeps between frames.
-//! 2. One line in the list at the end of this file. Its field in [`FeaturePanels`] and all calls of the frame follow from it.
+//! 2. Two lines in this file: its `mod`, and its entry in the list at the end. Its field in [`FeaturePanels`] and all calls of the frame
+//!    follow from the entry.
 //!
 //! A tab of its own is a [`Tab`](crate::feature_panel::Tab) that the panel returns: the side card shows every tab that a panel names.
 //! `tabs` has those that several features share.

@@ -3,7 +3,8 @@
 //! # A new screen
 //!
 //! 1. A folder here with a [`ScreenDescription`].
-//! 2. One line in the list at the end of this file. Its button on the rail, its side card and the tests of the frame follow from it.
+//! 2. Two lines in this file: its `mod`, and its entry in the list at the end. Its button on the rail, its side card and the tests of the
+//!    frame follow from the entry.
 //!
 //! Panels appear on a screen by naming its constant in a [`Tab`](crate::feature_panel::Tab).
 
