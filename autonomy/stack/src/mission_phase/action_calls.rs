@@ -197,3 +197,7 @@ impl Running {
         true
     }
 }
+
+#[cfg(test)]
+#[path = "action_calls_tests.rs"]
+mod tests;

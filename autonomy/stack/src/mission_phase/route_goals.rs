@@ -19,7 +19,7 @@ use missions::{
 use site_model::{DockId, Object, ObjectId, RouteStatus};
 use std::collections::VecDeque;
 use std::sync::Arc;
-use vocab::{GoalId, LegId, Stamp};
+use vocab::{GoalId, LegId, MapId, Stamp};
 
 impl Running {
     /// Somebody asks for a goal on the topological map. A goal that was asked for before has no effect.
@@ -280,8 +280,7 @@ impl Running {
     /// Whether the robot is localised in the map of the site, or in any if the site names none.
     pub(super) fn is_localised_in_site(&self) -> bool {
         let wanted = self.missions.site.settings().and_then(|settings| settings.map);
-        let map = self.localisation.localised_map();
-        map.is_some() && (wanted.is_none() || map == wanted)
+        is_map_of_site(self.localisation.localised_map(), wanted)
     }
 
     /// Whether missions may move the robot: motion is not stopped, nobody drives, and no goal of a person is executed.
@@ -295,3 +294,12 @@ impl Running {
         }
     }
 }
+
+/// Whether the map in which the robot is localised is that of the site. A site that names none has any.
+fn is_map_of_site(localised: Option<MapId>, of_site: Option<MapId>) -> bool {
+    localised.is_some() && (of_site.is_none() || localised == of_site)
+}
+
+#[cfg(test)]
+#[path = "route_goals_tests.rs"]
+mod tests;

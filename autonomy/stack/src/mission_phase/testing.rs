@@ -25,7 +25,7 @@ pub(super) fn client(number: u128) -> Principal {
 }
 
 /// The edge from node 1 to node 2.
-const AHEAD: EdgeId = EdgeId(Uuid::from_u128(12));
+pub(super) const AHEAD: EdgeId = EdgeId(Uuid::from_u128(12));
 
 fn node(number: u128, x_m: f64) -> Object {
     Object::Node(Node {
@@ -53,8 +53,8 @@ pub(super) struct Rig {
 }
 
 impl Rig {
-    /// After the boot record and the site.
-    pub fn new() -> Self {
+    /// After the boot record.
+    pub fn booted() -> Self {
         let mut rig = Self {
             stack: Stack::new(),
             at: Stamp::EPOCH,
@@ -64,6 +64,12 @@ impl Rig {
         };
         let profile = RobotProfile { standing_height_m: 0.5, ..RobotProfile::default() };
         rig.step(Input::Boot(Box::new(BootRecord { profile, ..BootRecord::default() })));
+        rig
+    }
+
+    /// After the boot record and the site.
+    pub fn new() -> Self {
+        let mut rig = Self::booted();
         let edge = Object::Edge(Edge::walk(AHEAD, node_id(1), node_id(2)));
         rig.give_objects(vec![node(1, 0.0), node(2, 10.0), edge]);
         rig.run(0.3);
@@ -71,7 +77,7 @@ impl Rig {
     }
 
     /// Puts objects into the site, which the stack then gets anew.
-    fn give_objects(&mut self, objects: Vec<Object>) {
+    pub fn give_objects(&mut self, objects: Vec<Object>) {
         let mut site = self.running().missions.site.as_ref().clone();
         for object in objects {
             let id = EditId(Uuid::nil());

@@ -222,3 +222,7 @@ impl Running {
         }
     }
 }
+
+#[cfg(test)]
+#[path = "wiring_tests.rs"]
+mod tests;

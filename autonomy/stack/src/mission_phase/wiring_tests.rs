@@ -1,0 +1,189 @@
+//! The mission runner in the stack: what it hears, what becomes of what it wants, and what people are told.
+
+use super::super::testing::{Rig, client, node_id};
+use super::*;
+use messages::{CommandKind, Notice, RegisteredAction};
+use missions::MissionNotice;
+use site_model::{
+    ActionRequest, Change, Edit, EditId, FailurePolicy, Mission, MissionEnd, MissionId, Object, Parameters,
+    RunId, StartMode, Task, TaskId, TaskOrder, TaskPlace,
+};
+use uuid::Uuid;
+use vocab::{ActionCallId, CommandId, Span};
+
+const RUN: RunId = RunId(Uuid::from_u128(50));
+const MISSION: MissionId = MissionId(Uuid::from_u128(51));
+
+/// What becomes of something that the runner wants.
+fn handle(rig: &mut Rig, wanted: MissionEffect) -> Vec<StackEffect> {
+    let (at, mut effects) = (rig.at, Vec::new());
+    rig.running().handle_mission_effect(at, wanted, &mut effects);
+    effects
+}
+
+fn registered() -> Input {
+    let expected = Span::from_millis(1_000);
+    Input::ActionsRegistered(vec![RegisteredAction {
+        name: "photo".to_owned(),
+        is_idempotent: true,
+        expected,
+    }])
+}
+
+fn count(rig: &Rig, is_counted: impl Fn(&StackEffect) -> bool) -> usize {
+    rig.effects.iter().filter(|effect| is_counted(effect)).count()
+}
+
+/// Every commit becomes durable.
+fn commit_all(rig: &mut Rig) {
+    let newest = rig.effects.iter().rev().find_map(|effect| match effect {
+        StackEffect::Commit { seq, .. } => Some(*seq),
+        _ => None,
+    });
+    if let Some(seq) = newest {
+        rig.step(Input::Committed { seq });
+    }
+}
+
+#[test]
+fn actions_that_are_registered_before_the_site_wait_for_the_runner() {
+    let mut rig = Rig::booted();
+    rig.step(registered());
+    assert!(rig.running().missions.actions.contains_key("photo"));
+    rig.give_objects(Vec::new());
+    assert!(rig.running().missions.runner.is_some());
+    assert!(rig.running().missions.actions.is_empty(), "the runner has them");
+    rig.step(registered());
+    assert!(rig.running().missions.actions.is_empty() && rig.running().missions.pending.is_empty());
+}
+
+#[test]
+fn an_edit_that_does_not_apply_changes_nothing() {
+    let mut rig = Rig::new();
+    let before = Arc::clone(&rig.running().missions.site);
+    let Some(node) = before.node(node_id(1)).cloned() else { panic!("no node") };
+    let renamed = Object::Node(site_model::Node { name: "Gate".to_owned(), ..node });
+    let base = before.revision(renamed.id());
+    let edit = |base| {
+        let changes = vec![Change::Put { base, object: renamed.clone() }];
+        Input::SiteEdited(Box::new(Edit { id: EditId(Uuid::from_u128(9)), changes }))
+    };
+    let name = |rig: &mut Rig| rig.running().missions.site.node(node_id(1)).map(|node| node.name.clone());
+    rig.step(edit(None));
+    assert_eq!(name(&mut rig).as_deref(), Some("N1"));
+    rig.step(edit(base));
+    assert_eq!(name(&mut rig).as_deref(), Some("Gate"));
+}
+
+#[test]
+fn a_command_is_refused_before_the_site_is_known_and_answered_by_the_runner_afterwards() {
+    let pause = || CommandKind::Mission(MissionCommandKind::Pause(RUN));
+    let mut rig = Rig::booted();
+    assert_eq!(rig.command(1, pause()).as_deref(), Some(texts::NO_SITE));
+    let mut rig = Rig::new();
+    let refused = rig.command(1, pause());
+    assert!(
+        refused.as_deref().is_some_and(|text| text != texts::NO_SITE),
+        "there is no such run: {refused:?}"
+    );
+}
+
+#[test]
+fn an_answer_goes_to_the_client_that_waits_for_it() {
+    let mut rig = Rig::new();
+    let [known, unknown] = [60, 61].map(|number| CommandId(Uuid::from_u128(number)));
+    rig.running().missions.waiting.push((), known, client(3).client);
+    let refused = Some("Not now.".to_owned());
+    let answer = |command| MissionEffect::Answer { command, refused: refused.clone() };
+    assert_eq!(handle(&mut rig, answer(unknown)), []);
+    let to = client(3).client;
+    assert_eq!(
+        handle(&mut rig, answer(known)),
+        [StackEffect::Answer { id: known, to, refused: refused.clone() }]
+    );
+    assert_eq!(handle(&mut rig, answer(known)), [], "once");
+}
+
+#[test]
+fn calls_and_notices_are_passed_on() {
+    let mut rig = Rig::new();
+    let call = ActionCallId(Uuid::from_u128(62));
+    let request = || ActionRequest { action: "photo".to_owned(), parameters: Parameters::new() };
+    let (run, task) = (RUN, TaskId(Uuid::from_u128(63)));
+    let called = StackEffect::CallAction { call, action: "photo".to_owned(), parameters: "{}".to_owned() };
+    let wanted = MissionEffect::CallAction { call, run, task, request: request() };
+    assert_eq!(handle(&mut rig, wanted), [called.clone()]);
+    assert_eq!(handle(&mut rig, MissionEffect::CallRouteAction { call, request: request() }), [called]);
+    assert_eq!(handle(&mut rig, MissionEffect::CancelAction(call)), [StackEffect::CancelAction(call)]);
+    // Of a route that is not under way.
+    let refused = MissionEffect::RefuseRouteAction { call, reason: "It may have been done.".to_owned() };
+    assert_eq!(handle(&mut rig, refused), []);
+    let effects = handle(&mut rig, MissionEffect::Notice(MissionNotice::PlanKept(RUN)));
+    let [StackEffect::Publish(Publication::Notice(Notice { severity, .. }))] = effects[..] else {
+        panic!("{effects:?}")
+    };
+    assert_eq!(severity, Severity::Info);
+}
+
+#[test]
+fn the_runner_hears_of_its_last_commit_that_is_durable() {
+    let mut rig = Rig::new();
+    rig.running().missions.commits.extend([(15, 100), (17, 101), (19, 102)]);
+    let (at, mut effects) = (rig.at, Vec::new());
+    rig.running().missions_committed(at, 14, &mut effects);
+    assert_eq!(rig.running().missions.commits.len(), 3);
+    rig.running().missions_committed(at, 18, &mut effects);
+    assert_eq!(rig.running().missions.commits, [(19, 102)]);
+}
+
+#[test]
+fn the_place_on_the_graph_is_looked_for_now_and_then() {
+    let mut rig = Rig::new();
+    let period = rig.running().missions.config.place_period;
+    rig.run(1.0);
+    let Some(looked) = rig.running().missions.looked_at else { panic!("it was not looked for") };
+    rig.at = looked + period - Span::from_millis(1);
+    rig.step(Input::Tick);
+    assert_eq!(rig.running().missions.looked_at, Some(looked));
+    rig.at = looked + period;
+    rig.step(Input::Tick);
+    assert_eq!(rig.running().missions.looked_at, Some(looked + period));
+}
+
+#[test]
+fn people_are_told_once_of_a_run_that_waits_for_localisation() {
+    let mut rig = Rig::new();
+    let task = Task {
+        id: TaskId(Uuid::from_u128(52)),
+        place: TaskPlace::Node { node: node_id(2), request: None },
+        on_unreachable: FailurePolicy::default(),
+        on_action_failure: FailurePolicy::default(),
+    };
+    rig.give_objects(vec![Object::Mission(Mission {
+        id: MISSION,
+        name: "Round".to_owned(),
+        tasks: vec![task],
+        order: TaskOrder::AsListed,
+        order_constraints: Vec::new(),
+        end: MissionEnd::Stay,
+    })]);
+    let is_told = |effect: &StackEffect| matches!(effect, StackEffect::Publish(Publication::Notice(notice)) if notice.text == texts::RUN_WAITS_FOR_PLACE);
+    rig.run(1.0);
+    assert_eq!(count(&rig, is_told), 0, "no run waits");
+    let start = MissionCommandKind::Start { run: RUN, mission: MISSION, mode: StartMode::Queue };
+    rig.command(1, CommandKind::Mission(start));
+    commit_all(&mut rig);
+    rig.run(3.0);
+    assert_eq!(count(&rig, is_told), 1, "{:?}", rig.effects);
+}
+
+#[test]
+fn the_state_of_missions_is_published_when_it_changes() {
+    let is_status = |effect: &StackEffect| matches!(effect, StackEffect::Publish(Publication::Missions(_)));
+    let mut rig = Rig::new();
+    rig.run(1.0);
+    assert_eq!(count(&rig, is_status), 1);
+    rig.step(registered());
+    rig.run(1.0);
+    assert_eq!(count(&rig, is_status), 1, "the state is the same");
+}
