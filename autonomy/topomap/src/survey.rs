@@ -307,3 +307,7 @@ fn is_within(links: &[BTreeMap<u32, u32>], from: u32, to: u32, limit: u32) -> bo
         .take_while(|reached| reached.total_cost <= u64::from(limit))
         .any(|reached| reached.node == to)
 }
+
+#[cfg(test)]
+#[path = "survey_tests.rs"]
+mod tests;

@@ -115,7 +115,7 @@ impl Drawn {
 const MAP: MapId = MapId(Uuid::from_u128(7));
 
 /// A robot for tests.
-const ROBOT: RobotShape =
+pub(crate) const ROBOT: RobotShape =
     RobotShape { radius_m: 0.38, standing_height_m: 0.55, clearance_m: 0.95, step_m: 0.22 };
 
 fn base_at(feet: &Vector3, yaw: f64) -> Isometry {

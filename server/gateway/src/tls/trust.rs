@@ -22,8 +22,7 @@ use tokio_rustls::rustls::pki_types::pem::PemObject;
 use utoipa::ToSchema;
 
 /// The page that explains it, and what it loads.
-const PAGE: [&str; 5] =
-    ["/trust.html", "/trust.js", "/look.css", "/people.css", "/icons/autoinspect.svg"];
+const PAGE: [&str; 5] = ["/trust.html", "/trust.js", "/look.css", "/people.css", "/icons/autoinspect.svg"];
 
 /// What is answered over plain http although the server speaks TLS: what says nothing about the robot.
 const INTERFACE: [&str; 4] = [

@@ -106,8 +106,9 @@ mod tests {
     use super::super::tests::Robot;
     use crate::ClientCommand;
     use crate::testing::TestClient;
+    use api::{Platform, RobotBody};
     use site_model::Parameter;
-    use vocab::{MapId, Vec3};
+    use vocab::{CameraHead, MapId, Vec3};
 
     #[test]
     fn the_node_goes_to_a_distance_facing_the_target_and_the_camera_is_aimed_at_it() {
@@ -147,6 +148,19 @@ mod tests {
         client.command(ClientCommand::EditSite(edit));
         let point = client.model.site.inspection_points()[0].clone();
         assert!(!client.model.site.camera_sight(&point).expect("of a node").is_tilt_possible);
+        // Another robot looks straight up.
+        let body = RobotBody {
+            footprint_radius_m: 0.3,
+            clearance_height_m: 0.8,
+            standing_height_m: 0.42,
+            step_height_m: 0.2,
+            camera_head: CameraHead { tilt_max_rad: std::f64::consts::FRAC_PI_2, ..CameraHead::COMMON },
+        };
+        client.event(api::Event::Platform(Platform { body: Some(body), ..Platform::default() }));
+        assert!(client.model.site.camera_sight(&point).expect("of a node").is_tilt_possible);
+        // A report without a body, of a gateway that has no core, changes nothing.
+        client.event(api::Event::Platform(Platform::default()));
+        assert!(client.model.site.camera_sight(&point).expect("of a node").is_tilt_possible);
         // A distance below the difference in height leads to right below the target.
         let edit = client.model.site.standing_off(&point, 0.5);
         assert_eq!(edit.put.len(), 1);
