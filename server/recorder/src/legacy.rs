@@ -519,7 +519,7 @@ mod tests {
         let read = read_lines(
             include_str!("../tests/journal_layout_v5.txt"),
             INPUT_SCHEMA_V5,
-            postcard::take_from_bytes::<InputV5>,
+            |bytes| postcard::take_from_bytes::<InputV5>(bytes),
         );
         let Input::Boot(record) = &read[0] else { panic!("no boot record") };
         assert_eq!((record.profile.name.as_str(), record.docks.len()), ("Rex", 1));
@@ -538,7 +538,7 @@ mod tests {
         let read = read_lines(
             include_str!("../tests/journal_layout_v4.txt"),
             INPUT_SCHEMA_V4,
-            postcard::take_from_bytes::<InputV4>,
+            |bytes| postcard::take_from_bytes::<InputV4>(bytes),
         );
         assert!(matches!(&read[0], Input::Boot(record) if record.profile.name == "Rex"));
         let commands = read.iter().filter(|input| matches!(input, Input::Command(_))).count();

@@ -8,7 +8,7 @@ use accounts::{AccountName, check_password, credential_id, hash, new_secret, ver
 use api::access::{AccountRefusal, AccountRefusalKind, AccountReply, FirstAdmin, Secret};
 use api::{Caller, Role};
 use messages::Principal;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 use store::{AuditEntry, StoredAccount, StoredCredential};
 use vocab::ClientId;
 

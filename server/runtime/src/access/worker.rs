@@ -13,7 +13,7 @@ use api::CoreMessage;
 use api::access::{AccessState, AccountRefusal, AccountRefusalKind};
 use ports::error_with_causes;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 use store::{AccountReader, LedgerWriter, Store, StoreError};
 use vocab::Stamp;
 use watchdog::Heartbeat;
