@@ -2,9 +2,9 @@
 
 use super::super::testing::{AHEAD, Rig, goal_id, node_id};
 use super::*;
-use messages::{CommandKind, Input};
+use messages::{CommandKind, Input, LedgerEvent};
 use missions::{GoalRequest, MissionEffect};
-use site_model::{Edge, Object, Parameter, Parameters};
+use site_model::{Edge, EdgeBlock, Object, Parameter, Parameters};
 use std::f64::consts::FRAC_PI_2;
 use uuid::Uuid;
 
@@ -212,23 +212,38 @@ fn standing_for_edge_action() -> (Rig, ActionCallId) {
 }
 
 #[test]
-fn the_route_goes_on_when_the_action_of_its_edge_was_done() {
+fn the_route_goes_on_when_the_action_of_its_edge_was_done_and_one_that_failed_blocks_the_edge() {
     let (mut rig, call) = standing_for_edge_action();
     let succeeded = ActionOutcome::Succeeded { result: "{}".to_owned() };
     rig.step(Input::ActionDone { call, outcome: succeeded });
     assert!(rig.running().executive.leg().is_some());
-    let is_notice = |effect: &StackEffect| matches!(effect, StackEffect::Publish(messages::Publication::Notice(notice)) if notice.text.contains("photo"));
-    assert!(!rig.effects.iter().any(is_notice));
-    // One that failed is told.
+    // One that failed blocks the edge, with its reason.
     for (outcome, reason) in [
         (ActionOutcome::Failed { reason: "It is dark.".to_owned() }, "It is dark."),
         (ActionOutcome::Cancelled, texts::ACTION_CANCELLED),
     ] {
         let (mut rig, call) = standing_for_edge_action();
         rig.step(Input::ActionDone { call, outcome });
-        let told = texts::edge_action_failed("photo", reason);
-        let is_told = |effect: &StackEffect| matches!(effect, StackEffect::Publish(messages::Publication::Notice(notice)) if notice.text == told);
-        assert!(rig.effects.iter().any(is_told), "{reason}");
+        assert!(rig.running().executive.leg().is_none());
+        let blocks: Vec<&EdgeBlock> = rig
+            .effects
+            .iter()
+            .filter_map(|effect| match effect {
+                StackEffect::Commit { events, .. } => Some(events),
+                _ => None,
+            })
+            .flatten()
+            .filter_map(|event| match event {
+                LedgerEvent::Site(write) => Some(&write.put),
+                _ => None,
+            })
+            .flatten()
+            .filter_map(|object| match object {
+                Object::EdgeBlock(block) => Some(block),
+                _ => None,
+            })
+            .collect();
+        assert!(matches!(blocks[..], [block] if block.reason.contains(reason)), "{reason}: {blocks:?}");
     }
 }
 
