@@ -516,11 +516,9 @@ mod tests {
 
     #[test]
     fn the_bytes_of_version_5_are_read_as_they_were_written() {
-        let read = read_lines(
-            include_str!("../tests/journal_layout_v5.txt"),
-            INPUT_SCHEMA_V5,
-            |bytes| postcard::take_from_bytes::<InputV5>(bytes),
-        );
+        let read = read_lines(include_str!("../tests/journal_layout_v5.txt"), INPUT_SCHEMA_V5, |bytes| {
+            postcard::take_from_bytes::<InputV5>(bytes)
+        });
         let Input::Boot(record) = &read[0] else { panic!("no boot record") };
         assert_eq!((record.profile.name.as_str(), record.docks.len()), ("Rex", 1));
         assert_eq!(record.stop_latch, None);
@@ -535,11 +533,9 @@ mod tests {
     /// The bytes that the program of November 2026 wrote of every input but sensors.
     #[test]
     fn the_bytes_of_version_4_are_read_as_they_were_written() {
-        let read = read_lines(
-            include_str!("../tests/journal_layout_v4.txt"),
-            INPUT_SCHEMA_V4,
-            |bytes| postcard::take_from_bytes::<InputV4>(bytes),
-        );
+        let read = read_lines(include_str!("../tests/journal_layout_v4.txt"), INPUT_SCHEMA_V4, |bytes| {
+            postcard::take_from_bytes::<InputV4>(bytes)
+        });
         assert!(matches!(&read[0], Input::Boot(record) if record.profile.name == "Rex"));
         let commands = read.iter().filter(|input| matches!(input, Input::Command(_))).count();
         assert_eq!((read.len(), commands), (27, 17));
