@@ -1,4 +1,4 @@
-//! The build tool: `cargo xtask setup | web | run | test | bench | fuzz`.
+//! The build tool: `cargo xtask setup | web | run | test | package | bench | fuzz`.
 //!
 //! It only starts other programs, measures their time and reports their results. Parts that need more than the standard library are
 //! elsewhere: bundling in `bundler`, benchmarks in `benches`, tests in `tests`.
@@ -14,6 +14,7 @@ mod crash;
 mod debian;
 mod fingerprint;
 mod fuzz;
+mod package;
 mod run;
 mod security;
 mod setup;
@@ -42,6 +43,8 @@ cargo xtask COMMAND
                              and idles, and damage every file of a data directory in turn (situation `damage`). Prints a table;
                              fails if anything was lost.
   test security              Try the attacks on the platform that stand as tests. Prints a table; fails if one succeeds.
+  package [--check]          Build a Debian package with a sandboxed service, into target/package. --check (as root): install it in a
+                             clean Debian, run its service there as its own user, upgrade and remove it.
   bench NAME [ARGUMENT...]   Run a benchmark; without a name, list them.
   fuzz [--minutes N] [--slot S] [--together K] [--folder DIR] [--no-build] [TARGET...]
                              Fuzz each parser, or those named, until it has had N minutes of processor time (default: 30), in
@@ -71,6 +74,7 @@ fn dispatch() -> Result<ExitCode> {
         Some("web") => done(web::command(rest)),
         Some("run") => done(run::command(rest)),
         Some("test") => test::command(rest),
+        Some("package") => done(package::command(rest)),
         Some("bench") => done(bench::command(rest)),
         Some("fuzz") => fuzz::command(&rest),
         Some("help" | "--help" | "-h") => {

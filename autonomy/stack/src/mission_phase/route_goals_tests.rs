@@ -105,21 +105,12 @@ fn a_blocked_edge_is_written_to_the_site_and_removed_once_it_was_walked() {
 #[test]
 fn the_runner_hears_of_walked_edges_and_people_of_actions_that_failed() {
     let mut rig = Rig::new();
-<<<<<<< HEAD
     let walked_for = Span::from_millis(7_000);
     assert_eq!(handle(&mut rig, RouteEffect::Traversed(AHEAD, walked_for)), []);
     let Some(MissionInput::Traversed { edge, duration }) = rig.running().missions.pending.pop_back() else {
         panic!("the runner does not hear of it")
     };
     assert_eq!((edge, duration), (AHEAD, walked_for));
-=======
-    let took = Span::from_millis(7_000);
-    assert_eq!(handle(&mut rig, RouteEffect::Traversed(AHEAD, took)), []);
-    let Some(MissionInput::Traversed { edge, took: told }) = rig.running().missions.pending.pop_back() else {
-        panic!("the runner does not hear of it")
-    };
-    assert_eq!((edge, told), (AHEAD, took));
->>>>>>> a2-0
     let failed = RouteEffect::ActionFailed("open_door".to_owned(), "It is locked.".to_owned());
     let effects = handle(&mut rig, failed);
     assert_eq!(
