@@ -112,7 +112,7 @@ fn calls_and_notices_are_passed_on() {
     let (run, task) = (RUN, TaskId(Uuid::from_u128(63)));
     let called = StackEffect::CallAction { call, action: "photo".to_owned(), parameters: "{}".to_owned() };
     let wanted = MissionEffect::CallAction { call, run, task, request: request() };
-    assert_eq!(handle(&mut rig, wanted), [called.clone()]);
+    assert_eq!(handle(&mut rig, wanted), std::slice::from_ref(&called));
     assert_eq!(handle(&mut rig, MissionEffect::CallRouteAction { call, request: request() }), [called]);
     assert_eq!(handle(&mut rig, MissionEffect::CancelAction(call)), [StackEffect::CancelAction(call)]);
     // Of a route that is not under way.

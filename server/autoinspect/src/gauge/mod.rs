@@ -1,5 +1,6 @@
 //! `autoinspect gauge`: reads the needle of a gauge from a picture.
 
+mod bmp;
 mod dial_file;
 mod document;
 mod picture_file;
@@ -15,7 +16,7 @@ use std::path::PathBuf;
 /// Read the needle of a gauge from a picture.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "IMAGE is a JPEG or PNG file. FILE says for each gauge what was found once in the pictures of its camera; pixels count from the top left, angles are degrees
+    after_help = "IMAGE is a JPEG, PNG or BMP file. FILE says for each gauge what was found once in the pictures of its camera; pixels count from the top left, angles are degrees
 clockwise from up:
 
   {\"dials\": {\"boiler\": {

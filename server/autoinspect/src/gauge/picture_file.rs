@@ -1,5 +1,6 @@
-//! Reads JPEG and PNG files.
+//! Reads JPEG, PNG and BMP files. The content says which of them a file is, because names are often wrong.
 
+use super::bmp::{self, BmpError, Pixels};
 use super::texts;
 use crate::failure::Failure;
 use gauges::Picture;
@@ -22,13 +23,18 @@ pub fn read(path: &Path) -> Result<Picture, Failure> {
         read_jpeg(path, &bytes)?
     } else if bytes.starts_with(b"\x89PNG") {
         read_png(path, &bytes)?
+    } else if bytes.starts_with(b"BM") {
+        bmp::read(&bytes).map_err(|error| match error {
+            BmpError::CutShort => Failure::usage(texts::picture_cut_short(path)),
+            BmpError::OtherKind => Failure::usage(texts::other_bmp(path)),
+        })?
     } else {
         return Err(Failure::usage(texts::no_picture(path)));
     };
     Picture::new(size_px, pixels).map_err(|error| Failure::usage(texts::damaged_picture(path, &error)))
 }
 
-fn read_jpeg(path: &Path, bytes: &[u8]) -> Result<([usize; 2], Vec<[u8; 3]>), Failure> {
+fn read_jpeg(path: &Path, bytes: &[u8]) -> Result<Pixels, Failure> {
     // The mark of the end. Decoders fill what is missing before it with grey.
     if !bytes.windows(2).any(|pair| pair == [0xff, 0xd9]) {
         return Err(Failure::usage(texts::picture_cut_short(path)));
@@ -45,7 +51,7 @@ fn read_jpeg(path: &Path, bytes: &[u8]) -> Result<([usize; 2], Vec<[u8; 3]>), Fa
     Ok(([width, height], colours.chunks_exact(3).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect()))
 }
 
-fn read_png(path: &Path, bytes: &[u8]) -> Result<([usize; 2], Vec<[u8; 3]>), Failure> {
+fn read_png(path: &Path, bytes: &[u8]) -> Result<Pixels, Failure> {
     let damaged = |error: &dyn std::fmt::Display| Failure::usage(texts::damaged_picture(path, error));
     let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), png::Limits { bytes: PNG_BYTES_MAX });
     decoder.set_transformations(png::Transformations::normalize_to_color8());

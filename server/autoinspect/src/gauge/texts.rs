@@ -47,7 +47,15 @@ pub fn other_size(path: &Path, [width, height]: [usize; 2], name: &str, expected
 
 /// A file that is no picture.
 pub fn no_picture(path: &Path) -> String {
-    format!("{} is neither a JPEG nor a PNG file", path.display())
+    format!("{} is neither a JPEG nor a PNG nor a BMP file", path.display())
+}
+
+/// A BMP file of a kind that is not read.
+pub fn other_bmp(path: &Path) -> String {
+    format!(
+        "{} is a BMP file without a size, or not of 24 or 32 bits without compression; save it as JPEG or PNG",
+        path.display()
+    )
 }
 
 /// A picture that ends early.

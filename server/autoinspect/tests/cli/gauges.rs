@@ -94,7 +94,7 @@ fn a_gauge_is_read_by_name_and_bad_input_gets_a_sentence() {
     refused_with(text(&cut), text(&one), &[], "cut.png");
     let no_end = write("cut.jpg", b"\xff\xd8\xff\xe0\x00\x10JFIF");
     refused_with(text(&no_end), text(&one), &[], "cut.jpg is cut short");
-    refused_with(text(&one), text(&one), &[], "neither a JPEG nor a PNG");
+    refused_with(text(&one), text(&one), &[], "neither a JPEG nor a PNG nor a BMP");
     refused_with(text(&dir.path().join("missing.jpg")), text(&one), &[], "missing.jpg could not be read");
     let sized = boiler.replace(r#""range""#, r#""image_size": [193, 193], "range""#);
     let sized = write("sized.json", format!(r#"{{"dials": {{"boiler": {sized}}}}}"#).as_bytes());
