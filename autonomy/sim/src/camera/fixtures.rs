@@ -32,7 +32,7 @@ pub enum Face {
         /// Value at its end.
         max: f64,
         /// What the needle shows.
-        reading: GaugeReading,
+        reading: SimulatedQuantity,
     },
     /// A casing that is warmer than the air, with its tag.
     Warm {
@@ -43,7 +43,7 @@ pub enum Face {
 
 /// A value that swings slowly.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GaugeReading {
+pub struct SimulatedQuantity {
     /// Its mean.
     pub mean: f64,
     /// How far it swings to either side.
@@ -52,7 +52,7 @@ pub struct GaugeReading {
     pub period_s: f64,
 }
 
-impl GaugeReading {
+impl SimulatedQuantity {
     /// The value at a time.
     pub fn at(&self, seconds: f64) -> f64 {
         self.mean + self.amplitude * (TAU * seconds / self.period_s).sin()
@@ -186,7 +186,7 @@ fn face_of(number: usize) -> Face {
             unit: "bar",
             min: 0.0,
             max: 10.0,
-            reading: GaugeReading { mean: 3.0 + (1.3 * spread) % 5.0, amplitude: 0.4, period_s: 900.0 },
+            reading: SimulatedQuantity { mean: 3.0 + (1.3 * spread) % 5.0, amplitude: 0.4, period_s: 900.0 },
         },
         1 => Face::Label(vec![format!("VALVE V-{}", 201 + number), "KEEP CLOSED".to_owned()]),
         2 => Face::Warm { celsius: 48.0 + (9.0 * spread) % 40.0 },
@@ -194,7 +194,11 @@ fn face_of(number: usize) -> Face {
             unit: "C",
             min: 0.0,
             max: 120.0,
-            reading: GaugeReading { mean: 40.0 + (17.0 * spread) % 60.0, amplitude: 3.0, period_s: 1800.0 },
+            reading: SimulatedQuantity {
+                mean: 40.0 + (17.0 * spread) % 60.0,
+                amplitude: 3.0,
+                period_s: 1800.0,
+            },
         },
     }
 }

@@ -22,7 +22,7 @@ mod snapshot;
 mod surfaces;
 mod thermal;
 
-pub use fixtures::{Face, Fixture, GaugeReading};
+pub use fixtures::{Face, Fixture, SimulatedQuantity};
 pub use optics::{CameraAim, CameraConfig, Intrinsics};
 pub use snapshot::CameraSnapshot;
 pub(crate) use surfaces::air_celsius;
