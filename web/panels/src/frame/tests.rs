@@ -71,7 +71,7 @@ fn wider_top_bars_show_more() {
         in_top_bar(&harness, Role::Status).len()
     };
     assert!(count(700.0) < count(1440.0));
-    assert_eq!(count(1440.0), 6, "product, robot, position, battery, link, control");
+    assert_eq!(count(1440.0), 7, "product, demonstration, robot, position, battery, link, control");
 }
 
 #[test]
