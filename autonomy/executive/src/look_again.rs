@@ -20,6 +20,8 @@ pub struct LookAgainConfig {
     pub footprint_m: f64,
     /// Distance between the cells that are asked on the way, metres: a cell of the elevation map.
     pub sample_m: f64,
+    /// Ground that is farther than this above or below the robot's feet ends the way back, metres: a flight of stairs is entered in line only. Below the height of a step of stairs, 0.15 m and more.
+    pub level_m: f64,
     /// Time that the robot looks at most. Traces of the highest confidence are cleared in 5.5 s.
     pub look_time: Span,
 }
@@ -32,6 +34,7 @@ impl Default for LookAgainConfig {
             distance_min_m: 0.8,
             footprint_m: 0.45,
             sample_m: 0.1,
+            level_m: 0.1,
             look_time: Span::from_millis(7_000),
         }
     }
@@ -74,7 +77,7 @@ pub(crate) fn look_point(
     Some(here + Vector3::new(distance_m * cos, distance_m * sin, 0.0))
 }
 
-/// Length of the straight line from `here` over free cells whose ground was seen, metres, up to [`LookAgainConfig::distance_m`].
+/// Length of the straight line from `here` over free cells with level ground that was seen, metres, up to [`LookAgainConfig::distance_m`].
 fn free_distance_m(
     config: &LookAgainConfig,
     elevation_map: &ElevationMap,
@@ -83,9 +86,12 @@ fn free_distance_m(
 ) -> f64 {
     let (sin, cos) = direction_rad.sin_cos();
     let samples = (config.distance_m / config.sample_m).round() as u32;
+    let foot_m = here.z - elevation_map.shape().standing_height_m;
     let is_free = |distance_m: f64| {
         let cell = elevation_map.index(here.x + distance_m * cos, here.y + distance_m * sin);
-        elevation_map.is_free(cell) && elevation_map.cell(cell).ground().is_some()
+        let ground_m = elevation_map.cell(cell).ground();
+        elevation_map.is_free(cell)
+            && ground_m.is_some_and(|ground_m| (ground_m - foot_m).abs() <= config.level_m)
     };
     let mut free_m = 0.0;
     for distance_m in (1..=samples).map(|sample| f64::from(sample) * config.sample_m) {

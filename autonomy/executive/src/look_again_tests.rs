@@ -1,8 +1,11 @@
 //! The last steps into a pose beside which something was seen that has gone, or that stands there.
 
+use crate::LookAgainConfig;
+use crate::look_again::look_point;
 use crate::tests::{Rig, post, room, shifted};
 use geometry::{Vector3, pose_from_isometry};
 use messages::{Approach, GoalKind, GoalStatus, PoseGoal, Publication, StackEffect};
+use navigation::{ElevationMap, RobotShape};
 use site_model::PoseTolerance;
 
 /// Where the robot is to stand, and where a person stands for a moment when it comes, metres.
@@ -66,6 +69,25 @@ fn a_robot_steps_back_from_what_has_gone_and_reaches_its_pose() {
     let (status, farthest_m) = walk(false);
     assert!(matches!(status, GoalStatus::Succeeded { .. }), "{status:?}");
     assert!(farthest_m > 1.5, "it was at most {farthest_m} m from the pose");
+}
+
+#[test]
+fn a_robot_does_not_step_back_onto_stairs() {
+    let shape = RobotShape { radius_m: 0.36, standing_height_m: 0.5, clearance_m: 0.95, step_m: 0.22 };
+    let look = |height_m: f32| {
+        let mut map = ElevationMap::new(0.1, shape);
+        let ground = (-40..=40_i8).flat_map(|x| (-40..=40_i8).map(move |y| (x, y)));
+        // In the middle of each cell.
+        let middle = |cell: i8| 0.1 * f32::from(cell) + 0.05;
+        let height = |x: i8| if x < -7 { height_m - 0.5 } else { -0.5 };
+        let points: Vec<[f32; 3]> = ground.map(|(x, y)| [middle(x), middle(y), height(x)]).collect();
+        map.insert_scan(&shifted(0.0, 0.0), [0.0; 3], &points, 10.0);
+        look_point(&LookAgainConfig::default(), &map, &Vector3::zeros(), &Vector3::new(0.3, 0.0, 0.0))
+    };
+    let level = look(0.0).expect("room behind the robot");
+    assert!(level.x < -2.3, "straight back over level ground, not to {level}");
+    let beside = look(0.17).expect("room beside the robot");
+    assert!(beside.x > -0.8, "not over the step, but to {beside}");
 }
 
 #[test]

@@ -160,9 +160,12 @@ fn run_service(root: &Path) -> Result<()> {
         privileged.join(", ")
     );
     passed("no process of the service is root or has a capability");
-    let link = shell::output(&mut service.inside("autoinspect account link --data /var/lib/autoinspect"));
+    let link =
+        shell::output(&mut service.inside(&format!(
+            "autoinspect account link --data /var/lib/autoinspect --address https://{LISTEN}"
+        )));
     ensure!(
-        link.is_some_and(|link| link.contains("#first-admin=")),
+        link.is_some_and(|link| link.starts_with(&format!("https://{LISTEN}/#first-admin="))),
         "the console prints no link for the first admin"
     );
     passed("the console prints the link that makes the first admin");

@@ -30,7 +30,7 @@ impl LineSums {
         self.yy += y * y;
     }
 
-    /// `a`, `b` and the root mean square of what is left; none if all `x` are the same.
+    /// `a`, `b` and the root mean square of what is left; `None` if all `x` are the same.
     fn line(&self) -> Option<[f64; 3]> {
         let [mean_x, mean_y] = [self.x / self.count, self.y / self.count];
         let spread = self.xx / self.count - mean_x * mean_x;

@@ -66,7 +66,7 @@ impl Default for ClusterMergeConfig {
 }
 
 impl ClusterMergeConfig {
-    /// Share of stored entries that may be zeros in a merged cluster of so many columns.
+    /// Share of stored entries that may be zeros in a merged cluster, by its number of columns.
     fn max_zeros_share(&self, columns: usize) -> f64 {
         if columns <= self.max_narrow_columns {
             self.max_narrow_zeros_share

@@ -19,7 +19,7 @@ pub struct RecentPlaces {
 }
 
 impl RecentPlaces {
-    /// None yet. Keeps so many estimates.
+    /// No estimates yet. The newest `max_estimates` are kept.
     pub fn new(max_estimates: usize) -> Self {
         Self { max_estimates, places: Mutex::default() }
     }
