@@ -1,4 +1,4 @@
-//! Requests that are refused, and names. The whole path of an import is tested in `core_tests.rs`.
+//! Requests that are refused, and names. The whole path of an import is tested in `core_tests/imports.rs`.
 
 use super::*;
 use uuid::Uuid;
