@@ -327,9 +327,13 @@ fn change_the_schedule(operator: &mut Operator, mut tablet: Page) -> Page {
     tablet.allow_touch();
     let mut desktop = std::mem::replace(&mut operator.page, tablet);
     operator.tap("button", "Schedule");
+    let planned = |page: &mut Page| {
+        named(page, &format!("{MISSION}, Thu ")).into_iter().find(|name| name.contains("11:00, planned"))
+    };
+    let this_week = operator.wait(WaitsFor::Platform, "this week", PLATFORM_LIMIT, planned);
     operator.tap("button", "Later week");
     let slot = operator.wait(WaitsFor::Platform, "the week after", PLATFORM_LIMIT, |page| {
-        named(page, &format!("{MISSION}, Thu ")).into_iter().find(|name| name.contains("11:00, planned"))
+        planned(page).filter(|name| *name != this_week)
     });
     let from = operator.reveal("button", &slot);
     let to = At { y: from.y + 4.0 * HOUR_PX, ..from };
@@ -348,6 +352,7 @@ fn change_the_schedule(operator: &mut Operator, mut tablet: Page) -> Page {
     save(&mut operator.page, "tablet");
     // The desktop shows it without being asked.
     std::mem::swap(&mut operator.page, &mut desktop);
+    operator.page.bring_to_front();
     operator.begin("See the change on the desktop");
     operator.click("button", "Schedule");
     operator.click("button", "Later week");

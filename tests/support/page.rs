@@ -90,6 +90,11 @@ impl Page {
         self.call("Emulation.setTouchEmulationEnabled", json!({ "enabled": true, "maxTouchPoints": 5 }));
     }
 
+    /// Puts the page before the others of its browser, which draws no frames of a page that another one hides.
+    pub fn bring_to_front(&mut self) {
+        self.call("Page.bringToFront", json!({}));
+    }
+
     /// Waits until the next frame.
     #[track_caller]
     pub fn wait_for_frame(&mut self) {
