@@ -11,7 +11,7 @@ use crate::toolchain::{TARGET, Toolchain};
 use crate::{fingerprint, shell};
 
 /// Largest size of the client, bytes after brotli, because it is loaded over slow radio links.
-const BROTLI_BYTES_MAX: &str = "3000000";
+const BROTLI_BYTES_MAX: &str = "2200000";
 
 /// The version of npm's `binaryen` whose `wasm-opt` shrinks release bundles.
 const BINARYEN: &str = "binaryen@132";

@@ -9,7 +9,18 @@ pub const SHOWN_DEVIATION_MIN_M: f64 = 1e-3;
 
 /// Metres: `0.4 m`, `12.3 m`, `1.24 km`.
 pub fn distance(metres: f64) -> String {
-    if metres.abs() >= 1000.0 { format!("{:.2} km", metres / 1000.0) } else { format!("{metres:.1} m") }
+    if metres.abs() >= 1000.0 {
+        format!("{:.2} km", metres / 1000.0)
+    } else {
+        format!("{} m", decimal(metres, 1))
+    }
+}
+
+/// A number with this many digits after the point. What rounds to zero has no sign.
+pub fn decimal(number: f64, decimals: usize) -> String {
+    let text = format!("{number:.decimals$}");
+    let is_zero = text.starts_with('-') && !text.contains(|letter| ('1'..='9').contains(&letter));
+    if is_zero { text[1..].to_owned() } else { text }
 }
 
 /// An area: `7.4 m²`, `412 m²`.

@@ -4,6 +4,7 @@ use crate::TextInput;
 use crate::TextInputKind;
 use crate::button::Button;
 use crate::feature_panel::PanelContext;
+use crate::format::decimal;
 use crate::icon;
 use crate::paint::line_at;
 use crate::theme::{self, Weight};
@@ -57,7 +58,7 @@ impl NumberField<'_> {
         typed: &mut TypedNumber,
     ) -> Option<Option<f64>> {
         let tokens = cx.tokens;
-        let shown = self.value.map(|value| format!("{value:.*}", self.decimals)).unwrap_or_default();
+        let shown = self.value.map(|value| decimal(value, self.decimals)).unwrap_or_default();
         let key = (self.object, self.name.to_owned());
         let before = typed.0.as_ref().filter(|typed| typed.field == key && typed.shown == shown);
         let mut text = before.map_or_else(|| shown.clone(), |typed| typed.text.clone());

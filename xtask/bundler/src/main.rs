@@ -17,6 +17,7 @@ use anyhow::{Context, Result, bail};
 use wasm_bindgen_cli_support::Bindgen;
 
 mod compress;
+mod import_names;
 
 use compress::{CompressionEffort, Sizes};
 
@@ -98,10 +99,11 @@ fn bundle(options: &Options) -> Result<()> {
         optimise(wasm_opt, &wasm_path)?;
     }
     let wasm = fs::read(&wasm_path).with_context(|| format!("could not read {}", wasm_path.display()))?;
-    let wasm_name = format!("{NAME}_bg-{}.wasm", content_name(&wasm));
     let glue = fs::read_to_string(staging.join(format!("{NAME}.js")))
-        .context("could not read the generated glue")?
-        .replace(&format!("{NAME}_bg.wasm"), &wasm_name);
+        .context("could not read the generated glue")?;
+    let (glue, wasm) = import_names::number_imports(&glue, &wasm);
+    let wasm_name = format!("{NAME}_bg-{}.wasm", content_name(&wasm));
+    let glue = glue.replace(&format!("{NAME}_bg.wasm"), &wasm_name);
     let glue_name = format!("{NAME}-{}.js", content_name(glue.as_bytes()));
     let manifest = format!(
         "{{\n  \"js\": \"{glue_name}\",\n  \"wasm\": \"{wasm_name}\",\n  \"wasm_bytes\": {}\n}}\n",
@@ -157,7 +159,7 @@ fn optimise(wasm_opt: &Path, wasm: &Path) -> Result<()> {
     let status = Command::new("node")
         .arg(wasm_opt)
         .args(WASM_FEATURES)
-        .args(["-O2", "--output"])
+        .args(["-Os", "--output"])
         .args([wasm, wasm])
         .status()
         .context("could not start node for wasm-opt")?;

@@ -29,3 +29,11 @@ fn dates_follow_the_calendar() {
     }
     assert_eq!(format::date(Stamp::EPOCH, -3600), "31 Dec 1969, 23:00");
 }
+
+#[test]
+fn what_rounds_to_zero_has_no_sign() {
+    assert_eq!(format::decimal(-0.004, 2), "0.00");
+    assert_eq!(format::decimal(-0.006, 2), "-0.01");
+    assert_eq!(format::decimal(-0.4, 0), "0");
+    assert_eq!(format::distance(-0.01), "0.0 m");
+}
