@@ -1,5 +1,6 @@
 //! Failure of a command: one sentence and an exit code.
 
+use crate::texts;
 use ports::error_with_causes;
 use std::error::Error;
 use std::fmt::{self, Display};
@@ -38,7 +39,7 @@ impl Failure {
     /// Failure by an input file that is missing or of another kind.
     pub fn unreadable(path: &Path, error: impl Error) -> Self {
         let reason = legible(&error_with_causes(&error), SHOWN_REASON_CHARS_MAX);
-        Self::Usage(format!("{} could not be read: {reason}", path.display()))
+        Self::Usage(texts::could_not_be_read(path, &reason))
     }
 
     /// The exit code of the process.
