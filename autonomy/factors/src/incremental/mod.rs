@@ -20,6 +20,7 @@ use crate::graph::{Entry, FactorGraph};
 use crate::kernel::Kernel;
 use crate::linear::assembly::Assembly;
 use crate::names::{FactorId, Key};
+use crate::texts;
 use crate::value::{Value, Values};
 use std::sync::Arc;
 use tree::Tree;
@@ -125,7 +126,7 @@ impl Incremental {
         kernel: Kernel,
     ) -> Result<FactorId, FactorError> {
         if !kernel.is_valid() {
-            return Err(FactorError::NotFinite { what: "the kernel's parameter" });
+            return Err(FactorError::NotFinite { what: texts::KERNEL_PARAMETER });
         }
         self.add_shared(&Entry { factor: Arc::new(factor), kernel, weight: 1.0 })
     }
