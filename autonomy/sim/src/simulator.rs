@@ -2,7 +2,7 @@
 
 use crate::battery::SimulatedBattery;
 use crate::body::{STANDING_HEIGHT, SimulatedBody};
-use crate::camera::{CameraAim, CameraConfig, CameraImage, CameraScene, CameraSnapshot, ThermalImage};
+use crate::camera::{CameraConfig, CameraImage, CameraScene, CameraSnapshot, ThermalImage};
 use crate::contacts::{Contact, Contacts, TouchingBody};
 use crate::dock_contact::DockContact;
 use crate::faults::{FaultSchedule, ScheduledFault};
@@ -24,7 +24,7 @@ use nalgebra::Translation3;
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
 use std::sync::Arc;
-use vocab::{Span, Stamp, Twist, Vec3};
+use vocab::{CameraAim, Span, Stamp, Twist, Vec3};
 
 /// Blocks between two messages of the battery.
 const BLOCKS_PER_BATTERY: i64 = 100;

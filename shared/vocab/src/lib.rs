@@ -12,7 +12,7 @@ mod role;
 mod text;
 mod time;
 
-pub use camera_head::CameraHead;
+pub use camera_head::{CameraAim, CameraHead};
 pub use content_hash::{BlobHash, BlobHashError};
 pub use goal_failure::GoalFailure;
 pub use ids::{
