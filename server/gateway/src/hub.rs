@@ -184,7 +184,7 @@ impl Hub {
                 site_requests: SiteRequests::default(),
                 account_requests: BTreeMap::new(),
                 account_requests_made: 0,
-                schemas: Arc::new(ActionSchemas::new(&[])),
+                schemas: Arc::default(),
             }),
             started_ns: started_ns(),
             clients_max: limits.clients,
@@ -255,8 +255,8 @@ impl Hub {
                 {
                     let mut state = self.lock();
                     state.clock.update(&event, Instant::now());
-                    if let Event::Actions(offered) = &event {
-                        state.schemas = Arc::new(ActionSchemas::new(offered));
+                    if let Some(schemas) = state.schemas.after(&event) {
+                        state.schemas = Arc::new(schemas);
                     }
                     if let Event::Platform(Platform { now: at, .. }) = event
                         && let Some(text) = state.restart_notice.take()
