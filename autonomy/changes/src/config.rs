@@ -68,6 +68,8 @@ pub struct ChangesConfig {
     pub box_fit: BoxFitConfig,
     /// Two objects may be one that was moved if each side differs at most by this share, or by [`Self::same_surface_m`].
     pub same_size_share: f64,
+    /// Points that a normal of a surface needs around it. Chosen: twice the three that a plane needs.
+    pub min_normal_points: f64,
 }
 
 impl Default for ChangesConfig {
@@ -103,6 +105,7 @@ impl Default for ChangesConfig {
             ground_points_min: 10,
             box_fit: BoxFitConfig::default(),
             same_size_share: 0.1,
+            min_normal_points: 6.0,
         }
     }
 }
@@ -118,10 +121,18 @@ pub struct BoxFitConfig {
     pub trimmed_height_share: f64,
     /// Points that the fit of a box uses at most; more do not make it better.
     pub fit_points_max: usize,
+    /// Headings that are tried over a quarter turn, after which the sides of a box look the same: one degree each. Finer ones are below the noise of the points.
+    pub headings: usize,
 }
 
 impl Default for BoxFitConfig {
     fn default() -> Self {
-        Self { on_side_m: 0.02, trimmed_share: 0.01, trimmed_height_share: 0.002, fit_points_max: 2_000 }
+        Self {
+            on_side_m: 0.02,
+            trimmed_share: 0.01,
+            trimmed_height_share: 0.002,
+            fit_points_max: 2_000,
+            headings: 90,
+        }
     }
 }

@@ -122,7 +122,7 @@ fn differing(visit: &Side<'_>, other: &Side<'_>, config: &ChangesConfig) -> Vec<
     let mut changed: Vec<[f32; 3]> = Vec::new();
     let mut unknown: Vec<[f32; 3]> = Vec::new();
     for point in visit.surfaces.points().iter().filter(|point| !other.surfaces.is_near(point)) {
-        let normal = visit.surfaces.normal(point);
+        let normal = visit.surfaces.normal(point, config.min_normal_points);
         let passing = other.passing(point, normal.as_ref(), config);
         let is_free = passing.through >= config.free_rays_min
             && passing.through as f64 >= config.free_share_min * (passing.through + passing.ended) as f64;

@@ -25,7 +25,10 @@ mod upright_box;
 mod visit;
 
 pub use config::{BoxFitConfig, ChangesConfig};
-pub use depth::{DepthChanges, DepthChangesConfig, DepthImage, DepthImageError, detect_depth_changes};
+pub use depth::{
+    ColourHistogramConfig, DepthChanges, DepthChangesConfig, DepthImage, DepthImageError,
+    detect_depth_changes,
+};
 pub use detect::{Change, ChangedObject, Changes, detect_changes};
 pub use upright_box::UprightBox;
 pub use visit::{Look, Visit};

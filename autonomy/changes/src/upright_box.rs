@@ -4,8 +4,6 @@ use crate::BoxFitConfig;
 use geometry::Vector3;
 use std::f64::consts::FRAC_PI_2;
 
-/// Steps of the heading that are tried: one degree each, because the sides of a box look the same after a quarter turn.
-const HEADINGS: usize = 90;
 /// A box with a heading that stands upright.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UprightBox {
@@ -24,10 +22,10 @@ impl UprightBox {
         let step = points.len().div_ceil(config.fit_points_max).max(1);
         let points: Vec<Vector3> =
             points.iter().step_by(step).map(|point| Vector3::from(point.map(f64::from))).collect();
-        let heading = |step: usize| step as f64 / HEADINGS as f64 * FRAC_PI_2;
+        let heading = |step: usize| step as f64 / config.headings as f64 * FRAC_PI_2;
         let scores: Vec<f64> =
-            (0..HEADINGS).map(|step| closeness(&points, heading(step), config.on_side_m)).collect();
-        let best = (0..HEADINGS).max_by(|a, b| scores[*a].total_cmp(&scores[*b]).then(b.cmp(a)))?;
+            (0..config.headings).map(|step| closeness(&points, heading(step), config.on_side_m)).collect();
+        let best = (0..config.headings).max_by(|a, b| scores[*a].total_cmp(&scores[*b]).then(b.cmp(a)))?;
         let yaw_rad = heading(best);
         let along: [Vec<f64>; 2] = in_frame(&points, yaw_rad);
         let [x, y] = along.map(|values| extent(values, config.trimmed_share));

@@ -24,6 +24,8 @@ pub struct LookAgainConfig {
     pub level_m: f64,
     /// Time that the robot looks at most. Traces of the highest confidence are cleared in 5.5 s.
     pub look_time: Span,
+    /// Angle between the directions that are tried, radians: an eighth of a turn, so that eight of them go all round.
+    pub direction_step_rad: f64,
 }
 
 impl Default for LookAgainConfig {
@@ -36,24 +38,13 @@ impl Default for LookAgainConfig {
             sample_m: 0.1,
             level_m: 0.1,
             look_time: Span::from_millis(7_000),
+            direction_step_rad: std::f64::consts::FRAC_PI_4,
         }
     }
 }
 
-/// Directions that are tried, in radians from the direction away from the pose: straight back first.
-const DIRECTIONS_RAD: [f64; 8] = {
-    const STEP_RAD: f64 = std::f64::consts::FRAC_PI_4;
-    [
-        0.0,
-        STEP_RAD,
-        -STEP_RAD,
-        2.0 * STEP_RAD,
-        -2.0 * STEP_RAD,
-        3.0 * STEP_RAD,
-        -3.0 * STEP_RAD,
-        4.0 * STEP_RAD,
-    ]
-};
+/// Directions that are tried, in steps from the direction away from the pose: straight back first.
+const DIRECTIONS: [f64; 8] = [0.0, 1.0, -1.0, 2.0, -2.0, 3.0, -3.0, 4.0];
 
 /// The point to step back to from `here`, beside `goal`: the end of the longest straight line over free ground that was seen, up to [`LookAgainConfig::distance_m`].
 /// All in the frame of the elevation map. None if there is no room to step back.
@@ -66,7 +57,7 @@ pub(crate) fn look_point(
     let away = here - goal;
     let away_rad = away.y.atan2(away.x);
     let mut best: Option<(f64, f64)> = None;
-    for direction_rad in DIRECTIONS_RAD.map(|from_away_rad| away_rad + from_away_rad) {
+    for direction_rad in DIRECTIONS.map(|steps| away_rad + steps * config.direction_step_rad) {
         let free_m = free_distance_m(config, elevation_map, here, direction_rad);
         if free_m >= config.distance_min_m && best.is_none_or(|(longest_m, _)| free_m > longest_m) {
             best = Some((free_m, direction_rad));

@@ -57,6 +57,8 @@ pub struct GaugeConfig {
     pub uncertainty_share_max: f64,
     /// A needle beyond an end of its scale by less than this shows the end, radians: needles rest on their pins.
     pub beyond_end_rad: f64,
+    /// Rays reach this share of the radius: needles that are longer than their scale are not expected.
+    pub reach_share: f64,
 }
 
 impl Default for GaugeConfig {
@@ -88,6 +90,7 @@ impl Default for GaugeConfig {
             dial_error_rad: 0.0175,
             uncertainty_share_max: 0.03,
             beyond_end_rad: 0.1,
+            reach_share: 1.1,
         }
     }
 }

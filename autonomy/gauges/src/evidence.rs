@@ -131,6 +131,7 @@ impl Evidence {
 
 /// The threshold that parts values best into two groups (least variance within them). Source: Otsu, *A Threshold Selection Method from Gray-Level Histograms*, 1979.
 fn otsu(values: &[f64]) -> Option<f64> {
+    // As many as the grey values of a pixel.
     const BINS: usize = 256;
     let lowest = values.iter().copied().min_by(f64::total_cmp)?;
     let highest = values.iter().copied().max_by(f64::total_cmp)?;

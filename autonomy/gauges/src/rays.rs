@@ -4,9 +4,6 @@ use crate::evidence::Evidence;
 use crate::{Dial, GaugeConfig};
 use std::f64::consts::TAU;
 
-/// Rays reach this share of the radius: needles that are longer than their scale are not expected.
-const REACH_SHARE: f64 = 1.1;
-
 /// Whether the picture shows a needle, in steps of a pixel along rays in equal steps round the axis.
 pub(crate) struct Rays {
     steps: usize,
@@ -17,7 +14,7 @@ pub(crate) struct Rays {
 impl Rays {
     /// The rays of a dial. Linear in the pixels round it.
     pub(crate) fn new(evidence: &Evidence, dial: &Dial, config: &GaugeConfig) -> Self {
-        let (rays, steps) = (config.rays.max(1), (dial.radius_px * REACH_SHARE).ceil() as usize);
+        let (rays, steps) = (config.rays.max(1), (dial.radius_px * config.reach_share).ceil() as usize);
         let mut is_needle = Vec::with_capacity(rays * steps);
         for ray in 0..rays {
             let (sine, cosine) = (ray as f64 / rays as f64 * TAU).sin_cos();

@@ -26,6 +26,8 @@ pub struct MotionGuardConfig {
     pub room_tolerance_m: f64,
     /// Distance between the poses that are tested along the arc, metres. Far below the footprint.
     pub sample_m: f64,
+    /// Shares of a speed that are tried, the greatest first. At a walking speed of 0.9 m/s the smallest one is 0.1 m/s. Chosen.
+    pub speed_shares: [f64; 7],
 }
 
 impl Default for MotionGuardConfig {
@@ -37,12 +39,10 @@ impl Default for MotionGuardConfig {
             creep_speed_m_s: 0.15,
             room_tolerance_m: 0.002,
             sample_m: 0.04,
+            speed_shares: [1.0, 0.8, 0.6, 0.45, 0.3, 0.2, 0.11],
         }
     }
 }
-
-/// Shares of a speed that are tried, the greatest first. At a walking speed of 0.9 m/s the smallest one is 0.1 m/s.
-const SHARES: [f64; 7] = [1.0, 0.8, 0.6, 0.45, 0.3, 0.2, 0.11];
 
 /// The obstacles around the robot at one instant, and what they allow.
 #[derive(Clone, Debug)]
@@ -105,7 +105,11 @@ impl MotionGuard {
             turn_rad_s,
         };
         let room_m = self.room_m(course.start);
-        SHARES.into_iter().find(|share| self.is_admissible(&course, speed_m_s * share, room_m)).unwrap_or(0.0)
+        self.config
+            .speed_shares
+            .into_iter()
+            .find(|share| self.is_admissible(&course, speed_m_s * share, room_m))
+            .unwrap_or(0.0)
     }
 
     /// Whether the robot can stop in time on a course, if it has this room now.

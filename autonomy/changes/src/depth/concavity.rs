@@ -115,7 +115,7 @@ fn joined_by_colour(
     }
     let colours: Vec<Option<ColourHistogram>> = cores
         .iter()
-        .map(|core| ColourHistogram::of(core.iter().map(|pixel| image.colours()[*pixel])))
+        .map(|core| ColourHistogram::of(core.iter().map(|pixel| image.colours()[*pixel]), &config.colours))
         .collect();
     for (first, second) in neighbours(core_of, image) {
         let overlap = colours[first].as_ref().zip(colours[second].as_ref()).map(|(a, b)| a.overlap(b));

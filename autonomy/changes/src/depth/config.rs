@@ -53,6 +53,31 @@ pub struct DepthChangesConfig {
     pub moved_size_share: f64,
     /// How boxes are fitted.
     pub box_fit: BoxFitConfig,
+    /// Cameras whose rays differ by more than this are different ones, pixels. Chosen.
+    pub max_camera_difference_px: f64,
+    /// Points in the window of a normal, of the 49 that it has, from which on it is fitted. Chosen: twice the three that a plane needs.
+    pub min_normal_points: usize,
+    /// Times that the plane is fitted to the points on it. Chosen.
+    pub support_refits: usize,
+    /// How colours are compared.
+    pub colours: ColourHistogramConfig,
+}
+
+/// Parameters of the histogram of the colours of a part of an image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ColourHistogramConfig {
+    /// Cells of the share of red, and as many of the share of green. Chosen.
+    pub share_cells: usize,
+    /// Cells of the brightness. Fewer than of the shares, because light and shadow change the brightness.
+    pub brightness_cells: usize,
+    /// Shares of red and green above this are in the last cell: two thirds of the brightness in one of three colours is a strong colour.
+    pub max_share: f64,
+}
+
+impl Default for ColourHistogramConfig {
+    fn default() -> Self {
+        Self { share_cells: 8, brightness_cells: 4, max_share: 2.0 / 3.0 }
+    }
 }
 
 impl Default for DepthChangesConfig {
@@ -79,6 +104,10 @@ impl Default for DepthChangesConfig {
             moved_colour_overlap: 0.5,
             moved_size_share: 0.25,
             box_fit: BoxFitConfig { on_side_m: 0.003, trimmed_height_share: 0.01, ..BoxFitConfig::default() },
+            max_camera_difference_px: 2.0,
+            min_normal_points: 6,
+            support_refits: 3,
+            colours: ColourHistogramConfig::default(),
         }
     }
 }

@@ -12,9 +12,6 @@ use crate::moves::moves;
 use crate::{Changes, UprightBox};
 use geometry::{Isometry, Vector3};
 
-/// Cameras whose rays differ by more than this are different ones, pixels.
-const CAMERA_DIFFERENCE_MAX_PX: f64 = 2.0;
-
 /// What changed between two images of a depth camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DepthChanges {
@@ -34,7 +31,7 @@ pub fn detect_depth_changes(
     config: &DepthChangesConfig,
 ) -> Result<DepthChanges, DepthImageError> {
     let is_same_camera = before.size_px() == after.size_px()
-        && before.camera().distance_px(after.camera(), before.size_px()) <= CAMERA_DIFFERENCE_MAX_PX;
+        && before.camera().distance_px(after.camera(), before.size_px()) <= config.max_camera_difference_px;
     if !is_same_camera {
         return Err(DepthImageError::CamerasDiffer);
     }
@@ -127,7 +124,8 @@ fn found(
         return None;
     }
     let colours = image.colours();
-    let colour = ColourHistogram::of(part.iter().filter_map(|pixel| colours.get(*pixel).copied()));
+    let colour =
+        ColourHistogram::of(part.iter().filter_map(|pixel| colours.get(*pixel).copied()), &config.colours);
     let points = part.iter().map(|pixel| image.raw_point(*pixel)).collect();
     Some(Found { object: Differing { place, points, confidence }, colour })
 }

@@ -7,8 +7,6 @@ use nalgebra::{Rotation3, Translation3};
 
 /// Seed of the trials: any number, always the same, so that the same images give the same plane.
 const SEED: u64 = 1;
-/// Times that the plane is fitted to the points on it.
-const REFITS: usize = 3;
 
 /// A plane: the points `p` with `up . p = offset_m`, in the camera's frame. The camera is on the side of `up`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,7 +40,7 @@ impl Support {
             }
         }
         let (_, mut plane) = best.ok_or(DepthImageError::NoSupport)?;
-        for _ in 0..REFITS {
+        for _ in 0..config.support_refits {
             plane = plane.refitted(&points, config).unwrap_or(plane);
         }
         let count = points.iter().filter(|point| plane.is_on(point, config)).count();

@@ -10,8 +10,14 @@ use std::path::Path;
 use store::map_clouds_and_sensors;
 use vocab::{Pose, Span, Stamp};
 
-/// Longest time between two poses between which a pose is interpolated: two of a pose estimate with 10 Hz, and some lost ones.
-const POSE_GAP_MAX: Span = Span::from_millis(500);
+/// How poses are found at the times of scans.
+#[derive(Clone, Copy, Debug)]
+struct VisitPosesConfig {
+    /// Longest time between two poses between which a pose is interpolated: two of a pose estimate with 10 Hz, and some lost ones.
+    max_gap: Span,
+}
+
+const CONFIG: VisitPosesConfig = VisitPosesConfig { max_gap: Span::from_millis(500) };
 
 /// Reads the visit of a recording or of the folder of a map.
 pub fn read(path: &Path) -> Result<Visit, Failure> {
@@ -83,7 +89,7 @@ fn pose_at(poses: &[(Stamp, Isometry)], at: Stamp) -> Option<Isometry> {
     }
     let ((from, first), (to, second)) = poses.get(after.checked_sub(1)?).zip(poses.get(after))?;
     let gap = *to - *from;
-    (gap <= POSE_GAP_MAX).then(|| se3::interpolate(first, second, (at - *from).secs_f64() / gap.secs_f64()))
+    (gap <= CONFIG.max_gap).then(|| se3::interpolate(first, second, (at - *from).secs_f64() / gap.secs_f64()))
 }
 
 #[cfg(test)]

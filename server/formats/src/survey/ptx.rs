@@ -143,8 +143,14 @@ impl<R: BufRead> LineReader<R> {
     }
 }
 
-/// Tolerance of right angles and unit lengths of the axes: files have six digits, some only three.
-const ROTATION_TOLERANCE: f64 = 5e-3;
+/// Which axes of a scanner are a rotation.
+#[derive(Clone, Copy, Debug)]
+struct ScannerAxesConfig {
+    /// Tolerance of right angles and unit lengths. Files have six digits, some only three.
+    tolerance: f64,
+}
+
+const AXES: ScannerAxesConfig = ScannerAxesConfig { tolerance: 5e-3 };
 
 /// The rotation that maps the unit vectors to these axes; none if they are not right-handed and orthonormal.
 fn rotation([x, y, z]: [[f64; 3]; 3]) -> Option<Quat> {
@@ -152,8 +158,8 @@ fn rotation([x, y, z]: [[f64; 3]; 3]) -> Option<Quat> {
     let cross = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
     let one = [dot(x, x), dot(y, y), dot(z, z), dot(cross, z)];
     let none = [dot(x, y), dot(y, z), dot(z, x)];
-    let right = one.iter().all(|value| (value - 1.0).abs() < ROTATION_TOLERANCE)
-        && none.iter().all(|value| value.abs() < ROTATION_TOLERANCE);
+    let right = one.iter().all(|value| (value - 1.0).abs() < AXES.tolerance)
+        && none.iter().all(|value| value.abs() < AXES.tolerance);
     if !right {
         return None;
     }

@@ -13,8 +13,14 @@ use api::SurveyTarget;
 use client_model::ClientCommand;
 use egui::{Align, Layout, Ui, vec2};
 
-/// Survey targets in the list. The others are marked on the map only.
-const LISTED_TARGETS: usize = 4;
+/// How many survey targets are listed.
+#[derive(Clone, Copy, Debug)]
+struct TargetListConfig {
+    /// Survey targets in the list. The others are marked on the map only. Chosen: they fit without scrolling.
+    max_targets: usize,
+}
+
+const LISTS: TargetListConfig = TargetListConfig { max_targets: 4 };
 /// Width of the button that sends the robot to a target, points.
 const BUTTON_WIDTH: f32 = 76.0;
 
@@ -39,12 +45,12 @@ fn show_targets(ui: &mut Ui, cx: &mut PanelContext<'_>, targets: &[SurveyTarget]
     widgets::rule(ui, tokens);
     widgets::head(ui, tokens, texts::SURVEY_TARGETS);
     let can_walk = model.can_command() && !model.is_stopped();
-    for (number, target) in (1..).zip(targets.iter().take(LISTED_TARGETS)) {
+    for (number, target) in (1..).zip(targets.iter().take(LISTS.max_targets)) {
         if show_target(ui, tokens, number, target, can_walk) {
             cx.commands.push(ClientCommand::WalkTo(target.at));
         }
     }
-    if let Some(more) = targets.len().checked_sub(LISTED_TARGETS).filter(|more| *more > 0) {
+    if let Some(more) = targets.len().checked_sub(LISTS.max_targets).filter(|more| *more > 0) {
         widgets::remark(ui, tokens, &texts::more_targets(more));
     }
 }
