@@ -79,7 +79,7 @@ impl LookImage {
         let mut passing = Passing::default();
         let offset = Vector3::from(place.map(f64::from)) - self.sensor;
         // Before the angles, because most looks of a long walk are far away.
-        if !(config.range_min_m..=config.range_max_m).contains(&offset.norm()) {
+        if !(config.min_range_m..=config.max_range_m).contains(&offset.norm()) {
             return passing;
         }
         let Some((azimuth, elevation, range_m)) = direction(&self.sensor, place) else { return passing };

@@ -25,7 +25,7 @@ pub(crate) fn penetration(place: &UprightBox, visit: &Visit, config: &ChangesCon
         for point in &look.points {
             let offset = Vector3::from(point.map(f64::from)) - look.sensor;
             let range_m = offset.norm();
-            if range_m < config.range_min_m {
+            if range_m < config.min_range_m {
                 continue;
             }
             let Some([enters_m, leaves_m]) = tested.crossed_by(&look.sensor, &(offset / range_m)) else {
@@ -67,5 +67,5 @@ pub(crate) fn explains_absence(other: Penetration, config: &ChangesConfig) -> bo
         fewer += term;
         term *= mean / (count + 1) as f64;
     }
-    1.0 - fewer >= config.chance_min
+    1.0 - fewer >= config.min_chance
 }

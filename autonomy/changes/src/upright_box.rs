@@ -17,9 +17,9 @@ pub struct UprightBox {
 
 impl UprightBox {
     /// The box round points, metres, map frame: the heading with most points near two of its sides. None without points. Source of the criterion: Zhang and others,
-    /// *Efficient L-Shape Fitting for Vehicle Detection Using Laser Scanners*, 2017 ("closeness"). Linear in the points, of which [`BoxFitConfig::fit_points_max`] are used at most.
+    /// *Efficient L-Shape Fitting for Vehicle Detection Using Laser Scanners*, 2017 ("closeness"). Linear in the points, of which [`BoxFitConfig::max_fit_points`] are used at most.
     pub fn around(points: &[[f32; 3]], config: &BoxFitConfig) -> Option<Self> {
-        let step = points.len().div_ceil(config.fit_points_max).max(1);
+        let step = points.len().div_ceil(config.max_fit_points).max(1);
         let points: Vec<Vector3> =
             points.iter().step_by(step).map(|point| Vector3::from(point.map(f64::from))).collect();
         let heading = |step: usize| step as f64 / config.headings as f64 * FRAC_PI_2;

@@ -15,7 +15,7 @@ pub struct LookAgainConfig {
     /// Distance that it steps back at most, metres. Above the distance from which the elevation map clears thin traces, 2 m, and the robot is beside the trace.
     pub distance_m: f64,
     /// Shorter ways back than this show nothing new, metres.
-    pub distance_min_m: f64,
+    pub min_distance_m: f64,
     /// Distance around the robot in which cells are not asked, metres: it may be too near to the thing. The footprint is 0.36 m. Beyond it, a path has to be free.
     pub footprint_m: f64,
     /// Distance between the cells that are asked on the way, metres: a cell of the elevation map.
@@ -33,7 +33,7 @@ impl Default for LookAgainConfig {
         Self {
             held_time: Span::from_millis(3_000),
             distance_m: 2.4,
-            distance_min_m: 0.8,
+            min_distance_m: 0.8,
             footprint_m: 0.45,
             sample_m: 0.1,
             level_m: 0.1,
@@ -59,7 +59,7 @@ pub(crate) fn look_point(
     let mut best: Option<(f64, f64)> = None;
     for direction_rad in DIRECTIONS.map(|steps| away_rad + steps * config.direction_step_rad) {
         let free_m = free_distance_m(config, elevation_map, here, direction_rad);
-        if free_m >= config.distance_min_m && best.is_none_or(|(longest_m, _)| free_m > longest_m) {
+        if free_m >= config.min_distance_m && best.is_none_or(|(longest_m, _)| free_m > longest_m) {
             best = Some((free_m, direction_rad));
         }
     }

@@ -24,7 +24,7 @@ fn walk(stays: bool) -> (GoalStatus, f64) {
     let goal = PoseGoal {
         map_from_goal: pose_from_isometry(&shifted(GOAL[0], GOAL[1])),
         tolerance: Some(PoseTolerance::default()),
-        speed_max_m_s: None,
+        max_speed_m_s: None,
         approach: Approach::Path,
     };
     rig.start(GoalKind::WalkToPose(goal)).unwrap();

@@ -22,9 +22,9 @@ pub struct PoseWalkConfig {
     /// Gains of the last steps, and when the robot has come to rest.
     pub control: PoseControlConfig,
     /// Greatest speed of the last steps, m/s.
-    pub step_speed_max_m_s: f64,
+    pub max_step_speed_m_s: f64,
     /// Greatest turning speed of the last steps, rad/s.
-    pub step_turn_max_rad_s: f64,
+    pub max_step_turn_rad_s: f64,
     /// Beyond this distance the robot walks on a path again, metres. It may have been pushed.
     pub walk_again_m: f64,
     /// Time for the last steps, and in straight approaches for each metre.
@@ -39,8 +39,8 @@ impl Default for PoseWalkConfig {
             passing_distance_m: 0.35,
             tolerance_share: 0.4,
             control: PoseControlConfig::default(),
-            step_speed_max_m_s: 0.25,
-            step_turn_max_rad_s: 0.8,
+            max_step_speed_m_s: 0.25,
+            max_step_turn_rad_s: 0.8,
             walk_again_m: 0.6,
             step_time_limit: Span::from_millis(20_000),
             look_again: LookAgainConfig::default(),
@@ -109,11 +109,11 @@ impl PoseWalkBehaviour {
         goal: &PoseGoal,
     ) -> Option<Self> {
         let map_from_goal = isometry_from_pose(&goal.map_from_goal)?;
-        let speed_m_s = goal.speed_max_m_s.filter(|speed| *speed > 0.0).unwrap_or(f64::INFINITY);
-        walk_config.follower.speed_max_m_s = walk_config.follower.speed_max_m_s.min(speed_m_s);
-        config.step_speed_max_m_s = config.step_speed_max_m_s.min(speed_m_s);
+        let speed_m_s = goal.max_speed_m_s.filter(|speed| *speed > 0.0).unwrap_or(f64::INFINITY);
+        walk_config.follower.max_speed_m_s = walk_config.follower.max_speed_m_s.min(speed_m_s);
+        config.max_step_speed_m_s = config.max_step_speed_m_s.min(speed_m_s);
         if goal.tolerance.is_none() {
-            walk_config.follower.end_speed_m_s = walk_config.follower.speed_max_m_s;
+            walk_config.follower.end_speed_m_s = walk_config.follower.max_speed_m_s;
             walk_config.follower.goal_tolerance_m = config.passing_distance_m;
         }
         let mut behaviour = Self {
@@ -242,7 +242,7 @@ impl PoseWalkBehaviour {
             let limit = limit.min(own);
             value.clamp(-limit, limit)
         };
-        let (speed_m_s, turn_rad_s) = (self.config.step_speed_max_m_s, self.config.step_turn_max_rad_s);
+        let (speed_m_s, turn_rad_s) = (self.config.max_step_speed_m_s, self.config.max_step_turn_rad_s);
         let forward = clamp(position_gain_per_s * offset.forward_m, speed_m_s, self.limits.forward_m_s);
         let left = clamp(position_gain_per_s * offset.left_m, speed_m_s, self.limits.sideways_m_s);
         let turn = clamp(heading_gain_per_s * offset.turn_rad, turn_rad_s, self.limits.turn_rad_s);

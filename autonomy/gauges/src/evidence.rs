@@ -97,19 +97,19 @@ impl Evidence {
             .collect();
         let threshold = otsu(&on_dial)?;
         let (above, below): (Vec<f64>, Vec<f64>) = on_dial.iter().partition(|value| **value > threshold);
-        if above.is_empty() || above.len() as f64 > config.area_share_max * on_dial.len() as f64 {
+        if above.is_empty() || above.len() as f64 > config.max_area_share * on_dial.len() as f64 {
             return None;
         }
         let middle = median(below.clone())?;
         let noise = 1.48 * median(below.iter().map(|value| (value - middle).abs()).collect())?;
         let strength = above.iter().sum::<f64>() / above.len() as f64 - middle;
         let least = match kind {
-            EvidenceKind::Colour => config.colour_contrast_min,
-            EvidenceKind::Darker => config.dark_contrast_min,
-            EvidenceKind::Lighter => config.light_contrast_min,
+            EvidenceKind::Colour => config.min_colour_contrast,
+            EvidenceKind::Darker => config.min_dark_contrast,
+            EvidenceKind::Lighter => config.min_light_contrast,
         };
         let signal = strength / (noise + config.noise_floor);
-        let is_enough = strength >= least && signal >= config.signal_min;
+        let is_enough = strength >= least && signal >= config.min_signal;
         is_enough.then_some(Self { kind, width, height, values, threshold: threshold as f32, signal })
     }
 

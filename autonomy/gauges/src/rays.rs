@@ -39,14 +39,14 @@ impl Rays {
     /// Where the run of needle along a ray that begins near the axis ends, pixels; 0 without one.
     pub(crate) fn run_px(&self, ray: usize, radius_px: f64, config: &GaugeConfig) -> f64 {
         let start_max = (config.run_start_share * radius_px) as usize;
-        let gap_max = ((config.gap_share * radius_px) as usize).max(1);
+        let max_gap = ((config.gap_share * radius_px) as usize).max(1);
         let (mut end, mut gap) = (0, 0);
         for step in (config.run_from_share * radius_px) as usize..self.steps {
             if self.is_needle(ray, step) {
                 (end, gap) = (step + 1, 0);
             } else if end > 0 {
                 gap += 1;
-                if gap > gap_max {
+                if gap > max_gap {
                     break;
                 }
             } else if step >= start_max {

@@ -57,16 +57,16 @@ pub struct MotionGuard {
 }
 
 impl MotionGuard {
-    /// With the obstacles around a robot that walks at `speed_max_m_s` at most.
+    /// With the obstacles around a robot that walks at `max_speed_m_s` at most.
     pub fn new(
         config: MotionGuardConfig,
         elevation_map: &ElevationMap,
         position: &Vector3,
-        speed_max_m_s: f64,
+        max_speed_m_s: f64,
     ) -> Self {
         let radius_m = elevation_map.shape().radius_m;
-        let room_m = config.room_time_s * speed_max_m_s;
-        let reach_m = radius_m + config.stopping_distance_m(speed_max_m_s) + room_m;
+        let room_m = config.room_time_s * max_speed_m_s;
+        let reach_m = radius_m + config.stopping_distance_m(max_speed_m_s) + room_m;
         let [low, high] =
             [-reach_m, reach_m].map(|reach| elevation_map.index(position.x + reach, position.y + reach));
         let obstacles = elevation_map.obstacles_between(low, high);

@@ -43,7 +43,7 @@ impl FloorBuilder {
     /// Adds a keyframe's cloud (keyframe frame, metres) with its time, best without moving objects and one point in each cell of [`TopomapConfig::voxel_m`].
     /// Linear in the points.
     pub fn insert(&mut self, stamp: Stamp, map_from_keyframe: &Isometry, xyz: &[[f32; 3]]) {
-        let range_squared = self.config.range_max_m.powi(2) as f32;
+        let range_squared = self.config.max_range_m.powi(2) as f32;
         for point in xyz {
             // False for coordinates that are not finite.
             if point.iter().map(|c| c * c).sum::<f32>() < range_squared {
@@ -134,7 +134,7 @@ impl FloorBuilder {
     fn ground_config(&self) -> GroundConfig {
         let config = GroundConfig::default();
         let headroom_layers = (self.robot.clearance_m / f64::from(config.layer_m)).ceil() as i32;
-        GroundConfig { headroom_layers, min_neighbours: self.config.ground_neighbours_min, ..config }
+        GroundConfig { headroom_layers, min_neighbours: self.config.min_ground_neighbours, ..config }
     }
 }
 
@@ -251,7 +251,7 @@ impl Floor {
         for ((x, y), mut layers) in sides {
             layers.sort_unstable();
             for group in layers.chunk_by(|a, b| b - a <= step_layers) {
-                if group.len() >= self.config.hole_neighbours_min {
+                if group.len() >= self.config.min_hole_neighbours {
                     self.add(x, y, group[group.len() / 2]);
                 }
             }

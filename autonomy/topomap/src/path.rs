@@ -117,7 +117,7 @@ fn flights(samples: &[Sample], config: &TopomapConfig) -> Vec<RangeInclusive<usi
         let span = samples[b].feet - samples[a].feet;
         // A robot that turns in place says nothing of the slope.
         let level_m = span.xy().norm();
-        level_m > config.stairs_window_m / 4.0 && span.z.abs() > config.stairs_slope_min * level_m
+        level_m > config.stairs_window_m / 4.0 && span.z.abs() > config.min_stairs_slope * level_m
     };
     let mut runs: Vec<RangeInclusive<usize>> = Vec::new();
     for index in (0..samples.len()).filter(|index| is_steep(*index)) {
@@ -128,7 +128,7 @@ fn flights(samples: &[Sample], config: &TopomapConfig) -> Vec<RangeInclusive<usi
     }
     runs.retain(|run| {
         let rise_m = samples[*run.end()].feet.z - samples[*run.start()].feet.z;
-        rise_m.abs() >= config.stairs_rise_min_m - config.stairs_slope_min * config.sample_m
+        rise_m.abs() >= config.min_stairs_rise_m - config.min_stairs_slope * config.sample_m
     });
     runs
 }

@@ -17,9 +17,9 @@ const RANGE_NOISE_M: f64 = 0.012;
 /// Scans of a session.
 const SCANS: usize = 35;
 /// A box meets at least this number of rays of the session in which it stands.
-const POINTS_MIN: usize = 80;
+const MIN_POINTS: usize = 80;
 /// Least number of rays of the session in which a box does not stand that go through its place: what nobody looked at cannot be compared.
-const RAYS_THROUGH_MIN: usize = 40;
+const MIN_RAYS_THROUGH: usize = 40;
 /// Distance of boxes from what was recorded, from the sensor and from each other, metres.
 const CLEAR_M: f64 = 0.15;
 const FROM_SENSOR_M: f64 = 0.6;
@@ -264,7 +264,7 @@ impl Placing<'_> {
                 continue;
             }
             let is_seen = (0..2).all(|side| {
-                let least = if stands[side] { POINTS_MIN } else { RAYS_THROUGH_MIN };
+                let least = if stands[side] { MIN_POINTS } else { MIN_RAYS_THROUGH };
                 self.sides[side].rays_at(&place) >= least
             });
             if is_seen {

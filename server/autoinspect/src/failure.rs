@@ -9,7 +9,7 @@ use std::process::ExitCode;
 use vocab::legible;
 
 /// Characters of the error of an input file that the sentence shows, at most. It can quote any text of the file.
-const SHOWN_REASON_CHARS_MAX: usize = 600;
+const MAX_SHOWN_REASON_CHARS: usize = 600;
 
 /// One sentence for people, with the kind of failure.
 #[derive(Debug)]
@@ -38,7 +38,7 @@ impl Failure {
 
     /// Failure by an input file that is missing or of another kind.
     pub fn unreadable(path: &Path, error: impl Error) -> Self {
-        let reason = legible(&error_with_causes(&error), SHOWN_REASON_CHARS_MAX);
+        let reason = legible(&error_with_causes(&error), MAX_SHOWN_REASON_CHARS);
         Self::Usage(texts::could_not_be_read(path, &reason))
     }
 

@@ -61,9 +61,9 @@ pub(crate) struct Hub {
     /// Who may use the gateway.
     pub(crate) access: AccessGate,
     state: Mutex<State>,
-    clients_max: usize,
+    max_clients: usize,
     /// Control sockets of one account.
-    clients_of_account_max: usize,
+    max_clients_of_account: usize,
     /// When this process started, nanoseconds since 1970: part of the ids of its own commands.
     started_ns: u64,
     /// Changes whenever there may be something to send to a client.
@@ -187,8 +187,8 @@ impl Hub {
                 schemas: Arc::default(),
             }),
             started_ns: started_ns(),
-            clients_max: limits.clients,
-            clients_of_account_max: limits.clients_of_account,
+            max_clients: limits.clients,
+            max_clients_of_account: limits.clients_of_account,
             changed: watch::Sender::new(()),
             scan: watch::Sender::new(None),
             listeners: watch::Sender::new(Listeners::default()),

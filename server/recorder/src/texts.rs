@@ -64,12 +64,12 @@ pub(crate) const NO_ODOMETRY_MOUNTING: &str = "Nothing says where the frame of t
 pub(crate) const NO_MESSAGES: &str = "it has no messages at all; record or copy it again";
 
 /// Characters of a list of topics in a sentence, at most.
-const LIST_CHARS_MAX: usize = 400;
+const MAX_LIST_CHARS: usize = 400;
 
 /// A list of topics, cut where it is too long for a sentence.
 pub(crate) fn list_of(topics: &[impl AsRef<str>]) -> String {
     let all: Vec<&str> = topics.iter().map(AsRef::as_ref).collect();
-    vocab::legible(&all.join(", "), LIST_CHARS_MAX)
+    vocab::legible(&all.join(", "), MAX_LIST_CHARS)
 }
 
 /// A recording with other topics only.

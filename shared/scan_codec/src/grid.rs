@@ -12,7 +12,7 @@ pub const RANGE_STEP_UM: u32 = 4_000;
 /// Steps of an angle in a turn: 0.001°, in which makers of LiDARs state the directions of beams. At 100 m it is 1.7 mm.
 pub(crate) const ANGLE_STEPS: i32 = 360_000;
 /// Greatest elevation, steps: one below the vertical, where a point has no azimuth.
-pub(crate) const ELEVATION_MAX: i32 = ANGLE_STEPS / 4 - 1;
+pub(crate) const MAX_ELEVATION: i32 = ANGLE_STEPS / 4 - 1;
 /// Greatest range, steps: 16 km of the default step.
 pub(crate) const RANGE_MAX: u32 = 1 << 22;
 
@@ -119,7 +119,7 @@ impl Grid {
         in_bounds.then(|| GridPoint {
             azimuth: angle_steps(self.angles, x, y, guess.azimuth).rem_euclid(ANGLE_STEPS),
             elevation: angle_steps(self.angles, level_squared.sqrt(), z, guess.elevation)
-                .clamp(-ELEVATION_MAX, ELEVATION_MAX),
+                .clamp(-MAX_ELEVATION, MAX_ELEVATION),
             range: range as u32,
         })
     }

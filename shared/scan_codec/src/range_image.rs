@@ -23,7 +23,7 @@
 //! azimuths, elevations, ranges, intensities. Intensities that are not whole numbers follow as four streams of one byte of their f32 each.
 
 use crate::error::RangeImageError;
-use crate::grid::{ANGLE_STEPS, DirectionGuesses, ELEVATION_MAX, Grid, GridPoint, RANGE_MAX, RANGE_STEP_UM};
+use crate::grid::{ANGLE_STEPS, DirectionGuesses, Grid, GridPoint, MAX_ELEVATION, RANGE_MAX, RANGE_STEP_UM};
 use crate::predictor::{CLASSES, Predictor, wrap_angle_steps};
 use crate::symbols::{SymbolReader, SymbolWriter, pack, unpack};
 use messages::Scan;
@@ -34,9 +34,9 @@ const MAGIC: &[u8; 4] = b"AIRI";
 const VERSION: u8 = 1;
 const HEADER_LEN: usize = 28;
 /// Largest number of points in a sweep.
-const POINTS_MAX: usize = 1 << 20;
+const MAX_POINTS: usize = 1 << 20;
 /// Largest whole number as intensity.
-const INTENSITY_MAX: f32 = 65_535.0;
+const MAX_INTENSITY: f32 = 65_535.0;
 
 /// How intensities are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,7 +49,7 @@ enum IntensityKind {
 impl IntensityKind {
     fn of(intensity: &[f32]) -> Self {
         let is_whole = |value: &f32| {
-            (0.0..=INTENSITY_MAX).contains(value) && value.to_bits() == value.trunc().abs().to_bits()
+            (0.0..=MAX_INTENSITY).contains(value) && value.to_bits() == value.trunc().abs().to_bits()
         };
         match intensity {
             [] => Self::None,
@@ -64,7 +64,7 @@ impl IntensityKind {
 pub fn encode(scan: &Scan, out: &mut Vec<u8>) -> bool {
     let count = scan.xyz.len();
     let is_full = |length: usize| length == 0 || length == count;
-    if count > POINTS_MAX
+    if count > MAX_POINTS
         || !is_full(scan.intensity.len())
         || !is_full(scan.offset_ns.len())
         || !is_full(scan.ring.len())
@@ -166,7 +166,7 @@ pub fn decode(bytes: &[u8]) -> Result<Scan, RangeImageError> {
     let stamp = i64::from(word(8)) | i64::from(word(12)) << 32;
     let (count, range_step_um) = (word(16) as usize, word(20));
     let ring_last = word(24) as u16;
-    if count > POINTS_MAX {
+    if count > MAX_POINTS {
         return Err(Malformed("it has too many points"));
     }
     let mut reader = |classes| SymbolReader::new(classes, count, &mut rest);
@@ -196,7 +196,7 @@ pub fn decode(bytes: &[u8]) -> Result<Scan, RangeImageError> {
         let azimuth = (predictor.expected_azimuth(ring, is_new) + difference).rem_euclid(ANGLE_STEPS);
         predictor.learn_azimuth(ring, is_new, azimuth);
         let value = i64::from(predictor.expected_elevation(ring)).wrapping_add(elevations.get(0)?);
-        let quarter = i64::from(ELEVATION_MAX);
+        let quarter = i64::from(MAX_ELEVATION);
         let elevation = in_bounds(value, -quarter..=quarter, "an elevation is out of range")? as i32;
         let expected = predictor.expected_range(ring);
         let value = i64::from(expected.range).wrapping_add(ranges.get(expected.class)?);
@@ -205,7 +205,7 @@ pub fn decode(bytes: &[u8]) -> Result<Scan, RangeImageError> {
         if kind == IntensityKind::Whole {
             let (wanted, class) = predictor.expected_intensity(ring, range.abs_diff(expected.range));
             let value = wanted.wrapping_add(intensities.get(class)?);
-            intensity = in_bounds(value, 0..=INTENSITY_MAX as i64, "an intensity is out of range")?;
+            intensity = in_bounds(value, 0..=MAX_INTENSITY as i64, "an intensity is out of range")?;
             scan.intensity.push(intensity as f32);
         }
         let point = GridPoint { azimuth, elevation, range };

@@ -92,14 +92,14 @@ pub(crate) fn pack(stream: &[u8], out: &mut Vec<u8>) {
     out.extend(bytes);
 }
 
-/// Takes a stream of at most `length_max` unpacked bytes from the start of `bytes`.
-pub(crate) fn unpack(bytes: &mut &[u8], length_max: usize) -> Result<Vec<u8>, RangeImageError> {
+/// Takes a stream of at most `max_length` unpacked bytes from the start of `bytes`.
+pub(crate) fn unpack(bytes: &mut &[u8], max_length: usize) -> Result<Vec<u8>, RangeImageError> {
     let short = RangeImageError::Malformed("it ends within a stream");
     let (header, rest) = bytes.split_at_checked(STREAM_HEADER_LEN).ok_or(short.clone())?;
     let length =
         |at: usize| u32::from_le_bytes([header[at], header[at + 1], header[at + 2], header[at + 3]]) as usize;
     let (unpacked, packed) = (length(0), length(4));
-    if unpacked > length_max {
+    if unpacked > max_length {
         return Err(RangeImageError::Malformed("a stream is longer than its points allow"));
     }
     let (body, rest) = rest.split_at_checked(packed).ok_or(short)?;

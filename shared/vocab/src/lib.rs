@@ -21,5 +21,5 @@ pub use ids::{
 };
 pub use pose::{Aabb, Covariance6, Pose, Quat, Twist, Vec3};
 pub use role::{Role, RoleError};
-pub use text::{SHOWN_NAME_CHARS_MAX, legible};
+pub use text::{MAX_SHOWN_NAME_CHARS, legible};
 pub use time::{Span, Stamp};

@@ -90,9 +90,9 @@ fn differing(
         .collect();
     connected(&candidates, image, config.gap_px, config)
         .into_iter()
-        .filter(|part| changed_area_m2(part) >= config.area_min_m2)
+        .filter(|part| changed_area_m2(part) >= config.min_area_m2)
         .flat_map(|part| parted(&part, image, config))
-        .filter(|part| changed_area_m2(part) >= config.area_min_m2)
+        .filter(|part| changed_area_m2(part) >= config.min_area_m2)
         .filter_map(|part| found(&part, &verdicts, &same, image, support, config))
         .collect()
 }
@@ -120,7 +120,7 @@ fn found(
     let changed = part.iter().filter(|pixel| verdicts[**pixel] == Verdict::Changed).count();
     let unchanged = same.iter().filter(|point| place.holds(&on_support(point).coords, 0.0)).count();
     let confidence = changed as f64 / (changed + unchanged) as f64;
-    if sorted[1] < config.size_min_m || confidence < config.changed_share_min {
+    if sorted[1] < config.min_size_m || confidence < config.min_changed_share {
         return None;
     }
     let colours = image.colours();

@@ -74,7 +74,7 @@ pub struct BearingRange {
 }
 
 /// At smaller ranges the bearing is undefined, metres.
-const RANGE_MIN: f64 = 1e-9;
+const MIN_RANGE: f64 = 1e-9;
 
 impl BearingRange {
     /// `bearing` in radians, counter-clockwise from the pose's x axis. `range` in metres. `information` belongs to `[bearing; range]`.
@@ -117,7 +117,7 @@ impl Factor for BearingRange {
         let pose_from_map: Matrix2<f64> = pose.rotation.inverse().to_rotation_matrix().into_inner();
         let p = pose_from_map * (point - pose.translation.vector);
         let range = p.norm();
-        if range < RANGE_MIN {
+        if range < MIN_RANGE {
             return Err(FactorError::Degenerate { key: self.keys[1], reason: texts::POINT_AT_POSE });
         }
         let by_point_in_pose = Matrix2::from_rows(&[

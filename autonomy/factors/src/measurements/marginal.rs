@@ -21,7 +21,7 @@ pub struct Marginal {
 }
 
 /// Eigenvalues below this share of the greatest carry no information.
-const EIGENVALUE_SHARE_MIN: f64 = 1e-13;
+const MIN_EIGENVALUE_SHARE: f64 = 1e-13;
 
 impl Marginal {
     /// From `H` and `b` over `keys`, linearised at the values `at`.
@@ -43,7 +43,7 @@ impl Marginal {
             return Err(FactorError::Information { problem: texts::NOT_FINITE_ENTRIES });
         }
         let eigen = information.clone().symmetric_eigen();
-        let least = eigen.eigenvalues.amax() * EIGENVALUE_SHARE_MIN;
+        let least = eigen.eigenvalues.amax() * MIN_EIGENVALUE_SHARE;
         let useful: Vec<usize> = (0..size).filter(|&index| eigen.eigenvalues[index] > least).collect();
         let scales: Vec<f64> = useful.iter().map(|&index| eigen.eigenvalues[index].sqrt()).collect();
         let root = DMatrix::from_fn(useful.len(), size, |row, column| {

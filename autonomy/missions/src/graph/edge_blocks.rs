@@ -14,7 +14,7 @@ pub struct EdgeBlockConfig {
     /// An edge that was not tried for this time after its block has ended counts as never failed.
     pub forget_after: Span,
     /// Where there is no other route, the robot waits for the end of a block that is not longer than this. Chosen: the first two blocks.
-    pub wait_max: Span,
+    pub max_wait: Span,
 }
 
 impl Default for EdgeBlockConfig {
@@ -24,7 +24,7 @@ impl Default for EdgeBlockConfig {
             first: Span::from_millis(60_000),
             longest: Span::from_millis(2 * 3_600_000),
             forget_after: Span::from_millis(12 * 3_600_000),
-            wait_max: Span::from_millis(150_000),
+            max_wait: Span::from_millis(150_000),
         }
     }
 }

@@ -24,17 +24,17 @@ pub struct RouteExecutorConfig {
     /// How long edges are left out.
     pub blocks: EdgeBlockConfig,
     /// Attempts to dock, before another dock is tried.
-    pub dock_attempts_max: u32,
+    pub max_dock_attempts: u32,
     /// Speed onto and out of docks, m/s.
     pub dock_speed_m_s: f64,
     /// Time within which the charging current has to flow.
     pub charge_time_limit: Span,
     /// Edges are walked in parts of this length at most, metres. Half of the distance to which the robot sees the ground, so that it plans on what it sees.
-    pub part_length_max_m: f64,
+    pub max_part_length_m: f64,
     /// The place of the robot is looked for again after this time, if it is not known.
     pub place_wait: Span,
     /// As often as this. With that time it makes 20 s, in which a robot that stands finds its place after a start.
-    pub place_waits_max: u32,
+    pub max_place_waits: u32,
     /// How long actions on entering and leaving an edge may take.
     pub action_time: ActionTimeConfig,
     /// Expected time of actions that the platform does not come with.
@@ -50,12 +50,12 @@ impl Default for RouteExecutorConfig {
     fn default() -> Self {
         Self {
             blocks: EdgeBlockConfig::default(),
-            dock_attempts_max: 3,
+            max_dock_attempts: 3,
             dock_speed_m_s: 0.2,
             charge_time_limit: Span::from_millis(4_000),
-            part_length_max_m: 6.0,
+            max_part_length_m: 6.0,
             place_wait: Span::from_millis(1_000),
-            place_waits_max: 20,
+            max_place_waits: 20,
             action_time: ActionTimeConfig { margin: Span::ZERO, ..ActionTimeConfig::default() },
             expected_action_time: Span::from_millis(40_000),
             stairs_tolerance: PoseTolerance { along_m: 0.2, across_m: 0.1, yaw_rad: 0.175 },
@@ -310,7 +310,7 @@ impl RouteExecutor {
             }
             Leg::BackOff(node) => {
                 (journey.current, journey.is_at_end) = (Some(node), true);
-                if journey.dock_failures >= self.config.dock_attempts_max {
+                if journey.dock_failures >= self.config.max_dock_attempts {
                     let reason = journey.dock_failure.take().unwrap_or(ReachFailure::NotDocked);
                     return self.end(RouteGoalResult::Failed(reason));
                 }
@@ -436,7 +436,7 @@ impl RouteExecutor {
         reason: ReachFailure,
     ) {
         let mut soon = graph.clone();
-        let first_end = soon.open_blocks_until(at + self.config.blocks.wait_max);
+        let first_end = soon.open_blocks_until(at + self.config.blocks.max_wait);
         let opens = soon.routes_to(end).is_some_and(|tree| tree.cost_s(from).is_some());
         match first_end {
             Some(until) if opens => self.stand(at, Leg::WaitForBlock { until }),
@@ -475,7 +475,7 @@ impl RouteExecutor {
         let walk = LegWalk {
             map_from_goal,
             tolerance,
-            speed_max_m_s: view.graph.speed_m_s(edge).filter(|_| self.limits_speed(edge, view.site)),
+            max_speed_m_s: view.graph.speed_m_s(edge).filter(|_| self.limits_speed(edge, view.site)),
             kind: LegKind::Path,
         };
         self.begin_walk(Leg::Edge(edge), walk);
@@ -484,7 +484,7 @@ impl RouteExecutor {
     /// Number of parts in which an edge is walked.
     pub(super) fn parts(&self, edge: EdgeId, view: &RouteView<'_>) -> u32 {
         let length_m = view.graph.cost(edge).map_or(0.0, |(_, length_m)| length_m);
-        (length_m / self.config.part_length_max_m).ceil().clamp(1.0, 1_000.0) as u32
+        (length_m / self.config.max_part_length_m).ceil().clamp(1.0, 1_000.0) as u32
     }
 
     /// Whether an edge is walked more slowly than the robot walks by itself.
@@ -544,7 +544,7 @@ impl RouteExecutor {
     fn wait_for_place(&mut self, at: Stamp) {
         let until = at + self.config.place_wait;
         match &mut self.journey {
-            Some(journey) if journey.place_waits < self.config.place_waits_max => {
+            Some(journey) if journey.place_waits < self.config.max_place_waits => {
                 journey.place_waits += 1;
                 self.stand(at, Leg::WaitForPlace { until });
             }
@@ -569,7 +569,7 @@ impl RouteExecutor {
             map_from_goal: node.map_from_node,
             // Where contacts touch is for the walk into the dock to say.
             tolerance: None,
-            speed_max_m_s: Some(self.config.dock_speed_m_s),
+            max_speed_m_s: Some(self.config.dock_speed_m_s),
             kind: LegKind::OntoDock { is_facing },
         };
         if let Some(journey) = &mut self.journey {
@@ -587,8 +587,8 @@ impl RouteExecutor {
     }
 
     fn straight_walk(&self, map_from_goal: Pose, tolerance: PoseTolerance) -> LegWalk {
-        let speed_max_m_s = Some(self.config.dock_speed_m_s);
-        LegWalk { map_from_goal, tolerance: Some(tolerance), speed_max_m_s, kind: LegKind::Straight }
+        let max_speed_m_s = Some(self.config.dock_speed_m_s);
+        LegWalk { map_from_goal, tolerance: Some(tolerance), max_speed_m_s, kind: LegKind::Straight }
     }
 
     fn begin_walk(&mut self, leg: Leg, walk: LegWalk) {
@@ -624,7 +624,7 @@ fn flight_at_end(edge: EdgeId, next: Option<EdgeId>, site: &Site) -> Option<Pose
 }
 
 fn path_walk(map_from_goal: Pose, tolerance: Option<PoseTolerance>) -> LegWalk {
-    LegWalk { map_from_goal, tolerance, speed_max_m_s: None, kind: LegKind::Path }
+    LegWalk { map_from_goal, tolerance, max_speed_m_s: None, kind: LegKind::Path }
 }
 
 /// Whether the robot is charged in the dock of the target.

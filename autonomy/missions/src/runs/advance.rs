@@ -14,12 +14,12 @@ use site_model::{
 use vocab::Vec3;
 
 /// Steps that one update takes at most. Each is a change of state, and no input leads to more than a few.
-const STEPS_MAX: usize = 10_000;
+const MAX_STEPS: usize = 10_000;
 
 impl MissionRunner {
     /// Takes steps until the robot has something to do or has to wait.
     pub(super) fn advance(&mut self) {
-        for _ in 0..STEPS_MAX {
+        for _ in 0..MAX_STEPS {
             if !self.interrupt() && !self.advance_once() {
                 return;
             }
@@ -157,7 +157,7 @@ impl MissionRunner {
         let docks = self.docks_by_distance();
         let Some(dock) = docks.into_iter().find(|dock| !self.errand.tried.contains(dock)) else {
             let doublings = self.errand.failures.min(20);
-            let wait = (self.config.dock_retry * (1_i64 << doublings)).min(self.config.dock_retry_max);
+            let wait = (self.config.dock_retry * (1_i64 << doublings)).min(self.config.max_dock_retry);
             self.errand.failures += 1;
             self.errand.retry_at = Some(self.at + wait);
             self.errand.tried.clear();

@@ -134,8 +134,8 @@ fn a_call_ends_when_the_body_was_kept_from_turning() {
 #[test]
 fn the_body_turns_as_often_as_it_may() {
     let mut rig = with_call();
-    let turns_max = rig.running().missions.config.turns_max;
-    for number in 0..turns_max {
+    let max_turns = rig.running().missions.config.max_turns;
+    for number in 0..max_turns {
         assert!(begin_turn(&mut rig, FRAC_PI_2), "{number}");
         assert_eq!(rig.command(1, CommandKind::StopMotion), None);
         assert_eq!(rig.command(1, CommandKind::AllowMotion), None);

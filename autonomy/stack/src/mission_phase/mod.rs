@@ -39,7 +39,7 @@ pub(crate) struct MissionConfig {
     /// How far beyond the reach of the camera's head the body turns, radians. More than the tolerance of a pose, so that the target is within reach afterwards.
     pub turn_margin_rad: f64,
     /// Turns of the body for one call, before it has failed.
-    pub turns_max: u32,
+    pub max_turns: u32,
 }
 
 impl Default for MissionConfig {
@@ -48,7 +48,7 @@ impl Default for MissionConfig {
             place_period: Span::from_millis(200),
             docks: DockConfig::default(),
             turn_margin_rad: 0.1,
-            turns_max: 2,
+            max_turns: 2,
         }
     }
 }

@@ -13,7 +13,7 @@ const POSE_LINES: usize = 8;
 /// Lines between two reports of progress.
 const PROGRESS_LINES: usize = 1 << 14;
 /// Longest line of the format, bytes.
-const LINE_BYTES_MAX: u64 = 1024;
+const MAX_LINE_BYTES: u64 = 1024;
 
 /// Whether a file begins with two counts and a line of three numbers, as no other format does.
 pub(super) fn is_ptx(start: &[u8]) -> bool {
@@ -73,10 +73,10 @@ impl<R: BufRead> LineReader<R> {
     /// The next line; none at the end.
     fn next(&mut self) -> Result<Option<&str>, FormatError> {
         self.line.clear();
-        let length = self.input.by_ref().take(LINE_BYTES_MAX).read_line(&mut self.line)?;
+        let length = self.input.by_ref().take(MAX_LINE_BYTES).read_line(&mut self.line)?;
         self.read += length as u64;
         self.number += 1;
-        if length as u64 == LINE_BYTES_MAX {
+        if length as u64 == MAX_LINE_BYTES {
             return Err(FormatError::at_line(WHAT, self.number, texts::PTX_LINE_TOO_LONG));
         }
         Ok((length > 0).then_some(self.line.trim()))

@@ -52,7 +52,7 @@ pub struct AccountsConfig {
     /// Time without use after which a session ends: a shift with its breaks. OWASP ASVS 5, 7.3.1 leaves it to the site.
     pub session_idle: Span,
     /// Time after which a session ends in any case: a week.
-    pub session_max: Span,
+    pub max_session: Span,
     /// Time for which a session that has ended is remembered as a browser that was signed in.
     pub known_browser: Span,
     /// Sessions of one account. A further one ends the one that was used least lately.
@@ -87,7 +87,7 @@ impl Default for AccountsConfig {
             passwords: PasswordConfig::default(),
             throttle: ThrottleConfig::default(),
             session_idle: Span::from_millis(12 * HOUR),
-            session_max: Span::from_millis(7 * 24 * HOUR),
+            max_session: Span::from_millis(7 * 24 * HOUR),
             known_browser: KNOWN_BROWSER_TIME,
             max_sessions: 20,
             max_accounts: 500,

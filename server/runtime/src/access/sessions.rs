@@ -121,7 +121,7 @@ impl AccessWorker {
             new_secret().map_err(|error| unavailable(texts::accounts_not_written(&error.to_string())))?;
         let id = credential_id(secret.reveal());
         let created = CalendarTime::read().utc;
-        let expires = created + self.config.session_max;
+        let expires = created + self.config.max_session;
         let address = text_of(by.address);
         let session = StoredCredential {
             owner: name.to_string(),

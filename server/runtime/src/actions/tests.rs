@@ -283,7 +283,7 @@ fn calls_that_cannot_be_done_end_with_a_reason_and_never_twice() {
 
 #[test]
 fn a_result_that_cannot_be_stored_is_a_failure() {
-    let blobs = BlobsConfig { max_bytes: 3, free_bytes_min: 0 };
+    let blobs = BlobsConfig { max_bytes: 3, min_free_bytes: 0 };
     let bench = Bench::start(blobs, false);
     bench.call(1, "photo", "{}");
     bench.called();

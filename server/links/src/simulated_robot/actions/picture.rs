@@ -30,7 +30,7 @@ pub(super) fn encode_photo(image: &CameraImage) -> Option<EncodedPicture> {
 pub(super) fn encode_thermal(image: &ThermalImage) -> Option<EncodedPicture> {
     let coldest = image.celsius.iter().copied().fold(f32::INFINITY, f32::min);
     let warmest = image.celsius.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-    let range = (warmest - coldest).max(ThermalScale::SPAN_MIN_K as f32);
+    let range = (warmest - coldest).max(ThermalScale::MIN_SPAN_K as f32);
     let coloured: Vec<u8> =
         image.celsius.iter().flat_map(|celsius| colour((celsius - coldest) / range)).collect();
     // Big-endian, as PNG has it.

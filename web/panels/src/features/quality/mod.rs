@@ -31,7 +31,7 @@ pub(crate) fn show(ui: &mut Ui, cx: &mut PanelContext<'_>) {
     fact(ui, tokens, texts::FLOOR_COVERED, &format::area(quality.covered_m2));
     let worst_sigma_m = quality.deviations_m.iter().copied().fold(0.0, f32::max);
     if worst_sigma_m.is_finite() && !quality.deviations_m.is_empty() {
-        let value = format::accuracy(f64::from(worst_sigma_m).max(format::SHOWN_DEVIATION_MIN_M));
+        let value = format::accuracy(f64::from(worst_sigma_m).max(format::MIN_SHOWN_DEVIATION_M));
         fact(ui, tokens, texts::ACCURACY, &value).on_hover_text(texts::ACCURACY_HINT);
     }
     if !quality.targets.is_empty() {
