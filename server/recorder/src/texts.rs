@@ -2,6 +2,12 @@
 
 use std::path::Path;
 
+/// Kinds of recordings, where the format of one file does not name them.
+pub(crate) const SEGMENTS_OF_RUN: &str = "segments of a run";
+pub(crate) const FOLDER_OF_SCANS: &str = "folder of scans";
+pub(crate) const FOLDER_OF_BAGS: &str = "folder of bags";
+/// A message that goes on after its value: a reason.
+pub(crate) const BYTES_LEFT_OVER: &str = "bytes are left over";
 /// A file without a byte.
 pub(crate) const EMPTY_FILE: &str = "the file is empty; record or copy it again";
 /// LAS, LAZ or E57.

@@ -14,7 +14,7 @@ pub(crate) const ANGLE_STEPS: i32 = 360_000;
 /// Greatest elevation, steps: one below the vertical, where a point has no azimuth.
 pub(crate) const MAX_ELEVATION: i32 = ANGLE_STEPS / 4 - 1;
 /// Greatest range, steps: 16 km of the default step.
-pub(crate) const RANGE_MAX: u32 = 1 << 22;
+pub(crate) const MAX_RANGE: u32 = 1 << 22;
 
 /// Steps of the fine table of angles, and the number of entries of the coarse one.
 const FINE_STEPS: i32 = 600;
@@ -115,7 +115,7 @@ impl Grid {
         let level_squared = x * x + y * y;
         let range = ((level_squared + z * z).sqrt() / self.range_step_m).round();
         // It is false for NaN too.
-        let in_bounds = range >= 1.0 && range <= f64::from(RANGE_MAX);
+        let in_bounds = range >= 1.0 && range <= f64::from(MAX_RANGE);
         in_bounds.then(|| GridPoint {
             azimuth: angle_steps(self.angles, x, y, guess.azimuth).rem_euclid(ANGLE_STEPS),
             elevation: angle_steps(self.angles, level_squared.sqrt(), z, guess.elevation)

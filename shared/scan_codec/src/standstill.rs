@@ -4,6 +4,7 @@ use messages::{ImuSample, Sensor};
 use vocab::{Span, Stamp, Vec3};
 
 /// Parameters of [`StandstillDetector`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StandstillConfig {
     /// Angular velocity above which the robot moves, rad/s: twice the bias that the datasheet of a BMI085 allows at switch-on, plus its noise. A

@@ -66,6 +66,10 @@ pub const ALIGN_OUT_OF_MEMORY: &str = "It needs more memory than an alignment ma
 pub const ALIGN_OUT_OF_TIME: &str =
     "It needs more time than an alignment may take on the robot. Pick points in both maps, which takes less.";
 
+/// Names of the file of an import, and of the map that it is aligned with, in its errors.
+pub const UPLOADED_FILE: &str = "The file";
+pub const FRAME_OF_IMPORT: &str = "that map";
+
 /// A client cancelled it.
 pub const IMPORT_CANCELLED: &str = "It was cancelled.";
 

@@ -13,6 +13,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 /// Parameters of a [`Process`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct ProcessConfig {
     /// Longest time for an orderly stop, which may be saving a map.
