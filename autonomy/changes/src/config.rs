@@ -12,9 +12,9 @@ pub struct ChangesConfig {
     pub max_range_m: f64,
     /// Points nearer to the sensor than this are left out, metres: the robot itself.
     pub min_range_m: f64,
-    /// Limits of the side of a cell of the image of a look, radians: an image of a dense sensor stays small, and the cells of a sparse one tell places apart.
+    /// Limits of the side of a cell of the image of a view, radians: an image of a dense sensor stays small, and the cells of a sparse one tell places apart.
     pub cell_rad: [f64; 2],
-    /// Side of the cells in which the density of the rays of a look is measured, radians.
+    /// Side of the cells in which the density of the rays of a view is measured, radians.
     pub density_cell_rad: f64,
     /// A ray tells of places within this distance of it, metres. Chosen: less than [`Self::same_surface_m`], so that a ray beside an object that is still there tells nothing of its
     /// points, which have a surface near them.
@@ -111,6 +111,7 @@ impl Default for ChangesConfig {
 }
 
 /// Parameters of [`crate::UprightBox::around`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoxFitConfig {
     /// A point within this distance of a side of a box is on it, metres: the noise of a LiDAR.

@@ -1,9 +1,9 @@
 //! The comparison of two visits.
 
 use crate::clusters::clusters;
-use crate::look::{LookImage, Passing};
 use crate::moves::{is_same_size, moves};
 use crate::penetration::{evidence_of_absence, explains_absence, penetration};
+use crate::ray_image::{Passing, RayImage};
 use crate::surfaces::Surfaces;
 use crate::{ChangesConfig, UprightBox, Visit};
 use geometry::Vector3;
@@ -43,7 +43,7 @@ pub struct Changes {
     pub objects: Vec<ChangedObject>,
 }
 
-/// Compares two visits in one map frame. Cost: `O(n log n)` in the points, and for each point without a surface of the other visit near it a step for each look of both
+/// Compares two visits in one map frame. Cost: `O(n log n)` in the points, and for each point without a surface of the other visit near it a step for each view of both
 /// visits within [`ChangesConfig::max_range_m`].
 pub fn detect_changes(before: &Visit, after: &Visit, config: &ChangesConfig) -> Changes {
     let sides = [before, after].map(|visit| Side::new(visit, config));
@@ -85,7 +85,7 @@ pub(crate) fn merged(removed: Vec<Differing>, appeared: Vec<Differing>, pairs: &
 struct Side<'a> {
     visit: &'a Visit,
     surfaces: Surfaces,
-    images: Vec<LookImage>,
+    images: Vec<RayImage>,
 }
 
 impl<'a> Side<'a> {
@@ -94,11 +94,11 @@ impl<'a> Side<'a> {
         Self {
             visit,
             surfaces: Surfaces::new(points, config.same_surface_m as f32),
-            images: visit.looks.iter().map(|look| LookImage::new(look, config)).collect(),
+            images: visit.views.iter().map(|view| RayImage::new(view, config)).collect(),
         }
     }
 
-    /// The rays of all looks that passed a place closely.
+    /// The rays of all views that passed a place closely.
     fn passing(&self, place: &[f32; 3], normal: Option<&[f32; 3]>, config: &ChangesConfig) -> Passing {
         self.images.iter().map(|image| image.passing(place, normal, config)).fold(
             Passing::default(),

@@ -8,8 +8,9 @@ use navigation::ElevationMap;
 use vocab::Span;
 
 /// Parameters of stepping back in front of a pose that something seems to stand in.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LookAgainConfig {
+pub struct BackUpConfig {
     /// The robot steps back when it was not allowed to make its last steps for this time. Above the time in which a person walks past, 2 s.
     pub held_time: Span,
     /// Distance that it steps back at most, metres. Above the distance from which the elevation map clears thin traces, 2 m, and the robot is beside the trace.
@@ -28,7 +29,7 @@ pub struct LookAgainConfig {
     pub direction_step_rad: f64,
 }
 
-impl Default for LookAgainConfig {
+impl Default for BackUpConfig {
     fn default() -> Self {
         Self {
             held_time: Span::from_millis(3_000),
@@ -46,10 +47,10 @@ impl Default for LookAgainConfig {
 /// Directions that are tried, in steps from the direction away from the pose: straight back first.
 const DIRECTIONS: [f64; 8] = [0.0, 1.0, -1.0, 2.0, -2.0, 3.0, -3.0, 4.0];
 
-/// The point to step back to from `here`, beside `goal`: the end of the longest straight line over free ground that was seen, up to [`LookAgainConfig::distance_m`].
+/// The point to step back to from `here`, beside `goal`: the end of the longest straight line over free ground that was seen, up to [`BackUpConfig::distance_m`].
 /// All in the frame of the elevation map. None if there is no room to step back.
-pub(crate) fn look_point(
-    config: &LookAgainConfig,
+pub(crate) fn back_up_point(
+    config: &BackUpConfig,
     elevation_map: &ElevationMap,
     here: &Vector3,
     goal: &Vector3,
@@ -68,9 +69,9 @@ pub(crate) fn look_point(
     Some(here + Vector3::new(distance_m * cos, distance_m * sin, 0.0))
 }
 
-/// Length of the straight line from `here` over free cells with level ground that was seen, metres, up to [`LookAgainConfig::distance_m`].
+/// Length of the straight line from `here` over free cells with level ground that was seen, metres, up to [`BackUpConfig::distance_m`].
 fn free_distance_m(
-    config: &LookAgainConfig,
+    config: &BackUpConfig,
     elevation_map: &ElevationMap,
     here: &Vector3,
     direction_rad: f64,

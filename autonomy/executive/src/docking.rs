@@ -13,6 +13,7 @@ use std::task::Poll;
 use vocab::{Pose, Span, Stamp, Twist, Vec3};
 
 /// Parameters of [`DockingBehaviour`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DockingConfig {
     /// The search for a dock at its place on the map.

@@ -1,7 +1,7 @@
 //! Walking into a pose: along a path to its point, then with small steps in any direction until position and heading are right. If something keeps the robot from its
 //! last steps, it steps back once and looks whether it still stands there.
 
-use crate::look_again::{LookAgainConfig, look_point};
+use crate::back_up::{BackUpConfig, back_up_point};
 use crate::{
     Behaviour, BehaviourContext, BehaviourOutcome, Frames, PoseControlConfig, WalkBehaviour, WalkConfig,
 };
@@ -13,6 +13,7 @@ use std::task::Poll;
 use vocab::{Span, Stamp, Twist, Vec3};
 
 /// Parameters of [`PoseWalkBehaviour`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseWalkConfig {
     /// Distance at which a pose that is only passed by counts as reached, metres. Less than the width of a doorway, so that the robot does not cut corners of walls.
@@ -30,7 +31,7 @@ pub struct PoseWalkConfig {
     /// Time for the last steps, and in straight approaches for each metre.
     pub step_time_limit: Span,
     /// Stepping back from what keeps the robot from its last steps.
-    pub look_again: LookAgainConfig,
+    pub back_up: BackUpConfig,
 }
 
 impl Default for PoseWalkConfig {
@@ -43,7 +44,7 @@ impl Default for PoseWalkConfig {
             max_step_turn_rad_s: 0.8,
             walk_again_m: 0.6,
             step_time_limit: Span::from_millis(20_000),
-            look_again: LookAgainConfig::default(),
+            back_up: BackUpConfig::default(),
         }
     }
 }
@@ -200,7 +201,7 @@ impl PoseWalkBehaviour {
         if let Phase::Stepping { held_since: known, .. } = &mut self.phase {
             *known = held_since;
         }
-        if held_since.is_some_and(|since| at - since > self.config.look_again.held_time) {
+        if held_since.is_some_and(|since| at - since > self.config.back_up.held_time) {
             self.step_back(context);
         }
         Poll::Pending
@@ -214,7 +215,7 @@ impl PoseWalkBehaviour {
         self.has_looked_again = true;
         let here = context.frames.odom_from_base.translation.vector;
         let goal = context.frames.to_odom(&self.map_from_goal.translation.vector);
-        let Some(point) = look_point(&self.config.look_again, context.elevation_map, &here, &goal) else {
+        let Some(point) = back_up_point(&self.config.back_up, context.elevation_map, &here, &goal) else {
             return;
         };
         let point = context.frames.to_map(&point);
@@ -266,7 +267,7 @@ impl Behaviour for PoseWalkBehaviour {
             Phase::SteppingBack(walk) => {
                 if walk.update(context).is_ready() {
                     self.attempts.extend(walk.attempts());
-                    self.phase = Phase::Looking { until: context.at + self.config.look_again.look_time };
+                    self.phase = Phase::Looking { until: context.at + self.config.back_up.look_time };
                 }
                 Poll::Pending
             }

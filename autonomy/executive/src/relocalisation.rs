@@ -17,6 +17,7 @@ use std::task::Poll;
 use vocab::{Span, Stamp};
 
 /// Parameters of [`RelocalisationBehaviour`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelocalisationConfig {
     /// The robot stands for this time before its first walk. Relocalisation takes half a second.

@@ -6,6 +6,7 @@ use navigation::{ElevationMap, GroundZones, MotionGuard, MotionGuardConfig, Robo
 use vocab::{Span, Stamp};
 
 /// Parameters of [`Surroundings`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurroundingsConfig {
     /// Side of a elevation map cell, metres.

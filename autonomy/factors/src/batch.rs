@@ -63,6 +63,7 @@ impl Default for DampingConfig {
 }
 
 /// Parameters of the trust region of [`Method::Dogleg`]. The values are those of Madsen, Nielsen, Tingleff, section 3.3.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrustRegionConfig {
     /// The region grows after a step whose actual decrease of the cost is more than this share of the predicted one.
@@ -82,6 +83,7 @@ impl Default for TrustRegionConfig {
 }
 
 /// Step rule, its parameters and stopping criteria of [`optimise`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BatchConfig {
     /// Step rule.

@@ -17,6 +17,7 @@ use crate::value::Values;
 use nalgebra::{DMatrix, DVector};
 
 /// Parameters of [`optimise_robustly`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RobustConfig {
     /// A suspect is wrong when its squared residual lies more than this many standard deviations above the mean of its chi-squared distribution.

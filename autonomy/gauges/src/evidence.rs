@@ -41,7 +41,8 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
 }
 
 impl Evidence {
-    /// The evidence of all kinds in which something on the dial stands out; the face is the median of the dial. Linear in the pixels.
+    /// The evidence of all kinds in which something on the dial stands out; the face is the median of the dial. Linear in the pixels
+    /// (docs/maths/gauges.md, equations 1 to 3).
     pub(crate) fn all(picture: &Picture, dial: &Dial, config: &GaugeConfig) -> Vec<Self> {
         let [width, height] = picture.size_px();
         let range_px = |pixel: usize| {

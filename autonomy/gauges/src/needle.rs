@@ -19,7 +19,8 @@ pub(crate) struct Needle {
     pub(crate) quality: f64,
 }
 
-/// The needle of evidence: the longest run from the axis. None if no run begins there. Linear in the rays and their steps.
+/// The needle of evidence: the longest run from the axis. None if no run begins there. Linear in the rays and their steps
+/// (its quality: docs/maths/gauges.md, equation 4).
 pub(crate) fn find(evidence: &Evidence, dial: &Dial, config: &GaugeConfig) -> Option<Needle> {
     let rays = Rays::new(evidence, dial, config);
     let runs: Vec<f64> = (0..rays.count()).map(|ray| rays.run_px(ray, dial.radius_px, config)).collect();

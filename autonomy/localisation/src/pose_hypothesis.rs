@@ -22,6 +22,7 @@ impl PoseHypothesis {
 }
 
 /// Greatest difference of two poses that count as one.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HypothesisTolerance {
     /// Distance of the positions, metres.
@@ -40,6 +41,7 @@ impl HypothesisTolerance {
 }
 
 /// Thresholds by which the hypotheses of one scan are accepted.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AcceptanceConfig {
     /// Least fit of a pose that may be the right one.

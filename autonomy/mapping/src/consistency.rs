@@ -16,6 +16,7 @@ use geometry::{Isometry, Vector3};
 use vocab::KeyframeId;
 
 /// Parameters of [`LoopConsistencyCheck`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoopConsistencyConfig {
     /// Standard deviation of the graph's expectation up to which it confirms a loop by itself, metres. Its default is that of

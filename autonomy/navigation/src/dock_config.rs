@@ -25,6 +25,7 @@ impl Default for DockMarker {
 }
 
 /// Parameters of [`crate::DockDetector`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DockDetectorConfig {
     /// The marker that is looked for.

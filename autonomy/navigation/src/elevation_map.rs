@@ -21,6 +21,7 @@ const BLOCK_CELLS: i32 = 64;
 const MAX_SLICES: i64 = 16;
 
 /// Parameters of [`ElevationMap`]. The values were tuned on the simulated sites with people walking about.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ElevationMapConfig {
     /// Least obstacle confidence at which a cell counts as an obstacle.

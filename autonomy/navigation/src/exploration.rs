@@ -6,6 +6,7 @@ use geometry::Vector3;
 use std::cmp::Reverse;
 
 /// Parameters of [`explore`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExplorationConfig {
     /// Least distance from the start to the goal, metres. A nearer goal shows nothing new.

@@ -112,7 +112,7 @@ impl MotionGuard {
             .unwrap_or(0.0)
     }
 
-    /// Whether the robot can stop in time on a course, if it has this room now.
+    /// Whether the robot can stop in time on a course, if it has this room now (docs/maths/navigation.md, equations 3 and 4).
     fn is_admissible(&self, course: &Course, speed_m_s: f64, room_m: f64) -> bool {
         let MotionGuardConfig { creep_speed_m_s, room_tolerance_m, sample_m, .. } = self.config;
         let needed_m = match speed_m_s <= creep_speed_m_s {
@@ -133,7 +133,7 @@ impl MotionGuard {
 }
 
 impl MotionGuardConfig {
-    /// Distance in which a robot of this speed stops, metres.
+    /// Distance in which a robot of this speed stops, metres (docs/maths/navigation.md, equation 2).
     fn stopping_distance_m(&self, speed_m_s: f64) -> f64 {
         speed_m_s * self.reaction_time_s + speed_m_s.powi(2) / (2.0 * self.deceleration_m_s2)
     }

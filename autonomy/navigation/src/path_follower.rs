@@ -8,6 +8,7 @@ use crate::MotionGuard;
 use geometry::{Isometry, Vector3};
 
 /// Parameters of [`PathFollower`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathFollowerConfig {
     /// Walking speed, m/s.

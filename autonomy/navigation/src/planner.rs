@@ -161,7 +161,7 @@ impl<'a> GridSearch<'a> {
         self.cost_factor(cell).is_some_and(|factor| factor <= max_factor)
     }
 
-    /// Factor by which a cell near obstacles costs more; none where the robot would touch one.
+    /// Factor by which a cell near obstacles costs more; none where the robot would touch one (docs/maths/navigation.md, equation 1).
     fn inflation(&mut self, cell: CellIndex) -> Option<f64> {
         if !self.elevation_map.is_free(cell) {
             return None;

@@ -6,6 +6,7 @@ use crate::hash::{CellKey, CellTable};
 use geometry::Vector3;
 
 /// Parameters of [`OccupiedVoxels`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LineOfSightConfig {
     /// Side of a voxel, metres. Walls of a saved map, whose points are 5 cm apart, have no holes then.

@@ -118,6 +118,7 @@ pub struct TopomapConfig {
 }
 
 /// Tolerances of generated nodes: how near the robot has to come to each.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodeToleranceConfig {
     /// Where the robot passes by, metres; less where the corridor is narrower.

@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 use vocab::{KeyframeId, MapId, Stamp};
 
 /// Parameters of [`MapMotion::between`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FollowConfig {
     /// Least share of the keyframes of the smaller map that the other one must have. A patch replaces a part of them.

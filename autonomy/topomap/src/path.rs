@@ -1,7 +1,7 @@
 //! The path that the robot has walked: split into walks, sampled evenly, with its flights of stairs.
 
 use crate::TopomapConfig;
-use crate::floor::Standpoint;
+use crate::floor::TimedPosition;
 use geometry::{Isometry, Vector3};
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
@@ -38,7 +38,7 @@ pub(crate) struct Path {
     /// All samples, those on stairs too, by squares.
     blocks: BTreeMap<(i32, i32), Vec<Vector3>>,
     /// All samples in order.
-    pub standpoints: Vec<Standpoint>,
+    pub positions: Vec<TimedPosition>,
 }
 
 impl Path {
@@ -49,7 +49,7 @@ impl Path {
             let samples = sample(walk, standing_height_m, config.sample_m);
             for (stamp, sample) in &samples {
                 path.blocks.entry(block(&sample.feet)).or_default().push(sample.feet);
-                path.standpoints.push(Standpoint { feet: sample.feet, stamp: *stamp });
+                path.positions.push(TimedPosition { feet: sample.feet, stamp: *stamp });
             }
             let samples: Vec<Sample> = samples.into_iter().map(|(_, sample)| sample).collect();
             let flights = flights(&samples, config);

@@ -10,6 +10,7 @@ use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 /// Parameters of the [`Pacer`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PacerConfig {
     /// Lowest rate of scans, Hz. It keeps the interval representable.

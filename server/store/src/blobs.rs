@@ -9,6 +9,7 @@ use std::path::PathBuf;
 use vocab::BlobHash;
 
 /// Limits of stored files.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BlobsConfig {
     /// Largest file, bytes. A cloud of 60 s of a large scanner has some 600 MB and is thinned before.

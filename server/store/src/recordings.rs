@@ -21,6 +21,7 @@ use vocab::Stamp;
 const ENDED: &str = "ended";
 
 /// Limits of what recordings may take.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RecordingsConfig {
     /// Share of the disk (bytes of recordings plus free bytes) that recordings may take.

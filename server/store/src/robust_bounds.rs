@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use vocab::Aabb;
 
 /// Parameters of [`robust_bounds`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RobustBoundsConfig {
     /// Edge of the cells in which points are counted, metres. Large against the distance between points on a surface of the map.

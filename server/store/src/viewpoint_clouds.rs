@@ -32,6 +32,7 @@ const PLANES: usize = 16;
 const MAX_GAP_BYTES: usize = 5;
 
 /// Parameters of files of viewpoints.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct ViewpointCloudsConfig {
     /// Level of zstd. Higher levels gain little on gaps and on the bytes of coordinates.

@@ -19,6 +19,7 @@ const MAX_CELL_STEPS: f32 = 512.0;
 const MAX_LEVEL: u8 = 13;
 
 /// Parameters of [`bake`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BakeConfig {
     /// Distance between points on the finest level, metres; closer points are dropped. It is increased for a

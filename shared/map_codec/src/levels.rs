@@ -11,6 +11,7 @@ use crate::encode::{encode, quantise};
 use vocab::Pose;
 
 /// Parameters of a [`LevelSplitter`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SplitConfig {
     /// Edge of the cells of each level, metres, coarsest first. At most 255. A level whose entry is not positive

@@ -7,6 +7,7 @@ use glam::{DVec2, DVec3};
 
 /// Parameters of [`PointColumns`]. What makes an obstacle is as in the generation of topological maps (`topomap::TopomapConfig`), so that an edge that a person draws is
 /// judged like one that is made from the map. The robot's size, step and clearance are told by the robot; the defaults hold until they have come.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ColumnsConfig {
     /// Side of a column, m.

@@ -118,7 +118,7 @@ impl DepthChangesConfig {
         self.noise_at_1_m_m * range_m * range_m
     }
 
-    /// Difference of range up to which two points are of the same surface, metres.
+    /// Difference of range up to which two points are of the same surface, metres (docs/maths/changes.md, equation 4).
     pub(crate) fn same_surface_m(&self, range_m: f64) -> f64 {
         (self.same_surface_sigmas * self.noise_m(range_m)).max(self.min_same_surface_m)
     }

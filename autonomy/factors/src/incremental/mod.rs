@@ -28,6 +28,7 @@ use tree::Tree;
 pub use snapshot::IncrementalSnapshot;
 
 /// Thresholds of relinearisation and of back-substitution.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IncrementalConfig {
     /// A variable is relinearised once an angle of its error exceeds this value, radians.

@@ -4,6 +4,7 @@ use site_model::{EdgeBlock, EdgeId};
 use vocab::{Span, Stamp};
 
 /// Parameters of [`next_block`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EdgeBlockConfig {
     /// Time for which an edge is blocked after its first failure. Chosen: people who stand in a way for longer than the executive waits have

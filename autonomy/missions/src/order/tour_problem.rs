@@ -1,6 +1,7 @@
 //! Stops to be put in order, what an order costs, and why there may be none.
 
 /// Parameters of [`solve`](super::solve).
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TourConfig {
     /// Greatest number of stops that is solved exactly. Time and memory double with each more; 12 take milliseconds.

@@ -8,6 +8,7 @@ use crate::order::TourConfig;
 use vocab::Span;
 
 /// Parameters of [`super::MissionRunner`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunnerConfig {
     /// Of route planning.

@@ -7,6 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use vocab::Span;
 
 /// Parameters of [`Scheduler`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SchedulerConfig {
     /// A slot that is noticed within this time is on time. Longer than the pauses between two values of the clock.

@@ -30,6 +30,7 @@ use uuid::Uuid;
 use vocab::{ActionCallId, ClientId, CommandId, Pose, Span, Stamp};
 
 /// Parameters of [`MissionPhase`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MissionConfig {
     /// Time between two looks at where the robot is on the graph. It walks 0.2 m in it.

@@ -16,6 +16,7 @@ use std::sync::Arc;
 use store::SavedMap;
 
 /// Parameters of [`find_alignment`] and [`align_point_pairs`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AlignmentConfig {
     /// Largest number of the map's scans that are searched for in the cloud. Each search takes 0.2 s.

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::texts;
-use changes::{Look, Visit};
+use changes::{SensorView, Visit};
 use geometry::{Isometry, Vector3, isometry_from_pose, se3};
 use messages::Sensor;
 use recorder::{Recording, TopicSelection};
@@ -31,7 +31,7 @@ fn of_map(path: &Path) -> Result<Visit, Failure> {
     for read in clouds {
         let (cloud, sensor) = read.map_err(Failure::usage)?;
         let Some(map_from_keyframe) = isometry_from_pose(&cloud.map_from_keyframe) else { continue };
-        visit.looks.push(look(&map_from_keyframe, &sensor, &cloud.xyz));
+        visit.views.push(view(&map_from_keyframe, &sensor, &cloud.xyz));
     }
     Ok(visit)
 }
@@ -62,21 +62,21 @@ fn of_recording(path: &Path) -> Result<Visit, Failure> {
     for scan in scans {
         if let Some(map_from_external) = pose_at(&poses, scan.stamp) {
             let map_from_lidar = map_from_external * external_from_lidar;
-            visit.looks.push(look(&map_from_lidar, &[0.0; 3], &scan.xyz));
+            visit.views.push(view(&map_from_lidar, &[0.0; 3], &scan.xyz));
         }
     }
-    if visit.looks.is_empty() {
+    if visit.views.is_empty() {
         return Err(Failure::usage(texts::no_poses_in(path)));
     }
     Ok(visit)
 }
 
-/// The look from a sensor (metres, in a frame whose pose in the map is given) at points (metres, the same frame).
-fn look(map_from_frame: &Isometry, sensor: &[f32; 3], points: &[[f32; 3]]) -> Look {
+/// The view from a sensor (metres, in a frame whose pose in the map is given) at points (metres, the same frame).
+fn view(map_from_frame: &Isometry, sensor: &[f32; 3], points: &[[f32; 3]]) -> SensorView {
     let in_map = |point: &[f32; 3]| map_from_frame * nalgebra::Point3::from(point.map(f64::from));
     let sensor: Vector3 = in_map(sensor).coords;
     let points = points.iter().map(|point| in_map(point).coords.map(|at| at as f32).into()).collect();
-    Look { sensor, points }
+    SensorView { sensor, points }
 }
 
 /// The pose at an instant, between those before and after it.

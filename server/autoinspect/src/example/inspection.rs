@@ -12,6 +12,7 @@ use uuid::Uuid;
 use vocab::Vec3;
 
 /// From where plates are looked at.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct ViewConfig {
     /// Shortest distance between node and plate, metres: the head tilts by 80 degrees at most, and the robot must not touch the wall.

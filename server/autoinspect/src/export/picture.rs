@@ -6,6 +6,7 @@ use std::io::{self, Write};
 use store::{MapCloud, MapClouds, StoreError};
 
 /// Fixed parameters of a [`MapPicture`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct PictureConfig {
     /// Largest number of pixels of a picture. A larger map gets larger pixels.

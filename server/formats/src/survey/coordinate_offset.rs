@@ -3,6 +3,7 @@
 use vocab::Vec3;
 
 /// Parameters of the offset that is subtracted from coordinates.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct OffsetConfig {
     /// Coordinates up to this size get no offset, metres: single precision resolves a tenth of a millimetre there.

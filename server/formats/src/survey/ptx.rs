@@ -144,6 +144,7 @@ impl<R: BufRead> LineReader<R> {
 }
 
 /// Which axes of a scanner are a rotation.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct ScannerAxesConfig {
     /// Tolerance of right angles and unit lengths. Files have six digits, some only three.

@@ -11,6 +11,7 @@ use store::{AuditEntry, LedgerWriter, StoreError};
 use vocab::{ClientId, CommandId, Stamp, legible};
 
 /// Parameters of the [`CommandAudit`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct CommandAuditConfig {
     /// Commands that wait for their outcome. Of further ones the oldest is written as not answered.

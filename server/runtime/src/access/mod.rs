@@ -43,6 +43,7 @@ pub enum AccessMode {
 }
 
 /// Parameters of accounts.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AccountsConfig {
     /// Passwords and their hashes.

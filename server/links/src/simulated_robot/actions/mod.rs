@@ -17,6 +17,7 @@ use vocab::{ActionCallId, CameraAim, CameraHead, Span, Stamp};
 use worker::{ActionJob, FinishedAction, Instrument, PictureKind, Worker};
 
 /// Limits of the actions of a simulated robot.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct SimulatedActionConfig {
     /// Actions that may be under way at a time.

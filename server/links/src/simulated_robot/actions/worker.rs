@@ -77,6 +77,7 @@ enum Readings {
 }
 
 /// Bounds of measurements.
+/// Where a field names no source, its value was chosen.
 struct MeasurementConfig {
     /// Measurements that are kept at most. One whose action was cancelled is removed when newer ones come.
     max_kept: usize,

@@ -30,6 +30,7 @@ pub enum SocketState {
 }
 
 /// When a socket counts as dead and when it is opened again.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LinkConfig {
     /// Wait before the first attempt, seconds. It doubles with every failure.

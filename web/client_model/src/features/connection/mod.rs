@@ -13,6 +13,7 @@ use crate::{ClientTime, Socket};
 use link::LinkConfig;
 
 /// When the connection is checked, and what it asks for.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ConnectionConfig {
     /// Time between two pings, seconds. The link counts as dead after three of them without any message.

@@ -14,6 +14,7 @@ pub enum EditResult {
 }
 
 /// How edits become steps.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct UndoConfig {
     /// Edits closer together than this become one step, so that a dragged slider is one. Seconds.

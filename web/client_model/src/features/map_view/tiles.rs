@@ -14,6 +14,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use vocab::{Aabb, Pose};
 
 /// Budgets and thresholds of the tile plan.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TilePlanConfig {
     /// Points on the graphics card at most. A laptop with integrated graphics draws these smoothly.

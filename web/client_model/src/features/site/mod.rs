@@ -46,6 +46,7 @@ use uuid::Uuid;
 use vocab::{CameraHead, ClientId};
 
 /// When edits are sent.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct SiteConfig {
     /// Time before an edit is sent again that could not be applied, seconds.

@@ -6,6 +6,7 @@ use api::{Estimate, GraphNode};
 use vocab::{Stamp, Vec3};
 
 /// How densely estimates are kept.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct TrajectoryConfig {
     /// Distance between two kept positions, metres.
