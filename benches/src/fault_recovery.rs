@@ -13,11 +13,11 @@ use uuid::Uuid;
 use vocab::{GoalId, Pose, Span, Vec3};
 
 /// A recovery that takes longer than this counts as failed, seconds.
-const WAIT_MAX_S: f64 = 60.0;
+const MAX_WAIT_S: f64 = 60.0;
 /// Time for which the LiDAR is covered.
 const COVERED_FOR: Span = Span::from_millis(20_000);
 /// Greatest distance over which the robot is carried, metres.
-const CARRY_DISTANCE_MAX_M: f64 = 25.0;
+const MAX_CARRY_DISTANCE_M: f64 = 25.0;
 /// Time for which the robot is carried.
 const CARRIED_FOR: Span = Span::from_millis(12_000);
 /// Time for which the robot walks its route between two faults.
@@ -142,7 +142,7 @@ impl FaultyWalk<'_> {
     /// goal `Relocalise`, which the stack starts by itself only on the way to a goal.
     fn wait_for_recovery(&mut self) -> Result<f64> {
         let mut waited_s = 0.0;
-        while waited_s < WAIT_MAX_S {
+        while waited_s < MAX_WAIT_S {
             if matches!(self.published.state, LocalisationState::Relocalising { .. }) {
                 let published = &mut self.published;
                 // A robot that already executes this goal ignores the command.
@@ -234,7 +234,7 @@ impl FaultyWalk<'_> {
         let fits = |place: &Vector3| {
             let distance = (place - here).xy().norm();
             let feet = place - Vector3::z() * (here.z - floor_height(&site, here));
-            (least_m..CARRY_DISTANCE_MAX_M).contains(&distance)
+            (least_m..MAX_CARRY_DISTANCE_M).contains(&distance)
                 && (place.z - here.z).abs() < 0.2
                 && site.has_room(&feet)
         };

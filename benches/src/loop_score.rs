@@ -8,15 +8,15 @@ use nalgebra::SymmetricEigen;
 use sim::SimulatedSite;
 
 /// Greatest horizontal distance between the two positions of a revisit, metres.
-const REVISIT_DISTANCE_MAX_M: f64 = 2.0;
+const MAX_REVISIT_DISTANCE_M: f64 = 2.0;
 /// Greatest vertical distance between them, metres.
-const REVISIT_HEIGHT_MAX_M: f64 = 0.6;
+const MAX_REVISIT_HEIGHT_M: f64 = 0.6;
 /// Least distance walked between them, metres.
-const REVISIT_WALKED_MIN_M: f64 = 15.0;
+const MIN_REVISIT_WALKED_M: f64 = 15.0;
 /// A revisit is closed if a loop was accepted within this distance of walking, metres. Loops are made every 2 m.
 const CLOSED_WITHIN_M: f64 = 3.0;
 /// A loop with a greater translation error is wrong, metres; or with a greater rotation error than [`ROTATION_TOLERANCE_RAD`].
-const TRANSLATION_ERROR_MAX_M: f64 = 0.3;
+const MAX_TRANSLATION_ERROR_M: f64 = 0.3;
 
 /// The decision on a pair of keyframes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -135,7 +135,7 @@ pub fn is_wrong(judged: &JudgedLoop, truth: &[Isometry]) -> bool {
 
 /// Whether an error, metres and radians, is too large for a right loop.
 pub fn exceeds_tolerance((translation, rotation): (f64, f64)) -> bool {
-    translation > TRANSLATION_ERROR_MAX_M || rotation > ROTATION_TOLERANCE_RAD
+    translation > MAX_TRANSLATION_ERROR_M || rotation > ROTATION_TOLERANCE_RAD
 }
 
 /// Whether a revisit at the distance `walked` is closed by a loop at one of the distances `closed_at`, metres.
@@ -212,9 +212,9 @@ pub fn revisits(site: &SimulatedSite, truth: &[Isometry]) -> Vec<usize> {
             (0..newer).any(|older| {
                 let (a, b) = (eye(&truth[older]), eye(&truth[newer]));
                 let (offset, distance) = (b - a, (b - a).norm());
-                walked[newer] - walked[older] > REVISIT_WALKED_MIN_M
-                    && offset.xy().norm() < REVISIT_DISTANCE_MAX_M
-                    && offset.z.abs() < REVISIT_HEIGHT_MAX_M
+                walked[newer] - walked[older] > MIN_REVISIT_WALKED_M
+                    && offset.xy().norm() < MAX_REVISIT_DISTANCE_M
+                    && offset.z.abs() < MAX_REVISIT_HEIGHT_M
                     && (distance < 1e-3 || site.cast_ray(&a, &(offset / distance), distance).is_none())
             })
         })

@@ -13,9 +13,9 @@ use std::sync::Arc;
 use vocab::{Span, Vec3};
 
 /// Greatest distance of a random pose from a keyframe that is visible from there, metres.
-const KEYFRAME_DISTANCE_MAX_M: f64 = 4.0;
+const MAX_KEYFRAME_DISTANCE_M: f64 = 4.0;
 /// Largest number of random draws for one pose.
-const DRAWS_MAX: usize = 400;
+const MAX_DRAWS: usize = 400;
 
 /// Parameters of the places.
 #[derive(Clone, Copy, Debug)]
@@ -104,11 +104,11 @@ pub fn localise_at_places(
 /// A random pose at which the robot has room and a keyframe of the map is visible.
 fn random_place(mapped: &MappedSite, rng: &mut Rng) -> Option<Start> {
     let keyframes = mapped.localisation_map.keyframes();
-    for _ in 0..DRAWS_MAX {
+    for _ in 0..MAX_DRAWS {
         let index = ((rng.uniform() * keyframes.len() as f64) as usize).min(keyframes.len() - 1);
         let at = (mapped.site_from_map * keyframes[index].0).translation.vector;
         let (away, toward) =
-            (KEYFRAME_DISTANCE_MAX_M * rng.uniform().sqrt(), rng.range(0.0, std::f64::consts::TAU));
+            (MAX_KEYFRAME_DISTANCE_M * rng.uniform().sqrt(), rng.range(0.0, std::f64::consts::TAU));
         let over = at + Vector3::new(away * toward.cos(), away * toward.sin(), 0.0);
         let offset = over - at;
         let hidden =

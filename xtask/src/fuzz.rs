@@ -33,9 +33,9 @@ const FROM_OUTSIDE: [&str; 11] =
 const LIMITS: [&str; 2] = ["-rss_limit_mb=512", "-timeout=10"];
 
 /// Inputs that are kept in `fuzz/corpus` for each target, beside seeds and findings, at most. The tests replay them on every run.
-const KEPT_INPUTS_MAX: usize = 50;
+const MAX_KEPT_INPUTS: usize = 50;
 /// Longest input that is kept, bytes.
-const KEPT_BYTES_MAX: u64 = 2048;
+const MAX_KEPT_BYTES: u64 = 2048;
 
 struct Options {
     /// Processor time that each target gets in all, minutes.
@@ -330,15 +330,15 @@ fn minimise(folder: &Path, target: &str) -> Result<()> {
     }
     inputs.sort();
     let short: Vec<&PathBuf> =
-        inputs.iter().filter(|(length, _)| *length <= KEPT_BYTES_MAX).map(|(_, path)| path).collect();
-    for path in spread(&short, KEPT_INPUTS_MAX) {
+        inputs.iter().filter(|(length, _)| *length <= MAX_KEPT_BYTES).map(|(_, path)| path).collect();
+    for path in spread(&short, MAX_KEPT_INPUTS) {
         let to = kept.join(path.file_name().unwrap_or_default());
         fs::copy(path, &to).with_context(|| format!("could not write {}", to.display()))?;
     }
     println!(
         "{target:16} {} inputs cover as much as all, {} of them are kept",
         inputs.len(),
-        short.len().min(KEPT_INPUTS_MAX)
+        short.len().min(MAX_KEPT_INPUTS)
     );
     Ok(())
 }

@@ -11,7 +11,7 @@ use crate::toolchain::{TARGET, Toolchain};
 use crate::{fingerprint, shell};
 
 /// Largest size of the client, bytes after brotli, because it is loaded over slow radio links.
-const BROTLI_BYTES_MAX: &str = "2200000";
+const MAX_BROTLI_BYTES: &str = "2200000";
 
 /// The version of npm's `binaryen` whose `wasm-opt` shrinks release bundles.
 const BINARYEN: &str = "binaryen@132";
@@ -81,7 +81,7 @@ fn build(flavour: Flavour, toolchain: Toolchain) -> Result<()> {
     let mut bundler = shell::cargo();
     bundler.args(["run", "--quiet", "-p", "bundler", "--"]).arg(&wasm).arg(shell::root().join("static/pkg"));
     if flavour == Flavour::Release {
-        bundler.args(["--smallest", "--brotli-max", BROTLI_BYTES_MAX]);
+        bundler.args(["--smallest", "--brotli-max", MAX_BROTLI_BYTES]);
         match wasm_opt() {
             Some(path) => drop(bundler.arg("--wasm-opt").arg(path)),
             None => eprintln!(

@@ -9,12 +9,12 @@ pub struct ChangesConfig {
     /// of a LiDAR (1 cm) together, and the distance between the points of the other visit.
     pub same_surface_m: f64,
     /// Points farther from the sensor than this are left out, metres, because few rays meet an object there.
-    pub range_max_m: f64,
+    pub max_range_m: f64,
     /// Points nearer to the sensor than this are left out, metres: the robot itself.
-    pub range_min_m: f64,
-    /// Limits of the side of a cell of the image of a look, radians: an image of a dense sensor stays small, and the cells of a sparse one tell places apart.
+    pub min_range_m: f64,
+    /// Limits of the side of a cell of the image of a view, radians: an image of a dense sensor stays small, and the cells of a sparse one tell places apart.
     pub cell_rad: [f64; 2],
-    /// Side of the cells in which the density of the rays of a look is measured, radians.
+    /// Side of the cells in which the density of the rays of a view is measured, radians.
     pub density_cell_rad: f64,
     /// A ray tells of places within this distance of it, metres. Chosen: less than [`Self::same_surface_m`], so that a ray beside an object that is still there tells nothing of its
     /// points, which have a surface near them.
@@ -24,27 +24,27 @@ pub struct ChangesConfig {
     /// Additional distance as a share of the range, for errors of the heading: 0.6 degrees.
     pub free_margin_share: f64,
     /// Rays that have to have gone through a place. One may be a stray one.
-    pub free_rays_min: usize,
+    pub min_free_rays: usize,
     /// Share of the rays that passed a place or ended there that have to have gone through it.
-    pub free_share_min: f64,
+    pub min_free_share: f64,
     /// Share of the rays of its own visit that went through the place of a point from which on it belonged to something that moves, such as a person.
     pub moving_share: f64,
     /// Largest distance between neighbouring points of an object, metres.
     pub gap_m: f64,
     /// An object has at least this number of changed points. A ray past an edge makes single ones.
-    pub points_min: usize,
+    pub min_points: usize,
     /// An object is at least this large along its second longest side, metres.
-    pub size_min_m: f64,
+    pub min_size_m: f64,
     /// Share of rays that end in a place where nothing is, or go through what is solid: noise, and edges of the box.
     pub stray_share: f64,
     /// Logarithm of how much likelier it must be that an object was not there than that it was. Chosen: 10,000 times, because a visit has thousands of places.
-    pub evidence_min: f64,
+    pub min_evidence: f64,
     /// Share of rays that end by chance in a place where nothing is, such as people who pass, and edges.
     pub chance_share: f64,
     /// An object is not gone if as many rays ended in its place as they do by chance with less than this probability.
-    pub chance_min: f64,
+    pub min_chance: f64,
     /// An object is gone as a whole: share of its points that may have a surface of the other visit near them, such as a wall behind it.
-    pub same_share_max: f64,
+    pub max_same_share: f64,
     /// Points of unknown places within this distance of an object belong to it, metres: parts of it that the other visit saw beside its neighbours only.
     pub grow_m: f64,
     /// The same above and below it, metres: the rings of a LiDAR leave gaps between the parts of a thing that stands.
@@ -63,35 +63,37 @@ pub struct ChangesConfig {
     /// Heights are counted in bins of this size, metres.
     pub ground_bin_m: f64,
     /// A height with fewer points is no ground.
-    pub ground_points_min: usize,
+    pub min_ground_points: usize,
     /// How boxes are fitted.
     pub box_fit: BoxFitConfig,
     /// Two objects may be one that was moved if each side differs at most by this share, or by [`Self::same_surface_m`].
     pub same_size_share: f64,
+    /// Points that a normal of a surface needs around it. Chosen: twice the three that a plane needs.
+    pub min_normal_points: f64,
 }
 
 impl Default for ChangesConfig {
     fn default() -> Self {
         Self {
             same_surface_m: 0.15,
-            range_max_m: 20.0,
-            range_min_m: 0.5,
+            max_range_m: 20.0,
+            min_range_m: 0.5,
             cell_rad: [0.007, 0.052],
             density_cell_rad: 0.07,
             ray_reach_m: 0.12,
             free_margin_m: 0.1,
             free_margin_share: 0.01,
-            free_rays_min: 2,
-            free_share_min: 0.5,
+            min_free_rays: 2,
+            min_free_share: 0.5,
             moving_share: 0.5,
             gap_m: 0.3,
-            points_min: 30,
-            size_min_m: 0.1,
+            min_points: 30,
+            min_size_m: 0.1,
             stray_share: 0.05,
-            evidence_min: 9.2,
+            min_evidence: 9.2,
             chance_share: 0.02,
-            chance_min: 0.01,
-            same_share_max: 0.15,
+            min_chance: 0.01,
+            max_same_share: 0.15,
             grow_m: 0.3,
             grow_up_m: 0.6,
             grow_rounds: 5,
@@ -100,14 +102,16 @@ impl Default for ChangesConfig {
             ground_reach_m: 1.0,
             ground_depth_m: 1.5,
             ground_bin_m: 0.05,
-            ground_points_min: 10,
+            min_ground_points: 10,
             box_fit: BoxFitConfig::default(),
             same_size_share: 0.1,
+            min_normal_points: 6.0,
         }
     }
 }
 
 /// Parameters of [`crate::UprightBox::around`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoxFitConfig {
     /// A point within this distance of a side of a box is on it, metres: the noise of a LiDAR.
@@ -117,11 +121,19 @@ pub struct BoxFitConfig {
     /// The same for heights: less, because a LiDAR sees few points of the upper end of a thing.
     pub trimmed_height_share: f64,
     /// Points that the fit of a box uses at most; more do not make it better.
-    pub fit_points_max: usize,
+    pub max_fit_points: usize,
+    /// Headings that are tried over a quarter turn, after which the sides of a box look the same: one degree each. Finer ones are below the noise of the points.
+    pub headings: usize,
 }
 
 impl Default for BoxFitConfig {
     fn default() -> Self {
-        Self { on_side_m: 0.02, trimmed_share: 0.01, trimmed_height_share: 0.002, fit_points_max: 2_000 }
+        Self {
+            on_side_m: 0.02,
+            trimmed_share: 0.01,
+            trimmed_height_share: 0.002,
+            max_fit_points: 2_000,
+            headings: 90,
+        }
     }
 }

@@ -1,9 +1,9 @@
 //! The comparison of two visits.
 
 use crate::clusters::clusters;
-use crate::look::{LookImage, Passing};
 use crate::moves::{is_same_size, moves};
 use crate::penetration::{evidence_of_absence, explains_absence, penetration};
+use crate::ray_image::{Passing, RayImage};
 use crate::surfaces::Surfaces;
 use crate::{ChangesConfig, UprightBox, Visit};
 use geometry::Vector3;
@@ -43,8 +43,8 @@ pub struct Changes {
     pub objects: Vec<ChangedObject>,
 }
 
-/// Compares two visits in one map frame. Cost: `O(n log n)` in the points, and for each point without a surface of the other visit near it a step for each look of both
-/// visits within [`ChangesConfig::range_max_m`].
+/// Compares two visits in one map frame. Cost: `O(n log n)` in the points, and for each point without a surface of the other visit near it a step for each view of both
+/// visits within [`ChangesConfig::max_range_m`].
 pub fn detect_changes(before: &Visit, after: &Visit, config: &ChangesConfig) -> Changes {
     let sides = [before, after].map(|visit| Side::new(visit, config));
     let removed = differing(&sides[0], &sides[1], config);
@@ -85,20 +85,20 @@ pub(crate) fn merged(removed: Vec<Differing>, appeared: Vec<Differing>, pairs: &
 struct Side<'a> {
     visit: &'a Visit,
     surfaces: Surfaces,
-    images: Vec<LookImage>,
+    images: Vec<RayImage>,
 }
 
 impl<'a> Side<'a> {
     fn new(visit: &'a Visit, config: &ChangesConfig) -> Self {
-        let points = visit.points_within(config.range_min_m, config.range_max_m);
+        let points = visit.points_within(config.min_range_m, config.max_range_m);
         Self {
             visit,
             surfaces: Surfaces::new(points, config.same_surface_m as f32),
-            images: visit.looks.iter().map(|look| LookImage::new(look, config)).collect(),
+            images: visit.views.iter().map(|view| RayImage::new(view, config)).collect(),
         }
     }
 
-    /// The rays of all looks that passed a place closely.
+    /// The rays of all views that passed a place closely.
     fn passing(&self, place: &[f32; 3], normal: Option<&[f32; 3]>, config: &ChangesConfig) -> Passing {
         self.images.iter().map(|image| image.passing(place, normal, config)).fold(
             Passing::default(),
@@ -122,10 +122,10 @@ fn differing(visit: &Side<'_>, other: &Side<'_>, config: &ChangesConfig) -> Vec<
     let mut changed: Vec<[f32; 3]> = Vec::new();
     let mut unknown: Vec<[f32; 3]> = Vec::new();
     for point in visit.surfaces.points().iter().filter(|point| !other.surfaces.is_near(point)) {
-        let normal = visit.surfaces.normal(point);
+        let normal = visit.surfaces.normal(point, config.min_normal_points);
         let passing = other.passing(point, normal.as_ref(), config);
-        let is_free = passing.through >= config.free_rays_min
-            && passing.through as f64 >= config.free_share_min * (passing.through + passing.ended) as f64;
+        let is_free = passing.through >= config.min_free_rays
+            && passing.through as f64 >= config.min_free_share * (passing.through + passing.ended) as f64;
         if is_free {
             let own = visit.passing(point, normal.as_ref(), config);
             let is_moving = own.through as f64 > config.moving_share * (own.through + own.ended) as f64;
@@ -137,7 +137,7 @@ fn differing(visit: &Side<'_>, other: &Side<'_>, config: &ChangesConfig) -> Vec<
     let mut groups = clusters(&changed, config.gap_m as f32);
     groups.sort_by_key(|group| std::cmp::Reverse(group.len()));
     let mut objects: Vec<Differing> = Vec::new();
-    for group in groups.iter().take_while(|group| group.len() >= config.points_min) {
+    for group in groups.iter().take_while(|group| group.len() >= config.min_points) {
         // A part of an object that was grown to it already.
         let is_part = |place: &usize| {
             let at = Vector3::from(changed[*place].map(f64::from));
@@ -161,7 +161,7 @@ fn object(
     let (points, place) = grown(group, changed, unknown, sides, config)?;
     let mut sorted = place.size_m;
     sorted.sort_by(f64::total_cmp);
-    if sorted[1] < config.size_min_m {
+    if sorted[1] < config.min_size_m {
         return None;
     }
     let place = ground_below(&place, config.stands_within_m, sides, config)
@@ -169,8 +169,8 @@ fn object(
         .map_or(place, |ground_m| place.down_to(ground_m));
     let [own, met] = sides.map(|side| penetration(&place, side.visit, config));
     let evidence = evidence_of_absence(own, met, config);
-    let is_gone = evidence >= config.evidence_min && explains_absence(met, config);
-    if !is_gone || same_share(&place, sides, config) > config.same_share_max {
+    let is_gone = evidence >= config.min_evidence && explains_absence(met, config);
+    if !is_gone || same_share(&place, sides, config) > config.max_same_share {
         return None;
     }
     let confidence = 1.0 / (1.0 + (-evidence).exp());
@@ -253,7 +253,7 @@ fn ground_below(
         }
     }
     let (count, sum) = bins.into_values().max_by_key(|(count, _)| *count)?;
-    (count >= config.ground_points_min).then(|| sum / count as f64)
+    (count >= config.min_ground_points).then(|| sum / count as f64)
 }
 
 #[cfg(test)]

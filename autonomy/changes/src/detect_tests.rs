@@ -16,7 +16,7 @@ fn range_m(sensor: &Vector3, direction: &Vector3, boxes: &[UprightBox]) -> f64 {
     met.fold(wall, f64::min)
 }
 
-/// A walk along the room with a look every metre, with rays every 1.5 degrees.
+/// A walk along the room with a view every metre, with rays every 1.5 degrees.
 fn visit(boxes: &[UprightBox], until_x: f64) -> Visit {
     let step_rad = 1.5_f64.to_radians();
     let mut visit = Visit::default();
@@ -33,13 +33,13 @@ fn visit(boxes: &[UprightBox], until_x: f64) -> Visit {
                 points.push([point.x, point.y, point.z].map(|at| at as f32));
             }
         }
-        visit.looks.push(Look { sensor, points });
+        visit.views.push(SensorView { sensor, points });
         x += 1.0;
     }
     visit
 }
 
-use crate::Look;
+use crate::SensorView;
 
 fn is_at(object: &UprightBox, expected: &UprightBox) -> bool {
     let sides = object.size_m.iter().zip(expected.size_m);

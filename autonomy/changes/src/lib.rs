@@ -1,9 +1,9 @@
 //! What changed at a site between two visits: objects that appeared, were removed or were moved.
 //!
-//! A [`Visit`] is what a LiDAR or depth camera saw: looks, each with the place of the sensor and its points in the frame of the map. [`detect_changes`] compares two of them:
+//! A [`Visit`] is what a LiDAR or depth camera saw: views, each with the place of the sensor and its points in the frame of the map. [`detect_changes`] compares two of them:
 //!
 //! 1. `surfaces`: a point with a surface of the other visit near it has not changed;
-//! 2. `look`: a point has changed only if rays of the other visit went through its place. Where the other visit never looked, nothing is known, and nothing is reported;
+//! 2. `ray_image`: a point has changed only if rays of the other visit went through its place. Where the other visit never looked, nothing is known, and nothing is reported;
 //! 3. `clusters`: changed points near each other are one object;
 //! 4. `upright_box`: the place, size and heading of an object, down to the ground it stands on;
 //! 5. `moves`: an object that is gone from one place and one of its size that is new at another are one that was moved.
@@ -17,15 +17,18 @@ mod clusters;
 mod config;
 mod depth;
 mod detect;
-mod look;
 mod moves;
 mod penetration;
+mod ray_image;
 mod surfaces;
 mod upright_box;
 mod visit;
 
 pub use config::{BoxFitConfig, ChangesConfig};
-pub use depth::{DepthChanges, DepthChangesConfig, DepthImage, DepthImageError, detect_depth_changes};
+pub use depth::{
+    ColourHistogramConfig, DepthChanges, DepthChangesConfig, DepthImage, DepthImageError,
+    detect_depth_changes,
+};
 pub use detect::{Change, ChangedObject, Changes, detect_changes};
 pub use upright_box::UprightBox;
-pub use visit::{Look, Visit};
+pub use visit::{SensorView, Visit};

@@ -21,14 +21,14 @@ pub(crate) fn penetration(place: &UprightBox, visit: &Visit, config: &ChangesCon
         *side = side.max(2.0 * config.free_margin_m);
     }
     let mut counted = Penetration::default();
-    for look in &visit.looks {
-        for point in &look.points {
-            let offset = Vector3::from(point.map(f64::from)) - look.sensor;
+    for view in &visit.views {
+        for point in &view.points {
+            let offset = Vector3::from(point.map(f64::from)) - view.sensor;
             let range_m = offset.norm();
-            if range_m < config.range_min_m {
+            if range_m < config.min_range_m {
                 continue;
             }
-            let Some([enters_m, leaves_m]) = tested.crossed_by(&look.sensor, &(offset / range_m)) else {
+            let Some([enters_m, leaves_m]) = tested.crossed_by(&view.sensor, &(offset / range_m)) else {
                 continue;
             };
             let margin_m = config.free_margin_m + config.free_margin_share * enters_m;
@@ -47,7 +47,8 @@ pub(crate) fn penetration(place: &UprightBox, visit: &Visit, config: &ChangesCon
 }
 
 /// Logarithm of how much likelier it is that the object was not there in the other visit than that it was: its solidity is the share of the rays of its own visit that ended in
-/// it. Of a rack or a tripod many rays of its own visit go through, so that a few rays of the other one prove nothing.
+/// it. Of a rack or a tripod many rays of its own visit go through, so that a few rays of the other one prove nothing
+/// (docs/maths/changes.md, equation 3).
 pub(crate) fn evidence_of_absence(own: Penetration, other: Penetration, config: &ChangesConfig) -> f64 {
     let solidity = own.ended as f64 / (own.ended + own.through).max(1) as f64;
     let solidity = solidity.clamp(config.stray_share, 1.0 - config.stray_share);
@@ -67,5 +68,5 @@ pub(crate) fn explains_absence(other: Penetration, config: &ChangesConfig) -> bo
         fewer += term;
         term *= mean / (count + 1) as f64;
     }
-    1.0 - fewer >= config.chance_min
+    1.0 - fewer >= config.min_chance
 }

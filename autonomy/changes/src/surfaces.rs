@@ -3,9 +3,6 @@
 use geometry::{Matrix3, Vector3};
 use points::hash::{CellKey, CellTable};
 
-/// A normal needs this number of points around.
-const NORMAL_POINTS_MIN: f64 = 6.0;
-
 /// Points of a visit in a grid.
 pub(crate) struct Surfaces {
     radius_m: f32,
@@ -41,8 +38,8 @@ impl Surfaces {
         })
     }
 
-    /// Unit normal of the surface at a place: the direction in which the points of the 27 cells around spread least. None with too few points. Linear in those points.
-    pub(crate) fn normal(&self, place: &[f32; 3]) -> Option<[f32; 3]> {
+    /// Unit normal of the surface at a place: the direction in which the points of the 27 cells around spread least. None with fewer points than that. Linear in those points.
+    pub(crate) fn normal(&self, place: &[f32; 3], min_points: f64) -> Option<[f32; 3]> {
         let middle = CellKey::of_point(place, 1.0 / self.radius_m).cell();
         let (mut count, mut sum, mut squares) = (0.0, Vector3::zeros(), Matrix3::zeros());
         for offset in (-1..=1).flat_map(|x| (-1..=1).flat_map(move |y| (-1..=1).map(move |z| [x, y, z]))) {
@@ -54,7 +51,7 @@ impl Surfaces {
                 squares += at * at.transpose();
             }
         }
-        if count < NORMAL_POINTS_MIN {
+        if count < min_points {
             return None;
         }
         let spread = squares / count - (sum / count) * (sum / count).transpose();

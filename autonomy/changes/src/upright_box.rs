@@ -4,8 +4,6 @@ use crate::BoxFitConfig;
 use geometry::Vector3;
 use std::f64::consts::FRAC_PI_2;
 
-/// Steps of the heading that are tried: one degree each, because the sides of a box look the same after a quarter turn.
-const HEADINGS: usize = 90;
 /// A box with a heading that stands upright.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UprightBox {
@@ -19,15 +17,15 @@ pub struct UprightBox {
 
 impl UprightBox {
     /// The box round points, metres, map frame: the heading with most points near two of its sides. None without points. Source of the criterion: Zhang and others,
-    /// *Efficient L-Shape Fitting for Vehicle Detection Using Laser Scanners*, 2017 ("closeness"). Linear in the points, of which [`BoxFitConfig::fit_points_max`] are used at most.
+    /// *Efficient L-Shape Fitting for Vehicle Detection Using Laser Scanners*, 2017 ("closeness"). Linear in the points, of which [`BoxFitConfig::max_fit_points`] are used at most.
     pub fn around(points: &[[f32; 3]], config: &BoxFitConfig) -> Option<Self> {
-        let step = points.len().div_ceil(config.fit_points_max).max(1);
+        let step = points.len().div_ceil(config.max_fit_points).max(1);
         let points: Vec<Vector3> =
             points.iter().step_by(step).map(|point| Vector3::from(point.map(f64::from))).collect();
-        let heading = |step: usize| step as f64 / HEADINGS as f64 * FRAC_PI_2;
+        let heading = |step: usize| step as f64 / config.headings as f64 * FRAC_PI_2;
         let scores: Vec<f64> =
-            (0..HEADINGS).map(|step| closeness(&points, heading(step), config.on_side_m)).collect();
-        let best = (0..HEADINGS).max_by(|a, b| scores[*a].total_cmp(&scores[*b]).then(b.cmp(a)))?;
+            (0..config.headings).map(|step| closeness(&points, heading(step), config.on_side_m)).collect();
+        let best = (0..config.headings).max_by(|a, b| scores[*a].total_cmp(&scores[*b]).then(b.cmp(a)))?;
         let yaw_rad = heading(best);
         let along: [Vec<f64>; 2] = in_frame(&points, yaw_rad);
         let [x, y] = along.map(|values| extent(values, config.trimmed_share));

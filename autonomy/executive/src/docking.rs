@@ -13,6 +13,7 @@ use std::task::Poll;
 use vocab::{Pose, Span, Stamp, Twist, Vec3};
 
 /// Parameters of [`DockingBehaviour`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DockingConfig {
     /// The search for a dock at its place on the map.
@@ -24,7 +25,7 @@ pub struct DockingConfig {
     /// Scans of this time are looked at together. Noise averages out; odometry drifts by a millimetre in it.
     pub scan_age: Span,
     /// Scans that are needed for the first detection.
-    pub scans_min: usize,
+    pub min_scans: usize,
     /// Time between two detections. A detection takes some milliseconds.
     pub detection_period: Span,
     /// The robot stands and looks for the dock for this time.
@@ -58,13 +59,13 @@ pub struct DockingConfig {
     /// Greatest speed into the dock, m/s.
     pub speed_m_s: f64,
     /// Greatest turning speed, rad/s.
-    pub turn_max_rad_s: f64,
+    pub max_turn_rad_s: f64,
     /// Gains, and when the robot has come to rest.
     pub control: PoseControlConfig,
     /// Heading for each metre of lateral error, rad/m, of a robot that cannot walk sideways.
     pub steering_gain_rad_per_m: f64,
     /// Greatest such heading, radians.
-    pub steering_max_rad: f64,
+    pub max_steering_rad: f64,
     /// Distance from the dock from which steering does not lead back to the line any more, metres. Such a robot backs out and tries again.
     pub min_steering_distance_m: f64,
     /// Speed from which the robot takes the whole of that heading, m/s. A slower one turns less, and one that stands turns onto the line.
@@ -82,7 +83,7 @@ impl Default for DockingConfig {
             track_m: 0.10,
             track_rad: 6.0_f64.to_radians(),
             scan_age: Span::from_millis(1_000),
-            scans_min: 5,
+            min_scans: 5,
             detection_period: Span::from_millis(300),
             look_time: Span::from_millis(5_000),
             correction_share: 0.5,
@@ -99,10 +100,10 @@ impl Default for DockingConfig {
             settled_share: 0.8,
             staging_speed_m_s: 0.25,
             speed_m_s: 0.15,
-            turn_max_rad_s: 0.5,
+            max_turn_rad_s: 0.5,
             control: PoseControlConfig::default(),
             steering_gain_rad_per_m: 3.0,
-            steering_max_rad: 0.35,
+            max_steering_rad: 0.35,
             min_steering_distance_m: 0.08,
             full_steering_speed_m_s: 0.08,
             min_sideways_m_s: 0.05,
@@ -119,7 +120,7 @@ pub struct DockGoal {
     /// Whether the robot walks in forward, so that it looks at the dock. Otherwise it walks in backward.
     pub is_facing: bool,
     /// Greatest speed, m/s; none: that of the configuration.
-    pub speed_max_m_s: Option<f64>,
+    pub max_speed_m_s: Option<f64>,
 }
 
 /// A walk into a dock.
@@ -178,7 +179,7 @@ impl DockingBehaviour {
         goal: &DockGoal,
     ) -> Option<Self> {
         let map_from_docked = isometry_from_pose(&goal.map_from_docked)?;
-        if let Some(speed_m_s) = goal.speed_max_m_s.filter(|speed| *speed > 0.0) {
+        if let Some(speed_m_s) = goal.max_speed_m_s.filter(|speed| *speed > 0.0) {
             config.staging_speed_m_s = config.staging_speed_m_s.min(speed_m_s);
             config.speed_m_s = config.speed_m_s.min(speed_m_s);
         }
@@ -290,14 +291,14 @@ impl DockingBehaviour {
         let forward_m_s = speed_m_s.min(self.limits.forward_m_s);
         let mut out_m_s =
             (config.control.position_gain_per_s * (target_m - offset.out_m)).clamp(-forward_m_s, forward_m_s);
-        let turn_max = config.turn_max_rad_s.min(self.limits.turn_rad_s);
+        let max_turn = config.max_turn_rad_s.min(self.limits.turn_rad_s);
         let turn =
-            |error_rad: f64| (config.control.heading_gain_per_s * error_rad).clamp(-turn_max, turn_max);
+            |error_rad: f64| (config.control.heading_gain_per_s * error_rad).clamp(-max_turn, max_turn);
         let sign = if self.is_facing { -1.0 } else { 1.0 };
         if !self.can_walk_sideways() {
             // Walking out or in at an angle to the line leads back to it. A robot that stands turns onto the line's heading.
             let steer = (config.steering_gain_rad_per_m * offset.across_m)
-                .clamp(-config.steering_max_rad, config.steering_max_rad);
+                .clamp(-config.max_steering_rad, config.max_steering_rad);
             let wanted_rad =
                 -steer * out_m_s.signum() * (out_m_s.abs() / config.full_steering_speed_m_s).min(1.0);
             let turn = turn(wanted_rad - offset.turned_rad);
@@ -334,7 +335,7 @@ impl Behaviour for DockingBehaviour {
         let is_due = self.last_detection.is_none_or(|last| at - last >= self.config.detection_period);
         if let Phase::Looking { since } = &mut self.phase {
             let began = *since.get_or_insert(at);
-            let is_found = is_due && self.scans.len() >= self.config.scans_min && self.detect(at);
+            let is_found = is_due && self.scans.len() >= self.config.min_scans && self.detect(at);
             if !is_found {
                 let is_late = at - began >= self.config.look_time;
                 return if is_late { Poll::Ready(Err(GoalFailure::DockNotSeen)) } else { Poll::Pending };

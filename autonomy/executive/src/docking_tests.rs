@@ -34,7 +34,7 @@ impl Rig {
         let goal = DockGoal {
             map_from_docked: pose_from_isometry(&pose(0.0, 0.0, heading)),
             is_facing,
-            speed_max_m_s: None,
+            max_speed_m_s: None,
         };
         let behaviour =
             DockingBehaviour::new(DockingConfig::default(), &limits, HEIGHT_M, Stamp::EPOCH, &goal);

@@ -5,7 +5,7 @@ use crate::table::{Action, Guard, TABLE};
 use crate::texts;
 use crate::{
     Behaviour, BehaviourContext, BehaviourOutcome, DockingConfig, Frames, GoalEvent, ManualDriving, MapZone,
-    MapZones, PoseWalkConfig, RelocalisationBehaviour, RelocalisationConfig, RouteRemainder, StandStill,
+    MapZones, PoseWalkConfig, RelocalisationBehaviour, RelocalisationConfig, RouteRemainder, StandBehaviour,
     Surroundings, SurroundingsConfig, WalkBehaviour, WalkConfig,
 };
 use geometry::{Isometry, Vector3, pose_from_isometry, vec_from_plain, vec_to_plain};
@@ -437,7 +437,7 @@ impl Executive {
                 self.pose_walk(at, &pose, situation).ok_or_else(|| texts::POINT_NOT_FINITE.to_owned())
             }
             // Whoever knows the topological map begins the legs.
-            GoalKind::GoToNode(_) | GoalKind::GoToDock(_) | GoalKind::Undock => Ok(Box::new(StandStill)),
+            GoalKind::GoToNode(_) | GoalKind::GoToDock(_) | GoalKind::Undock => Ok(Box::new(StandBehaviour)),
             GoalKind::Relocalise if !situation.is_pose_unconfirmed => Err(texts::NO_POSE_TO_FIND.to_owned()),
             GoalKind::Relocalise => Ok(self.search(at)),
         }
@@ -445,7 +445,7 @@ impl Executive {
 
     /// The behaviour of the running goal, which is resumed.
     fn resume(&self, at: Stamp, goal: &RunningGoal, situation: &Situation) -> Box<dyn Behaviour> {
-        let stand_still = || Box::new(StandStill) as Box<dyn Behaviour>;
+        let stand_still = || Box::new(StandBehaviour) as Box<dyn Behaviour>;
         match goal.kind {
             GoalKind::WalkTo(point) => Box::new(WalkBehaviour::resume(
                 self.config.walk,
@@ -542,7 +542,7 @@ impl Executive {
         match action {
             Action::Refuse => {}
             Action::StopRobot => effects.push(StackEffect::Drive(Drive::default())),
-            Action::StandStill => self.behaviour = Some(Box::new(StandStill)),
+            Action::StandBehaviour => self.behaviour = Some(Box::new(StandBehaviour)),
             Action::Drive => {
                 if let Some(velocity) = &trigger.velocity {
                     let RobotProfile { manual_limits, manual_watchdog, .. } = &self.profile;

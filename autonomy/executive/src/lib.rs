@@ -4,14 +4,14 @@
 //! events, keeps the running goal until its outcome, and lets one [`Behaviour`] at a time set the velocity. Mapping and localisation are
 //! services: the executive reads their state ([`Situation`]) and does not know how they work.
 
+mod back_up;
+#[cfg(test)]
+mod back_up_tests;
 mod behaviour;
 mod docking;
 #[cfg(test)]
 mod docking_tests;
 mod executive;
-mod look_again;
-#[cfg(test)]
-mod look_again_tests;
 mod manual_driving;
 mod pose_control;
 mod pose_walk;
@@ -28,11 +28,11 @@ mod transcript_tests;
 mod walk;
 mod zones;
 
+pub use back_up::BackUpConfig;
 pub use behaviour::{Behaviour, BehaviourContext, BehaviourOutcome, Frames};
 pub use docking::{DockGoal, DockingBehaviour, DockingConfig};
 pub use executive::{Executive, ExecutiveConfig, Situation};
-pub use look_again::LookAgainConfig;
-pub use manual_driving::{ManualDriving, StandStill};
+pub use manual_driving::{ManualDriving, StandBehaviour};
 pub use pose_control::PoseControlConfig;
 pub use pose_walk::{PoseWalkBehaviour, PoseWalkConfig};
 pub use relocalisation::{RelocalisationBehaviour, RelocalisationConfig};

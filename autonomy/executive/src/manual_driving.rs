@@ -41,9 +41,9 @@ impl Behaviour for ManualDriving {
 
 /// Stands still until it is replaced.
 #[derive(Clone, Copy, Debug)]
-pub struct StandStill;
+pub struct StandBehaviour;
 
-impl Behaviour for StandStill {
+impl Behaviour for StandBehaviour {
     fn update(&mut self, _context: &mut BehaviourContext<'_>) -> Poll<BehaviourOutcome> {
         Poll::Pending
     }

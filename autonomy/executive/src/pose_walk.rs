@@ -1,7 +1,7 @@
 //! Walking into a pose: along a path to its point, then with small steps in any direction until position and heading are right. If something keeps the robot from its
 //! last steps, it steps back once and looks whether it still stands there.
 
-use crate::look_again::{LookAgainConfig, look_point};
+use crate::back_up::{BackUpConfig, back_up_point};
 use crate::{
     Behaviour, BehaviourContext, BehaviourOutcome, Frames, PoseControlConfig, WalkBehaviour, WalkConfig,
 };
@@ -13,6 +13,7 @@ use std::task::Poll;
 use vocab::{Span, Stamp, Twist, Vec3};
 
 /// Parameters of [`PoseWalkBehaviour`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseWalkConfig {
     /// Distance at which a pose that is only passed by counts as reached, metres. Less than the width of a doorway, so that the robot does not cut corners of walls.
@@ -22,15 +23,15 @@ pub struct PoseWalkConfig {
     /// Gains of the last steps, and when the robot has come to rest.
     pub control: PoseControlConfig,
     /// Greatest speed of the last steps, m/s.
-    pub step_speed_max_m_s: f64,
+    pub max_step_speed_m_s: f64,
     /// Greatest turning speed of the last steps, rad/s.
-    pub step_turn_max_rad_s: f64,
+    pub max_step_turn_rad_s: f64,
     /// Beyond this distance the robot walks on a path again, metres. It may have been pushed.
     pub walk_again_m: f64,
     /// Time for the last steps, and in straight approaches for each metre.
     pub step_time_limit: Span,
     /// Stepping back from what keeps the robot from its last steps.
-    pub look_again: LookAgainConfig,
+    pub back_up: BackUpConfig,
 }
 
 impl Default for PoseWalkConfig {
@@ -39,11 +40,11 @@ impl Default for PoseWalkConfig {
             passing_distance_m: 0.35,
             tolerance_share: 0.4,
             control: PoseControlConfig::default(),
-            step_speed_max_m_s: 0.25,
-            step_turn_max_rad_s: 0.8,
+            max_step_speed_m_s: 0.25,
+            max_step_turn_rad_s: 0.8,
             walk_again_m: 0.6,
             step_time_limit: Span::from_millis(20_000),
-            look_again: LookAgainConfig::default(),
+            back_up: BackUpConfig::default(),
         }
     }
 }
@@ -109,11 +110,11 @@ impl PoseWalkBehaviour {
         goal: &PoseGoal,
     ) -> Option<Self> {
         let map_from_goal = isometry_from_pose(&goal.map_from_goal)?;
-        let speed_m_s = goal.speed_max_m_s.filter(|speed| *speed > 0.0).unwrap_or(f64::INFINITY);
-        walk_config.follower.speed_max_m_s = walk_config.follower.speed_max_m_s.min(speed_m_s);
-        config.step_speed_max_m_s = config.step_speed_max_m_s.min(speed_m_s);
+        let speed_m_s = goal.max_speed_m_s.filter(|speed| *speed > 0.0).unwrap_or(f64::INFINITY);
+        walk_config.follower.max_speed_m_s = walk_config.follower.max_speed_m_s.min(speed_m_s);
+        config.max_step_speed_m_s = config.max_step_speed_m_s.min(speed_m_s);
         if goal.tolerance.is_none() {
-            walk_config.follower.end_speed_m_s = walk_config.follower.speed_max_m_s;
+            walk_config.follower.end_speed_m_s = walk_config.follower.max_speed_m_s;
             walk_config.follower.goal_tolerance_m = config.passing_distance_m;
         }
         let mut behaviour = Self {
@@ -200,7 +201,7 @@ impl PoseWalkBehaviour {
         if let Phase::Stepping { held_since: known, .. } = &mut self.phase {
             *known = held_since;
         }
-        if held_since.is_some_and(|since| at - since > self.config.look_again.held_time) {
+        if held_since.is_some_and(|since| at - since > self.config.back_up.held_time) {
             self.step_back(context);
         }
         Poll::Pending
@@ -214,7 +215,7 @@ impl PoseWalkBehaviour {
         self.has_looked_again = true;
         let here = context.frames.odom_from_base.translation.vector;
         let goal = context.frames.to_odom(&self.map_from_goal.translation.vector);
-        let Some(point) = look_point(&self.config.look_again, context.elevation_map, &here, &goal) else {
+        let Some(point) = back_up_point(&self.config.back_up, context.elevation_map, &here, &goal) else {
             return;
         };
         let point = context.frames.to_map(&point);
@@ -242,7 +243,7 @@ impl PoseWalkBehaviour {
             let limit = limit.min(own);
             value.clamp(-limit, limit)
         };
-        let (speed_m_s, turn_rad_s) = (self.config.step_speed_max_m_s, self.config.step_turn_max_rad_s);
+        let (speed_m_s, turn_rad_s) = (self.config.max_step_speed_m_s, self.config.max_step_turn_rad_s);
         let forward = clamp(position_gain_per_s * offset.forward_m, speed_m_s, self.limits.forward_m_s);
         let left = clamp(position_gain_per_s * offset.left_m, speed_m_s, self.limits.sideways_m_s);
         let turn = clamp(heading_gain_per_s * offset.turn_rad, turn_rad_s, self.limits.turn_rad_s);
@@ -266,7 +267,7 @@ impl Behaviour for PoseWalkBehaviour {
             Phase::SteppingBack(walk) => {
                 if walk.update(context).is_ready() {
                     self.attempts.extend(walk.attempts());
-                    self.phase = Phase::Looking { until: context.at + self.config.look_again.look_time };
+                    self.phase = Phase::Looking { until: context.at + self.config.back_up.look_time };
                 }
                 Poll::Pending
             }

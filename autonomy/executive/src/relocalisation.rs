@@ -17,6 +17,7 @@ use std::task::Poll;
 use vocab::{Span, Stamp};
 
 /// Parameters of [`RelocalisationBehaviour`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelocalisationConfig {
     /// The robot stands for this time before its first walk. Relocalisation takes half a second.
@@ -30,13 +31,13 @@ pub struct RelocalisationConfig {
     /// Look-ahead distance along the hint's path, metres.
     pub hint_ahead_m: f64,
     /// A planned piece of the hint's path may be longer than that path by this detour, metres.
-    pub hint_detour_max_m: f64,
+    pub max_hint_detour_m: f64,
     /// Pieces of the hint's path that are shorter than this are not walked, metres.
-    pub hint_piece_min_m: f64,
+    pub min_hint_piece_m: f64,
     /// With several hypotheses, the next walk starts at this distance before the end of the last one, metres.
     pub continue_before_end_m: f64,
     /// A path that is planned again may be longer than the straight line by this, metres.
-    pub replan_detour_max_m: f64,
+    pub max_replan_detour_m: f64,
     /// Least distance between points that are remembered as visited, metres.
     pub visited_spacing_m: f64,
     /// A robot that has moved less than this within `stuck_timeout` is stuck, metres: an unseen obstacle blocks it.
@@ -66,10 +67,10 @@ impl RelocalisationConfig {
             retry_period: Span::from_millis(250),
             replan_period: walk.replan_period,
             hint_ahead_m: 6.0,
-            hint_detour_max_m: 1.5,
-            hint_piece_min_m: 0.7,
+            max_hint_detour_m: 1.5,
+            min_hint_piece_m: 0.7,
             continue_before_end_m: 1.5,
-            replan_detour_max_m: 0.5,
+            max_replan_detour_m: 0.5,
             visited_spacing_m: 1.0,
             stuck_distance_m: 0.1,
             stuck_timeout: Span::from_millis(6_000),
@@ -226,7 +227,7 @@ impl RelocalisationBehaviour {
             if along_m > self.config.hint_ahead_m {
                 break;
             }
-            if distance(end) >= self.config.hint_piece_min_m {
+            if distance(end) >= self.config.min_hint_piece_m {
                 ahead.push((along_m, end));
             }
         }
@@ -236,8 +237,8 @@ impl RelocalisationBehaviour {
             let path = plan(&self.config.planner, elevation_map, here, end).ok()?;
             // The path to a blocked point ends at the nearest free cell. If the robot stands there already, following it would move the robot
             // nowhere, and would keep it from exploring.
-            let leads_on = distance(path.last()?) >= self.config.hint_piece_min_m;
-            (leads_on && length(&path) <= along_m + self.config.hint_detour_max_m).then_some(path)
+            let leads_on = distance(path.last()?) >= self.config.min_hint_piece_m;
+            (leads_on && length(&path) <= along_m + self.config.max_hint_detour_m).then_some(path)
         })?;
         Some((Some(Arc::clone(hint_path)), path))
     }
@@ -246,7 +247,7 @@ impl RelocalisationBehaviour {
     /// the straight line.
     fn replan(&self, elevation_map: &ElevationMap, here: &Vector3, path: &[Vector3]) -> Option<Vec<Vector3>> {
         let end = path.last()?;
-        let straight_m = (end - here).norm() + self.config.replan_detour_max_m;
+        let straight_m = (end - here).norm() + self.config.max_replan_detour_m;
         let planned = plan(&self.config.planner, elevation_map, here, end).ok()?;
         (length(&planned) <= length(path).max(straight_m)).then_some(planned)
     }

@@ -5,7 +5,7 @@
 use crate::running_goal::RunningGoal;
 use crate::{
     Behaviour, BehaviourOutcome, DockingBehaviour, Executive, GoalEvent, PoseWalkBehaviour, RouteLeg,
-    RouteRemainder, Situation, StandStill,
+    RouteRemainder, Situation, StandBehaviour,
 };
 use messages::{Drive, ExecutiveEvent, ExecutiveState, GoalAttempt, GoalFailure, PoseGoal, StackEffect};
 use vocab::{GoalId, LegId, Stamp};
@@ -113,7 +113,7 @@ impl Executive {
 
     fn stand_between_legs(&mut self, effects: &mut Vec<StackEffect>) {
         self.keep_attempts();
-        self.behaviour = Some(Box::new(StandStill));
+        self.behaviour = Some(Box::new(StandBehaviour));
         effects.push(StackEffect::Drive(Drive::default()));
     }
 

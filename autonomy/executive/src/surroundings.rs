@@ -6,19 +6,20 @@ use navigation::{ElevationMap, GroundZones, MotionGuard, MotionGuardConfig, Robo
 use vocab::{Span, Stamp};
 
 /// Parameters of [`Surroundings`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurroundingsConfig {
     /// Side of a elevation map cell, metres.
     pub cell_size_m: f64,
     /// Points farther than this are not inserted into the elevation map, metres.
-    pub range_max_m: f64,
+    pub max_range_m: f64,
     /// The ground counts as seen for this time after a scan. The slowest LiDARs scan twice a second.
     pub sight_timeout: Span,
 }
 
 impl Default for SurroundingsConfig {
     fn default() -> Self {
-        Self { cell_size_m: 0.1, range_max_m: 12.0, sight_timeout: Span::from_millis(1_200) }
+        Self { cell_size_m: 0.1, max_range_m: 12.0, sight_timeout: Span::from_millis(1_200) }
     }
 }
 
@@ -52,7 +53,7 @@ impl Surroundings {
         points: &[[f32; 3]],
     ) {
         self.seen = Some(at);
-        self.elevation_map.insert_scan(odom_from_base, sensor, points, self.config.range_max_m);
+        self.elevation_map.insert_scan(odom_from_base, sensor, points, self.config.max_range_m);
     }
 
     /// Replaces the areas with rules.

@@ -43,7 +43,7 @@ pub enum Action {
     /// Command the robot to stop immediately.
     StopRobot,
     /// Stand still from now on.
-    StandStill,
+    StandBehaviour,
     /// Move with the commanded velocity.
     Drive,
     /// Accept the goal and begin its behaviour.
@@ -90,8 +90,8 @@ impl CancelReason {
 }
 
 use Action::{
-    BeginGoal, CancelGoal, Drive, FailGoal, FailGoalBecause, Refuse, RestartSearch, ResumeGoal, StandStill,
-    StopRobot, SucceedGoal, SuspendGoal,
+    BeginGoal, CancelGoal, Drive, FailGoal, FailGoalBecause, Refuse, RestartSearch, ResumeGoal,
+    StandBehaviour, StopRobot, SucceedGoal, SuspendGoal,
 };
 use CancelReason::{DrivenByHand, MotionStopped, Replaced, Requested};
 use ExecutiveEvent as On;
@@ -101,12 +101,24 @@ use Guard::{Always, GoalFindsPose, GoalNeedsPose, InSavedMap, NotInSavedMap, Sto
 
 /// Every transition. The first row that fits is taken. An event without a row changes nothing.
 pub const TABLE: &[Transition] = &[
-    row(Idle, On::Started, StopIsKept, Stopped, &[StandStill]),
-    row(Stopped, On::StopRequested, Always, Stopped, &[StandStill, StopRobot]),
-    row(ManualDriving, On::StopRequested, Always, Stopped, &[StandStill, StopRobot]),
-    row(Recovering, On::StopRequested, Always, Stopped, &[CancelGoal(MotionStopped), StandStill, StopRobot]),
-    row(Executing, On::StopRequested, Always, Stopped, &[CancelGoal(MotionStopped), StandStill, StopRobot]),
-    row(Idle, On::StopRequested, Always, Stopped, &[StandStill, StopRobot]),
+    row(Idle, On::Started, StopIsKept, Stopped, &[StandBehaviour]),
+    row(Stopped, On::StopRequested, Always, Stopped, &[StandBehaviour, StopRobot]),
+    row(ManualDriving, On::StopRequested, Always, Stopped, &[StandBehaviour, StopRobot]),
+    row(
+        Recovering,
+        On::StopRequested,
+        Always,
+        Stopped,
+        &[CancelGoal(MotionStopped), StandBehaviour, StopRobot],
+    ),
+    row(
+        Executing,
+        On::StopRequested,
+        Always,
+        Stopped,
+        &[CancelGoal(MotionStopped), StandBehaviour, StopRobot],
+    ),
+    row(Idle, On::StopRequested, Always, Stopped, &[StandBehaviour, StopRobot]),
     row(Stopped, On::MotionAllowed, Always, Idle, &[]),
     row(Stopped, On::VelocityCommanded, Always, Stopped, &[Refuse]),
     row(ManualDriving, On::VelocityCommanded, Always, ManualDriving, &[Drive]),
@@ -237,7 +249,7 @@ impl Action {
         match self {
             Refuse => "refuse the command",
             StopRobot => "stop the robot immediately",
-            StandStill => "stand still",
+            StandBehaviour => "stand still",
             Drive => "drive",
             BeginGoal => "begin the goal",
             CancelGoal(Requested) => "cancel the goal (requested)",

@@ -140,7 +140,7 @@ impl Player {
                 let pose = PoseGoal {
                     map_from_goal,
                     tolerance: None,
-                    speed_max_m_s: None,
+                    max_speed_m_s: None,
                     approach: Approach::Path,
                 };
                 let leg = RouteLeg { id: LegId(id(1)), pose, dock: None };

@@ -11,6 +11,7 @@ use std::task::Poll;
 use vocab::{Span, Stamp, Twist, Vec3};
 
 /// Parameters of [`WalkBehaviour`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WalkConfig {
     /// The path is planned again after this time, because the elevation map has been seen better.

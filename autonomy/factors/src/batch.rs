@@ -63,6 +63,7 @@ impl Default for DampingConfig {
 }
 
 /// Parameters of the trust region of [`Method::Dogleg`]. The values are those of Madsen, Nielsen, Tingleff, section 3.3.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrustRegionConfig {
     /// The region grows after a step whose actual decrease of the cost is more than this share of the predicted one.
@@ -82,14 +83,15 @@ impl Default for TrustRegionConfig {
 }
 
 /// Step rule, its parameters and stopping criteria of [`optimise`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BatchConfig {
     /// Step rule.
     pub method: Method,
     /// Greatest number of linearisations.
-    pub iterations_max: usize,
+    pub max_iterations: usize,
     /// Iterations stop once the actual or the predicted relative decrease of the cost in one iteration is below this value.
-    pub relative_decrease_min: f64,
+    pub min_relative_decrease: f64,
     /// Costs below this count as zero. Rounding of any real measurement costs more.
     pub zero_cost: f64,
     /// A rise of the cost by less than this share of it is rounding, so the step is taken. The last decrease may be smaller than rounding.
@@ -107,8 +109,8 @@ impl Default for BatchConfig {
     fn default() -> Self {
         Self {
             method: Method::default(),
-            iterations_max: 100,
-            relative_decrease_min: 1e-6,
+            max_iterations: 100,
+            min_relative_decrease: 1e-6,
             zero_cost: 1e-18,
             relative_rounding: 1e-12,
             single_precision_variables: 10_000,
@@ -174,11 +176,11 @@ fn gauss_newton<T: Stored>(
     mut state: State,
     config: &BatchConfig,
 ) -> Result<Solution, SolveError> {
-    while state.iterations < config.iterations_max {
+    while state.iterations < config.max_iterations {
         let step = problem.step(&[])?;
         state.iterations += 1;
         state.values = state.values.retract(&step.errors);
-        if step.promised <= config.relative_decrease_min * state.cost + config.zero_cost {
+        if step.promised <= config.min_relative_decrease * state.cost + config.zero_cost {
             // The remaining decrease is of second order in the predicted one, so the factors need not be linearised again.
             state.cost = problem.cost(&state.values)?;
             state.converged = true;
@@ -187,7 +189,7 @@ fn gauss_newton<T: Stored>(
         let cost = problem.linearise(&state.values)?;
         let gain = (state.cost - cost).abs();
         state.cost = cost;
-        if gain <= config.relative_decrease_min * cost {
+        if gain <= config.min_relative_decrease * cost {
             state.converged = true;
             break;
         }
@@ -204,7 +206,7 @@ fn levenberg_marquardt<T: Stored>(
     let mut damping = rule.initial;
     let mut growth = rule.first_growth;
     let mut diagonal = problem.system.diagonal();
-    while state.iterations < config.iterations_max && damping < rule.max {
+    while state.iterations < config.max_iterations && damping < rule.max {
         let extra: Vec<f64> = diagonal.iter().map(|entry| entry * damping).collect();
         let step = match problem.step(&extra) {
             Ok(step) => step,
@@ -225,7 +227,7 @@ fn levenberg_marquardt<T: Stored>(
             // The gain ratio (docs/maths/factors.md, equation 9).
             let quality = if step.promised > 0.0 { gain / step.promised } else { 1.0 };
             (state.values, state.cost) = (candidate, cost);
-            let least = config.relative_decrease_min * cost + config.zero_cost;
+            let least = config.min_relative_decrease * cost + config.zero_cost;
             if gain <= least || step.promised <= least {
                 state.converged = true;
                 break;
@@ -237,7 +239,7 @@ fn levenberg_marquardt<T: Stored>(
             diagonal = problem.system.diagonal();
         } else {
             problem.restore_system();
-            if step.promised <= config.relative_decrease_min * state.cost {
+            if step.promised <= config.min_relative_decrease * state.cost {
                 state.converged = true;
                 break;
             }
@@ -256,7 +258,7 @@ fn dogleg<T: Stored>(
     let rule = &config.trust_region;
     let length = |vector: &[f64]| dot(vector, vector).sqrt();
     let mut radius = f64::INFINITY;
-    'linearised: while state.iterations < config.iterations_max {
+    'linearised: while state.iterations < config.max_iterations {
         let newton = problem.step(&[])?;
         state.iterations += 1;
         let gradient = problem.system.gradient();
@@ -270,7 +272,7 @@ fn dogleg<T: Stored>(
             problem.keep_system();
             let cost = problem.linearise(&candidate)?;
             let gain = state.cost - cost;
-            let least = config.relative_decrease_min * state.cost + config.zero_cost;
+            let least = config.min_relative_decrease * state.cost + config.zero_cost;
             if gain >= -config.relative_rounding * state.cost {
                 (state.values, state.cost) = (candidate, cost);
                 if gain <= least || promised <= least {

@@ -4,6 +4,7 @@ use crate::error::{FactorError, SolveError};
 use crate::factor::{Factor, Linearised};
 use crate::kernel::Kernel;
 use crate::names::FactorId;
+use crate::texts;
 use crate::value::Values;
 use std::sync::Arc;
 
@@ -71,7 +72,7 @@ impl FactorGraph {
     ) -> Result<FactorId, FactorError> {
         check(&factor, values)?;
         if !kernel.is_valid() {
-            return Err(FactorError::NotFinite { what: "the kernel's parameter" });
+            return Err(FactorError::NotFinite { what: texts::KERNEL_PARAMETER });
         }
         Ok(self.push(Entry { factor: Arc::new(factor), kernel, weight: 1.0 }))
     }

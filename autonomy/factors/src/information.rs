@@ -1,6 +1,7 @@
 //! Square roots of information matrices.
 
 use crate::error::FactorError;
+use crate::texts;
 use nalgebra::{DMatrix, SMatrix, SVector};
 
 /// A matrix `W` with `WᵀW = Ω`, the information (inverse covariance) of a measurement.
@@ -34,11 +35,11 @@ impl<const N: usize> Whitening<N> {
         let tolerance = InformationTolerance::default();
         let refuse = |problem| Err(FactorError::Information { problem });
         if !information.iter().all(|entry| entry.is_finite()) {
-            return refuse("has entries that are not finite");
+            return refuse(texts::NOT_FINITE_ENTRIES);
         }
         let asymmetry = (information - information.transpose()).amax();
         if asymmetry > tolerance.max_asymmetry * information.amax() {
-            return refuse("is not symmetric");
+            return refuse(texts::NOT_SYMMETRIC);
         }
         let symmetric = (information + information.transpose()) * 0.5;
         if let Some(root) = cholesky(&symmetric, tolerance.min_pivot) {
@@ -51,7 +52,7 @@ impl<const N: usize> Whitening<N> {
             .iter()
             .any(|&value| value < -tolerance.max_negative * greatest || !value.is_finite())
         {
-            return refuse("has a negative eigenvalue");
+            return refuse(texts::NEGATIVE_EIGENVALUE);
         }
         let root = SMatrix::from_fn(|row, column| {
             eigen.eigenvalues[row].max(0.0).sqrt() * eigen.eigenvectors[(column, row)]
@@ -65,7 +66,7 @@ impl<const N: usize> Whitening<N> {
     /// When one is not a positive number.
     pub fn from_deviations(deviations: &SVector<f64, N>) -> Result<Self, FactorError> {
         if deviations.iter().any(|&deviation| deviation.is_nan() || deviation <= 0.0) {
-            return Err(FactorError::NotFinite { what: "a standard deviation" });
+            return Err(FactorError::NotFinite { what: texts::STANDARD_DEVIATION });
         }
         Ok(Self(SMatrix::from_diagonal(&deviations.map(|deviation| 1.0 / deviation))))
     }

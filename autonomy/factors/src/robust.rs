@@ -17,6 +17,7 @@ use crate::value::Values;
 use nalgebra::{DMatrix, DVector};
 
 /// Parameters of [`optimise_robustly`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RobustConfig {
     /// A suspect is wrong when its squared residual lies more than this many standard deviations above the mean of its chi-squared distribution.
@@ -28,24 +29,24 @@ pub struct RobustConfig {
     /// Growth of the surrogate's closeness μ per stage. Yang and others, 2020, use 1.4.
     pub stage_factor: f64,
     /// Greatest number of stages.
-    pub stages_max: usize,
+    pub max_stages: usize,
     /// Iterations of the inner solver per stage. The next stage starts from the result.
     pub stage_iterations: usize,
     /// Relative decrease at which the inner solver ends a stage, and the initial solution.
-    pub stage_decrease_min: f64,
+    pub min_stage_decrease: f64,
     /// Greatest number of iterations of the initial solution.
-    pub first_guess_iterations_max: usize,
+    pub max_first_guess_iterations: usize,
     /// Parameter of the Cauchy kernel for the initial solution, standard deviations. Wide enough to attract right loops from far away.
     pub first_guess_kernel: f64,
     /// Lowest closeness μ of the first stage. A suspect a hundred times beyond the limit after the initial solution is certainly wrong.
-    pub closeness_min: f64,
+    pub min_closeness: f64,
     /// Suspects whose squared residual is a smaller share of the limit are not reviewed. They could only be wrong if the other factors measured
     /// less than this share of their directions.
-    pub review_residual_share_min: f64,
+    pub min_review_residual_share: f64,
     /// Greatest number of reviews of the accepted suspects.
-    pub reviews_max: usize,
+    pub max_reviews: usize,
     /// Share of a direction that other factors must measure as well. Below it, rounding would decide.
-    pub shared_information_min: f64,
+    pub min_shared_information: f64,
 }
 
 impl Default for RobustConfig {
@@ -55,15 +56,15 @@ impl Default for RobustConfig {
             learn_scale: true,
             scale_quantile: 0.9,
             stage_factor: 1.8,
-            stages_max: 100,
+            max_stages: 100,
             stage_iterations: 3,
-            stage_decrease_min: 1e-3,
-            first_guess_iterations_max: 30,
+            min_stage_decrease: 1e-3,
+            max_first_guess_iterations: 30,
             first_guess_kernel: 1.0,
-            closeness_min: 0.01,
-            review_residual_share_min: 0.05,
-            reviews_max: 3,
-            shared_information_min: 1e-6,
+            min_closeness: 0.01,
+            min_review_residual_share: 0.05,
+            max_reviews: 3,
+            min_shared_information: 1e-6,
         }
     }
 }
@@ -110,7 +111,7 @@ pub fn optimise_robustly(
     let scale = if config.learn_scale { rounds.typical_scale(&values)? } else { 1.0 };
     // All accepted factors, at full weight, until convergence.
     let mut solution = optimise(&rounds.graph, &values, &BatchConfig::default())?;
-    for _ in 0..config.reviews_max {
+    for _ in 0..config.max_reviews {
         if !rounds.review(&solution.values, scale)? {
             break;
         }
@@ -159,8 +160,8 @@ impl Rounds<'_> {
             }
         }
         let batch = BatchConfig {
-            relative_decrease_min: self.config.stage_decrease_min,
-            iterations_max: self.config.first_guess_iterations_max,
+            min_relative_decrease: self.config.min_stage_decrease,
+            max_iterations: self.config.max_first_guess_iterations,
             ..BatchConfig::default()
         };
         let solution = optimise(&graph, start, &batch)?;
@@ -172,8 +173,8 @@ impl Rounds<'_> {
     fn anneal(&mut self, mut values: Values, scale: f64) -> Result<Values, SolveError> {
         let inner = BatchConfig {
             method: Method::LevenbergMarquardt,
-            iterations_max: self.config.stage_iterations,
-            relative_decrease_min: self.config.stage_decrease_min,
+            max_iterations: self.config.stage_iterations,
+            min_relative_decrease: self.config.min_stage_decrease,
             ..BatchConfig::default()
         };
         let squares = self.squares(&values)?;
@@ -185,8 +186,8 @@ impl Rounds<'_> {
             return Ok(values);
         }
         // Equation 18.
-        let mut closeness = (1.0 / (2.0 * greatest - 1.0)).max(self.config.closeness_min);
-        for _ in 0..self.config.stages_max {
+        let mut closeness = (1.0 / (2.0 * greatest - 1.0)).max(self.config.min_closeness);
+        for _ in 0..self.config.max_stages {
             let squares = self.squares(&values)?;
             for (suspect, square) in self.suspects.iter_mut().zip(squares) {
                 suspect.weight = weight(square / (suspect.limit * scale), closeness);
@@ -247,7 +248,7 @@ impl Rounds<'_> {
             scratch.reset(&*entry.factor);
             let done = entry.factor.linearise(values, &mut scratch);
             done.map_err(|source| SolveError::Factor { factor: suspect.id, source })?;
-            if scratch.squared() < self.config.review_residual_share_min * suspect.limit * scale {
+            if scratch.squared() < self.config.min_review_residual_share * suspect.limit * scale {
                 continue;
             }
             let covariance = marginals.covariance(entry.factor.keys())?;
@@ -263,7 +264,7 @@ impl Rounds<'_> {
             let innovation: f64 = along
                 .iter()
                 .zip(eigen.eigenvalues.iter())
-                .filter(|(_, share)| **share > self.config.shared_information_min)
+                .filter(|(_, share)| **share > self.config.min_shared_information)
                 .map(|(component, share)| component * component / share)
                 .sum();
             *refuted = innovation > suspect.limit * scale;

@@ -35,3 +35,32 @@ pub(crate) fn unknown_factor(factor: FactorId) -> String {
 pub(crate) fn disconnected(key: Key) -> String {
     format!("no chain of relative poses connects variable {key} to an anchored pose")
 }
+
+// What is wrong with an information matrix: clauses for [`information`].
+
+pub(crate) const NOT_FINITE_ENTRIES: &str = "has entries that are not finite";
+pub(crate) const NOT_SYMMETRIC: &str = "is not symmetric";
+pub(crate) const NEGATIVE_EIGENVALUE: &str = "has a negative eigenvalue";
+pub(crate) const OTHER_DIMENSION: &str = "does not fit the variables";
+
+// Which number is not usable: subjects of [`not_usable`].
+
+pub(crate) const STANDARD_DEVIATION: &str = "a standard deviation";
+pub(crate) const MEASURED_POSE: &str = "the measured pose";
+pub(crate) const NOISE_DENSITY: &str = "a noise density";
+pub(crate) const TIME_OF_READING: &str = "the time of a reading";
+pub(crate) const READING: &str = "a reading";
+pub(crate) const BIAS: &str = "the bias";
+pub(crate) const BEARING: &str = "the bearing";
+pub(crate) const RANGE: &str = "the range";
+pub(crate) const KERNEL_PARAMETER: &str = "the kernel's parameter";
+pub(crate) const SEEN_POINT: &str = "the seen point";
+pub(crate) const MEASURED_VELOCITY: &str = "the measured velocity";
+pub(crate) const KNOWN_POSE: &str = "the known pose";
+pub(crate) const KNOWN_VECTOR: &str = "the known vector";
+
+// Why a factor constrains nothing: reasons for [`degenerate`].
+
+pub(crate) const TOO_FEW_READINGS: &str = "too few inertial readings";
+pub(crate) const POINT_AT_POSE: &str = "the point is at the pose";
+pub(crate) const NO_DIRECTION: &str = "a vector without direction";

@@ -6,19 +6,19 @@
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GaugeConfig {
     /// A dial with a smaller scale is not read, pixels. At 12 pixels a hundredth of a turn is 0.75 pixels at the tip.
-    pub radius_min_px: f64,
+    pub min_radius_px: f64,
     /// The face is what is seen between this share of the radius and the scale: the hub is left out.
     pub face_inner_share: f64,
     /// Below this share of the brightness of the face, colours are noise and count less.
     pub dim_share: f64,
     /// A needle differs from the face by at least this in the shares of red and green of its brightness.
-    pub colour_contrast_min: f64,
+    pub min_colour_contrast: f64,
     /// A dark needle is darker than the face by at least this share: the face is 1.5 times as bright.
-    pub dark_contrast_min: f64,
+    pub min_dark_contrast: f64,
     /// A light needle is lighter than the face by at least this share: 1.5 times as bright.
-    pub light_contrast_min: f64,
+    pub min_light_contrast: f64,
     /// Evidence on more than this share of the dial is no needle.
-    pub area_share_max: f64,
+    pub max_area_share: f64,
     /// Number of rays round the axis: half a degree.
     pub rays: usize,
     /// The run of a needle is looked for from this share of the radius on: hubs have holes and screws.
@@ -40,11 +40,11 @@ pub struct GaugeConfig {
     /// Ratio of the strength of the needle to the noise of the face at which the evidence counts half.
     pub half_signal: f64,
     /// Evidence with a smaller ratio of the strength of the needle to the noise of the face is not used.
-    pub signal_min: f64,
+    pub min_signal: f64,
     /// A needle that reaches farther than this share of the radius runs into the ring of the dial or a tick, and counts half.
-    pub length_share_max: f64,
+    pub max_length_share: f64,
     /// Least quality of a reading, 0 to 1: length of the needle times its distinctness times its contrast.
-    pub quality_min: f64,
+    pub min_quality: f64,
     /// Another needle of at least this share of the best quality makes the reading unsure, if it points elsewhere by [`Self::rival_direction_rad`].
     pub rival_share: f64,
     /// Difference of direction from which two needles are different ones, radians.
@@ -54,21 +54,23 @@ pub struct GaugeConfig {
     /// Error of the given centre and ends of the scale, radians: 1 degree, as found by hand.
     pub dial_error_rad: f64,
     /// A reading with a larger uncertainty is unsure, as a share of the range of a full turn.
-    pub uncertainty_share_max: f64,
+    pub max_uncertainty_share: f64,
     /// A needle beyond an end of its scale by less than this shows the end, radians: needles rest on their pins.
     pub beyond_end_rad: f64,
+    /// Rays reach this share of the radius: needles that are longer than their scale are not expected.
+    pub reach_share: f64,
 }
 
 impl Default for GaugeConfig {
     fn default() -> Self {
         Self {
-            radius_min_px: 12.0,
+            min_radius_px: 12.0,
             face_inner_share: 0.25,
             dim_share: 0.35,
-            colour_contrast_min: 0.05,
-            dark_contrast_min: 0.33,
-            light_contrast_min: 0.5,
-            area_share_max: 0.5,
+            min_colour_contrast: 0.05,
+            min_dark_contrast: 0.33,
+            min_light_contrast: 0.5,
+            max_area_share: 0.5,
             rays: 720,
             run_from_share: 0.2,
             run_start_share: 0.4,
@@ -79,15 +81,16 @@ impl Default for GaugeConfig {
             other_direction_rad: 0.7,
             noise_floor: 0.02,
             half_signal: 6.0,
-            signal_min: 4.0,
-            length_share_max: 1.05,
-            quality_min: 0.1,
+            min_signal: 4.0,
+            max_length_share: 1.05,
+            min_quality: 0.1,
             rival_share: 0.75,
             rival_direction_rad: 0.35,
             edge_error_px: 0.5,
             dial_error_rad: 0.0175,
-            uncertainty_share_max: 0.03,
+            max_uncertainty_share: 0.03,
             beyond_end_rad: 0.1,
+            reach_share: 1.1,
         }
     }
 }

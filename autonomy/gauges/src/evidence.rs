@@ -41,7 +41,8 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
 }
 
 impl Evidence {
-    /// The evidence of all kinds in which something on the dial stands out; the face is the median of the dial. Linear in the pixels.
+    /// The evidence of all kinds in which something on the dial stands out; the face is the median of the dial. Linear in the pixels
+    /// (docs/maths/gauges.md, equations 1 to 3).
     pub(crate) fn all(picture: &Picture, dial: &Dial, config: &GaugeConfig) -> Vec<Self> {
         let [width, height] = picture.size_px();
         let range_px = |pixel: usize| {
@@ -97,19 +98,19 @@ impl Evidence {
             .collect();
         let threshold = otsu(&on_dial)?;
         let (above, below): (Vec<f64>, Vec<f64>) = on_dial.iter().partition(|value| **value > threshold);
-        if above.is_empty() || above.len() as f64 > config.area_share_max * on_dial.len() as f64 {
+        if above.is_empty() || above.len() as f64 > config.max_area_share * on_dial.len() as f64 {
             return None;
         }
         let middle = median(below.clone())?;
         let noise = 1.48 * median(below.iter().map(|value| (value - middle).abs()).collect())?;
         let strength = above.iter().sum::<f64>() / above.len() as f64 - middle;
         let least = match kind {
-            EvidenceKind::Colour => config.colour_contrast_min,
-            EvidenceKind::Darker => config.dark_contrast_min,
-            EvidenceKind::Lighter => config.light_contrast_min,
+            EvidenceKind::Colour => config.min_colour_contrast,
+            EvidenceKind::Darker => config.min_dark_contrast,
+            EvidenceKind::Lighter => config.min_light_contrast,
         };
         let signal = strength / (noise + config.noise_floor);
-        let is_enough = strength >= least && signal >= config.signal_min;
+        let is_enough = strength >= least && signal >= config.min_signal;
         is_enough.then_some(Self { kind, width, height, values, threshold: threshold as f32, signal })
     }
 
@@ -131,6 +132,7 @@ impl Evidence {
 
 /// The threshold that parts values best into two groups (least variance within them). Source: Otsu, *A Threshold Selection Method from Gray-Level Histograms*, 1979.
 fn otsu(values: &[f64]) -> Option<f64> {
+    // As many as the grey values of a pixel.
     const BINS: usize = 256;
     let lowest = values.iter().copied().min_by(f64::total_cmp)?;
     let highest = values.iter().copied().max_by(f64::total_cmp)?;

@@ -19,7 +19,8 @@ pub(crate) struct Needle {
     pub(crate) quality: f64,
 }
 
-/// The needle of evidence: the longest run from the axis. None if no run begins there. Linear in the rays and their steps.
+/// The needle of evidence: the longest run from the axis. None if no run begins there. Linear in the rays and their steps
+/// (its quality: docs/maths/gauges.md, equation 4).
 pub(crate) fn find(evidence: &Evidence, dial: &Dial, config: &GaugeConfig) -> Option<Needle> {
     let rays = Rays::new(evidence, dial, config);
     let runs: Vec<f64> = (0..rays.count()).map(|ray| rays.run_px(ray, dial.radius_px, config)).collect();
@@ -38,7 +39,7 @@ pub(crate) fn find(evidence: &Evidence, dial: &Dial, config: &GaugeConfig) -> Op
     let length_share = length_px / dial.radius_px;
     let distinctness = 1.0 - other_px / length_px;
     let contrast = evidence.signal / (evidence.signal + config.half_signal);
-    let reach = if length_share > config.length_share_max { 0.5 } else { 1.0 };
+    let reach = if length_share > config.max_length_share { 0.5 } else { 1.0 };
     Some(Needle {
         kind: evidence.kind,
         direction_rad: (middle * step_rad).rem_euclid(TAU),
@@ -65,9 +66,9 @@ fn middles(rays: &Rays, tip: f64, length_px: f64, config: &GaugeConfig) -> Vec<f
     (from as usize..to as usize)
         .filter(|step| rays.is_needle(start, *step))
         .map(|step| {
-            let width_max = count / 4;
-            let after = (1..width_max).take_while(|ray| rays.is_needle(start + ray, step)).count();
-            let before = (1..width_max).take_while(|ray| rays.is_needle(start + count - ray, step)).count();
+            let max_width = count / 4;
+            let after = (1..max_width).take_while(|ray| rays.is_needle(start + ray, step)).count();
+            let before = (1..max_width).take_while(|ray| rays.is_needle(start + count - ray, step)).count();
             tip.round() + (after as f64 - before as f64) / 2.0
         })
         .collect()

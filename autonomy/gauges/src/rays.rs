@@ -4,9 +4,6 @@ use crate::evidence::Evidence;
 use crate::{Dial, GaugeConfig};
 use std::f64::consts::TAU;
 
-/// Rays reach this share of the radius: needles that are longer than their scale are not expected.
-const REACH_SHARE: f64 = 1.1;
-
 /// Whether the picture shows a needle, in steps of a pixel along rays in equal steps round the axis.
 pub(crate) struct Rays {
     steps: usize,
@@ -17,7 +14,7 @@ pub(crate) struct Rays {
 impl Rays {
     /// The rays of a dial. Linear in the pixels round it.
     pub(crate) fn new(evidence: &Evidence, dial: &Dial, config: &GaugeConfig) -> Self {
-        let (rays, steps) = (config.rays.max(1), (dial.radius_px * REACH_SHARE).ceil() as usize);
+        let (rays, steps) = (config.rays.max(1), (dial.radius_px * config.reach_share).ceil() as usize);
         let mut is_needle = Vec::with_capacity(rays * steps);
         for ray in 0..rays {
             let (sine, cosine) = (ray as f64 / rays as f64 * TAU).sin_cos();
@@ -42,14 +39,14 @@ impl Rays {
     /// Where the run of needle along a ray that begins near the axis ends, pixels; 0 without one.
     pub(crate) fn run_px(&self, ray: usize, radius_px: f64, config: &GaugeConfig) -> f64 {
         let start_max = (config.run_start_share * radius_px) as usize;
-        let gap_max = ((config.gap_share * radius_px) as usize).max(1);
+        let max_gap = ((config.gap_share * radius_px) as usize).max(1);
         let (mut end, mut gap) = (0, 0);
         for step in (config.run_from_share * radius_px) as usize..self.steps {
             if self.is_needle(ray, step) {
                 (end, gap) = (step + 1, 0);
             } else if end > 0 {
                 gap += 1;
-                if gap > gap_max {
+                if gap > max_gap {
                     break;
                 }
             } else if step >= start_max {

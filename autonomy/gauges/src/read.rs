@@ -62,8 +62,8 @@ pub enum UnsureReason {
 /// When the dial has no values.
 pub fn read_gauge(picture: &Picture, dial: &Dial, config: &GaugeConfig) -> Result<GaugeReading, DialError> {
     dial.check()?;
-    if dial.radius_px < config.radius_min_px {
-        return Ok(GaugeReading::TooSmall { radius_px: dial.radius_px, least_px: config.radius_min_px });
+    if dial.radius_px < config.min_radius_px {
+        return Ok(GaugeReading::TooSmall { radius_px: dial.radius_px, least_px: config.min_radius_px });
     }
     let unsure = |reason, likeliest| Ok(GaugeReading::Unsure { reason, likeliest });
     if !is_in_picture(picture, dial) {
@@ -75,7 +75,7 @@ pub fn read_gauge(picture: &Picture, dial: &Dial, config: &GaugeConfig) -> Resul
     needles.sort_by(|a, b| b.quality.total_cmp(&a.quality));
     let Some(best) = needles.first() else { return unsure(UnsureReason::NoNeedle, None) };
     let value = dial.value(best.direction_rad, config.beyond_end_rad);
-    if best.quality < config.quality_min {
+    if best.quality < config.min_quality {
         return unsure(UnsureReason::Indistinct, value);
     }
     let is_rival = |other: &Needle| {
@@ -87,7 +87,7 @@ pub fn read_gauge(picture: &Picture, dial: &Dial, config: &GaugeConfig) -> Resul
     }
     let edge_rad = config.edge_error_px / best.length_px;
     let deviation_rad = best.spread_rad.hypot(edge_rad).hypot(config.dial_error_rad);
-    if deviation_rad > config.uncertainty_share_max * TAU {
+    if deviation_rad > config.max_uncertainty_share * TAU {
         return unsure(UnsureReason::Inexact, value);
     }
     let Some(value) = value else { return unsure(UnsureReason::OutsideScale, None) };

@@ -3,6 +3,7 @@
 use points::{AdaptiveVoxelConfig, Centroid, Downsampler};
 
 /// Parameters of [`AdaptiveVoxelFilter`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdaptiveVoxelFilterConfig {
     /// Points that a filtered scan should have.

@@ -19,6 +19,7 @@ use std::cmp::Reverse;
 use std::f64::consts::TAU;
 
 /// Parameters of [`CorrelativeMatcher`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CorrelativeMatcherConfig {
     /// Edge of a grid cell, and distance between tried positions, metres.

@@ -15,6 +15,7 @@ use pathfinding::directed::dijkstra::dijkstra_reach;
 use registration::{MatchingConfig, score};
 
 /// Parameters of [`plan_disambiguation`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DisambiguationConfig {
     /// Greatest length of a step from one keyframe to the next, metres.

@@ -5,6 +5,7 @@ use geometry::{Isometry, isometry_from_pose, pose_from_isometry};
 use vocab::{MapId, Pose, Span, Stamp};
 
 /// Parameters of [`DockRegistry`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DockRegistryConfig {
     /// A dock is learnt where the robot has been charged and has known its pose for this time.

@@ -17,6 +17,7 @@ use registration::{Fit, MatchingConfig, refine, score};
 use std::sync::{Arc, OnceLock};
 
 /// Parameters of [`GlobalLocaliser`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GlobalLocaliserConfig {
     /// Parameters of the correlative matcher.

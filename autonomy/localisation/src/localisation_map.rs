@@ -16,6 +16,7 @@ pub struct LocalisationMapConfig {
 }
 
 /// Parameters of [`LocalisationMap::check_free_space`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FreeSpaceCheckConfig {
     /// Greatest distance of a compared keyframe from the robot, metres.

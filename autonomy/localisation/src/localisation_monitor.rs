@@ -7,6 +7,7 @@ use crate::localisation_map::FreeSpaceCheck;
 use vocab::{Span, Stamp};
 
 /// Parameters of [`LocalisationMonitor`]. Its threshold is what the whole crate means by a gap between scans.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LocalisationMonitorConfig {
     /// Longest time between two scans of a LiDAR that works. Slow LiDARs turn twice a second.

@@ -8,6 +8,7 @@ use crate::pose_hypothesis::HypothesisTolerance;
 use geometry::Isometry;
 
 /// Parameters of [`LowConfidenceConfirmation`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LowConfidenceConfig {
     /// Distance over which the pose has to be found repeatedly, metres.

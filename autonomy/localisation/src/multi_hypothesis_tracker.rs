@@ -14,6 +14,7 @@ use std::sync::Arc;
 use vocab::{Span, Stamp};
 
 /// Parameters of [`MultiHypothesisTracker`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MultiHypothesisConfig {
     /// Parameters of the trackers.

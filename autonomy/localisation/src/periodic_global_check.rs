@@ -8,6 +8,7 @@ use crate::pose_hypothesis::{AcceptanceConfig, PoseHypothesis};
 use geometry::Isometry;
 
 /// Parameters of [`PeriodicGlobalCheck`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PeriodicGlobalCheckConfig {
     /// Distance walked from where the pose was found to the first check, metres.

@@ -22,6 +22,7 @@ impl PoseHypothesis {
 }
 
 /// Greatest difference of two poses that count as one.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HypothesisTolerance {
     /// Distance of the positions, metres.
@@ -40,6 +41,7 @@ impl HypothesisTolerance {
 }
 
 /// Thresholds by which the hypotheses of one scan are accepted.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AcceptanceConfig {
     /// Least fit of a pose that may be the right one.
@@ -49,7 +51,7 @@ pub struct AcceptanceConfig {
     /// A pose is ambiguous if another one reaches this share of its quality.
     pub ambiguity_ratio: f64,
     /// Least fit of a pose of low confidence. Near the end of a map, where much of a scan is in no map, the right pose has a fit of 0.45 to 0.7.
-    pub low_confidence_min_fit: f64,
+    pub min_low_confidence_fit: f64,
     /// A pose of low confidence is dropped if another one reaches this share of its quality.
     pub low_confidence_ambiguity_ratio: f64,
     /// A tracked pose is contradicted if its quality is less than this share of another pose's.
@@ -66,7 +68,7 @@ impl Default for AcceptanceConfig {
             min_fit: 0.72,
             max_violation_share: 0.1,
             ambiguity_ratio: 0.85,
-            low_confidence_min_fit: 0.4,
+            min_low_confidence_fit: 0.4,
             low_confidence_ambiguity_ratio: 0.75,
             contradiction_ratio: 0.93,
             same_pose: HypothesisTolerance {
@@ -107,7 +109,7 @@ impl AcceptanceConfig {
         let Some(best) = found.first() else { return RelocalisationResult::NotFound };
         let fits = |min_fit: f64| best.fit >= min_fit && best.violation_share <= self.max_violation_share;
         if !fits(self.min_fit) {
-            let plausible = fits(self.low_confidence_min_fit);
+            let plausible = fits(self.min_low_confidence_fit);
             let least = self.low_confidence_ambiguity_ratio * best.quality();
             let unrivalled = found.iter().skip(1).all(|other| other.quality() < least);
             return if plausible && unrivalled {

@@ -11,6 +11,7 @@ use std::sync::Arc;
 use vocab::{Span, Stamp};
 
 /// Conditions for repeating a request that found no pose.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelocalisationRequestConfig {
     /// After this distance, metres.

@@ -11,15 +11,15 @@ use vocab::{SessionId, Span, Stamp, Vec3};
 
 /// Greatest root mean square error of the keyframes' positions, metres: that of one pass over the stairs with a tenth of the LiDAR's columns.
 /// `cargo xtask bench sites` holds ten-minute maps to 1 cm.
-const RMSE_MAX_M: f64 = 0.05;
+const MAX_RMSE_M: f64 = 0.05;
 /// State of a robot that knows its pose.
 const LOCALISED: LocalisationState = LocalisationState::Localised { map: FIRST, degradation: None };
 /// Greatest error of an accepted loop's translation, metres.
-const LOOP_ERROR_MAX_M: f64 = 0.3;
+const MAX_LOOP_ERROR_M: f64 = 0.3;
 /// A claimed position is wrong if it is farther than this from the truth, metres.
 const POSITION_TOLERANCE_M: f64 = 0.2;
 /// Limit of the duration of a recovery, seconds.
-const RECOVERY_MAX_S: f64 = 20.0;
+const MAX_RECOVERY_S: f64 = 20.0;
 
 /// Maps a generated site on its short route, among two people, and compares poses and loops with the ground truth.
 #[track_caller]
@@ -41,7 +41,7 @@ fn check_short_walk(seed: u64) {
         .map(|node| (position_at(&track, node.stamp), vec_from_plain(node.map_from_keyframe.position)))
         .collect();
     let rmse = aligned_rmse(&pairs).unwrap_or(f64::NAN);
-    assert!(rmse < RMSE_MAX_M, "seed {seed}: {:.1} mm RMSE of {} keyframes", 1e3 * rmse, pairs.len());
+    assert!(rmse < MAX_RMSE_M, "seed {seed}: {:.1} mm RMSE of {} keyframes", 1e3 * rmse, pairs.len());
     for decision in finished.decisions.iter().filter(|one| one.verdict == LoopVerdict::Accepted) {
         let pose = |id| {
             let node = finished.graph.nodes.iter().find(|node| node.id == id);
@@ -53,7 +53,7 @@ fn check_short_walk(seed: u64) {
         // The graph is within the bar above, so it serves as truth for the larger limit.
         let off: Vector3 =
             (from.inverse() * to).translation.vector - vec_from_plain(decision.from_from_to.position);
-        assert!(off.norm() < LOOP_ERROR_MAX_M, "seed {seed}: a wrong loop: {decision:?}");
+        assert!(off.norm() < MAX_LOOP_ERROR_M, "seed {seed}: a wrong loop: {decision:?}");
     }
     let Some(prior_map) = day.lockstep.map(FIRST).cloned() else { panic!("not kept") };
     check_recovery(seed, prior_map, &pairs);
@@ -87,7 +87,7 @@ fn check_recovery(seed: u64, prior_map: Arc<PriorMap>, pairs: &[(Vector3, Vector
             }
             let waited_s = (day.lockstep.now() - since).secs_f64();
             assert!(
-                waited_s < RECOVERY_MAX_S,
+                waited_s < MAX_RECOVERY_S,
                 "seed {seed}, {what}: {error_m} m off, {:?}",
                 day.localisation
             );

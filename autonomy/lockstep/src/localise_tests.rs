@@ -138,7 +138,7 @@ fn a_better_fitting_pose_makes_localisation_undecided_until_one_is_rejected() {
 
 /// Thins the sweeps of a standing robot to a quarter. At full resolution they keep four times as many points as this.
 fn thin(mut day: Day) -> Day {
-    let config = PreparationConfig { standing_points_max: 1_700, ..PreparationConfig::default() };
+    let config = PreparationConfig { max_standing_points: 1_700, ..PreparationConfig::default() };
     day.lockstep.prepare_scans(config);
     day
 }

@@ -120,8 +120,8 @@ pub(crate) fn localised(mut day: Day, site: Site) -> Day {
 }
 
 /// Runs until the run has ended, and returns its outcome.
-pub(crate) fn until_ended(day: &mut Day, seconds_max: u32) -> Option<RunState> {
-    for _ in 0..seconds_max {
+pub(crate) fn until_ended(day: &mut Day, max_seconds: u32) -> Option<RunState> {
+    for _ in 0..max_seconds {
         day.run(1.0);
         let ended = day.missions.ended.iter().find(|ended| ended.run == RUN);
         if let Some(ended) = ended {

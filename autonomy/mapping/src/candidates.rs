@@ -9,6 +9,7 @@ use geometry::{Isometry, Rotation, Vector3};
 use std::ops::Range;
 
 /// Which old keyframes are compared with the newest one.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CandidateConfig {
     /// Least walking distance between two keyframes for a loop, metres. Nearer ones are recent travel.

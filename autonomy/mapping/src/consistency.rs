@@ -16,6 +16,7 @@ use geometry::{Isometry, Vector3};
 use vocab::KeyframeId;
 
 /// Parameters of [`LoopConsistencyCheck`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoopConsistencyConfig {
     /// Standard deviation of the graph's expectation up to which it confirms a loop by itself, metres. Its default is that of
@@ -27,9 +28,9 @@ pub struct LoopConsistencyConfig {
     /// [`CandidateConfig::max_offset_m`](crate::candidates::CandidateConfig::max_offset_m).
     pub min_extent_m: f64,
     /// Number of loops that must agree where they contradict the expectation.
-    pub contradicting_min_support: usize,
+    pub min_contradicting_support: usize,
     /// Least extent of those keyframes, metres: more than a room.
-    pub contradicting_min_extent_m: f64,
+    pub min_contradicting_extent_m: f64,
     /// A contradiction of more than this many standard deviations is never accepted, however many loops agree.
     pub max_contradiction_deviations: f64,
     /// Greatest number of held loops; beyond it the oldest is dropped. At most 64, the width of a bit set.
@@ -47,8 +48,8 @@ impl Default for LoopConsistencyConfig {
             confirming_std_m: PoseCertaintyConfig::default().max_std_m,
             min_support: 3,
             min_extent_m: 2.5,
-            contradicting_min_support: 6,
-            contradicting_min_extent_m: 18.0,
+            min_contradicting_support: 6,
+            min_contradicting_extent_m: 18.0,
             max_contradiction_deviations: 10.0,
             max_held: 64,
             max_branches: 20_000,
@@ -282,7 +283,7 @@ impl LoopConsistencyCheck {
             return false;
         }
         let (min_support, min_extent_m) = if agreements.contains(&LoopAgreement::Contradicting) {
-            (config.contradicting_min_support, config.contradicting_min_extent_m)
+            (config.min_contradicting_support, config.min_contradicting_extent_m)
         } else {
             (config.min_support, config.min_extent_m)
         };

@@ -10,6 +10,7 @@ use geometry::Isometry;
 use points::hash::{CellKey, CellTable};
 
 /// Parameters of [`dynamic_points`] and [`static_points`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DynamicPointsConfig {
     /// Greatest number of keyframes that vote. Enough to detect people who stand still for half a minute.

@@ -3,6 +3,7 @@
 use geometry::Vector3;
 
 /// Parameters of [`estimate_base_height`]: the floor is the horizontal slice below the base with the most points.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FloorDetectionConfig {
     /// Least depth of the floor below the base, metres.

@@ -11,6 +11,7 @@ use std::fmt;
 use vocab::KeyframeId;
 
 /// Parameters of the optimiser of a pose graph.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OptimiserConfig {
     /// Information of the first keyframe's pose, 1/rad² and 1/m². It is the origin of the map.

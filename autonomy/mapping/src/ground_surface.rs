@@ -7,6 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 /// Parameters of [`GroundSurface::find`]. Heights are counted in layers of `layer_m`.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GroundConfig {
     /// Edge of a column, metres.

@@ -24,6 +24,7 @@ use std::sync::Arc;
 use vocab::{KeyframeId, Stamp};
 
 /// Parameters of a [`LoopFinder`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoopConfig {
     /// Which keyframes are compared.

@@ -12,6 +12,7 @@ use points::hash::{CellKey, CellTable};
 use std::collections::BTreeMap;
 
 /// Parameters of the change detection.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MapChangesConfig {
     /// Scans from farther away than this from a point do not vote on it, metres.

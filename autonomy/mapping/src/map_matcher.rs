@@ -22,6 +22,7 @@ use std::sync::Arc;
 use vocab::KeyframeId;
 
 /// Parameters of [`MapMatcher`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MapMatcherConfig {
     /// How submaps are made.

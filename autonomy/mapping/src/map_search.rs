@@ -14,6 +14,7 @@ use std::collections::VecDeque;
 use vocab::KeyframeId;
 
 /// Parameters of [`MapSearch`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MapSearchConfig {
     /// Distance walked before the first search, metres. Less is rarely enough to be recognised.

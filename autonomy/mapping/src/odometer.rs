@@ -3,6 +3,7 @@
 use geometry::Vector3;
 
 /// Parameters of [`Odometer`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OdometerConfig {
     /// Distance from the last counted position at which a move is counted, metres. Swaying legs and noise amount to a few millimetres.

@@ -14,6 +14,7 @@ use std::collections::VecDeque;
 use vocab::{KeyframeId, Stamp};
 
 /// Parameters of revisits.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RevisitConfig {
     /// A keyframe of recent travel covers a waypoint within this distance, metres. Less than the distance between two keyframes.

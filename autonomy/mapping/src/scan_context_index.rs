@@ -5,6 +5,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// Parameters of [`ScanContextIndex::search`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ScanContextSearchConfig {
     /// Keyframes with the nearest ring keys whose images are compared, for each view of the query.

@@ -10,6 +10,7 @@ use geometry::{Isometry, Matrix6, Vector3, Vector6, se3, so3};
 use vocab::{KeyframeId, Span, Stamp};
 
 /// Parameters of a [`Session`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SessionConfig {
     /// When a scan becomes a waypoint.

@@ -13,6 +13,7 @@ pub const MAX_POINTS: usize = 3_000;
 const RESOLUTION_M: f32 = 0.002;
 
 /// Parameters of the thinning of a keyframe's cloud.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinningConfig {
     /// Edge of the voxels in which a cloud is averaged first, metres.
@@ -28,6 +29,7 @@ impl Default for ThinningConfig {
 }
 
 /// Parameters of a submap: a keyframe with its neighbours.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SubmapConfig {
     /// Neighbours are taken within this distance of the keyframe, metres. Along the walk for loops of a session, straight for finished maps.

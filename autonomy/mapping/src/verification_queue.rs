@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use vocab::{KeyframeId, Stamp};
 
 /// Parameters of the queue of comparisons.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct VerificationQueueConfig {
     /// Greatest number of comparisons that run at a time. They share the compute lane with relocalisation and map quality.

@@ -11,6 +11,7 @@ use geometry::{Isometry, Rotation, Vector3};
 use std::collections::BTreeMap;
 
 /// Parameters of [`find_viewpoints`] and [`find_up_axis`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewpointConfig {
     /// Least distance between viewpoints, metres.

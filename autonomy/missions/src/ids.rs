@@ -25,7 +25,7 @@ pub(crate) fn call_id(run: RunId, step: u64) -> ActionCallId {
 }
 
 /// The goal of a monitor that sends the robot to a dock, by the number of its event.
-pub(crate) fn errand_goal_id(number: u64) -> GoalId {
+pub(crate) fn monitor_docking_goal_id(number: u64) -> GoalId {
     GoalId(derive("errand", &[u128::from(number)]))
 }
 

@@ -25,6 +25,7 @@ impl Default for DockMarker {
 }
 
 /// Parameters of [`crate::DockDetector`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DockDetectorConfig {
     /// The marker that is looked for.
@@ -43,46 +44,46 @@ pub struct DockDetectorConfig {
     /// of the grid may be off.
     pub score_reach_steps: f64,
     /// Poses of the grid from which the least squares begin, at most.
-    pub starts_max: usize,
+    pub max_starts: usize,
     /// Iteration of the least squares. It converges in about eight steps. The gate closes from four times [`Self::inlier_m`] to once: far points
     /// pull at first only.
     pub refinement: GaussNewtonConfig,
     /// Points farther from the place that is searched than the marker reaches, and this much, are left out, metres.
     pub reach_margin_m: f64,
     /// Points of the slice that the grid is compared with, at most. More take longer and find no more.
-    pub grid_points_max: usize,
+    pub max_grid_points: usize,
     /// Points for the least squares, at most.
-    pub points_max: usize,
+    pub max_points: usize,
     /// Points on the marker that are needed.
-    pub points_min: usize,
+    pub min_points: usize,
     /// A point this near to a plate is on it, metres: three times the noise of a LiDAR.
     pub inlier_m: f64,
     /// Greatest root mean square of the distances of these points from the plates, metres.
-    pub residual_max_m: f64,
+    pub max_residual_m: f64,
     /// Points beside a plate up to this distance belong to something of another shape, metres.
     pub beside_m: f64,
     /// Share of the points beside the plates, of those on and beside them, from which on the shape is another one.
-    pub beside_share_max: f64,
+    pub max_beside_share: f64,
     /// Sections into which each plate is divided. Those without a point are hidden, or there is no plate.
     pub sections: usize,
     /// Share of the sections of each plate that must be seen, and the outermost one must be among them: ends are what walls and bodies do not have there.
-    pub seen_share_min: f64,
+    pub min_seen_share: f64,
     /// Greatest mean distance of the points of a section from the plate, metres. Noise averages out; what is bent or stands at another angle does not.
-    pub section_error_max_m: f64,
+    pub max_section_error_m: f64,
     /// Points of a section from which on its mean counts.
-    pub section_points_min: usize,
+    pub min_section_points: usize,
     /// Length beyond the ends of the plates that must be free, metres. A wall goes on there.
     pub beyond_m: f64,
     /// Points beyond the ends, by their share of the density on the plates, at which these are no ends.
-    pub beyond_share_max: f64,
+    pub max_beyond_share: f64,
     /// Two poses farther apart than this that both look like the dock are ambiguous, metres.
     pub separation_m: f64,
     /// Least standard deviation of a point's distance from its plate in the covariance, metres: few points may agree by chance.
-    pub noise_min_m: f64,
+    pub min_noise_m: f64,
     /// Greatest standard deviation of the position found, metres.
-    pub deviation_max_m: f64,
+    pub max_deviation_m: f64,
     /// Greatest standard deviation of the heading found, radians.
-    pub deviation_max_rad: f64,
+    pub max_deviation_rad: f64,
 }
 
 impl Default for DockDetectorConfig {
@@ -95,7 +96,7 @@ impl Default for DockDetectorConfig {
             step_m: 0.05,
             step_rad: 3.0_f64.to_radians(),
             score_reach_steps: 1.5,
-            starts_max: 5,
+            max_starts: 5,
             refinement: GaussNewtonConfig {
                 max_iterations: 16,
                 min_step: 1e-6,
@@ -105,23 +106,23 @@ impl Default for DockDetectorConfig {
                 absolute_damping: 0.0,
             },
             reach_margin_m: 0.1,
-            grid_points_max: 150,
-            points_max: 1_500,
-            points_min: 30,
+            max_grid_points: 150,
+            max_points: 1_500,
+            min_points: 30,
             inlier_m: 0.03,
-            residual_max_m: 0.015,
+            max_residual_m: 0.015,
             beside_m: 0.15,
-            beside_share_max: 0.12,
+            max_beside_share: 0.12,
             sections: 5,
-            seen_share_min: 0.6,
-            section_error_max_m: 0.01,
-            section_points_min: 10,
+            min_seen_share: 0.6,
+            max_section_error_m: 0.01,
+            min_section_points: 10,
             beyond_m: 0.12,
-            beyond_share_max: 0.35,
+            max_beyond_share: 0.35,
             separation_m: 0.15,
-            noise_min_m: 1e-3,
-            deviation_max_m: 0.01,
-            deviation_max_rad: 0.02,
+            min_noise_m: 1e-3,
+            max_deviation_m: 0.01,
+            max_deviation_rad: 0.02,
         }
     }
 }

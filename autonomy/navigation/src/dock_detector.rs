@@ -75,10 +75,10 @@ impl DockDetector {
         let is_near = |point: &[f64; 2]| (point[0] - middle[0]).hypot(point[1] - middle[1]) <= reach_m;
         let near: Vec<[f64; 2]> =
             points.iter().map(|point| expected.inverse_apply(*point)).filter(is_near).collect();
-        if near.len() < self.config.points_min {
+        if near.len() < self.config.min_points {
             return Err(DockNotFound::FewPoints);
         }
-        let near = every(&near, self.config.points_max);
+        let near = every(&near, self.config.max_points);
         let mut found: Vec<(Pose2, Observation)> = Vec::new();
         let mut reason = DockNotFound::NoMatch;
         for start in self.candidates(&outline, &near) {
@@ -107,11 +107,11 @@ impl DockDetector {
         })
     }
 
-    /// The best poses of the grid, at most [`DockDetectorConfig::starts_max`], apart from each other.
+    /// The best poses of the grid, at most [`DockDetectorConfig::max_starts`], apart from each other.
     fn candidates(&self, outline: &Outline, near: &[[f64; 2]]) -> Vec<Pose2> {
         let DockDetectorConfig { search_m, search_rad, step_m, step_rad, score_reach_steps, .. } =
             self.config;
-        let few = every(near, self.config.grid_points_max);
+        let few = every(near, self.config.max_grid_points);
         let (steps, turns) = ((search_m / step_m).round() as i32, (search_rad / step_rad).round() as i32);
         let mut scored = Vec::new();
         for turn in -turns..=turns {
@@ -132,7 +132,7 @@ impl DockDetector {
             if chosen.iter().all(|other| other.distance_m(&pose) > self.config.separation_m) {
                 chosen.push(pose);
             }
-            if chosen.len() == self.config.starts_max {
+            if chosen.len() == self.config.max_starts {
                 break;
             }
         }
@@ -150,20 +150,20 @@ impl DockDetector {
     fn check_shape(&self, seen: &Observation) -> Result<(), DockNotFound> {
         let config = &self.config;
         let deviation = |axis: usize| seen.covariance[(axis, axis)].max(0.0).sqrt();
-        let is_exact = seen.residual_m <= config.residual_max_m
-            && seen.beyond_share <= config.beyond_share_max
-            && seen.beside_share <= config.beside_share_max
-            && seen.section_error_m <= config.section_error_max_m
-            && deviation(0) <= config.deviation_max_m
-            && deviation(1) <= config.deviation_max_m
-            && deviation(2) <= config.deviation_max_rad;
-        if !is_exact || seen.points < config.points_min {
+        let is_exact = seen.residual_m <= config.max_residual_m
+            && seen.beyond_share <= config.max_beyond_share
+            && seen.beside_share <= config.max_beside_share
+            && seen.section_error_m <= config.max_section_error_m
+            && deviation(0) <= config.max_deviation_m
+            && deviation(1) <= config.max_deviation_m
+            && deviation(2) <= config.max_deviation_rad;
+        if !is_exact || seen.points < config.min_points {
             return Err(DockNotFound::NoMatch);
         }
         let [left, right] = seen.seen_share;
-        if left.min(right) < config.seen_share_min {
+        if left.min(right) < config.min_seen_share {
             // One whole plate may be the rest of a marker.
-            let is_half = left.max(right) >= config.seen_share_min;
+            let is_half = left.max(right) >= config.min_seen_share;
             return Err(if is_half { DockNotFound::PartlyHidden } else { DockNotFound::NoMatch });
         }
         Ok(())
@@ -171,8 +171,8 @@ impl DockDetector {
 }
 
 /// At most that many of the points, evenly.
-fn every(points: &[[f64; 2]], count_max: usize) -> Vec<[f64; 2]> {
-    let step = points.len().div_ceil(count_max.max(1)).max(1);
+fn every(points: &[[f64; 2]], max_count: usize) -> Vec<[f64; 2]> {
+    let step = points.len().div_ceil(max_count.max(1)).max(1);
     points.iter().copied().step_by(step).collect()
 }
 

@@ -200,13 +200,13 @@ impl Outline {
             |side: usize| density(beyond[side], config.beyond_m) / density(on[side].max(1), self.length_m);
         let covariance = normal
             .try_inverse()
-            .map_or(Matrix3::identity(), |inverse| inverse * variance.max(config.noise_min_m.powi(2)));
+            .map_or(Matrix3::identity(), |inverse| inverse * variance.max(config.min_noise_m.powi(2)));
         let share = |seen: &[(usize, f64)]| match seen.last() {
             Some((1.., _)) => seen.iter().filter(|(count, _)| *count > 0).count() as f64 / sections as f64,
             _ => 0.0,
         };
         // The mean of few points is mostly noise.
-        let full = seen.iter().flatten().filter(|(count, _)| *count >= config.section_points_min);
+        let full = seen.iter().flatten().filter(|(count, _)| *count >= config.min_section_points);
         let section_error_m = full.map(|(count, sum_m)| (sum_m / *count as f64).abs()).fold(0.0, f64::max);
         Observation {
             points: count,

@@ -18,9 +18,10 @@ use std::collections::BTreeMap;
 /// Cells along the side of a block. Blocks are allocated whole.
 const BLOCK_CELLS: i32 = 64;
 /// Height slices that a [`Cell`] keeps, one bit each.
-const SLICES_MAX: i64 = 16;
+const MAX_SLICES: i64 = 16;
 
 /// Parameters of [`ElevationMap`]. The values were tuned on the simulated sites with people walking about.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ElevationMapConfig {
     /// Least obstacle confidence at which a cell counts as an obstacle.
@@ -32,7 +33,7 @@ pub struct ElevationMapConfig {
     /// Height of a slice, metres. A cell keeps in which slices above its ground an obstacle was seen.
     pub slice_height_m: f64,
     /// Obstacles that appear thinner than this from the robot are not cleared by rays, radians: the beams of a LiDAR are up to 2 degrees apart.
-    pub clearable_angle_min_rad: f64,
+    pub min_clearable_angle_rad: f64,
     /// Thin obstacles at least `thin_cleared_from_m` away are cleared by every scan whose number is a multiple of this. People who walk past at 4 m leave traces of one or two slices, with the
     /// highest confidence. Here a trace goes after 5.5 s, sooner than a walk gives up before a blocked path, and a thing that one scan in 15 hits stays. Sensitivity: with 8,
     /// traces outlast that wait.
@@ -52,17 +53,17 @@ pub struct ElevationMapConfig {
     /// Growth of that margin with the distance from the robot, metres for each metre.
     pub footless_margin_slope: f64,
     /// Steepest slope of ground, metres for each metre: steep stairs.
-    pub slope_max: f64,
+    pub max_slope: f64,
     /// Ground that is higher than a step must have a neighbour one step lower within this number of cells: the depth of a tread.
     pub tread_cells: i32,
     /// Rays of one scan that are tested against obstacles at most, to bound the cost of a scan.
-    pub rays_max: usize,
+    pub max_rays: usize,
     /// Slices below the robot's feet in which points are kept: 24 slices of 0.125 m are 3 m.
     pub slices_below_feet: i64,
     /// A ground height that differs by more than this from the known one belongs to another floor, metres.
     pub floor_separation_m: f32,
     /// Depth below the robot's feet down to which points are used, metres.
-    pub depth_max_m: f32,
+    pub max_depth_m: f32,
     /// Points nearer to the LiDAR than the robot's radius plus this are the robot itself, metres.
     pub self_margin_m: f64,
 }
@@ -74,7 +75,7 @@ impl Default for ElevationMapConfig {
             obstacle_max: 12,
             obstacle_increment: 3,
             slice_height_m: 0.125,
-            clearable_angle_min_rad: 0.04,
+            min_clearable_angle_rad: 0.04,
             thin_cleared_scans: 5,
             thin_cleared_from_m: 2.0,
             single_slice_height_m: 0.03,
@@ -82,12 +83,12 @@ impl Default for ElevationMapConfig {
             trace_confidence: 7,
             footless_margin_m: 0.12,
             footless_margin_slope: 0.04,
-            slope_max: 0.9,
+            max_slope: 0.9,
             tread_cells: 3,
-            rays_max: 30_000,
+            max_rays: 30_000,
             slices_below_feet: 24,
             floor_separation_m: 1.2,
-            depth_max_m: 3.0,
+            max_depth_m: 3.0,
             self_margin_m: 0.1,
         }
     }
@@ -106,7 +107,7 @@ impl ElevationMapConfig {
 
     /// The slices below `height` above the ground, as bits.
     fn low_slices(&self, ground: f32, height: f32) -> u16 {
-        !(u16::MAX << self.slices_up_to(ground, height).clamp(0, SLICES_MAX - 1))
+        !(u16::MAX << self.slices_up_to(ground, height).clamp(0, MAX_SLICES - 1))
     }
 }
 
@@ -183,7 +184,7 @@ impl Cell {
         let mut removed = 0;
         for (first, count) in runs(self.slices) {
             let height = f64::from(count - 1) * config.slice_height_m + single_slice_height;
-            if config.clearable_angle_min_rad * distance > height && !clears_thin {
+            if config.min_clearable_angle_rad * distance > height && !clears_thin {
                 continue;
             }
             // Rays are tested at the edges between the object's slices: its outer edges may lie beside the object.
@@ -214,7 +215,7 @@ impl Cell {
 
 /// Slices counted anew from a ground that is `lower` slices lower.
 fn shift_slices(slices: u16, lower: i64) -> u16 {
-    let by = lower.unsigned_abs().min(SLICES_MAX as u64 - 1) as u32;
+    let by = lower.unsigned_abs().min(MAX_SLICES as u64 - 1) as u32;
     if lower >= 0 { slices << by } else { slices >> by }
 }
 
@@ -226,21 +227,21 @@ const SECTORS: usize = 16;
 struct LowestBeams {
     sensor: Vector3,
     /// Points nearer than this belong to the robot itself, metres.
-    range_min: f64,
+    min_range: f64,
     /// Tangent of each sector's lowest beam below the horizontal.
     tangents: [f64; SECTORS],
 }
 
 impl LowestBeams {
-    fn new(sensor: &Vector3, range_min: f64) -> Self {
-        Self { sensor: *sensor, range_min, tangents: [0.0; SECTORS] }
+    fn new(sensor: &Vector3, min_range: f64) -> Self {
+        Self { sensor: *sensor, min_range, tangents: [0.0; SECTORS] }
     }
 
     /// Inserts a point given from the base's `origin` in the map's axes.
     fn insert(&mut self, point: &nalgebra::Vector3<f32>, origin: &Vector3) {
         let offset = point.cast::<f64>() + origin - self.sensor;
         let distance = (offset.x * offset.x + offset.y * offset.y).sqrt();
-        if distance > self.range_min {
+        if distance > self.min_range {
             let tangent = &mut self.tangents[sector(offset.x, offset.y)];
             *tangent = tangent.min(offset.z / distance);
         }
@@ -403,7 +404,7 @@ impl ElevationMap {
         for (index, hits) in scan_cells.seen() {
             let (x, y) = self.centre(index);
             let distance = ((x - origin.x).powi(2) + (y - origin.y).powi(2)).sqrt();
-            let rise_max = (step + self.config.slope_max * distance)
+            let max_rise = (step + self.config.max_slope * distance)
                 .min(f64::from(self.config.floor_separation_m)) as f32;
             let (margin, slope) = (self.config.footless_margin_m, self.config.footless_margin_slope);
             let foot_seen_from = beams.height(x, y) + margin + slope * distance;
@@ -411,12 +412,12 @@ impl ElevationMap {
             let rise = (hits.lowest - foot).abs();
             // The neighbours of most cells need not be asked.
             let is_ground = rise < step as f32
-                || (rise < rise_max && !may_hang && self.has_lower_neighbour(index, hits.lowest));
+                || (rise < max_rise && !may_hang && self.has_lower_neighbour(index, hits.lowest));
             self.update_cell(index, &hits, foot, is_ground);
         }
         self.scan_cells = scan_cells;
         // An odd stride, so that every beam of a LiDAR is used in turn.
-        let stride = points.len().div_ceil(self.config.rays_max) | 1;
+        let stride = points.len().div_ceil(self.config.max_rays) | 1;
         let view = RangeImage::new(points.iter().step_by(stride), sensor);
         let seen = SeenScan { view, base_from_map: map_from_base.inverse(), foot };
         self.scans = self.scans.wrapping_add(1);
@@ -452,7 +453,7 @@ impl ElevationMap {
             let turned = rotation * nalgebra_point(point);
             let z = turned[2] + origin.z as f32;
             beams.insert(&turned, &origin);
-            if z > ceiling || z < foot - self.config.depth_max_m {
+            if z > ceiling || z < foot - self.config.max_depth_m {
                 continue;
             }
             let (x, y) = (f64::from(turned[0]) + origin.x, f64::from(turned[1]) + origin.y);
@@ -557,7 +558,7 @@ impl ElevationMap {
             cell.slices = shift_slices(cell.slices, config.slice(cell.ground) - config.slice(foot));
             cell.ground = f32::NAN;
         }
-        let above_foot = (config.slice(hits.lowest) - config.slice(foot)).clamp(0, SLICES_MAX - 1);
+        let above_foot = (config.slice(hits.lowest) - config.slice(foot)).clamp(0, MAX_SLICES - 1);
         if cell.ground.is_nan() && cell.slices & !(u16::MAX << above_foot) != 0 {
             // An obstacle is known below this surface.
             is_ground = false;
@@ -636,10 +637,10 @@ fn blocked_slices(
         u32::try_from(ground_bit).ok().and_then(|bit| hits.slices.checked_shr(bit)).unwrap_or(0) as u16;
     let step_slices = config.slices_up_to(ground, step);
     let low = seen & config.low_slices(ground, clearance);
-    let body = low & (u16::MAX << step_slices.clamp(0, SLICES_MAX - 1));
+    let body = low & (u16::MAX << step_slices.clamp(0, MAX_SLICES - 1));
     // An object that is higher than a step by less than a slice lies in the slice in which the step ends. Below a hanging object it looks like one
     // that is lower than a step by less than a slice.
-    let grazing = low & (1 << (step_slices - 1).clamp(0, SLICES_MAX - 1));
+    let grazing = low & (1 << (step_slices - 1).clamp(0, MAX_SLICES - 1));
     if body == 0 && step_slices > 1 { grazing } else { body }
 }
 

@@ -6,17 +6,18 @@ use geometry::Vector3;
 use std::cmp::Reverse;
 
 /// Parameters of [`explore`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExplorationConfig {
     /// Least distance from the start to the goal, metres. A nearer goal shows nothing new.
-    pub distance_min_m: f64,
+    pub min_distance_m: f64,
     /// Radius within which a goal is searched for, metres. It has to exceed 3 m, where the lowest beams of a LiDAR on a mast meet the ground.
     pub radius_m: f64,
 }
 
 impl Default for ExplorationConfig {
     fn default() -> Self {
-        Self { distance_min_m: 1.0, radius_m: 4.0 }
+        Self { min_distance_m: 1.0, radius_m: 4.0 }
     }
 }
 
@@ -42,11 +43,11 @@ pub fn explore(
     let novelty = |cell: CellIndex| {
         visited.iter().map(|&place| distance_squared(cell, place)).min().unwrap_or(i64::MAX)
     };
-    let distance_squared_min = (config.distance_min_m / elevation_map.cell_size_m()).powi(2) as i64;
+    let min_distance_squared = (config.min_distance_m / elevation_map.cell_size_m()).powi(2) as i64;
     let mut goals: Vec<CellIndex> = reached
         .keys()
         .copied()
-        .filter(|&cell| distance_squared(cell, start) >= distance_squared_min)
+        .filter(|&cell| distance_squared(cell, start) >= min_distance_squared)
         .collect();
     goals.sort_by_key(|&cell| Reverse(novelty(cell)));
     let is_known = |cell: &CellIndex| elevation_map.cell(*cell).ground().is_some();

@@ -26,6 +26,8 @@ pub struct MotionGuardConfig {
     pub room_tolerance_m: f64,
     /// Distance between the poses that are tested along the arc, metres. Far below the footprint.
     pub sample_m: f64,
+    /// Shares of a speed that are tried, the greatest first. At a walking speed of 0.9 m/s the smallest one is 0.1 m/s. Chosen.
+    pub speed_shares: [f64; 7],
 }
 
 impl Default for MotionGuardConfig {
@@ -37,12 +39,10 @@ impl Default for MotionGuardConfig {
             creep_speed_m_s: 0.15,
             room_tolerance_m: 0.002,
             sample_m: 0.04,
+            speed_shares: [1.0, 0.8, 0.6, 0.45, 0.3, 0.2, 0.11],
         }
     }
 }
-
-/// Shares of a speed that are tried, the greatest first. At a walking speed of 0.9 m/s the smallest one is 0.1 m/s.
-const SHARES: [f64; 7] = [1.0, 0.8, 0.6, 0.45, 0.3, 0.2, 0.11];
 
 /// The obstacles around the robot at one instant, and what they allow.
 #[derive(Clone, Debug)]
@@ -57,16 +57,16 @@ pub struct MotionGuard {
 }
 
 impl MotionGuard {
-    /// With the obstacles around a robot that walks at `speed_max_m_s` at most.
+    /// With the obstacles around a robot that walks at `max_speed_m_s` at most.
     pub fn new(
         config: MotionGuardConfig,
         elevation_map: &ElevationMap,
         position: &Vector3,
-        speed_max_m_s: f64,
+        max_speed_m_s: f64,
     ) -> Self {
         let radius_m = elevation_map.shape().radius_m;
-        let room_m = config.room_time_s * speed_max_m_s;
-        let reach_m = radius_m + config.stopping_distance_m(speed_max_m_s) + room_m;
+        let room_m = config.room_time_s * max_speed_m_s;
+        let reach_m = radius_m + config.stopping_distance_m(max_speed_m_s) + room_m;
         let [low, high] =
             [-reach_m, reach_m].map(|reach| elevation_map.index(position.x + reach, position.y + reach));
         let obstacles = elevation_map.obstacles_between(low, high);
@@ -105,10 +105,14 @@ impl MotionGuard {
             turn_rad_s,
         };
         let room_m = self.room_m(course.start);
-        SHARES.into_iter().find(|share| self.is_admissible(&course, speed_m_s * share, room_m)).unwrap_or(0.0)
+        self.config
+            .speed_shares
+            .into_iter()
+            .find(|share| self.is_admissible(&course, speed_m_s * share, room_m))
+            .unwrap_or(0.0)
     }
 
-    /// Whether the robot can stop in time on a course, if it has this room now.
+    /// Whether the robot can stop in time on a course, if it has this room now (docs/maths/navigation.md, equations 3 and 4).
     fn is_admissible(&self, course: &Course, speed_m_s: f64, room_m: f64) -> bool {
         let MotionGuardConfig { creep_speed_m_s, room_tolerance_m, sample_m, .. } = self.config;
         let needed_m = match speed_m_s <= creep_speed_m_s {
@@ -129,7 +133,7 @@ impl MotionGuard {
 }
 
 impl MotionGuardConfig {
-    /// Distance in which a robot of this speed stops, metres.
+    /// Distance in which a robot of this speed stops, metres (docs/maths/navigation.md, equation 2).
     fn stopping_distance_m(&self, speed_m_s: f64) -> f64 {
         speed_m_s * self.reaction_time_s + speed_m_s.powi(2) / (2.0 * self.deceleration_m_s2)
     }

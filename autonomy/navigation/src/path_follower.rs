@@ -8,12 +8,13 @@ use crate::MotionGuard;
 use geometry::{Isometry, Vector3};
 
 /// Parameters of [`PathFollower`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathFollowerConfig {
     /// Walking speed, m/s.
-    pub speed_max_m_s: f64,
+    pub max_speed_m_s: f64,
     /// Highest turning speed, rad/s.
-    pub turn_max_rad_s: f64,
+    pub max_turn_rad_s: f64,
     /// Turning speed for each radian of heading error, 1/s.
     pub turn_gain_per_s: f64,
     /// Least heading error at which the robot turns in place, radians.
@@ -24,7 +25,7 @@ pub struct PathFollowerConfig {
     /// Shares of that distance that are tried, the greatest first. With the last one, 0.2 m, the robot turns at a corner of the path and then walks along its next part.
     pub look_ahead_shares: [f64; 3],
     /// A shorter distance is taken only if the robot may walk faster with it by this factor, so that it does not swing between two of them.
-    pub look_ahead_gain_min: f64,
+    pub min_look_ahead_gain: f64,
     /// Speed at the end of the path, m/s. Each metre before the end adds 1 m/s, so that the robot does not overshoot.
     pub end_speed_m_s: f64,
     /// Distance to the end at which the robot has arrived, metres.
@@ -33,15 +34,15 @@ pub struct PathFollowerConfig {
 
 impl PathFollowerConfig {
     /// For a robot with these speed limits, m/s and rad/s. The other values suit robots that turn in place.
-    pub fn new(speed_max_m_s: f64, turn_max_rad_s: f64) -> Self {
+    pub fn new(max_speed_m_s: f64, max_turn_rad_s: f64) -> Self {
         Self {
-            speed_max_m_s,
-            turn_max_rad_s,
+            max_speed_m_s,
+            max_turn_rad_s,
             turn_gain_per_s: 2.0,
             turn_in_place_rad: 0.8,
             look_ahead_m: 0.7,
             look_ahead_shares: [1.0, 0.6, 0.3],
-            look_ahead_gain_min: 1.2,
+            min_look_ahead_gain: 1.2,
             end_speed_m_s: 0.25,
             goal_tolerance_m: 0.15,
         }
@@ -104,7 +105,7 @@ impl PathFollower {
             let velocity = Velocity { forward: allowed * wanted.forward, ..wanted };
             // Where no distance lets the robot walk, it turns along the next piece of the path.
             let is_better = |best: Velocity| {
-                best.forward <= 0.0 || velocity.forward > self.config.look_ahead_gain_min * best.forward
+                best.forward <= 0.0 || velocity.forward > self.config.min_look_ahead_gain * best.forward
             };
             if best.is_none_or(is_better) {
                 best = Some(velocity);
@@ -123,9 +124,9 @@ impl PathFollower {
         let wanted = (target - here).y.atan2((target - here).x);
         let heading_error = wrap(wanted - forward.y.atan2(forward.x));
         let turn = (self.config.turn_gain_per_s * heading_error)
-            .clamp(-self.config.turn_max_rad_s, self.config.turn_max_rad_s);
+            .clamp(-self.config.max_turn_rad_s, self.config.max_turn_rad_s);
         let facing = (1.0 - heading_error.abs() / self.config.turn_in_place_rad).max(0.0);
-        let forward = self.config.speed_max_m_s.min(self.config.end_speed_m_s + to_end) * facing;
+        let forward = self.config.max_speed_m_s.min(self.config.end_speed_m_s + to_end) * facing;
         Velocity { forward, turn }
     }
 

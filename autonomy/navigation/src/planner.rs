@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlannerConfig {
     /// Cells that a search examines at most: 1,000 m² at 10 cm, which takes some 50 ms.
-    pub examined_cells_max: usize,
+    pub max_examined_cells: usize,
     /// Factor by which ground that was never seen costs more than known ground.
     pub unknown_cost_factor: f64,
     /// Distance beyond the robot's radius within which an obstacle makes a cell cost more, metres (the inflation of Nav2's costmaps). It exceeds the room that
@@ -33,7 +33,7 @@ pub struct PlannerConfig {
 impl Default for PlannerConfig {
     fn default() -> Self {
         Self {
-            examined_cells_max: 100_000,
+            max_examined_cells: 100_000,
             unknown_cost_factor: 3.0,
             inflation_m: 0.4,
             inflation_cost_factor: 4.0,
@@ -54,7 +54,7 @@ pub enum PlanError {
     StartBlocked,
     /// Every path is blocked.
     NoPath,
-    /// The search was ended after [`PlannerConfig::examined_cells_max`].
+    /// The search was ended after [`PlannerConfig::max_examined_cells`].
     TooFar,
 }
 
@@ -75,7 +75,7 @@ impl std::error::Error for PlanError {}
 /// Path from `from` to `to` (map frame, metres) as corner points. The first is at `from`, the last at `to` or, if `to` is blocked, at the free cell next
 /// to it.
 ///
-/// Cost grows with the number of cells nearer to the start than the goal is, [`PlannerConfig::examined_cells_max`] at most.
+/// Cost grows with the number of cells nearer to the start than the goal is, [`PlannerConfig::max_examined_cells`] at most.
 ///
 /// # Errors
 /// When the start or the goal is blocked, or no path was found.
@@ -161,7 +161,7 @@ impl<'a> GridSearch<'a> {
         self.cost_factor(cell).is_some_and(|factor| factor <= max_factor)
     }
 
-    /// Factor by which a cell near obstacles costs more; none where the robot would touch one.
+    /// Factor by which a cell near obstacles costs more; none where the robot would touch one (docs/maths/navigation.md, equation 1).
     fn inflation(&mut self, cell: CellIndex) -> Option<f64> {
         if !self.elevation_map.is_free(cell) {
             return None;
@@ -212,15 +212,15 @@ impl<'a> GridSearch<'a> {
             let (dx, dy) = (f64::from((cell.x - goal.x).abs()), f64::from((cell.y - goal.y).abs()));
             OrderedFloat(dx.max(dy) + (std::f64::consts::SQRT_2 - 1.0) * dx.min(dy))
         };
-        let cells_max = self.config.examined_cells_max;
+        let max_cells = self.config.max_examined_cells;
         let mut examined = 0;
         let successors = |cell: &CellIndex| {
             examined += 1;
-            if examined > cells_max { Vec::new() } else { self.steps(*cell) }
+            if examined > max_cells { Vec::new() } else { self.steps(*cell) }
         };
         match astar(&start, successors, heuristic, |cell| *cell == goal) {
             Some((cells, _)) => Ok(cells),
-            None if examined > cells_max => Err(PlanError::TooFar),
+            None if examined > max_cells => Err(PlanError::TooFar),
             None => Err(PlanError::NoPath),
         }
     }
@@ -278,7 +278,7 @@ impl<'a> GridSearch<'a> {
     }
 
     /// Whether the robot can walk straight from one cell to another, at this cost at most.
-    fn is_cheap(&mut self, from: CellIndex, to: CellIndex, cost_max: f64) -> bool {
+    fn is_cheap(&mut self, from: CellIndex, to: CellIndex, max_cost: f64) -> bool {
         let (dx, dy) = (to.x - from.x, to.y - from.y);
         let steps = dx.abs().max(dy.abs()).max(1);
         let step_length = f64::from(dx).hypot(f64::from(dy)) / f64::from(steps);
@@ -288,7 +288,7 @@ impl<'a> GridSearch<'a> {
             let cell = CellIndex { x: along(from.x, to.x), y: along(from.y, to.y) };
             let Some(factor) = self.step_factor(last, cell) else { return false };
             (last, cost) = (cell, cost + step_length * factor);
-            cost <= cost_max * (1.0 + self.config.cost_factor_tolerance)
+            cost <= max_cost * (1.0 + self.config.cost_factor_tolerance)
         })
     }
 }

@@ -113,6 +113,7 @@ impl Default for SynchronisationConfig {
 }
 
 /// Parameters of a [`StatePropagator`](crate::state_propagator::StatePropagator).
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PropagationConfig {
     /// Standard deviation that is added to the rotation when tracking is lost, radians. The robot may have been carried away.
@@ -147,6 +148,7 @@ impl Default for PropagationConfig {
 }
 
 /// Parameters of a [`ScanTracker`](crate::scan_tracker::ScanTracker).
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackingConfig {
     /// A scan is rejected if fewer of its matched points than this share are inliers and enough of its points are matched.
@@ -215,6 +217,7 @@ impl Default for TrackingConfig {
 }
 
 /// Configuration of an [`Odometry`](crate::Odometry).
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OdometryConfig {
     /// Sources that may be used.

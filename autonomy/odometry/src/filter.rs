@@ -33,11 +33,11 @@ pub struct FilterConfig {
     /// Error of the external odometry as a share of its rotation and its distance in one second, 1/√s. Its clock may lag.
     pub external_share_per_sqrt_s: f64,
     /// Standard deviation of an external velocity at standstill, m/s, when an IMU is used as well.
-    pub external_min_velocity_m_s: f64,
+    pub min_external_velocity_m_s: f64,
     /// Added to the squared turn rate of the external odometry, (rad/s)², so that its error is not zero at standstill.
-    pub external_min_turn_rate_squared_rad2_s2: f64,
+    pub min_external_turn_rate_squared_rad2_s2: f64,
     /// Added to the squared velocity of the external odometry, (m/s)², so that its error is not zero at standstill.
-    pub external_min_velocity_squared_m2_s2: f64,
+    pub min_external_velocity_squared_m2_s2: f64,
     /// Random walk of the velocity when nothing measures it, m/s/√s.
     pub velocity_walk_m_s_per_sqrt_s: f64,
     /// Random walk of the turn rate when nothing measures it, rad/s/√s.
@@ -69,9 +69,9 @@ impl Default for FilterConfig {
             accel_bias_walk_m_s2_per_sqrt_s: 5e-4,
             leg_velocity_m_s: 0.1,
             external_share_per_sqrt_s: 0.14,
-            external_min_velocity_m_s: 0.1,
-            external_min_turn_rate_squared_rad2_s2: 0.05,
-            external_min_velocity_squared_m2_s2: 0.05,
+            min_external_velocity_m_s: 0.1,
+            min_external_turn_rate_squared_rad2_s2: 0.05,
+            min_external_velocity_squared_m2_s2: 0.05,
             velocity_walk_m_s_per_sqrt_s: 1.5,
             turn_rate_walk_rad_s_per_sqrt_s: 2.0,
             decay: DecayConfig::default(),
@@ -132,8 +132,8 @@ impl ErrorStateFilter {
             MotionModel::Twist { turn_rate, velocity } => {
                 let share_squared = config.external_share_per_sqrt_s * config.external_share_per_sqrt_s;
                 let turn_rate_squared =
-                    turn_rate.norm_squared() + config.external_min_turn_rate_squared_rad2_s2;
-                let velocity_squared = velocity.norm_squared() + config.external_min_velocity_squared_m2_s2;
+                    turn_rate.norm_squared() + config.min_external_turn_rate_squared_rad2_s2;
+                let velocity_squared = velocity.norm_squared() + config.min_external_velocity_squared_m2_s2;
                 add(ROTATION, share_squared * turn_rate_squared * dt);
                 add(POSITION, share_squared * velocity_squared * dt);
                 add(VELOCITY, share_squared * velocity_squared);

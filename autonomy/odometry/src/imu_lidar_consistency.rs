@@ -8,6 +8,7 @@ use std::collections::VecDeque;
 use vocab::{Span, Stamp};
 
 /// Parameters of [`ImuLidarConsistency`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImuLidarConsistencyConfig {
     /// Number of time shifts tried in each direction.

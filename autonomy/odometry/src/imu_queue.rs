@@ -18,6 +18,7 @@ pub struct ImuReading {
 }
 
 /// Parameters of an [`ImuQueue`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImuQueueConfig {
     /// A turn rate above this that repeats to the last bit is the end of the range, rad/s.

@@ -9,6 +9,7 @@ use geometry::{Rotation, Vector3, so3};
 use vocab::Span;
 
 /// Parameters of the start.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InitialAlignmentConfig {
     /// Length of the interval that is checked for standstill.

@@ -12,6 +12,7 @@ use registration::{
 };
 
 /// Parameters of a [`LocalMap`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LocalMapConfig {
     /// How the map divides space.

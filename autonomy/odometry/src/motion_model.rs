@@ -11,6 +11,7 @@ use nalgebra::Translation3;
 /// Decay of a motion that nothing measures. With the random walks of [`FilterConfig`](crate::FilterConfig) the velocity then stays
 /// near 1.5 m/s and the turn rate near 1 rad/s, as those of walkers do, and a direction that a scan does not observe does not
 /// diverge.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DecayConfig {
     /// Time constant of the velocity, seconds.

@@ -7,6 +7,7 @@ use geometry::Vector3;
 use vocab::{Span, Stamp};
 
 /// Parameters of a [`PickupDetector`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PickupConfig {
     /// Legs at most this fast stand or hang, m/s.

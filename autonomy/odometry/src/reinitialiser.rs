@@ -6,6 +6,7 @@ use geometry::Isometry;
 use registration::{MatchingConfig, MultiStartConfig, multi_start, refine, score};
 
 /// Parameters of a [`Reinitialiser`]. Scores are shares of the typical score of recent scans.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReinitialiserConfig {
     /// Points that are used to compare starts.

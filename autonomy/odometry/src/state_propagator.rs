@@ -327,7 +327,7 @@ impl StatePropagator {
                 velocity: so3::exp(&(turn_rate * -self.config.external_half_interval_s)) * velocity,
                 body_from_frame: Isometry::identity(),
                 gyro: self.gyro,
-                deviation: self.noise.external_min_velocity_m_s
+                deviation: self.noise.min_external_velocity_m_s
                     + self.noise.external_share_per_sqrt_s * velocity.norm(),
                 uses_leg_scale: false,
             };

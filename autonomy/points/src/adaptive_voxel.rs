@@ -1,6 +1,7 @@
 //! A voxel size that adapts from scan to scan, so that downsampled scans have about the same number of points whatever the site.
 
 /// Parameters of the adaptation.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdaptiveVoxelConfig {
     /// Voxel size of the first scan, metres.

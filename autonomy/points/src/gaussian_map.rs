@@ -12,6 +12,7 @@ use crate::hash::{CellKey, CellTable};
 use crate::symmetric::{Symmetric3, principal_axes};
 
 /// Parameters of a [`GaussianMap`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GaussianMapConfig {
     /// Edge of a root cube, metres.

@@ -6,23 +6,24 @@ use crate::hash::{CellKey, CellTable};
 use geometry::Vector3;
 
 /// Parameters of [`OccupiedVoxels`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LineOfSightConfig {
     /// Side of a voxel, metres. Walls of a saved map, whose points are 5 cm apart, have no holes then.
     pub voxel_m: f32,
     /// Points that make a voxel occupied. Single ones are noise.
-    pub points_min: u32,
+    pub min_points: u32,
     /// Length at the camera's end of a line that is not looked at, metres: the robot itself, and people beside it when the map was made.
     pub near_m: f64,
     /// The same at the target's end: the target's own surface, and the error of a target that a person has pointed at.
     pub far_m: f64,
     /// Voxels that are kept at most; they take 16 bytes each. A hall of 60 m x 40 m has some 400,000.
-    pub voxels_max: usize,
+    pub max_voxels: usize,
 }
 
 impl Default for LineOfSightConfig {
     fn default() -> Self {
-        Self { voxel_m: 0.1, points_min: 2, near_m: 0.3, far_m: 0.3, voxels_max: 8_000_000 }
+        Self { voxel_m: 0.1, min_points: 2, near_m: 0.3, far_m: 0.3, max_voxels: 8_000_000 }
     }
 }
 
@@ -50,7 +51,7 @@ impl OccupiedVoxels {
         let key = CellKey::of_point(point, 1.0 / self.config.voxel_m);
         let found = match self.index.get(key) {
             Some(place) => place,
-            None if self.counts.len() >= self.config.voxels_max => return,
+            None if self.counts.len() >= self.config.max_voxels => return,
             None => {
                 let place = self.counts.len() as u32;
                 self.counts.push(0);
@@ -98,7 +99,7 @@ impl OccupiedVoxels {
 
     fn is_occupied(&self, cell: [i64; 3]) -> bool {
         let count = self.index.get(CellKey::new(cell)).and_then(|place| self.counts.get(place as usize));
-        count.is_some_and(|count| *count >= self.config.points_min)
+        count.is_some_and(|count| *count >= self.config.min_points)
     }
 }
 

@@ -19,6 +19,7 @@ const UNITS_PER_METRE: f32 = 100.0;
 const METRES_PER_UNIT: f32 = 0.01;
 
 /// Parameters of the free-space check.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RangeImageConfig {
     /// A ray passed through a point if it ended at least this distance behind the point, metres.

@@ -9,6 +9,7 @@ use geometry::{Matrix3, Matrix6, Vector3, Vector6};
 use nalgebra::SymmetricEigen;
 
 /// Parameters that limit the information of a scan.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScanInformationConfig {
     /// Scans with fewer downsampled points than this are not registered.

@@ -14,6 +14,7 @@ pub enum WidthSchedule {
 }
 
 /// Parameters of [`gauss_newton`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GaussNewtonConfig {
     /// Greatest number of iterations.

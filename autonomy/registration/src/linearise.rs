@@ -9,6 +9,7 @@ use geometry::{Isometry, Matrix3, Matrix6, Vector3, Vector6, so3};
 use points::{Surface, SurfaceMap};
 
 /// How points are matched with surfaces and weighted.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MatchingConfig {
     /// The first plane within this distance of a point is its match, metres; without one, a nearest plane is searched for.

@@ -8,6 +8,7 @@ use nalgebra::Translation3;
 use points::SurfaceMap;
 
 /// Parameters of [`multi_start`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MultiStartConfig {
     /// Greatest rotation of a start about the vertical of the map, radians.

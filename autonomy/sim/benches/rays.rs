@@ -4,11 +4,11 @@
 
 use divan::counter::ItemsCount;
 use sim::{
-    CameraAim, FULL_COLUMNS, RINGS, RouteFollower, SWEEP_HZ, ScheduledFault, SimConfig, SimEvent,
-    SimulatedSite, Simulator, SiteName,
+    FULL_COLUMNS, RINGS, RouteFollower, SWEEP_HZ, ScheduledFault, SimConfig, SimEvent, SimulatedSite,
+    Simulator, SiteName,
 };
 use std::sync::Arc;
-use vocab::Span;
+use vocab::{CameraAim, Span};
 
 fn main() {
     divan::main();

@@ -18,7 +18,7 @@ const FULL_VOLTAGE_V: f64 = 58.0;
 /// Internal resistance, ohms.
 const RESISTANCE_OHM: f64 = 0.06;
 /// A robot slower than this can be charged, m/s.
-const CHARGING_SPEED_MAX_M_S: f64 = 0.02;
+const MAX_CHARGING_SPEED_M_S: f64 = 0.02;
 
 /// The battery.
 #[derive(Clone, Debug)]
@@ -38,7 +38,7 @@ impl SimulatedBattery {
 
     /// Advances by `seconds` at a walking speed (m/s); `docked` says whether the robot stands at a dock.
     pub(crate) fn advance(&mut self, seconds: f64, speed: f64, docked: bool) {
-        self.charging = docked && speed < CHARGING_SPEED_MAX_M_S;
+        self.charging = docked && speed < MAX_CHARGING_SPEED_M_S;
         self.power = if self.charging && self.charge < 1.0 {
             CHARGING_POWER_W
         } else if self.charging {

@@ -9,11 +9,11 @@ use geometry::Vector3;
 
 const BINS: usize = 16;
 /// Leaves never hold more solids than this.
-const LEAF_MAX: usize = 4;
+const MAX_LEAF: usize = 4;
 /// Cost of visiting a node, relative to testing a solid.
 const NODE_COST: f32 = 0.8;
 /// Greatest depth. The builder stops splitting there. Trees of 2³² solids that halve at least at every other level stay below it.
-const DEPTH_MAX: usize = 60;
+const MAX_DEPTH: usize = 60;
 
 #[derive(Clone, Copy, Debug)]
 struct Node {
@@ -114,7 +114,7 @@ impl Bvh {
         }
         // The nearer child comes first. All rays of a packet point in nearly the same direction.
         let backwards = [0, 1, 2].map(|axis| packet.direction[axis][0] < 0.0);
-        let mut stack = [0_u32; DEPTH_MAX + 4];
+        let mut stack = [0_u32; MAX_DEPTH + 4];
         let mut waiting = 1;
         while waiting > 0 {
             waiting -= 1;
@@ -143,9 +143,9 @@ impl Bvh {
         }
     }
 
-    /// The first surface along a unit direction within `range_max` metres: its range (metres) and its solid.
-    pub fn first_hit(&self, origin: &Vector3, direction: &Vector3, range_max: f64) -> Option<(f64, &Solid)> {
-        let mut packet = RayPacket::single(origin, direction, range_max as f32);
+    /// The first surface along a unit direction within `max_range` metres: its range (metres) and its solid.
+    pub fn first_hit(&self, origin: &Vector3, direction: &Vector3, max_range: f64) -> Option<(f64, &Solid)> {
+        let mut packet = RayPacket::single(origin, direction, max_range as f32);
         self.cast(&mut packet);
         let solid = packet.solid[0];
         (solid != NO_HIT).then(|| (f64::from(packet.range[0]), &self.solids[solid as usize]))
@@ -179,13 +179,13 @@ fn build(items: &mut [Item], first: usize, depth: usize, nodes: &mut Vec<Node>) 
     let leaf =
         Node { min: bounds.min, max: bounds.max, link: first as u32, count: items.len() as u16, axis: 0 };
     nodes.push(leaf);
-    let split = if depth < DEPTH_MAX { best_split(items, &bounds) } else { None };
+    let split = if depth < MAX_DEPTH { best_split(items, &bounds) } else { None };
     let (axis, middle) = match split {
         Some((axis, border)) => {
             let middle = partition(items, |item| item.bounds.center(axis) < border);
             (axis, middle)
         }
-        None if items.len() <= LEAF_MAX || depth >= DEPTH_MAX => return,
+        None if items.len() <= MAX_LEAF || depth >= MAX_DEPTH => return,
         // All centres coincide, so any split into halves is as good.
         None => (0, items.len() / 2),
     };
@@ -231,7 +231,7 @@ fn best_split(items: &[Item], bounds: &Bounds) -> Option<(usize, f32)> {
     }
     let (cost, axis, border) = best?;
     let worthwhile = cost + 2.0 * NODE_COST * bounds.area() < bounds.area() * items.len() as f32;
-    (worthwhile || items.len() > LEAF_MAX).then_some((axis, border))
+    (worthwhile || items.len() > MAX_LEAF).then_some((axis, border))
 }
 
 /// Moves the items that belong left to the front and returns their number. The order changes on both sides.

@@ -26,9 +26,9 @@ const HEADING_DRIFT_RAD_S: f64 = 3e-4;
 /// Slips per second of walking, Hz.
 const SLIP_RATE_HZ: f64 = 1.0 / 25.0;
 /// Shortest slip, seconds.
-const SLIP_DURATION_MIN_S: f64 = 0.12;
+const MIN_SLIP_DURATION_S: f64 = 0.12;
 /// Longest slip, seconds.
-const SLIP_DURATION_MAX_S: f64 = 0.5;
+const MAX_SLIP_DURATION_S: f64 = 0.5;
 /// Standard deviation of the velocity of a slip, m/s.
 const SLIP_SPEED_M_S: f64 = 0.22;
 /// Share of that deviation in the vertical.
@@ -111,7 +111,7 @@ impl Errors {
             if rng.uniform() < SLIP_RATE_HZ * BLOCK_SECONDS {
                 *slip = Vector3::new(rng.normal(), rng.normal(), SLIP_VERTICAL_SHARE * rng.normal())
                     * SLIP_SPEED_M_S;
-                *left = rng.range(SLIP_DURATION_MIN_S, SLIP_DURATION_MAX_S);
+                *left = rng.range(MIN_SLIP_DURATION_S, MAX_SLIP_DURATION_S);
             }
         }
         let noise = Vector3::from_fn(|i, _| LINEAR_NOISE_M_S[i] * rng.normal());

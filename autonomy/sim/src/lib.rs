@@ -43,8 +43,8 @@ mod timing;
 pub use body::STANDING_HEIGHT;
 pub use bvh::Bvh;
 pub use camera::{
-    CameraAim, CameraConfig, CameraImage, CameraScene, CameraSnapshot, Face, Fixture, Intrinsics,
-    SimulatedQuantity, ThermalImage,
+    CameraConfig, CameraImage, CameraScene, CameraSnapshot, Face, Fixture, Intrinsics, SimulatedQuantity,
+    ThermalImage,
 };
 pub use contacts::{Contact, ContactWith};
 pub use faults::ScheduledFault;

@@ -30,9 +30,9 @@ const FIRING_STEP_NANOS: f64 = 1512.0;
 const NANOS_PER_SWEEP: f64 = 1e9 / SWEEP_HZ as f64;
 
 /// Returns from nearer than this are dropped, metres.
-const RANGE_MIN_M: f32 = 0.3;
+const MIN_RANGE_M: f32 = 0.3;
 /// Greatest range, metres.
-const RANGE_MAX_M: f32 = 120.0;
+const MAX_RANGE_M: f32 = 120.0;
 /// Standard deviation of the range, metres.
 const RANGE_NOISE_M: f32 = 0.01;
 /// Range up to which a target of 10 % reflectivity is seen at normal incidence, metres.
@@ -179,7 +179,7 @@ impl Lidar {
         let mut seen = [silent; RINGS];
         for (ring, returns) in self.channels.iter().zip(&mut seen) {
             returns.direction = ring.directions(group);
-            let mut packet = RayPacket::new(group.origin, group.rotate(&returns.direction), RANGE_MAX_M);
+            let mut packet = RayPacket::new(group.origin, group.rotate(&returns.direction), MAX_RANGE_M);
             site.bvh().cast(&mut packet);
             people.cast(&mut packet);
             compute_returns(site, people, &packet, self.rng.as_mut(), returns);
@@ -238,7 +238,7 @@ fn compute_returns(
 ) {
     for lane in 0..LANES {
         let (solid, range) = (packet.solid[lane], packet.range[lane]);
-        if solid == NO_HIT || range < RANGE_MIN_M {
+        if solid == NO_HIT || range < MIN_RANGE_M {
             continue;
         }
         let end = packet.end(lane);

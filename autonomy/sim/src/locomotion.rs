@@ -15,7 +15,7 @@ const MAST_RADIUS_M: f64 = 0.28;
 /// Height of the centre of that sphere above the ground, metres.
 const MAST_HEIGHT_M: f64 = 0.85;
 /// Highest ledge that the robot steps over, metres.
-const STEP_MAX_M: f64 = 0.27;
+const MAX_STEP_M: f64 = 0.27;
 /// Forward coordinates at which the ground is probed, metres from the middle of the body.
 const PROBE_FORWARD_M: [f64; LANES] = [-0.42, -0.30, -0.18, -0.06, 0.06, 0.18, 0.30, 0.42];
 /// Distance of the two rows of probes from the middle of the body, metres.
@@ -25,17 +25,17 @@ const PROBE_HEIGHT_M: f64 = 0.45;
 /// Length of a probe, metres.
 const PROBE_LENGTH_M: f32 = 1.5;
 /// Greatest speed forward, m/s.
-const FORWARD_SPEED_MAX_M_S: f64 = 1.2;
+const MAX_FORWARD_SPEED_M_S: f64 = 1.2;
 /// Greatest speed backward, m/s.
-const BACKWARD_SPEED_MAX_M_S: f64 = 0.6;
+const MAX_BACKWARD_SPEED_M_S: f64 = 0.6;
 /// Greatest speed sideways, m/s.
-const SIDEWAYS_SPEED_MAX_M_S: f64 = 0.4;
+const MAX_SIDEWAYS_SPEED_M_S: f64 = 0.4;
 /// Greatest turning rate, rad/s.
-const TURN_RATE_MAX_RAD_S: f64 = 1.0;
+const MAX_TURN_RATE_RAD_S: f64 = 1.0;
 /// Greatest acceleration in either direction, m/s².
-const ACCELERATION_MAX_M_S2: f64 = 1.4;
+const MAX_ACCELERATION_M_S2: f64 = 1.4;
 /// Greatest angular acceleration, rad/s².
-const ANGULAR_ACCELERATION_MAX_RAD_S2: f64 = 3.0;
+const MAX_ANGULAR_ACCELERATION_RAD_S2: f64 = 3.0;
 /// Pitch from which on the robot slows down, radians.
 const STEEP_PITCH_RAD: f64 = 0.2;
 /// Share of the commanded speed on steep ground.
@@ -125,12 +125,12 @@ impl Locomotion {
         let speed_share =
             if self.ground_plane.pitch.abs() > STEEP_PITCH_RAD { STEEP_SPEED_SHARE } else { 1.0 };
         let target = [
-            commanded.linear.x.clamp(-BACKWARD_SPEED_MAX_M_S, FORWARD_SPEED_MAX_M_S) * speed_share,
-            commanded.linear.y.clamp(-SIDEWAYS_SPEED_MAX_M_S, SIDEWAYS_SPEED_MAX_M_S) * speed_share,
-            commanded.angular.z.clamp(-TURN_RATE_MAX_RAD_S, TURN_RATE_MAX_RAD_S),
+            commanded.linear.x.clamp(-MAX_BACKWARD_SPEED_M_S, MAX_FORWARD_SPEED_M_S) * speed_share,
+            commanded.linear.y.clamp(-MAX_SIDEWAYS_SPEED_M_S, MAX_SIDEWAYS_SPEED_M_S) * speed_share,
+            commanded.angular.z.clamp(-MAX_TURN_RATE_RAD_S, MAX_TURN_RATE_RAD_S),
         ];
         let limit =
-            [ACCELERATION_MAX_M_S2 * dt, ACCELERATION_MAX_M_S2 * dt, ANGULAR_ACCELERATION_MAX_RAD_S2 * dt];
+            [MAX_ACCELERATION_M_S2 * dt, MAX_ACCELERATION_M_S2 * dt, MAX_ANGULAR_ACCELERATION_RAD_S2 * dt];
         for i in 0..3 {
             let target = if target[i].is_finite() { target[i] } else { 0.0 };
             self.velocity[i] += (target - self.velocity[i]).clamp(-limit[i], limit[i]);
@@ -174,7 +174,7 @@ impl Locomotion {
     fn is_at_ledge(&self, site: &SimulatedSite) -> bool {
         let here = self.ground_plane.height;
         ground_height(site, self.x, self.y, here + PROBE_HEIGHT_M, PROBE_LENGTH_M)
-            .is_none_or(|height| (height - here).abs() > STEP_MAX_M)
+            .is_none_or(|height| (height - here).abs() > MAX_STEP_M)
     }
 
     /// Fits a plane to the ground under the feet.

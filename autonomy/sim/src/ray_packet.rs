@@ -27,8 +27,8 @@ pub struct RayPacket {
 }
 
 impl RayPacket {
-    /// Rays from `origin` along the unit vectors `direction` (both axis by axis), at most `range_max` metres long.
-    pub fn new(origin: [Lane; 3], direction: [Lane; 3], range_max: f32) -> Self {
+    /// Rays from `origin` along the unit vectors `direction` (both axis by axis), at most `max_range` metres long.
+    pub fn new(origin: [Lane; 3], direction: [Lane; 3], max_range: f32) -> Self {
         let mut inverse = [[0.0; LANES]; 3];
         for axis in 0..3 {
             for lane in 0..LANES {
@@ -37,13 +37,13 @@ impl RayPacket {
                 inverse[axis][lane] = 1.0 / if d.abs() < 1e-9 { 1e-9_f32.copysign(d) } else { d };
             }
         }
-        Self { origin, direction, inverse, range: [range_max; LANES], solid: [NO_HIT; LANES] }
+        Self { origin, direction, inverse, range: [max_range; LANES], solid: [NO_HIT; LANES] }
     }
 
     /// The same ray in every lane.
-    pub fn single(origin: &Vector3, direction: &Vector3, range_max: f32) -> Self {
+    pub fn single(origin: &Vector3, direction: &Vector3, max_range: f32) -> Self {
         let spread = |v: &Vector3| [[v.x as f32; LANES], [v.y as f32; LANES], [v.z as f32; LANES]];
-        Self::new(spread(origin), spread(direction), range_max)
+        Self::new(spread(origin), spread(direction), max_range)
     }
 
     /// Ends the rays that have hit something, so that they hit nothing more. Returns whether any ray is left.

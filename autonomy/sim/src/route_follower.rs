@@ -15,7 +15,7 @@ const LOOKAHEAD_M: f64 = 0.9;
 /// Turning rate per radian of heading error, 1/s.
 const TURN_GAIN_PER_S: f64 = 1.8;
 /// Greatest turning rate, rad/s.
-const TURN_RATE_MAX_RAD_S: f64 = 0.9;
+const MAX_TURN_RATE_RAD_S: f64 = 0.9;
 /// Heading error from which on the robot turns in place, radians.
 const TURN_IN_PLACE_RAD: f64 = 0.9;
 /// Within this distance of a waypoint the robot slows down, metres.
@@ -84,7 +84,7 @@ impl RouteFollower {
         let distance_left = (goal[0] - place[0]).hypot(goal[1] - place[1]);
         let speed_share = (1.0 - error.abs() / TURN_IN_PLACE_RAD).max(0.0)
             * ((distance_left + SLOWDOWN_MARGIN_M) / SLOWDOWN_DISTANCE_M).min(1.0);
-        let turn = (TURN_GAIN_PER_S * error).clamp(-TURN_RATE_MAX_RAD_S, TURN_RATE_MAX_RAD_S);
+        let turn = (TURN_GAIN_PER_S * error).clamp(-MAX_TURN_RATE_RAD_S, MAX_TURN_RATE_RAD_S);
         let linear = Vec3::new(self.route.speed * speed_share, 0.0, 0.0);
         Drive { velocity: Twist { linear, angular: Vec3::new(0.0, 0.0, turn) } }
     }

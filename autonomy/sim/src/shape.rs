@@ -5,7 +5,7 @@ use geometry::{Isometry, Rotation, Vector3};
 use nalgebra::Point3;
 use std::fmt;
 use std::str::FromStr;
-use vocab::{SHOWN_NAME_CHARS_MAX, legible};
+use vocab::{MAX_SHOWN_NAME_CHARS, legible};
 
 /// Material of a surface, as a LiDAR of 905 nm distinguishes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,7 +110,7 @@ pub struct UnknownMaterial(String);
 impl fmt::Display for UnknownMaterial {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let names = Material::ALL.map(Material::name).join(", ");
-        let name = legible(&self.0, SHOWN_NAME_CHARS_MAX);
+        let name = legible(&self.0, MAX_SHOWN_NAME_CHARS);
         write!(f, "there is no material \"{name}\"; the materials are {names}")
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::battery::SimulatedBattery;
 use crate::body::{STANDING_HEIGHT, SimulatedBody};
-use crate::camera::{CameraAim, CameraConfig, CameraImage, CameraScene, CameraSnapshot, ThermalImage};
+use crate::camera::{CameraConfig, CameraImage, CameraScene, CameraSnapshot, ThermalImage};
 use crate::contacts::{Contact, Contacts, TouchingBody};
 use crate::dock_contact::DockContact;
 use crate::faults::{FaultSchedule, ScheduledFault};
@@ -24,7 +24,7 @@ use nalgebra::Translation3;
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
 use std::sync::Arc;
-use vocab::{Span, Stamp, Twist, Vec3};
+use vocab::{CameraAim, Span, Stamp, Twist, Vec3};
 
 /// Blocks between two messages of the battery.
 const BLOCKS_PER_BATTERY: i64 = 100;
@@ -34,13 +34,13 @@ const GROUND_TRUTH_KEPT: usize = 6000;
 /// Places that are tried when the robot is carried away.
 const CARRY_CANDIDATES: i64 = 96;
 /// Greatest distance of such a place, metres.
-const CARRY_DISTANCE_MAX_M: f64 = 20.0;
+const MAX_CARRY_DISTANCE_M: f64 = 20.0;
 /// Least distance of such a place, metres.
-const CARRY_DISTANCE_MIN_M: f64 = 6.0;
+const MIN_CARRY_DISTANCE_M: f64 = 6.0;
 /// Rotation of the robot while it is carried away, radians.
 const CARRY_ROTATION_RAD: f64 = 2.0;
 /// Sum of planar speed (m/s) and turning rate (rad/s) above which the legs walk.
-const WALKING_SPEED_MIN: f64 = 0.02;
+const MIN_WALKING_SPEED: f64 = 0.02;
 /// The golden angle, radians: successive multiples of it cover all directions evenly.
 const GOLDEN_ANGLE_RAD: f64 = 2.399_963_229_728_653;
 
@@ -278,8 +278,8 @@ impl Simulator {
         let places = (0..CARRY_CANDIDATES).map(|number| {
             // The candidates form a spiral inwards, each in another direction.
             let (sin, cos) = (GOLDEN_ANGLE_RAD * (self.blocks + number) as f64).sin_cos();
-            let away = CARRY_DISTANCE_MAX_M
-                - (CARRY_DISTANCE_MAX_M - CARRY_DISTANCE_MIN_M) * number as f64 / CARRY_CANDIDATES as f64;
+            let away = MAX_CARRY_DISTANCE_M
+                - (MAX_CARRY_DISTANCE_M - MIN_CARRY_DISTANCE_M) * number as f64 / CARRY_CANDIDATES as f64;
             Vector3::new(x + away * cos, y + away * sin, feet)
         });
         let Some(place) = { places }.find(|place| self.site.has_room(place)) else {
@@ -379,7 +379,7 @@ impl Simulator {
     /// Whether the legs move the robot, by more than 0.02 m/s or rad/s.
     pub fn is_walking(&self) -> bool {
         let (speed, turning) = self.body.planar_speed();
-        speed + turning.abs() > WALKING_SPEED_MIN
+        speed + turning.abs() > MIN_WALKING_SPEED
     }
 
     /// Positions of the people, at their feet, site frame, metres.

@@ -7,6 +7,7 @@ use std::collections::VecDeque;
 use vocab::{ClientId, CommandId};
 
 /// Parameters of [`ControlArbiter`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ControlConfig {
     /// Number of answers that are kept for commands that are sent again. Ten clients that drive at 10 Hz fill it in 25 s.

@@ -3,6 +3,7 @@
 use vocab::{Span, Stamp};
 
 /// Parameters of [`QualitySchedule`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct QualityScheduleConfig {
     /// Time between two computations of the quality of a map that changes.

@@ -24,6 +24,7 @@ use std::sync::Arc;
 use vocab::{KeyframeId, MapId, Pose, SessionId, Stamp};
 
 /// Parameters of a [`RunningSession`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RunningSessionConfig {
     /// When a scan becomes a keyframe; of the robot's profile.

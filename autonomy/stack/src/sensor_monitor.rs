@@ -6,6 +6,7 @@ use std::collections::VecDeque;
 use vocab::{Span, Stamp};
 
 /// Parameters of the [`SensorMonitor`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SensorMonitorConfig {
     /// Time over which messages are counted for a rate. At 10 Hz, the usual rate of a LiDAR, it holds 20 messages.

@@ -12,19 +12,19 @@ pub struct TopomapConfig {
     pub voxel_m: f64,
     /// Points farther than this from their keyframe are left out, metres. Chosen: keyframes are a metre apart, so that the ground along the walk is
     /// seen from nearer than this many times.
-    pub range_max_m: f64,
+    pub max_range_m: f64,
     /// Of eight neighbouring columns, how many must have ground. Fewer than for virtual viewpoints, so that doorways (0.9 m, four columns) keep theirs.
-    pub ground_neighbours_min: usize,
+    pub min_ground_neighbours: usize,
     /// A column without ground gets that of its neighbours if at least this number of the eight have ground at one height. LiDARs see the floor in
     /// rings, which leaves holes. Five: edges of platforms, where three have ground, do not grow.
-    pub hole_neighbours_min: usize,
+    pub min_hole_neighbours: usize,
     /// Number of points that make an obstacle. One or two are noise: the edges of objects, or a person of whom most points were removed.
-    pub obstacle_points_min: usize,
+    pub min_obstacle_points: usize,
     /// Number of points that block a walked path. Where the robot has walked, what it meets later was put there, or is what is left of a person in the
     /// clouds; a closed door or a box has hundreds of points. Sensitivity: with 3, people cut generated:11 into 8 pieces.
-    pub blocking_points_min: usize,
+    pub min_blocking_points: usize,
     /// What was seen for less than this time does not block a walked path, seconds. People stand for some seconds. What stays is seen for at least the time in which
-    /// the robot walks [`Self::range_max_m`] towards it: 13 s at 0.9 m/s.
+    /// the robot walks [`Self::max_range_m`] towards it: 13 s at 0.9 m/s.
     pub lasting_s: f64,
     /// Half the width of the body as a share of the radius of the robot's turning circle. Default: 0.25 m of 0.38 m, robots of the proportions of Spot and
     /// ANYmal. Where the robot has walked, this much room is enough, because it has passed there; elsewhere there has to be the radius.
@@ -32,19 +32,19 @@ pub struct TopomapConfig {
     /// Half the width that the feet need as a share of the same radius: the ground is checked this far to both sides. Default: 0.18 m of 0.38 m.
     pub half_stance_share: f64,
     /// Longest distance without known ground along an edge, metres: a hole in the data, shorter than any opening that a robot falls into.
-    pub ground_gap_max_m: f64,
+    pub max_ground_gap_m: f64,
     /// Distance between the places of a line at which the ground is looked up, metres: half a column.
     pub line_step_m: f64,
     /// Distance before and behind a place of a line within which the highest ground counts, metres: a robot steps over the edge of a tread.
     pub tread_m: f64,
     /// Greatest difference of height between the ground at the end of a line and that end, metres; more is another floor.
-    pub line_end_height_max_m: f64,
+    pub max_line_end_height_m: f64,
     /// A line follows the walked path if all of it is within this distance of samples of the path, metres.
     pub walked_within_m: f64,
     /// Columns to each side of an obstacle in which the ground below it is searched: walls of half a metre.
     pub obstacle_ground_columns: i32,
     /// Greatest width of a corridor to either side, metres: room to walk round a person, as the default of [`site_model::Corridor`].
-    pub corridor_max_m: f64,
+    pub max_corridor_m: f64,
     /// Distance between the samples of the walked path, metres.
     pub sample_m: f64,
     /// Poses of the path that are farther apart than this belong to different walks, metres: a walk ended, or the robot was carried.
@@ -60,28 +60,28 @@ pub struct TopomapConfig {
     /// [`ElevationMapConfig`].
     pub floor_separation_m: f64,
     /// Slope from which on ground is stairs: 20 degrees. EN ISO 14122-1 recommends ramps up to 20 degrees, and stairs from 20 to 45 degrees.
-    pub stairs_slope_min: f64,
+    pub min_stairs_slope: f64,
     /// Length over which the slope is measured, metres: three treads.
     pub stairs_window_m: f64,
     /// Least height of stairs, metres: two steps. Lower ones are walked over.
-    pub stairs_rise_min_m: f64,
+    pub min_stairs_rise_m: f64,
     /// Distance of the nodes of stairs from the first and the last step, metres: half the length of a robot, so that it stands on level ground.
     pub stairs_margin_m: f64,
     /// Level ground between stairs that is no longer than this is a landing, and no floor of its own, metres.
-    pub landing_max_m: f64,
+    pub max_landing_m: f64,
     /// Greatest distance between neighbouring nodes, metres. Chosen: the reference system has 37 nodes at B1. Sensitivity: the number of nodes on
     /// straight paths is inverse to it.
     pub node_spacing_m: f64,
     /// Greatest distance of an edge from the path that it stands for, metres. A bend that departs more gets a node.
-    pub deviation_max_m: f64,
+    pub max_deviation_m: f64,
     /// A part of a path that departs less from its straight line has no bend, metres, and is halved where the line is not free.
-    pub bend_min_m: f64,
+    pub min_bend_m: f64,
     /// Nodes nearer to each other than this become one where all edges stay free, metres.
     pub node_merge_m: f64,
     /// Paths round an obstacle that are shorter than this in all are not kept as a loop, metres.
-    pub loop_min_m: f64,
+    pub min_loop_m: f64,
     /// Dead ends shorter than this are dropped, metres: the robot turned round there.
-    pub dead_end_min_m: f64,
+    pub min_dead_end_m: f64,
     /// Distance between a dock and its approach node, metres.
     pub dock_approach_m: f64,
     /// A path within this distance of a dock ends at the dock, metres.
@@ -91,25 +91,25 @@ pub struct TopomapConfig {
     /// In surveys: every place is within this distance of a node, over the floor, metres.
     pub survey_cover_m: f64,
     /// In surveys: connected floor smaller than this is left out, square metres.
-    pub survey_piece_min_m2: f64,
+    pub min_survey_piece_m2: f64,
     /// In surveys: the middle of the robot can be where at least this number of the eight columns around have ground: the feet need it to both sides. One may be a hole in the data.
-    pub survey_ground_neighbours_min: usize,
+    pub min_survey_ground_neighbours: usize,
     /// In surveys: a piece of floor of which this share has nothing above and lower floor around is a ceiling. That of roofs, see [`mapping::ground_surface::GroundConfig::roof_share`].
     pub ceiling_share: f64,
     /// In surveys: how much lower that floor is at least, metres: less than a storey, more than a step.
-    pub ceiling_height_min_m: f64,
+    pub min_ceiling_height_m: f64,
     /// In surveys: how far from the middle of a ceiling that floor may be, metres. Where a wall hides the floor below a ceiling, the floor before the wall counts. Chosen: half the width of a
     /// common hall.
     pub ceiling_reach_m: f64,
     /// In surveys: a connection is left out if the kept connections join its ends at no more than this factor of its cost (greedy spanner; Althöfer and
     /// others, 1993).
-    pub survey_detour_max: f64,
+    pub max_survey_detour: f64,
     /// In surveys: paths keep this distance from obstacles where there is room, metres.
     pub survey_inflation_m: f64,
     /// In surveys: factor by which floor nearer to obstacles costs more.
     pub survey_tight_cost: f64,
     /// In surveys: largest shift by which a path is moved to the middle of a passage, metres: half the diagonal of a column.
-    pub survey_shift_max_m: f64,
+    pub max_survey_shift_m: f64,
     /// In surveys: the room to both sides of a place is measured along this distance before and behind it, metres. Together half a column, so that only
     /// obstacles beside the place count.
     pub survey_room_half_length_m: f64,
@@ -118,12 +118,13 @@ pub struct TopomapConfig {
 }
 
 /// Tolerances of generated nodes: how near the robot has to come to each.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodeToleranceConfig {
     /// Where the robot passes by, metres; less where the corridor is narrower.
     pub waypoint_m: f64,
     /// Smallest one of a waypoint, metres.
-    pub waypoint_min_m: f64,
+    pub min_waypoint_m: f64,
     /// At the ends of stairs, metres.
     pub portal_m: f64,
     /// Heading at the ends of stairs, radians: 10 degrees.
@@ -134,7 +135,7 @@ pub struct NodeToleranceConfig {
 
 impl Default for NodeToleranceConfig {
     fn default() -> Self {
-        Self { waypoint_m: 0.3, waypoint_min_m: 0.1, portal_m: 0.2, portal_rad: 0.175, dock_m: 0.03 }
+        Self { waypoint_m: 0.3, min_waypoint_m: 0.1, portal_m: 0.2, portal_rad: 0.175, dock_m: 0.03 }
     }
 }
 
@@ -142,51 +143,51 @@ impl Default for TopomapConfig {
     fn default() -> Self {
         Self {
             voxel_m: 0.05,
-            range_max_m: 12.0,
-            ground_neighbours_min: 4,
-            hole_neighbours_min: 5,
-            obstacle_points_min: 3,
-            blocking_points_min: 12,
+            max_range_m: 12.0,
+            min_ground_neighbours: 4,
+            min_hole_neighbours: 5,
+            min_obstacle_points: 3,
+            min_blocking_points: 12,
             lasting_s: 10.0,
             half_width_share: 0.25 / 0.38,
             half_stance_share: 0.18 / 0.38,
-            ground_gap_max_m: 0.3,
+            max_ground_gap_m: 0.3,
             line_step_m: 0.1,
             tread_m: 0.3,
-            line_end_height_max_m: 0.4,
+            max_line_end_height_m: 0.4,
             walked_within_m: 0.3,
             obstacle_ground_columns: 2,
-            corridor_max_m: 1.0,
+            max_corridor_m: 1.0,
             sample_m: 0.25,
             path_gap_m: 1.5,
             merge_distance_m: 1.5,
             same_height_m: 0.5,
             same_place_m: 0.1,
             floor_separation_m: f64::from(ElevationMapConfig::default().floor_separation_m),
-            stairs_slope_min: 0.36,
+            min_stairs_slope: 0.36,
             stairs_window_m: 0.8,
-            stairs_rise_min_m: 0.34,
+            min_stairs_rise_m: 0.34,
             stairs_margin_m: 0.5,
-            landing_max_m: 5.0,
+            max_landing_m: 5.0,
             node_spacing_m: 12.0,
-            deviation_max_m: 0.8,
-            bend_min_m: 0.05,
+            max_deviation_m: 0.8,
+            min_bend_m: 0.05,
             node_merge_m: 2.5,
-            loop_min_m: 8.0,
-            dead_end_min_m: 2.5,
+            min_loop_m: 8.0,
+            min_dead_end_m: 2.5,
             dock_approach_m: site_model::Dock::APPROACH_M,
             dock_radius_m: 0.4,
             dock_reach_m: 5.0,
             survey_cover_m: 4.0,
-            survey_piece_min_m2: 10.0,
-            survey_ground_neighbours_min: 7,
+            min_survey_piece_m2: 10.0,
+            min_survey_ground_neighbours: 7,
             ceiling_share: 0.7,
-            ceiling_height_min_m: 1.5,
+            min_ceiling_height_m: 1.5,
             ceiling_reach_m: 10.0,
-            survey_detour_max: 1.6,
+            max_survey_detour: 1.6,
             survey_inflation_m: 0.8,
             survey_tight_cost: 3.0,
-            survey_shift_max_m: 0.15,
+            max_survey_shift_m: 0.15,
             survey_room_half_length_m: 0.05,
             tolerances: NodeToleranceConfig::default(),
         }

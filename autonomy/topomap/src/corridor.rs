@@ -69,12 +69,12 @@ impl Floor {
             profile.gap_m = profile.gap_m.max(gap_m);
             profile.heights.push(height);
         }
-        ((height - line.to.z).abs() <= self.config.line_end_height_max_m).then_some(profile)
+        ((height - line.to.z).abs() <= self.config.max_line_end_height_m).then_some(profile)
     }
 
-    /// Free room along a line up to `reach_m` to both sides; `points_min` points in the height of the body (docs/maths/topomap.md, equation 2) make an
+    /// Free room along a line up to `reach_m` to both sides; `min_points` points in the height of the body (docs/maths/topomap.md, equation 2) make an
     /// obstacle. Linear in the points around it.
-    fn room_along(&self, line: &Line, heights: &[f64], reach_m: f64, points_min: usize) -> FreeWidth {
+    fn room_along(&self, line: &Line, heights: &[f64], reach_m: f64, min_points: usize) -> FreeWidth {
         let last = heights.len() - 1;
         let tread = (self.config.tread_m / self.config.line_step_m).round() as usize;
         let highest = |place: usize| {
@@ -99,10 +99,10 @@ impl Floor {
             }
         }
         let [left_m, right_m] = sides.map(|mut distances| {
-            if points_min == 0 || distances.len() < points_min {
+            if min_points == 0 || distances.len() < min_points {
                 return reach_m;
             }
-            *distances.select_nth_unstable_by(points_min - 1, f64::total_cmp).1
+            *distances.select_nth_unstable_by(min_points - 1, f64::total_cmp).1
         });
         FreeWidth { left_m, right_m }
     }
@@ -110,17 +110,17 @@ impl Floor {
     /// Whether there is ground all along a line.
     pub fn has_ground(&self, from: &Vector3, to: &Vector3) -> bool {
         let profile = self.profile(&Line::new(from, to));
-        profile.is_some_and(|profile| profile.gap_m <= self.config.ground_gap_max_m)
+        profile.is_some_and(|profile| profile.gap_m <= self.config.max_ground_gap_m)
     }
 
-    /// Whether there is ground all along a line, and no obstacle of at least `points_min` points within `clearance_m`.
-    fn is_passable(&self, from: &Vector3, to: &Vector3, clearance_m: f64, points_min: usize) -> bool {
+    /// Whether there is ground all along a line, and no obstacle of at least `min_points` points within `clearance_m`.
+    fn is_passable(&self, from: &Vector3, to: &Vector3, clearance_m: f64, min_points: usize) -> bool {
         let line = Line::new(from, to);
         let Some(profile) = self.profile(&line) else { return false };
-        if profile.gap_m > self.config.ground_gap_max_m {
+        if profile.gap_m > self.config.max_ground_gap_m {
             return false;
         }
-        let room = self.room_along(&line, &profile.heights, clearance_m, points_min);
+        let room = self.room_along(&line, &profile.heights, clearance_m, min_points);
         room.left_m.min(room.right_m) >= clearance_m
     }
 
@@ -128,16 +128,16 @@ impl Floor {
     pub fn room(&self, from: &Vector3, to: &Vector3, reach_m: f64) -> Option<FreeWidth> {
         let line = Line::new(from, to);
         let profile = self.profile(&line)?;
-        Some(self.room_along(&line, &profile.heights, reach_m, self.config.obstacle_points_min))
+        Some(self.room_along(&line, &profile.heights, reach_m, self.config.min_obstacle_points))
     }
 
     /// How far from a line the robot may walk to both sides, metres: there is ground, and no obstacle within the radius in which it turns.
     pub fn corridor(&self, from: &Vector3, to: &Vector3) -> site_model::Corridor {
-        let (line, max_m) = (Line::new(from, to), self.config.corridor_max_m);
+        let (line, max_m) = (Line::new(from, to), self.config.max_corridor_m);
         let none = site_model::Corridor { left_m: 0.0, right_m: 0.0 };
         let Some(profile) = self.profile(&line) else { return none };
         let reach_m = max_m + self.robot.radius_m;
-        let room = self.room_along(&line, &profile.heights, reach_m, self.config.obstacle_points_min);
+        let room = self.room_along(&line, &profile.heights, reach_m, self.config.min_obstacle_points);
         let width = |side: f64, free_m: f64| {
             let free_m = (free_m - self.robot.radius_m).clamp(0.0, max_m);
             let ground_m = self.ground_beside(&line, &profile.heights, side, free_m);
@@ -180,10 +180,10 @@ impl Passage<'_> {
         let (robot, config) = (&self.floor.robot, &self.floor.config);
         // Points are known to the middle of a voxel.
         let turning_m = robot.radius_m + config.voxel_m / 2.0;
-        let is_passable = |clearance_m, points_min| self.floor.is_passable(from, to, clearance_m, points_min);
-        is_passable(turning_m, config.obstacle_points_min)
+        let is_passable = |clearance_m, min_points| self.floor.is_passable(from, to, clearance_m, min_points);
+        is_passable(turning_m, config.min_obstacle_points)
             || (self.is_walked(from, to)
-                && is_passable(self.floor.half_width_m(), config.blocking_points_min))
+                && is_passable(self.floor.half_width_m(), config.min_blocking_points))
     }
 
     /// Whether the robot has walked along a line.

@@ -43,7 +43,7 @@ impl FloorBuilder {
     /// Adds a keyframe's cloud (keyframe frame, metres) with its time, best without moving objects and one point in each cell of [`TopomapConfig::voxel_m`].
     /// Linear in the points.
     pub fn insert(&mut self, stamp: Stamp, map_from_keyframe: &Isometry, xyz: &[[f32; 3]]) {
-        let range_squared = self.config.range_max_m.powi(2) as f32;
+        let range_squared = self.config.max_range_m.powi(2) as f32;
         for point in xyz {
             // False for coordinates that are not finite.
             if point.iter().map(|c| c * c).sum::<f32>() < range_squared {
@@ -101,7 +101,7 @@ impl FloorBuilder {
     }
 
     /// The floor. `walked` says where the robot has stood. `O(n log n)` in the voxels.
-    pub(crate) fn build(mut self, walked: &[Standpoint]) -> Floor {
+    pub(crate) fn build(mut self, walked: &[TimedPosition]) -> Floor {
         self.sort();
         let xyz: Vec<[f32; 3]> = self.voxels.iter().map(|(key, _)| self.centre(*key)).collect();
         let grid = self.ground_config();
@@ -134,7 +134,7 @@ impl FloorBuilder {
     fn ground_config(&self) -> GroundConfig {
         let config = GroundConfig::default();
         let headroom_layers = (self.robot.clearance_m / f64::from(config.layer_m)).ceil() as i32;
-        GroundConfig { headroom_layers, min_neighbours: self.config.ground_neighbours_min, ..config }
+        GroundConfig { headroom_layers, min_neighbours: self.config.min_ground_neighbours, ..config }
     }
 }
 
@@ -215,9 +215,9 @@ impl Floor {
     }
 
     /// Adds the ground on which the robot has stood, where no ground was seen at that height.
-    fn add_walked(&mut self, walked: &[Standpoint]) {
+    fn add_walked(&mut self, walked: &[TimedPosition]) {
         let reach = (self.half_width_m() / f64::from(self.grid.column_m)).ceil() as i32;
-        for Standpoint { feet, .. } in walked {
+        for TimedPosition { feet, .. } in walked {
             let ((x, y), layer) = self.locate(feet.x, feet.y, feet.z);
             for (dx, dy) in square(reach) {
                 let centre = self.centre((x + dx, y + dy, layer));
@@ -251,7 +251,7 @@ impl Floor {
         for ((x, y), mut layers) in sides {
             layers.sort_unstable();
             for group in layers.chunk_by(|a, b| b - a <= step_layers) {
-                if group.len() >= self.config.hole_neighbours_min {
+                if group.len() >= self.config.min_hole_neighbours {
                     self.add(x, y, group[group.len() / 2]);
                 }
             }
@@ -260,7 +260,7 @@ impl Floor {
 
     /// Keeps the points that may be in the way of a robot on the ground of their column or of a column beside it. Points where the body of the robot has been
     /// after they were seen are gone: people, doors that were opened. So are those that were seen for a short time only, where the robot has ever been.
-    fn add_obstacles(&mut self, seen: &[([f32; 3], Sighting)], walked: &[Standpoint]) {
+    fn add_obstacles(&mut self, seen: &[([f32; 3], Sighting)], walked: &[TimedPosition]) {
         let passes = self.passes(walked);
         let layer_m = f64::from(self.grid.layer_m);
         let top_m = self.robot.clearance_m + self.robot.step_m;
@@ -307,21 +307,21 @@ impl Floor {
 
 /// Where the robot stood, and when.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Standpoint {
+pub(crate) struct TimedPosition {
     /// Position of the feet, metres, map frame.
     pub feet: Vector3,
     pub stamp: Stamp,
 }
 
 impl Floor {
-    /// For each column: the standpoints of the robot whose body may have reached into it.
-    fn passes(&self, walked: &[Standpoint]) -> BTreeMap<(i32, i32), Vec<Standpoint>> {
+    /// For each column: the positions of the robot whose body may have reached into it.
+    fn passes(&self, walked: &[TimedPosition]) -> BTreeMap<(i32, i32), Vec<TimedPosition>> {
         let reach = (self.swept_m() / f64::from(self.grid.column_m)).ceil() as i32;
-        let mut passes: BTreeMap<(i32, i32), Vec<Standpoint>> = BTreeMap::new();
-        for standpoint in walked {
-            let ((x, y), _) = self.locate(standpoint.feet.x, standpoint.feet.y, 0.0);
+        let mut passes: BTreeMap<(i32, i32), Vec<TimedPosition>> = BTreeMap::new();
+        for position in walked {
+            let ((x, y), _) = self.locate(position.feet.x, position.feet.y, 0.0);
             for (dx, dy) in square(reach) {
-                passes.entry((x + dx, y + dy)).or_default().push(*standpoint);
+                passes.entry((x + dx, y + dy)).or_default().push(*position);
             }
         }
         passes
@@ -337,16 +337,16 @@ impl Floor {
         self.config.half_stance_share * self.robot.radius_m
     }
 
-    /// Radius around a standpoint in which the body was: standpoints are [`TopomapConfig::sample_m`] apart.
+    /// Radius around a position in which the body was: positions are [`TopomapConfig::sample_m`] apart.
     fn swept_m(&self) -> f64 {
         self.half_width_m().hypot(self.config.sample_m / 2.0)
     }
 
     /// Whether the body of the robot was at a point after it was seen, or at any time if it was seen for a short time only (docs/maths/topomap.md, equation 1).
-    fn has_passed(&self, standpoint: &Standpoint, point: &[f32; 3], seen: &Sighting) -> bool {
-        let offset = Vector3::from(point.map(f64::from)) - standpoint.feet;
+    fn has_passed(&self, position: &TimedPosition, point: &[f32; 3], seen: &Sighting) -> bool {
+        let offset = Vector3::from(point.map(f64::from)) - position.feet;
         let is_brief = (seen.last - seen.first).secs_f64() < self.config.lasting_s;
-        (is_brief || standpoint.stamp > seen.first)
+        (is_brief || position.stamp > seen.first)
             && offset.xy().norm() <= self.swept_m()
             && (0.0..=self.robot.clearance_m).contains(&offset.z)
     }

@@ -11,23 +11,24 @@ use std::collections::BTreeMap;
 use vocab::{KeyframeId, MapId, Stamp};
 
 /// Parameters of [`MapMotion::between`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FollowConfig {
     /// Least share of the keyframes of the smaller map that the other one must have. A patch replaces a part of them.
-    pub shared_min: f64,
+    pub min_shared: f64,
     /// Least share of pairs of consecutive keyframes that must have kept their relative pose.
-    pub kept_min: f64,
+    pub min_kept: f64,
     /// Greatest change of a relative pose, metres and radians. Loop closures move keyframes a metre apart by centimetres.
-    pub change_max_m: f64,
+    pub max_change_m: f64,
     /// The same for its rotation.
-    pub change_max_rad: f64,
+    pub max_change_rad: f64,
     /// Smaller movements of an object are rounding, metres and radians.
     pub same: f64,
 }
 
 impl Default for FollowConfig {
     fn default() -> Self {
-        Self { shared_min: 0.5, kept_min: 0.9, change_max_m: 0.5, change_max_rad: 0.2, same: 1e-6 }
+        Self { min_shared: 0.5, min_kept: 0.9, max_change_m: 0.5, max_change_rad: 0.2, same: 1e-6 }
     }
 }
 
@@ -54,7 +55,7 @@ pub struct Following {
     /// Nodes that move.
     pub moved_nodes: usize,
     /// How far the farthest of them moves, metres.
-    pub distance_max_m: f64,
+    pub max_distance_m: f64,
 }
 
 impl MapMotion {
@@ -72,7 +73,7 @@ impl MapMotion {
         });
         let keyframes: BTreeMap<KeyframeId, Moved> = found.collect();
         let smaller = before.len().min(after.len());
-        if keyframes.is_empty() || (keyframes.len() as f64) < config.shared_min * smaller as f64 {
+        if keyframes.is_empty() || (keyframes.len() as f64) < config.min_shared * smaller as f64 {
             return None;
         }
         let moved: Vec<&Moved> = keyframes.values().collect();
@@ -81,11 +82,11 @@ impl MapMotion {
             let (before, after) =
                 (pair[0].before.inverse() * pair[1].before, pair[0].after.inverse() * pair[1].after);
             let change = before.inverse() * after;
-            change.translation.vector.norm() <= config.change_max_m
-                && change.rotation.angle() <= config.change_max_rad
+            change.translation.vector.norm() <= config.max_change_m
+                && change.rotation.angle() <= config.max_change_rad
         });
         let (kept, pairs) = (kept.count() as f64, pairs.count() as f64);
-        (kept >= config.kept_min * pairs).then_some(Self { config, keyframes })
+        (kept >= config.min_kept * pairs).then_some(Self { config, keyframes })
     }
 
     /// The edit after which everything in a site is where it belongs in the map `map`. Nodes move with their keyframes. Nodes without one, and corners of zones, move with the
@@ -97,7 +98,7 @@ impl MapMotion {
             let before = vec_from_plain(site.node(node.id)?.map_from_node.position);
             Some((vec_from_plain(node.map_from_node.position) - before).norm())
         });
-        let distance_max_m = distances.fold(0.0, f64::max);
+        let max_distance_m = distances.fold(0.0, f64::max);
         let others = site.objects().filter_map(|versioned| match &versioned.object {
             Object::InspectionPoint(point) => {
                 self.moved_point(site, &nodes, point).map(Object::InspectionPoint)
@@ -116,7 +117,7 @@ impl MapMotion {
         });
         let is_node = |change: &&Change| matches!(change.object_id(), ObjectId::Node(_));
         let moved_nodes = changes.iter().filter(is_node).count();
-        Following { edit: Edit { id, changes }, moved_nodes, distance_max_m }
+        Following { edit: Edit { id, changes }, moved_nodes, max_distance_m }
     }
 
     /// A node where it belongs now; none if it stays as it is.

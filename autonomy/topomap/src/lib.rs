@@ -92,7 +92,7 @@ impl GeneratedMap {
 /// Makes a topological map. `floor` holds the clouds of the keyframes. Takes about a second for a hall of 60 m x 40 m.
 pub fn generate(input: &TopomapInput<'_>, floor: FloorBuilder, config: &TopomapConfig) -> GeneratedMap {
     let path = Path::new(input.path, input.robot.standing_height_m, config);
-    let floor = floor.build(&path.standpoints);
+    let floor = floor.build(&path.positions);
     let passage = Passage { floor: &floor, path: &path };
     let mut graph = PathGraph::new(config);
     docks::add_docks(&mut graph, input, &passage);

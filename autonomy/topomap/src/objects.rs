@@ -122,7 +122,7 @@ fn tolerance(kind: PlaceKind, room_m: f64, config: &NodeToleranceConfig) -> Pose
         |radius_m: f64, yaw_rad: f64| PoseTolerance { along_m: radius_m, across_m: radius_m, yaw_rad };
     match kind {
         PlaceKind::Plain => {
-            let radius_m = room_m.clamp(config.waypoint_min_m, config.waypoint_m);
+            let radius_m = room_m.clamp(config.min_waypoint_m, config.waypoint_m);
             circle(radius_m, std::f64::consts::PI)
         }
         PlaceKind::Portal => circle(config.portal_m, config.portal_rad),
@@ -183,7 +183,7 @@ fn floors(
     let is_landing = |piece: &BTreeSet<usize>| {
         let portals = piece.iter().filter(|place| graph.places[**place].kind == PlaceKind::Portal).count();
         let first = piece.first().map(|place| graph.feet(*place)).unwrap_or_default();
-        portals > 1 && piece.iter().all(|place| (graph.feet(*place) - first).norm() <= config.landing_max_m)
+        portals > 1 && piece.iter().all(|place| (graph.feet(*place) - first).norm() <= config.max_landing_m)
     };
     let mut storeys: Vec<f64> = pieces.iter().filter(|piece| !is_landing(piece)).map(mean_z).collect();
     storeys.sort_by(f64::total_cmp);

@@ -1,7 +1,7 @@
 //! The path that the robot has walked: split into walks, sampled evenly, with its flights of stairs.
 
 use crate::TopomapConfig;
-use crate::floor::Standpoint;
+use crate::floor::TimedPosition;
 use geometry::{Isometry, Vector3};
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
@@ -38,7 +38,7 @@ pub(crate) struct Path {
     /// All samples, those on stairs too, by squares.
     blocks: BTreeMap<(i32, i32), Vec<Vector3>>,
     /// All samples in order.
-    pub standpoints: Vec<Standpoint>,
+    pub positions: Vec<TimedPosition>,
 }
 
 impl Path {
@@ -49,7 +49,7 @@ impl Path {
             let samples = sample(walk, standing_height_m, config.sample_m);
             for (stamp, sample) in &samples {
                 path.blocks.entry(block(&sample.feet)).or_default().push(sample.feet);
-                path.standpoints.push(Standpoint { feet: sample.feet, stamp: *stamp });
+                path.positions.push(TimedPosition { feet: sample.feet, stamp: *stamp });
             }
             let samples: Vec<Sample> = samples.into_iter().map(|(_, sample)| sample).collect();
             let flights = flights(&samples, config);
@@ -117,7 +117,7 @@ fn flights(samples: &[Sample], config: &TopomapConfig) -> Vec<RangeInclusive<usi
         let span = samples[b].feet - samples[a].feet;
         // A robot that turns in place says nothing of the slope.
         let level_m = span.xy().norm();
-        level_m > config.stairs_window_m / 4.0 && span.z.abs() > config.stairs_slope_min * level_m
+        level_m > config.stairs_window_m / 4.0 && span.z.abs() > config.min_stairs_slope * level_m
     };
     let mut runs: Vec<RangeInclusive<usize>> = Vec::new();
     for index in (0..samples.len()).filter(|index| is_steep(*index)) {
@@ -128,7 +128,7 @@ fn flights(samples: &[Sample], config: &TopomapConfig) -> Vec<RangeInclusive<usi
     }
     runs.retain(|run| {
         let rise_m = samples[*run.end()].feet.z - samples[*run.start()].feet.z;
-        rise_m.abs() >= config.stairs_rise_min_m - config.stairs_slope_min * config.sample_m
+        rise_m.abs() >= config.min_stairs_rise_m - config.min_stairs_slope * config.sample_m
     });
     runs
 }

@@ -265,13 +265,13 @@ impl PathGraph {
         }
         links.sort_by(|x, y| x.0.cmp(&y.0).then(y.1.total_cmp(&x.1)).then((x.2, x.3).cmp(&(y.2, y.3))));
         for (_, length_m, a, b) in links {
-            if self.has_detour(a, b, config.loop_min_m - length_m) {
+            if self.has_detour(a, b, config.min_loop_m - length_m) {
                 self.separate(a, b);
             }
         }
     }
 
-    /// Removes dead ends that are shorter than [`TopomapConfig::dead_end_min_m`].
+    /// Removes dead ends that are shorter than [`TopomapConfig::min_dead_end_m`].
     pub fn remove_dead_ends(&mut self, config: &TopomapConfig) {
         for leaf in 0..self.places.len() {
             let mut chain = vec![leaf];
@@ -289,7 +289,7 @@ impl PathGraph {
                 };
                 length_m += self.length_m(at, next);
                 chain.push(next);
-                if length_m >= config.dead_end_min_m {
+                if length_m >= config.min_dead_end_m {
                     break false;
                 }
             };

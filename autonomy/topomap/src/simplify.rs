@@ -140,7 +140,7 @@ fn add_chain(edges: &mut StraightEdges, graph: &PathGraph, passage: &Passage<'_>
 /// Whether the straight line from one place of a chain to another can stand for the part between them.
 fn is_straight(feet: &[Vector3], passage: &Passage<'_>, first: usize, last: usize) -> bool {
     last == first + 1
-        || (farthest(feet, first, last).1 <= passage.floor.config.deviation_max_m
+        || (farthest(feet, first, last).1 <= passage.floor.config.max_deviation_m
             && (feet[first] - feet[last]).norm() > 1e-6
             && passage.is_free(&feet[first], &feet[last]))
 }
@@ -171,7 +171,7 @@ fn split_at_bends(
     let (index, distance_m) = farthest(feet, first, last);
     // A straight part that is not free is halved.
     let index =
-        if distance_m > passage.floor.config.bend_min_m { index } else { usize::midpoint(first, last) };
+        if distance_m > passage.floor.config.min_bend_m { index } else { usize::midpoint(first, last) };
     split_at_bends(feet, passage, first, index, corners);
     split_at_bends(feet, passage, index, last, corners);
 }

@@ -53,7 +53,7 @@ pub(crate) fn survey_paths(floor: &Floor) -> Vec<Vec<Vector3>> {
             next = walkable.next_place(&piece, &reach, cover);
         }
     }
-    let kept = spanner(connections(&walkable, &reach), places.len(), floor.config.survey_detour_max);
+    let kept = spanner(connections(&walkable, &reach), places.len(), floor.config.max_survey_detour);
     kept.iter().map(|connection| walkable.trace(floor, &reach, connection)).collect()
 }
 
@@ -61,14 +61,14 @@ impl Walkable {
     fn new(floor: &Floor) -> Self {
         let inflation_m = floor.config.survey_inflation_m;
         // The path through a narrow passage is moved to its middle later.
-        let least_m = floor.robot.radius_m - floor.config.survey_shift_max_m;
+        let least_m = floor.robot.radius_m - floor.config.max_survey_shift_m;
         let (mut cells, mut clearance_m) = (Vec::new(), Vec::new());
         for cell in floor.cells() {
             let at = floor.centre(cell);
             let room = floor.room(&at, &at, inflation_m);
             let free_m = room.map_or(0.0, |room| room.left_m.min(room.right_m));
             // At the border of the known ground the feet have no room.
-            if free_m >= least_m && floor.ground_neighbours(cell) >= floor.config.survey_ground_neighbours_min
+            if free_m >= least_m && floor.ground_neighbours(cell) >= floor.config.min_survey_ground_neighbours
             {
                 cells.push(cell);
                 clearance_m.push(free_m);
@@ -110,7 +110,7 @@ impl Walkable {
                 piece.extend(self.next_to(cell).filter(|next| waiting.remove(next)));
                 index += 1;
             }
-            if piece.len() as f64 * floor.cell_area_m2() >= floor.config.survey_piece_min_m2 {
+            if piece.len() as f64 * floor.cell_area_m2() >= floor.config.min_survey_piece_m2 {
                 piece.sort_unstable();
                 pieces.push(piece);
             }
@@ -138,7 +138,7 @@ impl Walkable {
             let is_above = |cell: &&u32| {
                 let at = &self.centres[**cell as usize];
                 floor.is_open(self.cells[**cell as usize])
-                    && lower_around(block(at)) <= at.z - config.ceiling_height_min_m
+                    && lower_around(block(at)) <= at.z - config.min_ceiling_height_m
             };
             let above = piece.iter().filter(is_above).count();
             if above as f64 >= config.ceiling_share * piece.len() as f64 {
@@ -203,7 +203,7 @@ impl Walkable {
         let Some(along) = (after - before).xy().try_normalize(1e-6) else { return at };
         let half = Vector3::new(along.x, along.y, 0.0) * floor.config.survey_room_half_length_m;
         let Some(room) = floor.room(&(at - half), &(at + half), inflation_m) else { return at };
-        let max_m = floor.config.survey_shift_max_m;
+        let max_m = floor.config.max_survey_shift_m;
         let shift_m = ((room.left_m - room.right_m) / 2.0).clamp(-max_m, max_m);
         at + Vector3::new(-along.y, along.x, 0.0) * shift_m
     }
@@ -284,13 +284,13 @@ fn connections(walkable: &Walkable, reach: &Reach) -> Vec<Connection> {
 }
 
 /// Leaves out connections that are not much shorter than the kept ones between the same places (docs/maths/topomap.md, equation 3).
-fn spanner(mut connections: Vec<Connection>, places: usize, detour_max: f64) -> Vec<Connection> {
+fn spanner(mut connections: Vec<Connection>, places: usize, max_detour: f64) -> Vec<Connection> {
     connections.sort_by_key(|connection| (connection.cost, connection.places));
     let mut links: Vec<BTreeMap<u32, u32>> = vec![BTreeMap::new(); places];
     let mut kept = Vec::new();
     for connection in connections {
         let [a, b] = connection.places;
-        let limit = (f64::from(connection.cost) * detour_max) as u32;
+        let limit = (f64::from(connection.cost) * max_detour) as u32;
         if !is_within(&links, a, b, limit) {
             links[a as usize].insert(b, connection.cost);
             links[b as usize].insert(a, connection.cost);

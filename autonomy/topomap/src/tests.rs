@@ -92,7 +92,7 @@ impl Drawn {
         let config = TopomapConfig::default();
         let robot = ROBOT;
         // The drawn site is larger than the range of a keyframe.
-        let config = TopomapConfig { range_max_m: 1e3, ..config };
+        let config = TopomapConfig { max_range_m: 1e3, ..config };
         let mut floor = FloorBuilder::new(robot, config);
         floor.insert(Stamp::EPOCH, &Isometry::identity(), &self.earlier);
         for (points, seen_s) in [(&self.points, [0.0, 60.0]), (&self.brief, [0.0, 5.0])] {
@@ -508,7 +508,7 @@ fn a_site_follows_the_keyframes_of_its_map() {
     }
     let now = plain(site.node(moved_by_hand.id).expect("a node"));
     assert!(((turn * plain(&moved_by_hand)).inverse() * now).translation.vector.norm() < 1e-9);
-    assert!(following.distance_max_m > 0.5);
+    assert!(following.max_distance_m > 0.5);
     let point = site.inspection_point(InspectionPointId(Uuid::from_u128(30))).expect("a point");
     let wanted = turn * nalgebra::Point3::from(target);
     assert!((geometry::vec_from_plain(point.target_m) - wanted.coords).norm() < 1e-9);

@@ -63,14 +63,14 @@ fn main() -> Result<()> {
 /// The sessions of all seeds, a row each.
 fn lidar(arguments: &Arguments) -> Result<Score> {
     let hall = arguments.data.join("hilti-uzh-run2");
-    let looks = sessions::read_looks(&hall.join("bag"), &hall.join("poses_refined_lidar.tum"))?;
+    let views = sessions::read_views(&hall.join("bag"), &hall.join("poses_refined_lidar.tum"))?;
     println!(
         "| seed | changed boxes | found | of those with {POINTS_REQUIRED} points | found | wrong | unchanged named |"
     );
     println!("| --- | --- | --- | --- | --- | --- | --- |");
     let mut total = Score::default();
     for seed in arguments.first_seed..arguments.first_seed + arguments.seeds {
-        let sessions = sessions::make(&looks, seed)?;
+        let sessions = sessions::make(&views, seed)?;
         let changes = detect_changes(&sessions.before, &sessions.after, &ChangesConfig::default());
         let mut notes = Vec::new();
         let of_seed = score(&changes.objects, &sessions.truth, |note| notes.push(note));

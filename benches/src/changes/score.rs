@@ -6,8 +6,8 @@ use changes::{Change, ChangedObject, UprightBox};
 /// A changed box with at least this number of points has to be found.
 pub const POINTS_REQUIRED: usize = 150;
 /// A box is found if its centre is at most this far off, metres, and each side at most by this share.
-const CENTRE_MAX_M: f64 = 0.2;
-const SIZE_SHARE_MAX: f64 = 0.2;
+const MAX_CENTRE_M: f64 = 0.2;
+const MAX_SIZE_SHARE: f64 = 0.2;
 
 /// Numbers of boxes.
 #[derive(Clone, Copy, Debug, Default)]
@@ -106,6 +106,6 @@ fn is_found(object: &ChangedObject, truth: &Truth) -> bool {
 
 fn is_at(found: &UprightBox, inserted: &Inserted) -> bool {
     let place = inserted.place;
-    (found.centre_m - place.centre_m).norm() <= CENTRE_MAX_M
-        && found.size_m.iter().zip(place.size_m).all(|(a, b)| (a - b).abs() <= SIZE_SHARE_MAX * b)
+    (found.centre_m - place.centre_m).norm() <= MAX_CENTRE_M
+        && found.size_m.iter().zip(place.size_m).all(|(a, b)| (a - b).abs() <= MAX_SIZE_SHARE * b)
 }

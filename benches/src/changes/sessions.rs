@@ -1,7 +1,7 @@
 //! Makes two sessions of one hall that differ by boxes: boxes are put into recorded scans by casting the recorded rays against them, so that occlusion is right.
 
 use anyhow::{Context, Result, ensure};
-use changes::{Look, UprightBox, Visit};
+use changes::{SensorView, UprightBox, Visit};
 use formats::tum;
 use geometry::{Isometry, Matrix3, Rng, RngTree, Vector3, isometry_from_pose};
 use messages::Sensor;
@@ -17,9 +17,9 @@ const RANGE_NOISE_M: f64 = 0.012;
 /// Scans of a session.
 const SCANS: usize = 35;
 /// A box meets at least this number of rays of the session in which it stands.
-const POINTS_MIN: usize = 80;
+const MIN_POINTS: usize = 80;
 /// Least number of rays of the session in which a box does not stand that go through its place: what nobody looked at cannot be compared.
-const RAYS_THROUGH_MIN: usize = 40;
+const MIN_RAYS_THROUGH: usize = 40;
 /// Distance of boxes from what was recorded, from the sensor and from each other, metres.
 const CLEAR_M: f64 = 0.15;
 const FROM_SENSOR_M: f64 = 0.6;
@@ -51,18 +51,18 @@ pub struct Sessions {
     pub truth: Vec<Truth>,
 }
 
-/// The scans of a recording as looks, with the poses of a trajectory of the LiDAR, in a frame with the floor at height 0.
+/// The scans of a recording as views, with the poses of a trajectory of the LiDAR, in a frame with the floor at height 0.
 ///
 /// # Errors
 /// When the files cannot be read.
-pub fn read_looks(bag: &Path, trajectory: &Path) -> Result<Vec<Look>> {
+pub fn read_views(bag: &Path, trajectory: &Path) -> Result<Vec<SensorView>> {
     let text = std::fs::read_to_string(trajectory).with_context(|| trajectory.display().to_string())?;
     let poses: BTreeMap<i64, Isometry> = tum::read(&text)?
         .into_iter()
         .filter_map(|(stamp, pose)| Some((stamp.nanos() / 1_000_000, isometry_from_pose(&pose)?)))
         .collect();
     let recording = Recording::open(bag, &TopicSelection::default())?;
-    let mut looks = Vec::new();
+    let mut views = Vec::new();
     for message in recording.inputs() {
         let Sensor::Scan(scan) = message?.1 else { continue };
         let at_ms = scan.stamp.nanos() / 1_000_000;
@@ -70,28 +70,28 @@ pub fn read_looks(bag: &Path, trajectory: &Path) -> Result<Vec<Look>> {
         let Some((_, map_from_lidar)) = near else { continue };
         let in_map = |point: &[f32; 3]| map_from_lidar * Point3::from(point.map(f64::from));
         let points = scan.xyz.iter().map(|point| in_map(point).coords.map(|at| at as f32).into()).collect();
-        looks.push(Look { sensor: map_from_lidar.translation.vector, points });
+        views.push(SensorView { sensor: map_from_lidar.translation.vector, points });
     }
-    ensure!(looks.len() >= 2 * SCANS, "{}: only {} scans have a pose", bag.display(), looks.len());
-    let level = level_from_map(&looks);
-    for look in &mut looks {
-        look.sensor = (level * Point3::from(look.sensor)).coords;
-        for point in &mut look.points {
+    ensure!(views.len() >= 2 * SCANS, "{}: only {} scans have a pose", bag.display(), views.len());
+    let level = level_from_map(&views);
+    for view in &mut views {
+        view.sensor = (level * Point3::from(view.sensor)).coords;
+        for point in &mut view.points {
             *point = (level * Point3::from(point.map(f64::from))).coords.map(|at| at as f32).into();
         }
     }
-    Ok(looks)
+    Ok(views)
 }
 
 /// The transform that makes the floor level and puts it at height 0: the most common height below the sensor, then the plane through the points near it.
-fn level_from_map(looks: &[Look]) -> Isometry {
+fn level_from_map(views: &[SensorView]) -> Isometry {
     let mut level = Isometry::identity();
     for reach_m in [0.3, 0.15, 0.08, 0.08] {
-        let below: Vec<Vector3> = looks
+        let below: Vec<Vector3> = views
             .iter()
-            .flat_map(|look| look.points.iter().step_by(5).map(move |point| (look, point)))
-            .map(|(look, point)| {
-                (level * Point3::from(look.sensor), level * Point3::from(point.map(f64::from)))
+            .flat_map(|view| view.points.iter().step_by(5).map(move |point| (view, point)))
+            .map(|(view, point)| {
+                (level * Point3::from(view.sensor), level * Point3::from(point.map(f64::from)))
             })
             .filter(|(sensor, point)| point.z < sensor.z - 0.3 && (point - sensor).norm() < 8.0)
             .map(|(_, point)| point.coords)
@@ -119,13 +119,13 @@ fn level_from_map(looks: &[Look]) -> Isometry {
 ///
 /// # Errors
 /// When no place is found for a box.
-pub fn make(looks: &[Look], seed: u64) -> Result<Sessions> {
+pub fn make(views: &[SensorView], seed: u64) -> Result<Sessions> {
     let tree = RngTree::new(seed).child("boxes");
     let mut rng = tree.rng();
     let mut start = |low: usize, high: usize| low + (rng.uniform() * (high - low + 1) as f64) as usize;
-    let (first, second) = (start(20, 29), start(56, looks.len().saturating_sub(SCANS).max(56)));
+    let (first, second) = (start(20, 29), start(56, views.len().saturating_sub(SCANS).max(56)));
     let mut sides =
-        [first, second].map(|from| Side::new(&looks[from..(from + SCANS).min(looks.len())], &tree, from));
+        [first, second].map(|from| Side::new(&views[from..(from + SCANS).min(views.len())], &tree, from));
     if rng.uniform() < 0.5 {
         sides.swap(0, 1);
     }
@@ -175,43 +175,43 @@ pub fn make(looks: &[Look], seed: u64) -> Result<Sessions> {
 
 /// The recorded part of a session.
 struct Side {
-    looks: Vec<Look>,
+    views: Vec<SensorView>,
 }
 
 impl Side {
-    /// A random part of the points of these looks.
-    fn new(looks: &[Look], tree: &RngTree, from: usize) -> Self {
+    /// A random part of the points of these views.
+    fn new(views: &[SensorView], tree: &RngTree, from: usize) -> Self {
         let mut rng = tree.child(&format!("points {from}")).rng();
-        let part = |look: &Look| Look {
-            sensor: look.sensor,
-            points: look.points.iter().filter(|_| rng.uniform() < KEPT_SHARE).copied().collect(),
+        let part = |view: &SensorView| SensorView {
+            sensor: view.sensor,
+            points: view.points.iter().filter(|_| rng.uniform() < KEPT_SHARE).copied().collect(),
         };
-        Self { looks: looks.iter().map(part).collect() }
+        Self { views: views.iter().map(part).collect() }
     }
 
     /// The session with boxes, and the number of rays that ended at each.
     fn with_boxes(&self, boxes: &[UprightBox], tree: &RngTree) -> (Visit, Vec<usize>) {
         let mut rng = tree.rng();
         let mut counts = vec![0; boxes.len()];
-        let mut looks = self.looks.clone();
-        for look in &mut looks {
-            for point in &mut look.points {
-                let offset = Vector3::from(point.map(f64::from)) - look.sensor;
+        let mut views = self.views.clone();
+        for view in &mut views {
+            for point in &mut view.points {
+                let offset = Vector3::from(point.map(f64::from)) - view.sensor;
                 let range_m = offset.norm();
                 let met = (0..boxes.len())
                     .filter_map(|number| {
-                        Some((enters_m(&boxes[number], &look.sensor, &(offset / range_m))?, number))
+                        Some((enters_m(&boxes[number], &view.sensor, &(offset / range_m))?, number))
                     })
                     .filter(|(at_m, _)| *at_m < range_m)
                     .min_by(|a, b| a.0.total_cmp(&b.0));
                 if let Some((at_m, number)) = met {
                     counts[number] += 1;
                     let at_m = at_m + RANGE_NOISE_M * rng.normal();
-                    *point = (look.sensor + offset / range_m * at_m).map(|at| at as f32).into();
+                    *point = (view.sensor + offset / range_m * at_m).map(|at| at as f32).into();
                 }
             }
         }
-        (Visit { looks }, counts)
+        (Visit { views }, counts)
     }
 
     /// Number of rays that meet a box.
@@ -223,9 +223,9 @@ impl Side {
     fn is_clear(&self, place: &UprightBox) -> bool {
         let is_met =
             |point: &[f32; 3]| point[2] > 0.1 && place.holds(&Vector3::from(point.map(f64::from)), CLEAR_M);
-        self.looks
+        self.views
             .iter()
-            .all(|look| !place.holds(&look.sensor, FROM_SENSOR_M) && !look.points.iter().any(is_met))
+            .all(|view| !place.holds(&view.sensor, FROM_SENSOR_M) && !view.points.iter().any(is_met))
     }
 }
 
@@ -247,11 +247,11 @@ impl Placing<'_> {
     fn place(&mut self, size_m: [f64; 3], stands: [bool; 2]) -> Result<UprightBox> {
         for _ in 0..TRIALS {
             let side = &self.sides[usize::from(self.rng.uniform() < 0.5)];
-            let look = &side.looks[(self.rng.uniform() * side.looks.len() as f64) as usize];
+            let view = &side.views[(self.rng.uniform() * side.views.len() as f64) as usize];
             let (range_m, heading) = (self.rng.range(1.0, 10.0), self.rng.range(0.0, std::f64::consts::TAU));
             let centre_m = Vector3::new(
-                look.sensor.x + range_m * heading.cos(),
-                look.sensor.y + range_m * heading.sin(),
+                view.sensor.x + range_m * heading.cos(),
+                view.sensor.y + range_m * heading.sin(),
                 size_m[2] / 2.0,
             );
             let yaw_rad = self.rng.range(0.0, std::f64::consts::PI);
@@ -264,7 +264,7 @@ impl Placing<'_> {
                 continue;
             }
             let is_seen = (0..2).all(|side| {
-                let least = if stands[side] { POINTS_MIN } else { RAYS_THROUGH_MIN };
+                let least = if stands[side] { MIN_POINTS } else { MIN_RAYS_THROUGH };
                 self.sides[side].rays_at(&place) >= least
             });
             if is_seen {

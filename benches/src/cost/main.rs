@@ -38,9 +38,9 @@ struct Arguments {
 }
 
 /// Bar: processor time of the three processes together, cores.
-const CORES_MAX: f64 = 1.3;
+const MAX_CORES: f64 = 1.3;
 /// Bar: robot time over real time.
-const REAL_TIME_FACTOR_MIN: f64 = 0.99;
+const MIN_REAL_TIME_FACTOR: f64 = 0.99;
 /// Longest time until the example is made, and until a mission begins.
 const PATIENCE: Duration = Duration::from_secs(900);
 /// Time between two looks at the state of the mission.
@@ -89,10 +89,10 @@ fn main() -> Result<()> {
         page.bytes as f64 / duration_s / 1e3,
     );
     let mut missed = Vec::new();
-    if together > CORES_MAX {
+    if together > MAX_CORES {
         missed.push(format!("core, gateway and simulated robot take {together:.2} cores"));
     }
-    if real_time_factor < REAL_TIME_FACTOR_MIN {
+    if real_time_factor < MIN_REAL_TIME_FACTOR {
         missed.push(format!("the real-time factor is {real_time_factor:.3}"));
     }
     missed.iter().for_each(|bar| println!("BAR MISSED: {bar}"));

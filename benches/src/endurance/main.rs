@@ -86,10 +86,10 @@ fn print_minute(minute: &Minute) {
         minute.resident_mb,
         minute.position_error_mm,
         minute.keyframes,
-        span(minute.keyframe_median_ms, minute.keyframe_max_ms),
+        span(minute.keyframe_median_ms, minute.max_keyframe_ms),
         minute.loops,
         minute.revisits,
-        span(minute.job_result_median_ms, minute.job_result_max_ms)
+        span(minute.job_result_median_ms, minute.max_job_result_ms)
     );
 }
 

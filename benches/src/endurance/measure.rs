@@ -31,11 +31,11 @@ pub struct Minute {
     /// Median CPU time of steps that make a keyframe, milliseconds.
     pub keyframe_median_ms: f64,
     /// Greatest CPU time of such a step, milliseconds.
-    pub keyframe_max_ms: f64,
+    pub max_keyframe_ms: f64,
     /// Median CPU time of steps that take the result of a job, milliseconds.
     pub job_result_median_ms: f64,
     /// Greatest CPU time of such a step, milliseconds.
-    pub job_result_max_ms: f64,
+    pub max_job_result_ms: f64,
     /// Loops closed so far.
     pub loops: usize,
 }
@@ -121,8 +121,8 @@ impl Measurement {
             times.sort_by(f64::total_cmp);
             [0.5, 1.0].map(|share| if times.is_empty() { 0.0 } else { quantile(&times, share) })
         };
-        let [keyframe_median_ms, keyframe_max_ms] = take_sorted(&mut self.keyframe_ms);
-        let [job_result_median_ms, job_result_max_ms] = take_sorted(&mut self.job_result_ms);
+        let [keyframe_median_ms, max_keyframe_ms] = take_sorted(&mut self.keyframe_ms);
+        let [job_result_median_ms, max_job_result_ms] = take_sorted(&mut self.job_result_ms);
         Ok(Minute {
             number,
             rounds,
@@ -134,9 +134,9 @@ impl Measurement {
             resident_mb: resident_mb()?,
             keyframes: self.keyframes,
             keyframe_median_ms,
-            keyframe_max_ms,
+            max_keyframe_ms,
             job_result_median_ms,
-            job_result_max_ms,
+            max_job_result_ms,
             loops: self.loops,
         })
     }

@@ -3,9 +3,9 @@
 use benches::quantile;
 
 /// Limit of the 99.9th percentile, milliseconds: a quarter of the time between two scans at 10 Hz.
-const P999_MAX_MS: f64 = 25.0;
+const MAX_P999_MS: f64 = 25.0;
 /// Limit of the longest step, milliseconds.
-const STEP_MAX_MS: f64 = 60.0;
+const MAX_STEP_MS: f64 = 60.0;
 
 /// CPU times of the steps of a walk, by scan.
 pub struct StepTimes {
@@ -38,7 +38,7 @@ impl Ascending {
 
     /// Whether the limits are met. A walk without scans does not meet them.
     fn meets_bar(&self) -> bool {
-        quantile(&self.times_ms, 0.999) <= P999_MAX_MS && quantile(&self.times_ms, 1.0) <= STEP_MAX_MS
+        quantile(&self.times_ms, 0.999) <= MAX_P999_MS && quantile(&self.times_ms, 1.0) <= MAX_STEP_MS
     }
 }
 
@@ -91,7 +91,7 @@ impl StepTimes {
 /// The line that states whether all phases met the limits.
 pub fn verdict(meets_bar: bool) -> String {
     let verdict = if meets_bar { "bar met" } else { "BAR MISSED" };
-    format!("{verdict}: 99.9th percentile at most {P999_MAX_MS} ms, no step above {STEP_MAX_MS} ms")
+    format!("{verdict}: 99.9th percentile at most {MAX_P999_MS} ms, no step above {MAX_STEP_MS} ms")
 }
 
 #[cfg(test)]

@@ -24,7 +24,7 @@ use support::server::Server;
 use support::{wait_for, workspace_root};
 
 /// Longest wait for a page.
-const WAIT_MAX: Duration = Duration::from_secs(120);
+const MAX_WAIT: Duration = Duration::from_secs(120);
 /// The times of the page's marks, milliseconds since the navigation; null until all of them exist.
 const MARKS: &str = "(() => { \
     const at = mark => performance.getEntriesByName('autoinspect: ' + mark)[0]?.startTime; \
@@ -60,7 +60,7 @@ fn main() -> Result<()> {
         let mut page = browser.open(1440, 900);
         page.go(&server.url());
         let [compiled, framed, drawn] =
-            wait_for("the first map", WAIT_MAX, || seconds(&page.evaluate(MARKS)));
+            wait_for("the first map", MAX_WAIT, || seconds(&page.evaluate(MARKS)));
         println!("{load:>6}{compiled:>12.2}{framed:>14.2}{drawn:>12.2}");
         times.push(drawn);
     }
@@ -77,7 +77,7 @@ fn start_mapping(server: &Server) -> Result<()> {
     page.go(&server.url());
     page.click("button", "Map");
     page.click("button", "Start mapping");
-    wait_for("a first map", WAIT_MAX, || page.status("Points in map").filter(|points| points != "0"));
+    wait_for("a first map", MAX_WAIT, || page.status("Points in map").filter(|points| points != "0"));
     Ok(())
 }
 

@@ -7,9 +7,9 @@ use benches::mapped_site::MappedSite;
 use benches::quantile;
 
 /// Limit of the duration of a recovery, seconds.
-const RECOVERY_MAX_S: f64 = 15.0;
+const MAX_RECOVERY_S: f64 = 15.0;
 /// Least distance over which the robot is carried, metres.
-const CARRY_DISTANCE_MIN_M: f64 = 15.0;
+const MIN_CARRY_DISTANCE_M: f64 = 15.0;
 
 /// Prints the names of the columns. For each kind of fault: the number of faults; the least distance over which the robot moved or was carried
 /// meanwhile (straight line, metres); the number of recoveries within the bar; their median and greatest duration. Then the number of scans
@@ -29,7 +29,7 @@ pub fn run(mapped: &MappedSite, arguments: &Arguments) -> Result<bool> {
         columns: arguments.columns,
         people: arguments.day_people,
         changed_share: arguments.changed_share,
-        carry_distance_min_m: CARRY_DISTANCE_MIN_M,
+        carry_distance_min_m: MIN_CARRY_DISTANCE_M,
         verbose: arguments.verbose,
     };
     let found = walk_with_faults(mapped, &plan)?;
@@ -44,14 +44,14 @@ pub fn run(mapped: &MappedSite, arguments: &Arguments) -> Result<bool> {
         found.wrong_scans
     );
     let in_time =
-        found.covered.iter().chain(&found.carried).all(|recovery| recovery.duration_s <= RECOVERY_MAX_S);
+        found.covered.iter().chain(&found.carried).all(|recovery| recovery.duration_s <= MAX_RECOVERY_S);
     Ok(in_time && found.wrong_scans == 0)
 }
 
 fn print_recoveries(mapped: &MappedSite, fault: &str, recoveries: &[Recovery]) {
     let mut durations: Vec<f64> = recoveries.iter().map(|recovery| recovery.duration_s).collect();
     durations.sort_by(f64::total_cmp);
-    let in_time = durations.iter().filter(|seconds| **seconds <= RECOVERY_MAX_S).count();
+    let in_time = durations.iter().filter(|seconds| **seconds <= MAX_RECOVERY_S).count();
     let least_m = recoveries.iter().map(|recovery| recovery.distance_m).fold(f64::INFINITY, f64::min);
     println!(
         "{:<8}{:>12}{:>8}{:>9.1}{:>11}{:>11.1}{:>9.1}",

@@ -14,13 +14,13 @@ use std::time::Instant;
 use vocab::KeyframeId;
 
 /// A recognised place is right within this horizontal distance, metres.
-const DISTANCE_MAX_M: f64 = 3.0;
+const MAX_DISTANCE_M: f64 = 3.0;
 /// A recognised place is right within this vertical distance, metres: the same floor.
-const HEIGHT_MAX_M: f64 = 1.0;
+const MAX_HEIGHT_M: f64 = 1.0;
 /// Number of places in the large index whose search is timed.
 const LARGE_INDEX: usize = 100_000;
 /// A point farther than this from all surfaces of the site is on a person, metres. The range noise is smaller.
-const PERSON_DISTANCE_MIN_M: f64 = 0.12;
+const MIN_PERSON_DISTANCE_M: f64 = 0.12;
 
 /// The figures of one walk.
 #[derive(Debug, Default)]
@@ -122,7 +122,7 @@ impl ComponentFigures {
             dropped.iter().for_each(|&point| is_dropped[point as usize] = true);
             for (point, dropped) in keyframe.cloud.iter().zip(is_dropped) {
                 let place = keyframe.site_from_base * nalgebra::Point3::from(point.map(f64::from));
-                let built = site.distance(&place.coords, PERSON_DISTANCE_MIN_M).is_some();
+                let built = site.distance(&place.coords, MIN_PERSON_DISTANCE_M).is_some();
                 let (count, gone) = if built {
                     (&mut self.site, &mut self.site_dropped)
                 } else {
@@ -162,7 +162,7 @@ impl ComponentFigures {
 
 fn near(a: &Isometry, b: &Isometry) -> bool {
     let offset: Vector3 = a.translation.vector - b.translation.vector;
-    offset.xy().norm() < DISTANCE_MAX_M && offset.z.abs() < HEIGHT_MAX_M
+    offset.xy().norm() < MAX_DISTANCE_M && offset.z.abs() < MAX_HEIGHT_M
 }
 
 fn milliseconds(since: Instant) -> f64 {

@@ -113,16 +113,16 @@ impl MissionDay {
     }
 
     /// Lets the robot go to a goal. Returns the outcome; none if there is none in time.
-    pub fn go(&mut self, kind: GoalKind, seconds_max: f64) -> Option<GoalStatus> {
+    pub fn go(&mut self, kind: GoalKind, max_seconds: f64) -> Option<GoalStatus> {
         let goal = GoalId(Uuid::from_u128(1_000 + self.commands));
         self.command(CommandKind::StartGoal { goal, kind });
-        self.advance_until(seconds_max, |day| day.goals.get(&goal).is_some_and(GoalStatus::is_outcome));
+        self.advance_until(max_seconds, |day| day.goals.get(&goal).is_some_and(GoalStatus::is_outcome));
         self.goals.get(&goal).filter(|status| status.is_outcome()).cloned()
     }
 
     /// Lets time pass until `is_done`, at most this long.
-    pub fn advance_until(&mut self, seconds_max: f64, is_done: impl Fn(&Self) -> bool) {
-        let end = self.lockstep.now() + Span::from_secs_f64(seconds_max);
+    pub fn advance_until(&mut self, max_seconds: f64, is_done: impl Fn(&Self) -> bool) {
+        let end = self.lockstep.now() + Span::from_secs_f64(max_seconds);
         while self.lockstep.now() < end && !is_done(self) {
             self.advance(MOMENT.min(end - self.lockstep.now()));
         }

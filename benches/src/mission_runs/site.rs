@@ -23,7 +23,7 @@ pub const MISSION: MissionId = MissionId(Uuid::from_u128(1));
 /// Targets are in this range of distances from the camera, metres.
 const TARGET_DISTANCE_M: std::ops::Range<f64> = 0.8..10.0;
 /// They are at most this far to either side of where the robot looks, radians. The head pans by 170 degrees.
-const TARGET_PAN_MAX_RAD: f64 = 2.4;
+const MAX_TARGET_PAN_RAD: f64 = 2.4;
 /// Elevations above the camera, radians: things that people can reach.
 const TARGET_ELEVATION_RAD: std::ops::Range<f64> = -0.3..0.35;
 /// Directions that are tried for a node. A node without a target is not visited.
@@ -170,7 +170,7 @@ impl MissionSite {
         let ahead = site_from_base.rotation * Vector3::x();
         let heading_rad = ahead.y.atan2(ahead.x);
         (0..TARGET_ATTEMPTS).find_map(|_| {
-            let (sin, cos) = (heading_rad + rng.range(-TARGET_PAN_MAX_RAD, TARGET_PAN_MAX_RAD)).sin_cos();
+            let (sin, cos) = (heading_rad + rng.range(-MAX_TARGET_PAN_RAD, MAX_TARGET_PAN_RAD)).sin_cos();
             let elevation = rng.range(TARGET_ELEVATION_RAD.start, TARGET_ELEVATION_RAD.end);
             let direction = Vector3::new(cos * elevation.cos(), sin * elevation.cos(), elevation.sin());
             let (distance_m, _) = self.site.cast_ray(&head.coords, &direction, TARGET_DISTANCE_M.end)?;

@@ -4,15 +4,15 @@ use super::score::{MissionScore, PictureScore};
 use crate::quantile;
 
 /// Bars: position and heading at a task, by the truth.
-const POSITION_MAX_M: f64 = 0.10;
-const HEADING_MAX_RAD: f64 = 0.0524;
+const MAX_POSITION_M: f64 = 0.10;
+const MAX_HEADING_RAD: f64 = 0.0524;
 /// Bar: targets are this near to the picture's centre, as a share of the picture, ...
-const OFF_CENTRE_MAX: f64 = 0.05;
+const MAX_OFF_CENTRE: f64 = 0.05;
 /// ... in this share of the pictures.
-const CENTRED_SHARE_MIN: f64 = 0.95;
+const MIN_CENTRED_SHARE: f64 = 0.95;
 /// Bars: shares of tasks that are done, and of missions that end in the dock.
-const DONE_SHARE_MIN: f64 = 0.99;
-const DOCKED_SHARE_MIN: f64 = 0.98;
+const MIN_DONE_SHARE: f64 = 0.99;
+const MIN_DOCKED_SHARE: f64 = 0.98;
 
 /// Sums over missions.
 #[derive(Clone, Debug, Default)]
@@ -79,27 +79,27 @@ impl MissionTotals {
     pub fn missed(&self) -> Vec<String> {
         let worst = |value: fn(&PictureScore) -> f64| self.sorted(value).last().copied().unwrap_or(0.0);
         let bars = [
-            (share(self.done, self.tasks) >= DONE_SHARE_MIN, "99 % of the tasks are done"),
+            (share(self.done, self.tasks) >= MIN_DONE_SHARE, "99 % of the tasks are done"),
             (self.without_reason == 0, "every other task fails with a reason"),
             (
-                worst(|picture| picture.position_m) <= POSITION_MAX_M,
+                worst(|picture| picture.position_m) <= MAX_POSITION_M,
                 "the robot is within 10 cm at every task",
             ),
-            (worst(|picture| picture.heading_rad) <= HEADING_MAX_RAD, "and within 3 degrees"),
+            (worst(|picture| picture.heading_rad) <= MAX_HEADING_RAD, "and within 3 degrees"),
             (
-                self.centred_share() >= CENTRED_SHARE_MIN,
+                self.centred_share() >= MIN_CENTRED_SHARE,
                 "95 % of the targets are within 5 % of the picture's centre",
             ),
             (self.solids_touched == 0, "the robot touches no solid"),
             (self.people_touched == 0, "the robot touches nobody"),
-            (share(self.docked, self.missions) >= DOCKED_SHARE_MIN, "98 % of the missions end in the dock"),
+            (share(self.docked, self.missions) >= MIN_DOCKED_SHARE, "98 % of the missions end in the dock"),
         ];
         bars.into_iter().filter(|(is_met, _)| !is_met).map(|(_, bar)| bar.to_owned()).collect()
     }
 
     fn centred_share(&self) -> f64 {
         let centred =
-            self.pictures.iter().filter(|picture| picture.off_centre_or_infinite() <= OFF_CENTRE_MAX).count();
+            self.pictures.iter().filter(|picture| picture.off_centre_or_infinite() <= MAX_OFF_CENTRE).count();
         share(centred, self.pictures.len())
     }
 

@@ -28,7 +28,7 @@ const SCENARIOS: [Scenario; 3] = [
 /// Longest time for a goal, robot time.
 const GOAL_LIMIT_S: f64 = 240.0;
 /// Nodes from which the robot comes are this near to the dock, metres.
-const START_DISTANCE_MAX_M: f64 = 15.0;
+const MAX_START_DISTANCE_M: f64 = 15.0;
 
 /// Prints a row for each scenario.
 pub(super) fn print(name: &str, mapped: &MissionSite, arguments: &Arguments) -> Result<()> {
@@ -119,9 +119,9 @@ fn near_nodes(mapped: &MissionSite, dock: NodeId) -> Result<Vec<NodeId>> {
         let at = node.map_from_node.position;
         let is_start_candidate =
             !matches!(node.kind, NodeKind::Dock | NodeKind::DockApproach | NodeKind::Portal);
-        is_start_candidate && (at.x - place.x).hypot(at.y - place.y) <= START_DISTANCE_MAX_M
+        is_start_candidate && (at.x - place.x).hypot(at.y - place.y) <= MAX_START_DISTANCE_M
     };
     let nodes: Vec<NodeId> = graph.nodes().filter(is_near).map(|node| node.id).collect();
-    ensure!(!nodes.is_empty(), "no node is within {START_DISTANCE_MAX_M} m of the dock");
+    ensure!(!nodes.is_empty(), "no node is within {MAX_START_DISTANCE_M} m of the dock");
     Ok(nodes)
 }

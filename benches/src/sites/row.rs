@@ -6,13 +6,13 @@ use benches::quantile;
 use benches::random_places::{PlaceCounts, PlaceResult};
 
 /// Greatest root mean square error of a map, metres.
-const MAP_RMSE_MAX_M: f64 = 0.01;
+const MAX_MAP_RMSE_M: f64 = 0.01;
 /// Least share of the places that are right, or named among several.
-const PLACES_SHARE_MIN: f64 = 0.95;
+const MIN_PLACES_SHARE: f64 = 0.95;
 /// Limit of the duration of a recovery, seconds.
-const RECOVERY_MAX_S: f64 = 20.0;
+const MAX_RECOVERY_S: f64 = 20.0;
 /// Least share of the recoveries within that limit.
-const RECOVERIES_SHARE_MIN: f64 = 0.95;
+const MIN_RECOVERIES_SHARE: f64 = 0.95;
 
 /// The results of a site.
 pub struct Row {
@@ -91,7 +91,7 @@ fn ascending(recoveries: &[Recovery]) -> Vec<f64> {
 }
 
 fn in_time(durations: &[f64]) -> usize {
-    durations.iter().filter(|duration| **duration <= RECOVERY_MAX_S).count()
+    durations.iter().filter(|duration| **duration <= MAX_RECOVERY_S).count()
 }
 
 fn seconds(duration: f64) -> String {
@@ -109,7 +109,7 @@ impl Total {
         self.worst_map_m = self.worst_map_m.max(row.map.map_rmse_m);
         // A map without an error is none either.
         self.maps_over_limit +=
-            usize::from(row.map.map_rmse_m.is_nan() || row.map.map_rmse_m > MAP_RMSE_MAX_M);
+            usize::from(row.map.map_rmse_m.is_nan() || row.map.map_rmse_m > MAX_MAP_RMSE_M);
         self.wrong_loops += row.map.loops.wrong + row.map.wrong_reanchorings;
         let (sum, places) = (&mut self.places, &row.places);
         sum.right += places.right;
@@ -150,9 +150,9 @@ impl Total {
         check(self.maps_over_limit == 0, format!("{} maps are over 10 mm RMSE", self.maps_over_limit));
         check(self.wrong_loops == 0, format!("{} loops or revisits are wrong", self.wrong_loops));
         check(places.wrong == 0, format!("{} places are wrong", places.wrong));
-        let share = PLACES_SHARE_MIN * all as f64;
+        let share = MIN_PLACES_SHARE * all as f64;
         check(named as f64 >= share, format!("{named} of {all} places are right or named among several"));
-        let share = RECOVERIES_SHARE_MIN * durations.len() as f64;
+        let share = MIN_RECOVERIES_SHARE * durations.len() as f64;
         check(
             recovered as f64 >= share,
             format!("{recovered} of {} recoveries took at most 20 s", durations.len()),

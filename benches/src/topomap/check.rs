@@ -26,7 +26,7 @@ const WALL_LEVEL: f64 = 0.3;
 /// Distance around the hull in which solids are searched, metres.
 const REACH_M: f64 = 0.7;
 /// Highest ledge that the simulated robot steps over, metres.
-const LEDGE_MAX_M: f64 = 0.27;
+const MAX_LEDGE_M: f64 = 0.27;
 /// Height above the expected ground at which the ground is looked for, metres.
 const PROBE_ABOVE_M: f64 = 0.5;
 /// Depth below the expected ground down to which it is looked for, metres.
@@ -70,7 +70,7 @@ pub struct SolidCheck<'a> {
 /// What the solids say of the edges.
 #[derive(Debug, Default)]
 pub struct SolidScore {
-    /// Edges on which the body would overlap a solid by more than [`OVERLAP_MAX_M`], or on which the ground is missing or too high.
+    /// Edges on which the body would overlap a solid by more than [`MAX_OVERLAP_M`], or on which the ground is missing or too high.
     pub through: usize,
     /// Room between the body and the nearest solid along each edge, metres; negative where they overlap.
     pub rooms_m: Vec<f64>,
@@ -80,7 +80,7 @@ pub struct SolidScore {
 }
 
 /// Overlap that counts as a touch in passing, metres: the errors of map (1 cm) and LiDAR (2 cm). The robot keeps its own distance while it walks.
-const OVERLAP_MAX_M: f64 = 0.03;
+const MAX_OVERLAP_M: f64 = 0.03;
 
 impl SolidCheck<'_> {
     /// Checks every edge.
@@ -99,7 +99,7 @@ impl SolidCheck<'_> {
             score.stairs_true += usize::from(is_true);
             score.stairs_found += usize::from(is_true && edge.is_stairs);
             score.stairs_wrong += usize::from(!is_true && edge.is_stairs);
-            let is_through = room_m < -OVERLAP_MAX_M;
+            let is_through = room_m < -MAX_OVERLAP_M;
             score.through += usize::from(is_through);
             score.rooms_m.push(room_m);
             if verbose && room_m < 0.0 {
@@ -127,7 +127,7 @@ impl SolidCheck<'_> {
                 return (f64::NEG_INFINITY, heights);
             };
             let ground = top.z - down;
-            if step > 0 && (ground - height).abs() > LEDGE_MAX_M {
+            if step > 0 && (ground - height).abs() > MAX_LEDGE_M {
                 return (f64::NEG_INFINITY, heights);
             }
             (height, at.z) = (ground, ground);

@@ -65,9 +65,9 @@ struct Arguments {
 }
 
 /// Greatest distance of the walked path from an edge, metres.
-const COVER_MAX_M: f64 = 3.0;
+const MAX_COVER_M: f64 = 3.0;
 /// Longest time to make a topological map, seconds.
-const GENERATE_MAX_S: f64 = 3.0;
+const MAX_GENERATE_S: f64 = 3.0;
 /// Number of nodes of b1.
 const B1_NODES: std::ops::RangeInclusive<usize> = 30..=60;
 
@@ -168,7 +168,7 @@ fn row(inputs: &RowInputs<'_>, config: &TopomapConfig, verbose: bool) -> Result<
             );
         }
     }
-    let cover = PathCover::new(&path, &made, COVER_MAX_M, profile.standing_height_m, verbose && !is_survey);
+    let cover = PathCover::new(&path, &made, MAX_COVER_M, profile.standing_height_m, verbose && !is_survey);
     let length_m: f64 = check::edges(&made).map(|edge| (edge.to - edge.from).norm()).sum();
     let floors: std::collections::BTreeSet<i32> = made.nodes.iter().map(|node| node.floor).collect();
     let solids = check.map(|check| check.edges(&made, profile.standing_height_m, verbose));
@@ -199,10 +199,10 @@ fn row(inputs: &RowInputs<'_>, config: &TopomapConfig, verbose: bool) -> Result<
     );
     let mut missed = Vec::new();
     let mut bar = |is_met: bool, sentence: String| missed.extend((!is_met).then_some(sentence));
-    bar(made_s < GENERATE_MAX_S, format!("{name}: made in {made_s:.2} s"));
+    bar(made_s < MAX_GENERATE_S, format!("{name}: made in {made_s:.2} s"));
     bar(made.pieces == 1, format!("{name}: {} connected pieces", made.pieces));
     bar(
-        is_survey || cover.worst_m <= COVER_MAX_M,
+        is_survey || cover.worst_m <= MAX_COVER_M,
         format!("{name}: a walked place is {:.2} m from all reachable edges", cover.worst_m),
     );
     if let Some(found) = &solids {
@@ -232,42 +232,42 @@ fn config(values: &[String]) -> Result<TopomapConfig> {
             "lasting_s" => &mut config.lasting_s,
             "half_width_share" => &mut config.half_width_share,
             "half_stance_share" => &mut config.half_stance_share,
-            "ground_gap_max_m" => &mut config.ground_gap_max_m,
-            "line_end_height_max_m" => &mut config.line_end_height_max_m,
+            "max_ground_gap_m" => &mut config.max_ground_gap_m,
+            "max_line_end_height_m" => &mut config.max_line_end_height_m,
             "tread_m" => &mut config.tread_m,
             "walked_within_m" => &mut config.walked_within_m,
             "sample_m" => &mut config.sample_m,
             "merge_distance_m" => &mut config.merge_distance_m,
-            "stairs_slope_min" => &mut config.stairs_slope_min,
+            "min_stairs_slope" => &mut config.min_stairs_slope,
             "stairs_window_m" => &mut config.stairs_window_m,
             "node_spacing_m" => &mut config.node_spacing_m,
-            "deviation_max_m" => &mut config.deviation_max_m,
+            "max_deviation_m" => &mut config.max_deviation_m,
             "node_merge_m" => &mut config.node_merge_m,
-            "loop_min_m" => &mut config.loop_min_m,
-            "dead_end_min_m" => &mut config.dead_end_min_m,
-            "range_max_m" => &mut config.range_max_m,
+            "min_loop_m" => &mut config.min_loop_m,
+            "min_dead_end_m" => &mut config.min_dead_end_m,
+            "max_range_m" => &mut config.max_range_m,
             "survey_cover_m" => &mut config.survey_cover_m,
             "ceiling_share" => &mut config.ceiling_share,
-            "ceiling_height_min_m" => &mut config.ceiling_height_min_m,
+            "min_ceiling_height_m" => &mut config.min_ceiling_height_m,
             "ceiling_reach_m" => &mut config.ceiling_reach_m,
-            "survey_detour_max" => &mut config.survey_detour_max,
+            "max_survey_detour" => &mut config.max_survey_detour,
             "survey_inflation_m" => &mut config.survey_inflation_m,
             "survey_tight_cost" => &mut config.survey_tight_cost,
-            "survey_shift_max_m" => &mut config.survey_shift_max_m,
-            "obstacle_points_min" => {
-                config.obstacle_points_min = value as usize;
+            "max_survey_shift_m" => &mut config.max_survey_shift_m,
+            "min_obstacle_points" => {
+                config.min_obstacle_points = value as usize;
                 continue;
             }
-            "blocking_points_min" => {
-                config.blocking_points_min = value as usize;
+            "min_blocking_points" => {
+                config.min_blocking_points = value as usize;
                 continue;
             }
-            "survey_ground_neighbours_min" => {
-                config.survey_ground_neighbours_min = value as usize;
+            "min_survey_ground_neighbours" => {
+                config.min_survey_ground_neighbours = value as usize;
                 continue;
             }
-            "ground_neighbours_min" => {
-                config.ground_neighbours_min = value as usize;
+            "min_ground_neighbours" => {
+                config.min_ground_neighbours = value as usize;
                 continue;
             }
             _ => anyhow::bail!("there is no parameter {name} to set"),

@@ -17,11 +17,13 @@ pub struct PasswordConfig {
     pub memory_kib: u32,
     /// Passes over that memory. Chosen so that a hash takes at least 50 ms; see the test of that name.
     pub passes: u32,
+    /// Different characters that a password has at least. Chosen: enough to refuse one that repeats a word of four letters.
+    pub min_different_chars: usize,
 }
 
 impl Default for PasswordConfig {
     fn default() -> Self {
-        Self { min_chars: 12, max_bytes: 512, memory_kib: 19_456, passes: 6 }
+        Self { min_chars: 12, max_bytes: 512, memory_kib: 19_456, passes: 6, min_different_chars: 5 }
     }
 }
 
@@ -48,9 +50,6 @@ pub enum PasswordError {
     NotHashed(String),
 }
 
-/// Least number of different characters in a password.
-const MIN_DIFFERENT_CHARS: usize = 5;
-
 /// Whether a new password is accepted.
 ///
 /// # Errors
@@ -73,7 +72,7 @@ pub fn check_password(
     }
     characters.sort_unstable();
     characters.dedup();
-    if characters.len() < MIN_DIFFERENT_CHARS {
+    if characters.len() < config.min_different_chars {
         return Err(PasswordError::Repeats);
     }
     Ok(())

@@ -1,5 +1,6 @@
 //! Failure of a command: one sentence and an exit code.
 
+use crate::texts;
 use ports::error_with_causes;
 use std::error::Error;
 use std::fmt::{self, Display};
@@ -8,7 +9,7 @@ use std::process::ExitCode;
 use vocab::legible;
 
 /// Characters of the error of an input file that the sentence shows, at most. It can quote any text of the file.
-const SHOWN_REASON_CHARS_MAX: usize = 600;
+const MAX_SHOWN_REASON_CHARS: usize = 600;
 
 /// One sentence for people, with the kind of failure.
 #[derive(Debug)]
@@ -37,8 +38,8 @@ impl Failure {
 
     /// Failure by an input file that is missing or of another kind.
     pub fn unreadable(path: &Path, error: impl Error) -> Self {
-        let reason = legible(&error_with_causes(&error), SHOWN_REASON_CHARS_MAX);
-        Self::Usage(format!("{} could not be read: {reason}", path.display()))
+        let reason = legible(&error_with_causes(&error), MAX_SHOWN_REASON_CHARS);
+        Self::Usage(texts::could_not_be_read(path, &reason))
     }
 
     /// The exit code of the process.

@@ -1,6 +1,6 @@
 //! Progress of an import, for people at a terminal or for the program that started it.
 
-use crate::output;
+use crate::{output, texts};
 use api::ImportStage;
 use indicatif::ProgressBar;
 use serde::Serialize;
@@ -27,13 +27,7 @@ impl Progress {
         if lines {
             return Self::Lines { stage, printed_percent: None };
         }
-        Self::Bar(output::share_bar(match stage {
-            ImportStage::Reading => "reading",
-            ImportStage::ComputingViewpoints => "finding viewpoints",
-            ImportStage::Writing => "writing",
-            ImportStage::Walking => "walking",
-            ImportStage::MakingTopomap => "making the topological map",
-        }))
+        Self::Bar(output::share_bar(texts::import_stage(stage)))
     }
 
     /// Shows the share that is done, 0 to 1.

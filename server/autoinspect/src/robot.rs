@@ -16,6 +16,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Parameters of the core's connection to a robot.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct ConnectConfig {
     /// Longest wait for the robot to listen. It builds its site first. The supervisor then starts the core again.

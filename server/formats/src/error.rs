@@ -53,11 +53,11 @@ pub enum FormatError {
 }
 
 /// Characters of SQLite's error that ours shows, at most.
-const SHOWN_DATABASE_ERROR_CHARS_MAX: usize = 200;
+const MAX_SHOWN_DATABASE_ERROR_CHARS: usize = 200;
 
 impl From<rusqlite::Error> for FormatError {
     fn from(error: rusqlite::Error) -> Self {
-        Self::Database(legible(&error.to_string(), SHOWN_DATABASE_ERROR_CHARS_MAX))
+        Self::Database(legible(&error.to_string(), MAX_SHOWN_DATABASE_ERROR_CHARS))
     }
 }
 

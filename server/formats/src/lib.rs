@@ -25,5 +25,5 @@ mod texts;
 pub mod tum;
 
 pub use error::FormatError;
-pub use limits::{CHUNK_BYTES_MAX, SurveyLimits};
+pub use limits::{MAX_CHUNK_BYTES, SurveyLimits};
 pub use point_table::{Dropped, PointField, PointTable, ScalarType, ScanReport};

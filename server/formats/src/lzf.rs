@@ -7,7 +7,7 @@
 use crate::{FormatError, texts};
 
 /// Bytes of output per byte of input, at most: the longest reference takes 3 bytes and yields 7 + 255 + 2.
-const YIELD_MAX: usize = 264;
+const MAX_YIELD: usize = 264;
 
 /// Decompresses `input` into exactly `length` bytes.
 ///
@@ -15,7 +15,7 @@ const YIELD_MAX: usize = 264;
 /// When the input refers to bytes before its start, ends early or yields another length. Allocates no more than the input can yield.
 pub fn decompress(input: &[u8], length: usize) -> Result<Vec<u8>, FormatError> {
     let malformed = |at: usize, problem: &str| FormatError::at_byte("LZF data", at as u64, problem);
-    if length > input.len().saturating_mul(YIELD_MAX) {
+    if length > input.len().saturating_mul(MAX_YIELD) {
         return Err(malformed(0, texts::LZF_SIZE_IMPOSSIBLE));
     }
     let mut out = Vec::with_capacity(length);

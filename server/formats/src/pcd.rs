@@ -2,14 +2,14 @@
 //!
 //! Source: "The PCD (Point Cloud Data) file format", version 0.7, Point Cloud Library documentation.
 
-use crate::limits::UNPACKED_BYTES_MAX;
+use crate::limits::MAX_UNPACKED_BYTES;
 use crate::{FormatError, PointField, PointTable, ScalarType, lzf, texts};
 use std::borrow::Cow;
 use std::io::{self, Write};
 
 const WHAT: &str = "PCD file";
 /// Longest point that is read, bytes. A larger size in the header is damage.
-const POINT_BYTES_MAX: usize = 1 << 20;
+const MAX_POINT_BYTES: usize = 1 << 20;
 /// Bytes at the start of a file that are searched for the first lines of the header.
 const MAGIC_BYTES: usize = 256;
 
@@ -134,7 +134,7 @@ fn lay_out(
             return Err(FormatError::at_line(WHAT, line, texts::field_without_values(&name)));
         }
         let end = scalar.size().checked_mul(count).and_then(|size| size.checked_add(offset));
-        let Some(end) = end.filter(|end| *end <= POINT_BYTES_MAX) else {
+        let Some(end) = end.filter(|end| *end <= MAX_POINT_BYTES) else {
             let problem = texts::absurd_field_count(&name, count);
             return Err(FormatError::at_line(WHAT, line, problem));
         };
@@ -172,8 +172,8 @@ fn read_compressed<'a>(header: Header, body: &[u8]) -> Result<PointTable<'a>, Fo
         let missing = (compressed - rest.len()) as u64;
         return Err(FormatError::Truncated { what: WHAT, at: header.end as u64 + 8, missing });
     };
-    if unpacked > UNPACKED_BYTES_MAX {
-        let problem = texts::unpacks_to_too_much(unpacked, UNPACKED_BYTES_MAX);
+    if unpacked > MAX_UNPACKED_BYTES {
+        let problem = texts::unpacks_to_too_much(unpacked, MAX_UNPACKED_BYTES);
         return Err(FormatError::at_byte(WHAT, header.end as u64, problem));
     }
     let columns = if unpacked == 0 { Vec::new() } else { lzf::decompress(packed, unpacked)? };

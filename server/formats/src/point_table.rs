@@ -92,8 +92,14 @@ pub struct ScanReport {
     pub clock_mismatch: bool,
 }
 
-/// Greatest difference between a point's time and its scan's stamp, ns: two seconds, more than any LiDAR's sweep.
-const SWEEP_NS_MAX: i64 = 2_000_000_000;
+/// Which times of points are of a scan.
+#[derive(Clone, Copy, Debug)]
+struct PointTimesConfig {
+    /// Greatest difference between a point's time and its scan's stamp, ns: two seconds, more than any LiDAR's sweep.
+    max_difference_ns: i64,
+}
+
+const TIMES: PointTimesConfig = PointTimesConfig { max_difference_ns: 2_000_000_000 };
 const TIME_NAMES: [&str; 7] =
     ["t", "time", "timestamp", "offset_time", "time_offset", "timeoffset", "time_stamp"];
 const INTENSITY_NAMES: [&str; 4] = ["intensity", "scalar_intensity", "i", "reflectivity"];
@@ -409,7 +415,7 @@ fn reference_time(stamps: &[i64], message: Option<Stamp>) -> (i64, bool) {
         None => (earliest, false),
         Some(stamp) if stamps.is_empty() => (stamp.nanos(), false),
         Some(stamp) => {
-            let far = earliest.saturating_sub(stamp.nanos()).saturating_abs() > SWEEP_NS_MAX;
+            let far = earliest.saturating_sub(stamp.nanos()).saturating_abs() > TIMES.max_difference_ns;
             (if far { earliest } else { stamp.nanos() }, far)
         }
     }

@@ -5,7 +5,7 @@
 
 mod records;
 
-use crate::{CHUNK_BYTES_MAX, FormatError, texts};
+use crate::{FormatError, MAX_CHUNK_BYTES, texts};
 use records::{Record, WHAT, op};
 use std::collections::BTreeMap;
 use std::io::{Read, Seek, SeekFrom};
@@ -14,7 +14,7 @@ use vocab::Stamp;
 
 const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
 /// Characters of a name in the file that an error shows, at most.
-const SHOWN_NAME_CHARS_MAX: usize = 40;
+const MAX_SHOWN_NAME_CHARS: usize = 40;
 
 /// One publisher's topic.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -224,8 +224,8 @@ fn unpack(file: &mut (impl Read + Seek), size: u64, record: &Record) -> Result<U
     let available = size.saturating_sub(record.data_start).min(record.data_length);
     let packed = records::read_bytes(file, size, record.data_start, available)?;
     let unpacked = u64::from(record.u32("size")?);
-    if unpacked > CHUNK_BYTES_MAX {
-        let problem = texts::chunk_too_large(unpacked, CHUNK_BYTES_MAX);
+    if unpacked > MAX_CHUNK_BYTES {
+        let problem = texts::chunk_too_large(unpacked, MAX_CHUNK_BYTES);
         return Err(FormatError::at_byte(WHAT, record.data_start, problem));
     }
     let mut chunk = UnpackedChunk::default();
@@ -241,7 +241,7 @@ fn unpack(file: &mut (impl Read + Seek), size: u64, record: &Record) -> Result<U
             return Err(FormatError::Unsupported {
                 what: texts::unknown_compression(&vocab::legible(
                     other.unwrap_or(texts::UNNAMED_COMPRESSION),
-                    SHOWN_NAME_CHARS_MAX,
+                    MAX_SHOWN_NAME_CHARS,
                 )),
                 remedy: texts::DECOMPRESS_BAG,
             });

@@ -7,13 +7,13 @@ use std::fmt::Display;
 use vocab::legible;
 
 /// Characters of a word or name of the file that a sentence shows, at most.
-const SHOWN_CHARS_MAX: usize = 40;
+const MAX_SHOWN_CHARS: usize = 40;
 /// Characters of a list of names that a sentence shows, at most.
-const SHOWN_LIST_CHARS_MAX: usize = 200;
+const MAX_SHOWN_LIST_CHARS: usize = 200;
 
 /// A word or name of the file.
 pub(crate) fn shown(word: &str) -> String {
-    legible(word, SHOWN_CHARS_MAX)
+    legible(word, MAX_SHOWN_CHARS)
 }
 
 // Any format of text lines.
@@ -119,7 +119,7 @@ pub(crate) fn row_too_short(row_bytes: usize, width: usize, point_bytes: usize) 
 }
 /// A cloud without x, y or z.
 pub(crate) fn coordinate_missing(fields: &str) -> String {
-    let fields = legible(fields, SHOWN_LIST_CHARS_MAX);
+    let fields = legible(fields, MAX_SHOWN_LIST_CHARS);
     format!("it is missing; the fields are: {fields}")
 }
 pub(crate) fn unknown_ros_field_type(name: &str, datatype: u8) -> String {

@@ -60,7 +60,7 @@ pub const TARGETS: [FuzzTarget; 26] = [
 ];
 
 /// Longest sentence that an error may have, bytes.
-const SENTENCE_BYTES_MAX: usize = 1_000;
+const MAX_SENTENCE_BYTES: usize = 1_000;
 
 /// Checks that an error is a sentence for people: one line, not too long, without control characters of the input.
 ///
@@ -68,6 +68,6 @@ const SENTENCE_BYTES_MAX: usize = 1_000;
 /// When it is not.
 fn assert_sentence(error: &dyn std::error::Error) {
     let sentence = ports::error_with_causes(error);
-    assert!(!sentence.is_empty() && sentence.len() <= SENTENCE_BYTES_MAX, "{} bytes", sentence.len());
+    assert!(!sentence.is_empty() && sentence.len() <= MAX_SENTENCE_BYTES, "{} bytes", sentence.len());
     assert!(!sentence.chars().any(char::is_control), "{sentence:?}");
 }

@@ -92,7 +92,7 @@ pub fn client_model(bytes: &[u8]) {
 pub fn point_chunk(bytes: &[u8]) {
     match map_codec::decode(bytes) {
         Ok(chunk) => {
-            assert!(chunk.points.len() * 7 <= bytes.len() * map_codec::EXPANSION_MAX);
+            assert!(chunk.points.len() * 7 <= bytes.len() * map_codec::MAX_EXPANSION);
             let bounds = chunk.bounds();
             assert!(chunk.points.is_empty() || bounds.min.iter().chain(&bounds.max).all(|c| c.is_finite()));
             let again =

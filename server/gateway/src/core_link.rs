@@ -15,6 +15,7 @@ use tokio::net::unix::{OwnedReadHalf, OwnedWriteHalf};
 use tokio_util::codec::{FramedRead, FramedWrite, LengthDelimitedCodec};
 
 /// Parameters of the link to the core.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct CoreLinkConfig {
     /// Pause before the first attempt to reconnect; it doubles with each further attempt. A core that restarts is back within a few of them.

@@ -61,9 +61,9 @@ pub(crate) struct Hub {
     /// Who may use the gateway.
     pub(crate) access: AccessGate,
     state: Mutex<State>,
-    clients_max: usize,
+    max_clients: usize,
     /// Control sockets of one account.
-    clients_of_account_max: usize,
+    max_clients_of_account: usize,
     /// When this process started, nanoseconds since 1970: part of the ids of its own commands.
     started_ns: u64,
     /// Changes whenever there may be something to send to a client.
@@ -184,11 +184,11 @@ impl Hub {
                 site_requests: SiteRequests::default(),
                 account_requests: BTreeMap::new(),
                 account_requests_made: 0,
-                schemas: Arc::new(ActionSchemas::new(&[])),
+                schemas: Arc::default(),
             }),
             started_ns: started_ns(),
-            clients_max: limits.clients,
-            clients_of_account_max: limits.clients_of_account,
+            max_clients: limits.clients,
+            max_clients_of_account: limits.clients_of_account,
             changed: watch::Sender::new(()),
             scan: watch::Sender::new(None),
             listeners: watch::Sender::new(Listeners::default()),
@@ -255,8 +255,8 @@ impl Hub {
                 {
                     let mut state = self.lock();
                     state.clock.update(&event, Instant::now());
-                    if let Event::Actions(offered) = &event {
-                        state.schemas = Arc::new(ActionSchemas::new(offered));
+                    if let Some(schemas) = state.schemas.after(&event) {
+                        state.schemas = Arc::new(schemas);
                     }
                     if let Event::Platform(Platform { now: at, .. }) = event
                         && let Some(text) = state.restart_notice.take()

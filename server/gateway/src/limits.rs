@@ -42,6 +42,7 @@ impl Default for Limits {
 }
 
 /// Bounds that neither a site nor a test changes.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FixedLimits {
     /// Age up to which a scan is live. LiDARs scan 2 to 20 times a second.

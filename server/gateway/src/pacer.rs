@@ -10,8 +10,11 @@ use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 /// Parameters of the [`Pacer`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PacerConfig {
+    /// Lowest rate of scans, Hz. It keeps the interval representable.
+    pub(crate) min_hz: f32,
     /// Greatest rate of scans for a client, Hz. LiDARs scan at 2 to 20 Hz.
     pub(crate) max_hz: f32,
     /// Delay beyond twice the base delay that counts as a queue. A browser that draws delays an acknowledgement by less.
@@ -22,12 +25,9 @@ pub(crate) struct PacerConfig {
 
 impl Default for PacerConfig {
     fn default() -> Self {
-        Self { max_hz: 60.0, queue_tolerance: Duration::from_millis(60), base_delay_gain: 0.01 }
+        Self { min_hz: 1e-3, max_hz: 60.0, queue_tolerance: Duration::from_millis(60), base_delay_gain: 0.01 }
     }
 }
-
-/// Lowest rate of scans, Hz; it keeps the interval representable.
-const MIN_HZ: f32 = 1e-3;
 
 /// Flow control of one stream socket.
 #[derive(Debug)]
@@ -73,8 +73,8 @@ impl Pacer {
 
     /// Frames per second at most; zero, negative or NaN pauses.
     pub(crate) fn set_rate(&mut self, max_hz: f32) {
-        self.interval =
-            (max_hz > 0.0).then(|| Duration::from_secs_f32(1.0 / max_hz.clamp(MIN_HZ, self.config.max_hz)));
+        self.interval = (max_hz > 0.0)
+            .then(|| Duration::from_secs_f32(1.0 / max_hz.clamp(self.config.min_hz, self.config.max_hz)));
     }
 
     /// Whether the client wants scans at all.

@@ -1,7 +1,7 @@
 //! Sentences of the gateway for people, by key: refusals of commands, reasons of closed sockets, and details of HTTP errors. English.
 
 /// Characters of a client's text that a sentence shows, at most.
-const SHOWN_CHARS_MAX: usize = 100;
+const MAX_SHOWN_CHARS: usize = 100;
 
 /// Name of a place in an archive whose object the site no longer has.
 pub(crate) const UNNAMED_PLACE: &str = "place";
@@ -112,7 +112,7 @@ pub(crate) fn page_malformed(max_entries: usize) -> String {
     )
 }
 pub(crate) fn page_gone(after: &str) -> String {
-    let after = vocab::legible(after, SHOWN_CHARS_MAX);
+    let after = vocab::legible(after, MAX_SHOWN_CHARS);
     format!("There is no {after} in the list any more. Begin with its first page.")
 }
 pub(crate) fn no_tile(hash: &str) -> String {

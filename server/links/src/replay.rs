@@ -17,7 +17,7 @@ pub struct ReplayConfig {
     /// Longest time between arrivals; [`RobotEvent::Clock`] fills longer gaps between messages.
     pub clock_interval: Span,
     /// Longest gap between two messages that is replayed; a longer one is skipped.
-    pub gap_max: Span,
+    pub max_gap: Span,
     /// Largest number of arrivals in the queue to the control loop: about 1 s of a robot with all sensors. While it is full, the replay waits.
     pub max_queued_arrivals: usize,
 }
@@ -27,7 +27,7 @@ impl Default for ReplayConfig {
         Self {
             speed: 1.0,
             clock_interval: TICK_PERIOD,
-            gap_max: Span::from_millis(10_000),
+            max_gap: Span::from_millis(10_000),
             max_queued_arrivals: 1_000,
         }
     }
@@ -86,7 +86,7 @@ fn play(
     let mut clock: Option<Stamp> = None;
     for (at, sensor) in messages {
         let mut now = *clock.get_or_insert(at);
-        if at - now > config.gap_max {
+        if at - now > config.max_gap {
             now = at;
             pacer.restart();
         }

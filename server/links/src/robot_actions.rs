@@ -14,8 +14,14 @@ use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use vocab::ActionCallId;
 
-/// Feedback that may wait for whoever called. More is left out.
-const MAX_WAITING_FEEDBACK: usize = 64;
+/// Parameters of [`RobotActions`].
+#[derive(Clone, Copy, Debug)]
+struct RobotActionsConfig {
+    /// Feedback that may wait for whoever called. More is left out. Chosen: four of each of the calls that may be open.
+    max_waiting_feedback: usize,
+}
+
+const CONFIG: RobotActionsConfig = RobotActionsConfig { max_waiting_feedback: 4 * MAX_OPEN_ACTIONS };
 
 /// The robot's actions, for the core.
 pub(crate) struct RobotActions {
@@ -29,7 +35,7 @@ pub(crate) struct RobotActions {
 impl RobotActions {
     pub(crate) fn new(identity: &RobotIdentity, connection: Arc<CurrentConnection>) -> Self {
         // A call is begun only if no more than the feedback waits, so that there is room for the ends of all calls.
-        let (sender, events) = crossbeam_channel::bounded(MAX_WAITING_FEEDBACK + MAX_OPEN_ACTIONS);
+        let (sender, events) = crossbeam_channel::bounded(CONFIG.max_waiting_feedback + MAX_OPEN_ACTIONS);
         Self { actions: identity.actions.clone(), connection, open: Mutex::default(), sender, events }
     }
 
@@ -41,7 +47,7 @@ impl RobotActions {
     pub(crate) fn receive(&self, event: ActionEvent) {
         match event {
             ActionEvent::Feedback { call, .. } => {
-                if self.open().contains(&call) && self.sender.len() < MAX_WAITING_FEEDBACK {
+                if self.open().contains(&call) && self.sender.len() < CONFIG.max_waiting_feedback {
                     self.post(event);
                 }
             }
@@ -93,7 +99,7 @@ impl ActionServer for RobotActions {
         let id = call.id;
         {
             let mut open = self.open();
-            if open.len() >= MAX_OPEN_ACTIONS || self.sender.len() > MAX_WAITING_FEEDBACK {
+            if open.len() >= MAX_OPEN_ACTIONS || self.sender.len() > CONFIG.max_waiting_feedback {
                 return Err(texts::TOO_MANY_ACTIONS.to_owned());
             }
             // Before the request, whose answer may come at once.

@@ -205,7 +205,7 @@ fn a_robot_that_floods_with_feedback_leaves_room_for_the_ends() {
     actions.receive(ActionEvent::Ended { call: id(0), end });
     actions.receive(ActionEvent::Ended { call: id(0), end: ActionEnd::Cancelled });
     actions.fail_all();
-    let ends: Vec<ActionEvent> = actions.events().try_iter().skip(MAX_WAITING_FEEDBACK).collect();
+    let ends: Vec<ActionEvent> = actions.events().try_iter().skip(CONFIG.max_waiting_feedback).collect();
     assert_eq!(ends.len(), MAX_OPEN_ACTIONS);
     let is_failure =
         |event: &ActionEvent| matches!(event, ActionEvent::Ended { end: ActionEnd::Failed { .. }, .. });

@@ -1,7 +1,7 @@
 //! Sentences of links for people, by key, and the clauses of their errors. English.
 
 use std::fmt::Display;
-use vocab::{SHOWN_NAME_CHARS_MAX, legible};
+use vocab::{MAX_SHOWN_NAME_CHARS, legible};
 
 /// A replay has no more messages.
 pub(crate) const RECORDING_ENDED: &str =
@@ -56,7 +56,7 @@ pub(crate) const PICTURE_NOT_ENCODED: &str = "The picture could not be encoded."
 
 /// The robot has no action of this name. A sentence.
 pub(crate) fn no_such_action(action: &str) -> String {
-    format!("The robot has no action \"{}\".", legible(action, SHOWN_NAME_CHARS_MAX))
+    format!("The robot has no action \"{}\".", legible(action, MAX_SHOWN_NAME_CHARS))
 }
 
 /// Parameters of an action are wrong for `reason`, a clause. A sentence.

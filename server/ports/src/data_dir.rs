@@ -29,7 +29,7 @@ use std::path::{Path, PathBuf};
 use vocab::{BlobHash, MapId, UploadId};
 
 /// Longest path of a Unix socket that every system accepts, bytes.
-const SOCKET_PATH_MAX: usize = 100;
+const MAX_SOCKET_PATH: usize = 100;
 
 /// Paths under one data directory. Nothing is created or checked.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -194,7 +194,7 @@ impl DataDir {
     /// derived from the path.
     fn socket(&self, name: &str) -> PathBuf {
         let inside = self.root.join("run").join(name);
-        if inside.as_os_str().len() <= SOCKET_PATH_MAX {
+        if inside.as_os_str().len() <= MAX_SOCKET_PATH {
             return inside;
         }
         // FNV-1a is stable between processes. In a collision the second core reports that the socket is in use.
@@ -214,7 +214,7 @@ mod tests {
     fn the_socket_of_a_deep_directory_has_a_path_short_enough_to_bind() {
         let deep = DataDir::new(format!("/{}", "long/".repeat(40)));
         let other = DataDir::new(format!("/{}", "lung/".repeat(40)));
-        assert!(deep.core_socket().as_os_str().len() <= SOCKET_PATH_MAX);
+        assert!(deep.core_socket().as_os_str().len() <= MAX_SOCKET_PATH);
         assert_ne!(deep.core_socket(), other.core_socket());
         assert_ne!(deep.core_socket(), deep.robot_socket());
         assert_eq!(DataDir::new("/data").core_socket(), Path::new("/data/run/core.sock"));

@@ -7,6 +7,7 @@ use crate::legacy::{
     INPUT_SCHEMA_V8, INPUT_SCHEMA_V9, INPUT_SCHEMA_V10, InputV3, InputV4, InputV5, boot_record_v10,
 };
 use crate::selection::TopicRole;
+use crate::texts;
 use crate::topics;
 use formats::cdr::Encoding;
 use formats::ros::{BatteryState, Header, Imu, Odometry, PointCloud2, PoseStamped, RosMessage};
@@ -133,7 +134,7 @@ pub(crate) fn is_known_journal(schema: &str) -> bool {
 fn whole<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
     match postcard::take_from_bytes(bytes) {
         Ok((value, [])) => Ok(value),
-        Ok(_) => Err("bytes are left over".to_owned()),
+        Ok(_) => Err(texts::BYTES_LEFT_OVER.to_owned()),
         Err(error) => Err(error.to_string()),
     }
 }

@@ -2,6 +2,12 @@
 
 use std::path::Path;
 
+/// Kinds of recordings, where the format of one file does not name them.
+pub(crate) const SEGMENTS_OF_RUN: &str = "segments of a run";
+pub(crate) const FOLDER_OF_SCANS: &str = "folder of scans";
+pub(crate) const FOLDER_OF_BAGS: &str = "folder of bags";
+/// A message that goes on after its value: a reason.
+pub(crate) const BYTES_LEFT_OVER: &str = "bytes are left over";
 /// A file without a byte.
 pub(crate) const EMPTY_FILE: &str = "the file is empty; record or copy it again";
 /// LAS, LAZ or E57.
@@ -64,12 +70,12 @@ pub(crate) const NO_ODOMETRY_MOUNTING: &str = "Nothing says where the frame of t
 pub(crate) const NO_MESSAGES: &str = "it has no messages at all; record or copy it again";
 
 /// Characters of a list of topics in a sentence, at most.
-const LIST_CHARS_MAX: usize = 400;
+const MAX_LIST_CHARS: usize = 400;
 
 /// A list of topics, cut where it is too long for a sentence.
 pub(crate) fn list_of(topics: &[impl AsRef<str>]) -> String {
     let all: Vec<&str> = topics.iter().map(AsRef::as_ref).collect();
-    vocab::legible(&all.join(", "), LIST_CHARS_MAX)
+    vocab::legible(&all.join(", "), MAX_LIST_CHARS)
 }
 
 /// A recording with other topics only.

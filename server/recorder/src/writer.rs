@@ -24,6 +24,7 @@ pub(crate) const SEGMENT_KEY: &str = "segment";
 pub(crate) const CONTINUES_KEY: &str = "continues";
 
 /// Parameters of a [`RecordingWriter`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WriterConfig {
     /// Compression of chunks.

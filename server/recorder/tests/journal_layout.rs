@@ -42,7 +42,7 @@ fn inputs() -> Vec<Input> {
     let pose_goal = PoseGoal {
         map_from_goal: Pose::IDENTITY,
         tolerance: Some(PoseTolerance::default()),
-        speed_max_m_s: Some(0.5),
+        max_speed_m_s: Some(0.5),
         approach: Approach::Straight,
     };
     let run = RunId(id(11));

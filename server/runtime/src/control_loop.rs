@@ -33,6 +33,7 @@ use vocab::{ClientId, CommandId, Span, Stamp};
 use watchdog::{BEAT_PERIOD, Heartbeat};
 
 /// Parameters of the control loop, on this computer's clock.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct ControlLoopConfig {
     /// After this time without an arrival the loop ticks by itself. Chosen: half of [`messages::DRIVE_LIFETIME`], after which the

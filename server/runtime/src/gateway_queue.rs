@@ -18,6 +18,7 @@ use std::collections::VecDeque;
 use std::mem::{Discriminant, discriminant};
 
 /// Bounds on what waits of the site.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct QueueConfig {
     /// Changes that may wait: some seconds of many clients.

@@ -24,6 +24,7 @@ use vocab::{MapId, UploadId, Vec3};
 use watchdog::{BEAT_PERIOD, Heartbeat};
 
 /// Parameters of imports.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct ImportsConfig {
     /// Longest name of a map, characters; longer names are cut. It fits on a line of the client's list of maps.

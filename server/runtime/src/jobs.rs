@@ -24,6 +24,7 @@ use vocab::{MapId, SessionId};
 use watchdog::{BEAT_PERIOD, Heartbeat};
 
 /// Parameters of [`Jobs`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct JobsConfig {
     /// Greatest number of jobs that wait on each lane; further ones are refused. A cloud takes about 1 MB and a few milliseconds to write.

@@ -14,6 +14,7 @@ use uuid::Uuid;
 use vocab::{ClientId, CommandId, Stamp};
 
 /// Parameters of the [`LeaseArbiter`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 pub struct LeaseConfig {
     /// Time in which the holder can refuse to give the lease away: long enough to press a button, short enough for somebody who has to act.

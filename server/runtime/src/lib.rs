@@ -57,7 +57,7 @@ mod threads;
 mod tile_recovery;
 mod topomap_generation;
 
-pub use crate::access::AccessMode;
+pub use crate::access::{AccessMode, audit_texts};
 pub use crate::core::{Core, CoreConfig, RobotRestart};
 pub use clock::set_clock_offset;
 pub use jobs::known_map;

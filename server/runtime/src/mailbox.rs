@@ -21,6 +21,7 @@ use std::time::Instant;
 use vocab::{GoalId, KeyframeId, SessionId, Stamp};
 
 /// Bounds of a [`Mailbox`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MailboxConfig {
     /// Publications that may wait in order. Compacted they are some 600 at most.

@@ -56,11 +56,11 @@ impl NodeFollower {
         let handed_in = self.ledger.change_site(SiteWork {
             by: Principal::operator(ClientId(Uuid::nil())),
             make: Box::new(move |site| {
-                let Some(Following { edit, moved_nodes, distance_max_m }) = following(&store, site, map, id)
+                let Some(Following { edit, moved_nodes, max_distance_m }) = following(&store, site, map, id)
                 else {
                     return Edit { id, changes: Vec::new() };
                 };
-                *moved.lock().unwrap_or_else(PoisonError::into_inner) = Some((moved_nodes, distance_max_m));
+                *moved.lock().unwrap_or_else(PoisonError::into_inner) = Some((moved_nodes, max_distance_m));
                 edit
             }),
             done: Box::new(move |outcome| {

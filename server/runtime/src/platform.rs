@@ -91,6 +91,7 @@ fn resident_bytes() -> u64 {
 }
 
 /// Parameters of the [`BatteryForecast`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BatteryForecastConfig {
     /// Shortest time over which the rate of charge is measured.

@@ -12,6 +12,7 @@ use vocab::{MapId, Pose};
 ///
 /// The search at a start covers 1 m and 20 degrees round the written pose (`GlobalLocaliserConfig::prior_offsets_m`). A robot whose core dies walks 0.23 m and turns by 0.2 rad before
 /// it stands. What is left is how far it may have moved since the write.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PosePersistenceConfig {
     /// Time after which the pose is written, however little it has changed.

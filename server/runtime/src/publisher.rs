@@ -22,6 +22,7 @@ use store::StoreError;
 use watchdog::Heartbeat;
 
 /// Parameters of the [`PublisherWorker`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PublisherConfig {
     /// Shortest time between two estimates for clients. 20 Hz look smooth.

@@ -19,6 +19,7 @@ use vocab::{Span, Stamp};
 use watchdog::{BEAT_PERIOD, Heartbeat};
 
 /// Parameters of the [`Recorder`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RecorderConfig {
     /// Inputs that may wait for the disk: ten seconds at 600 inputs a second.

@@ -78,7 +78,7 @@ fn rig(max_queued_inputs: usize, recordings: RecordingsConfig) -> Rig {
         bytes_per_input: 1,
         written: Vec::new(),
     })));
-    let config = RecordingsConfig { free_bytes_min: 0, ..recordings };
+    let config = RecordingsConfig { min_free_bytes: 0, ..recordings };
     let run = Recordings::new(dir.path(), config).begin_run(Stamp::EPOCH).expect("begins");
     let target = RecordingTarget { writer: Box::new(disk.clone()), run };
     let config = RecorderConfig { max_queued_inputs, ..RecorderConfig::default() };
@@ -167,7 +167,7 @@ fn a_failing_disk_pauses_the_recording_with_one_notice_and_blocks_nobody() {
 #[test]
 fn a_full_disk_pauses_the_recording_until_there_is_room() {
     let config =
-        RecordingsConfig { bytes_max: Some(1_000), segment_share_max: 2.0, ..RecordingsConfig::default() };
+        RecordingsConfig { max_bytes: Some(1_000), max_segment_share: 2.0, ..RecordingsConfig::default() };
     let mut rig = rig(10, config);
     rig.disk.with(|disk| disk.bytes_per_input = 300);
     rig.run(1..6);
@@ -210,7 +210,7 @@ fn a_run_ends_with_everything_written_and_marked() {
 #[test]
 fn two_hours_of_patrol_in_2_gb_keep_two_minutes_around_each_fault() {
     const BUDGET: u64 = 2_000_000_000;
-    let mut rig = rig(10, RecordingsConfig { bytes_max: Some(BUDGET), ..RecordingsConfig::default() });
+    let mut rig = rig(10, RecordingsConfig { max_bytes: Some(BUDGET), ..RecordingsConfig::default() });
     rig.disk.with(|disk| disk.bytes_per_input = 700_000);
     let faults = [400, 1_600, 2_800, 4_000, 5_200, 6_400, 6_410];
     for second in 0..7_200 {
@@ -246,7 +246,7 @@ fn the_start_after_an_interruption_is_pinned() {
     queue.record(Stamp::EPOCH, &Input::Tick);
     recorder.record(recorder.inputs.recv().expect("queued"));
     // The process dies here: the run is not ended.
-    let config = RecordingsConfig { free_bytes_min: 0, ..RecordingsConfig::default() };
+    let config = RecordingsConfig { min_free_bytes: 0, ..RecordingsConfig::default() };
     let run = Recordings::new(dir.path(), config).begin_run(Stamp::from_parts(1, 0)).expect("begins");
     let pinned = |path: PathBuf| path.with_extension("pinned").exists();
     assert!(pinned(recorder.run.segment(0)));

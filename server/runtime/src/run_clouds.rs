@@ -253,7 +253,7 @@ mod tests {
         walk(&mut queue, 150);
         drop(queue);
         let worker = RunCloudWorker {
-            config: RunCloudsConfig { free_bytes_min: 0, ..RunCloudsConfig::default() },
+            config: RunCloudsConfig { min_free_bytes: 0, ..RunCloudsConfig::default() },
             store: Arc::clone(&store),
             base_from_lidar_m: Vec3::new(0.1, 0.0, 0.25),
             clouds,

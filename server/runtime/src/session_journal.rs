@@ -18,6 +18,7 @@ use vocab::SessionId;
 use watchdog::{BEAT_PERIOD, Heartbeat};
 
 /// Parameters of the [`SessionJournalQueue`] and the [`SessionJournalWorker`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SessionJournalConfig {
     /// Longest time between a record and its being on the disk. A power cut loses that much.

@@ -14,6 +14,7 @@ use vocab::{SessionId, Stamp};
 use watchdog::{BEAT_PERIOD, Heartbeat};
 
 /// Parameters of the [`StoredDataCheckWorker`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StoredDataCheckConfig {
     /// Bytes that are read in a second, so that the disk and its cache stay free for the robot: 20 GB of maps take a quarter of an hour.

@@ -4,7 +4,7 @@ use crate::map_usage::MapUse;
 use ports::SimulatedFault;
 use std::path::Path;
 use std::time::Duration;
-use vocab::{KeyframeId, SHOWN_NAME_CHARS_MAX, Span, Vec3, legible};
+use vocab::{KeyframeId, MAX_SHOWN_NAME_CHARS, Span, Vec3, legible};
 
 /// A map cannot be saved, because too much waits for the disk.
 pub const DISK_TOO_SLOW_TO_SAVE: &str = "the disk is too slow; wait a minute and save again";
@@ -290,7 +290,7 @@ pub fn fault_injected(fault: SimulatedFault) -> String {
 
 /// The stack called an action although no action server is connected.
 pub fn no_action_server(action: &str) -> String {
-    format!("No action server offers \"{}\".", legible(action, SHOWN_NAME_CHARS_MAX))
+    format!("No action server offers \"{}\".", legible(action, MAX_SHOWN_NAME_CHARS))
 }
 
 /// More actions at once than the platform performs.

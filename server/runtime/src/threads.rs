@@ -13,6 +13,7 @@ use watchdog::{Heartbeat, Watchdog};
 pub const CONTROL_THREAD: &str = "control";
 
 /// Longest times without a heartbeat. A thread that is silent for longer hangs, and the process has to be started again.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 pub struct ThreadLimits {
     /// The control loop; the main threads of the gateway and of the simulated robot have the same limit. Supervisors judge them much earlier by the

@@ -17,7 +17,7 @@ const HARMLESS_EXTENSIONS: [&str; 2] = ["KHR_mesh_quantization", "KHR_texture_tr
 /// Start of the names of extensions of materials.
 const MATERIAL_EXTENSIONS: &str = "KHR_materials_";
 /// Greatest depth of the tree of nodes.
-const DEPTH_MAX: usize = 200;
+const MAX_DEPTH: usize = 200;
 /// Length of the header of a GLB file, bytes.
 const HEADER_BYTES: usize = 12;
 
@@ -105,7 +105,7 @@ impl<'a> Reader<'a> {
         let Some(node) = self.root.nodes.get(index.value()) else {
             return Err(texts::bad_mesh(above.last().map_or("", String::as_str)));
         };
-        if above.len() > DEPTH_MAX {
+        if above.len() > MAX_DEPTH {
             return Err(texts::DEEP.to_owned());
         }
         if std::mem::replace(&mut self.is_read[index.value()], true) {

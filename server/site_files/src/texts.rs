@@ -1,12 +1,12 @@
 //! Sentences for people, by key. English. The name of the file precedes them.
 
-use vocab::{SHOWN_NAME_CHARS_MAX, legible};
+use vocab::{MAX_SHOWN_NAME_CHARS, legible};
 
 /// Characters of a list of names, or of a library's error, that a sentence shows, at most.
-const SHOWN_CHARS_MAX: usize = 200;
+const MAX_SHOWN_CHARS: usize = 200;
 
 fn shown(name: &str) -> String {
-    legible(name, SHOWN_NAME_CHARS_MAX)
+    legible(name, MAX_SHOWN_NAME_CHARS)
 }
 
 /// Whatever is no GLB file.
@@ -29,7 +29,7 @@ pub(crate) fn newer_version(version: u32, known: u32) -> String {
 }
 /// JSON that is not a glTF document or not a sidecar.
 pub(crate) fn bad_json(cause: &dyn std::fmt::Display) -> String {
-    format!("it cannot be understood: {}", legible(&cause.to_string(), SHOWN_CHARS_MAX))
+    format!("it cannot be understood: {}", legible(&cause.to_string(), MAX_SHOWN_CHARS))
 }
 /// The file is missing or cannot be read.
 pub(crate) fn not_read(cause: &dyn std::fmt::Display) -> String {
@@ -61,7 +61,7 @@ pub(crate) fn no_such_object(field: &str, name: &str) -> String {
 }
 /// A material of the sidecar that the model lacks.
 pub(crate) fn no_such_material(name: &str, known: &[&str]) -> String {
-    let (name, known) = (shown(name), legible(&known.join(", "), SHOWN_CHARS_MAX));
+    let (name, known) = (shown(name), legible(&known.join(", "), MAX_SHOWN_CHARS));
     format!("materials names \"{name}\", and the model has no such material; it has: {known}")
 }
 /// A number that must be positive.

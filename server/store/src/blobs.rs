@@ -9,17 +9,18 @@ use std::path::PathBuf;
 use vocab::BlobHash;
 
 /// Limits of stored files.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BlobsConfig {
     /// Largest file, bytes. A cloud of 60 s of a large scanner has some 600 MB and is thinned before.
     pub max_bytes: u64,
     /// Free space that they leave for everything else, bytes. Half of what recordings leave, so that recordings stop first.
-    pub free_bytes_min: u64,
+    pub min_free_bytes: u64,
 }
 
 impl Default for BlobsConfig {
     fn default() -> Self {
-        Self { max_bytes: 64 << 20, free_bytes_min: 512 << 20 }
+        Self { max_bytes: 64 << 20, min_free_bytes: 512 << 20 }
     }
 }
 
@@ -58,7 +59,7 @@ impl Store {
         if fs::read(&path).is_ok_and(|existing| existing == bytes) {
             return Ok(hash);
         }
-        if files::free_bytes(self.dir().root())? < config.free_bytes_min.saturating_add(length) {
+        if files::free_bytes(self.dir().root())? < config.min_free_bytes.saturating_add(length) {
             return Err(BlobError::DiskFull);
         }
         if let Some(directory) = path.parent() {

@@ -46,9 +46,9 @@ fn a_file_is_named_by_its_bytes_and_stays_when_the_store_is_opened_again() {
 fn files_are_refused_where_they_are_too_long_or_the_disk_is_nearly_full() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let store = Store::open(dir.path()).expect("opens");
-    let short = BlobsConfig { max_bytes: 3, free_bytes_min: 0 };
+    let short = BlobsConfig { max_bytes: 3, min_free_bytes: 0 };
     assert!(matches!(store.put_blob(b"four", &short), Err(BlobError::TooLong { bytes: 4, max_bytes: 3 })));
-    let full = BlobsConfig { free_bytes_min: u64::MAX, ..BlobsConfig::default() };
+    let full = BlobsConfig { min_free_bytes: u64::MAX, ..BlobsConfig::default() };
     assert!(matches!(store.put_blob(b"four", &full), Err(BlobError::DiskFull)));
     assert_eq!(files::entries(&store.dir().blobs()).expect("readable"), Vec::<PathBuf>::new());
 }

@@ -137,7 +137,7 @@ pub enum StoreError {
 }
 
 /// Characters of the JSON reader's error that ours shows, at most.
-const SHOWN_JSON_ERROR_CHARS_MAX: usize = 200;
+const MAX_SHOWN_JSON_ERROR_CHARS: usize = 200;
 
 impl StoreError {
     pub(crate) fn io(action: &'static str, path: &Path, source: io::Error) -> Self {
@@ -145,7 +145,7 @@ impl StoreError {
     }
 
     pub(crate) fn document(path: &Path, error: &serde_json::Error) -> Self {
-        let problem = legible(&error.to_string(), SHOWN_JSON_ERROR_CHARS_MAX);
+        let problem = legible(&error.to_string(), MAX_SHOWN_JSON_ERROR_CHARS);
         Self::Document { path: path.to_owned(), problem }
     }
 }

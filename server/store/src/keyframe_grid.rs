@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use vocab::{KeyframeId, Vec3};
 
 /// Parameters of [`KeyframeGrid`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct KeyframeGridConfig {
     /// Edge of a cell, metres. Keyframes are about a metre apart along a walk, so a cell of a walk holds some two.

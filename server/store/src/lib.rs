@@ -190,6 +190,7 @@ impl Store {
 }
 
 /// Parameters of [`Store::open`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct OpenConfig {
     /// Longest time to wait for the last process, which was killed a moment ago and still holds the lock or writes.

@@ -83,8 +83,8 @@ impl MapClouds {
         let splitter = (selection.spacing_m > 0.0).then(|| {
             LevelSplitter::new(SplitConfig {
                 spacings_m: vec![selection.spacing_m],
-                submap_keyframes_max: u32::MAX,
-                submap_cells_max: usize::MAX,
+                max_submap_keyframes: u32::MAX,
+                max_submap_cells: usize::MAX,
             })
         });
         let dynamic_filter = (!selection.include_dynamic).then(DynamicPointFilter::default);

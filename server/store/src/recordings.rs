@@ -21,20 +21,21 @@ use vocab::Stamp;
 const ENDED: &str = "ended";
 
 /// Limits of what recordings may take.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RecordingsConfig {
     /// Share of the disk (bytes of recordings plus free bytes) that recordings may take.
-    pub disk_share_max: f64,
+    pub max_disk_share: f64,
     /// Free space that recordings leave for maps, bytes.
-    pub free_bytes_min: u64,
+    pub min_free_bytes: u64,
     /// Bytes that recordings may take in any case; no such limit if none.
-    pub bytes_max: Option<u64>,
+    pub max_bytes: Option<u64>,
     /// Bytes that recordings must be allowed to take before a paused recording begins again: a minute and a half of a walk.
-    pub bytes_min: u64,
+    pub min_bytes: u64,
     /// Size at which a segment ends, bytes.
-    pub segment_bytes_max: u64,
+    pub max_segment_bytes: u64,
     /// Share of the space of all recordings at which a segment ends, so that in little space too many segments can be pinned one by one.
-    pub segment_share_max: f64,
+    pub max_segment_share: f64,
     /// Time before the end of an interrupted run whose segments are pinned.
     pub interruption_margin: Duration,
 }
@@ -42,12 +43,12 @@ pub struct RecordingsConfig {
 impl Default for RecordingsConfig {
     fn default() -> Self {
         Self {
-            disk_share_max: 0.5,
-            free_bytes_min: 1 << 30,
-            bytes_max: None,
-            bytes_min: 64 << 20,
-            segment_bytes_max: 256 << 20,
-            segment_share_max: 1.0 / 32.0,
+            max_disk_share: 0.5,
+            min_free_bytes: 1 << 30,
+            max_bytes: None,
+            min_bytes: 64 << 20,
+            max_segment_bytes: 256 << 20,
+            max_segment_share: 1.0 / 32.0,
             interruption_margin: Duration::from_secs(120),
         }
     }
@@ -161,14 +162,14 @@ impl Recordings {
     /// Bytes that recordings may take, given that they take `used` now.
     fn limit(&self, used: u64) -> Result<u64, StoreError> {
         let disk = used.saturating_add(self.free_bytes()?);
-        let share = (disk as f64 * self.config.disk_share_max) as u64;
-        let limit = share.min(disk.saturating_sub(self.config.free_bytes_min));
-        Ok(self.config.bytes_max.map_or(limit, |bytes_max| limit.min(bytes_max)))
+        let share = (disk as f64 * self.config.max_disk_share) as u64;
+        let limit = share.min(disk.saturating_sub(self.config.min_free_bytes));
+        Ok(self.config.max_bytes.map_or(limit, |max_bytes| limit.min(max_bytes)))
     }
 
     /// Size at which a segment ends, if recordings may take `limit` bytes.
-    fn segment_bytes_max(&self, limit: u64) -> u64 {
-        self.config.segment_bytes_max.min((limit as f64 * self.config.segment_share_max) as u64)
+    fn max_segment_bytes(&self, limit: u64) -> u64 {
+        self.config.max_segment_bytes.min((limit as f64 * self.config.max_segment_share) as u64)
     }
 }
 
@@ -204,7 +205,7 @@ impl RecordedRun {
         let path = self.segment(running);
         let bytes = fs::metadata(&path).map_err(|source| StoreError::io("read", &path, source))?.len();
         let used = self.recordings.recording_files()?.iter().map(|file| file.bytes).sum();
-        Ok(bytes >= self.recordings.segment_bytes_max(self.recordings.limit(used)?))
+        Ok(bytes >= self.recordings.max_segment_bytes(self.recordings.limit(used)?))
     }
 
     /// Removes recordings until the rest is within the limit and the running segment may grow or, if none runs, another one may begin.
@@ -217,7 +218,7 @@ impl RecordedRun {
         let limit = self.recordings.limit(used)?;
         let wanted = match running {
             Some(_) => limit,
-            None => limit.saturating_sub(self.recordings.segment_bytes_max(limit)),
+            None => limit.saturating_sub(self.recordings.max_segment_bytes(limit)),
         };
         let running = running.map(|number| self.segment(number));
         let removable = |is_pinned: bool| {
@@ -239,7 +240,7 @@ impl RecordedRun {
         for run in left.iter().filter(|run| **run != self.dir && **run != self.recordings.dir) {
             remove_if_empty(run)?;
         }
-        let is_available = used <= wanted && (running.is_some() || limit >= self.recordings.config.bytes_min);
+        let is_available = used <= wanted && (running.is_some() || limit >= self.recordings.config.min_bytes);
         Ok(if is_available { RecordingSpace::Available } else { RecordingSpace::Exhausted })
     }
 
@@ -331,10 +332,10 @@ mod tests {
     /// Recordings that may take 1000 bytes, with segments of up to 100.
     fn recordings(dir: &Path) -> Recordings {
         let config = RecordingsConfig {
-            bytes_max: Some(1_000),
-            bytes_min: 1_000,
-            free_bytes_min: 0,
-            segment_share_max: 0.1,
+            max_bytes: Some(1_000),
+            min_bytes: 1_000,
+            min_free_bytes: 0,
+            max_segment_share: 0.1,
             ..RecordingsConfig::default()
         };
         Recordings::new(dir, config)

@@ -7,14 +7,15 @@ use std::collections::BTreeMap;
 use vocab::Aabb;
 
 /// Parameters of [`robust_bounds`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RobustBoundsConfig {
     /// Edge of the cells in which points are counted, metres. Large against the distance between points on a surface of the map.
     pub(crate) cell_m: f32,
     /// Cells with fewer points are ignored.
-    pub(crate) cell_points_min: u32,
+    pub(crate) min_cell_points: u32,
     /// Share of all points that cells with enough points must hold, else no cell is ignored: the whole map is sparse then.
-    pub(crate) dense_share_min: f64,
+    pub(crate) min_dense_share: f64,
     /// Share of the points that may lie outside the box at each end of each axis.
     pub(crate) outlier_share: f64,
     /// Where the box of all points is larger by at most this share of the robust box's edge, its side is taken: nothing is gained by cutting a wall.
@@ -25,8 +26,8 @@ impl Default for RobustBoundsConfig {
     fn default() -> Self {
         Self {
             cell_m: 1.0,
-            cell_points_min: 10,
-            dense_share_min: 0.9,
+            min_cell_points: 10,
+            min_dense_share: 0.9,
             outlier_share: 0.005,
             tolerance_share: 0.1,
         }
@@ -48,9 +49,9 @@ pub(crate) fn robust_bounds(xyz: &[[f32; 3]], config: &RobustBoundsConfig) -> Op
     if count == 0 {
         return None;
     }
-    counts.retain(|_, points| *points >= config.cell_points_min);
+    counts.retain(|_, points| *points >= config.min_cell_points);
     let dense: u64 = counts.values().map(|points| u64::from(*points)).sum();
-    let is_sparse = (dense as f64) < config.dense_share_min * count as f64;
+    let is_sparse = (dense as f64) < config.min_dense_share * count as f64;
     let is_kept = |point: &[f32; 3]| finite(&point) && (is_sparse || counts.contains_key(&cell(point)));
     let kept: Vec<bool> = xyz.iter().map(is_kept).collect();
     let mut bounds = all;

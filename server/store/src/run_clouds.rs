@@ -24,12 +24,12 @@ pub struct RunCloudsConfig {
     /// Bytes that the clouds of all runs may take: some thousand missions of 200 m.
     pub max_bytes: u64,
     /// Free space that they leave for everything else, bytes, as files of actions do.
-    pub free_bytes_min: u64,
+    pub min_free_bytes: u64,
 }
 
 impl Default for RunCloudsConfig {
     fn default() -> Self {
-        Self { max_bytes: 8 << 30, free_bytes_min: 1 << 30 }
+        Self { max_bytes: 8 << 30, min_free_bytes: 1 << 30 }
     }
 }
 
@@ -164,7 +164,7 @@ impl Store {
         let mut runs = self.runs_with_clouds(current)?;
         loop {
             let is_over = used.saturating_add(bytes) > config.max_bytes;
-            let is_full = files::free_bytes(&root)? < config.free_bytes_min.saturating_add(bytes);
+            let is_full = files::free_bytes(&root)? < config.min_free_bytes.saturating_add(bytes);
             if !is_over && !is_full {
                 return Ok(true);
             }
@@ -239,7 +239,7 @@ mod tests {
     fn a_cloud_is_read_back_with_the_place_of_its_sensor_and_a_wrong_byte_is_noticed() {
         let dir = tempfile::tempdir().expect("temporary directory");
         let store = Store::open(dir.path()).expect("opens");
-        let config = RunCloudsConfig { free_bytes_min: 0, ..RunCloudsConfig::default() };
+        let config = RunCloudsConfig { min_free_bytes: 0, ..RunCloudsConfig::default() };
         assert_eq!(store.run_clouds(run(1)).expect("read"), []);
         let first = put(&store, run(1), 10, &config).expect("there is room");
         let second = put(&store, run(1), 20, &config).expect("there is room");
@@ -266,7 +266,7 @@ mod tests {
     fn the_oldest_run_makes_room_and_the_active_one_never() {
         let dir = tempfile::tempdir().expect("temporary directory");
         let store = Store::open(dir.path()).expect("opens");
-        let free = RunCloudsConfig { free_bytes_min: 0, ..RunCloudsConfig::default() };
+        let free = RunCloudsConfig { min_free_bytes: 0, ..RunCloudsConfig::default() };
         put(&store, run(1), 10, &free).expect("there is room");
         let old = SystemTime::now() - std::time::Duration::from_secs(3_600);
         let index =
@@ -274,11 +274,11 @@ mod tests {
         index.set_modified(old).expect("set");
         put(&store, run(2), 20, &free).expect("there is room");
         let used = files::bytes_below(&store.dir().run_clouds()).expect("read");
-        let full = RunCloudsConfig { max_bytes: used + 10, free_bytes_min: 0 };
+        let full = RunCloudsConfig { max_bytes: used + 10, min_free_bytes: 0 };
         put(&store, run(3), 30, &full).expect("the oldest made room");
         let counts = [1, 2, 3].map(|number| store.run_clouds(run(number)).expect("read").len());
         assert_eq!(counts, [0, 1, 1]);
-        let tiny = RunCloudsConfig { max_bytes: 10, free_bytes_min: 0 };
+        let tiny = RunCloudsConfig { max_bytes: 10, min_free_bytes: 0 };
         assert_eq!(put(&store, run(3), 40, &tiny), None);
         let counts = [2, 3].map(|number| store.run_clouds(run(number)).expect("read").len());
         assert_eq!(counts, [0, 1], "that of the run under way stays");

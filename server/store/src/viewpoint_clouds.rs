@@ -29,9 +29,10 @@ const NAME_SUFFIX: &str = ".bin";
 /// Planes of one byte a point: three coordinates and the intensity, four bytes each.
 const PLANES: usize = 16;
 /// Longest LEB128 of a u32, bytes.
-const GAP_BYTES_MAX: usize = 5;
+const MAX_GAP_BYTES: usize = 5;
 
 /// Parameters of files of viewpoints.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct ViewpointCloudsConfig {
     /// Level of zstd. Higher levels gain little on gaps and on the bytes of coordinates.
@@ -320,7 +321,7 @@ fn indices(packed: &[u8], count: usize, points: usize) -> Option<Vec<u32>> {
     if count > points {
         return None;
     }
-    let gaps = unpack_at_most(packed, count * GAP_BYTES_MAX)?;
+    let gaps = unpack_at_most(packed, count * MAX_GAP_BYTES)?;
     let mut bytes = gaps.iter();
     let mut next = 0_u32;
     let mut indices = Vec::with_capacity(count);

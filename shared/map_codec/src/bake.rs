@@ -6,7 +6,7 @@
 
 use crate::cells::CellSet;
 use crate::chunk::{GpuPoint, PointChunk};
-use crate::encode::{COORDINATE_MAX_M, encode, intensity_unit};
+use crate::encode::{MAX_COORDINATE_M, encode, intensity_unit};
 use crate::octree::NodeId;
 use std::collections::BTreeMap;
 use vocab::Aabb;
@@ -14,11 +14,12 @@ use vocab::Aabb;
 /// Cells along each edge of a node.
 const NODE_CELLS: u32 = 128;
 /// Largest number of lattice steps in a cell: a node's lattice then has 65,536 along each edge.
-const CELL_STEPS_MAX: f32 = 512.0;
+const MAX_CELL_STEPS: f32 = 512.0;
 /// Deepest level: the 128 cells of the root, halved 13 times, are 2^20 cells along the map's edge.
-const LEVEL_MAX: u8 = 13;
+const MAX_LEVEL: u8 = 13;
 
 /// Parameters of [`bake`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BakeConfig {
     /// Distance between points on the finest level, metres; closer points are dropped. It is increased for a
@@ -28,12 +29,12 @@ pub struct BakeConfig {
     /// this, at most nine times. Points of coarse nodes are also drawn close up, so they need the same resolution.
     pub resolution_m: f32,
     /// The points of nodes with fewer points are moved into their parents.
-    pub node_points_min: usize,
+    pub min_node_points: usize,
 }
 
 impl Default for BakeConfig {
     fn default() -> Self {
-        Self { finest_spacing_m: 0.03, resolution_m: crate::POINT_RESOLUTION_M, node_points_min: 1000 }
+        Self { finest_spacing_m: 0.03, resolution_m: crate::POINT_RESOLUTION_M, min_node_points: 1000 }
     }
 }
 
@@ -65,12 +66,12 @@ pub fn bake(xyz: &[[f32; 3]], intensity: &[f32], config: &BakeConfig) -> Vec<Bak
         return Vec::new();
     };
     let mut nodes = tree.distribute(xyz);
-    fold_small(&mut nodes, config.node_points_min);
+    fold_small(&mut nodes, config.min_node_points);
     let unit = intensity_unit(intensity);
     nodes
         .into_iter()
         .map(|(node, members)| {
-            let spacing = tree.finest_spacing_m * f32::from(tree.level_max - node.level).exp2();
+            let spacing = tree.finest_spacing_m * f32::from(tree.max_level - node.level).exp2();
             let mut chunk = tree.chunk(node, spacing, config.resolution_m);
             chunk.intensity_unit = unit;
             chunk.points = members.iter().map(|i| lattice_point(&chunk, xyz, intensity, *i)).collect();
@@ -88,7 +89,7 @@ pub fn bake(xyz: &[[f32; 3]], intensity: &[f32], config: &BakeConfig) -> Vec<Bak
 /// Position and depth of the tree.
 struct Tree {
     origin: [f32; 3],
-    level_max: u8,
+    max_level: u8,
     finest_spacing_m: f32,
 }
 
@@ -108,27 +109,27 @@ impl Tree {
         }
         // One cell less, so that the greatest coordinate is inside.
         let edge_of = |spacing: f32, level: u8| spacing * (NODE_CELLS - 1) as f32 * f32::from(level).exp2();
-        let finest_spacing_m = config.finest_spacing_m.max(1e-3).max(extent / edge_of(1.0, LEVEL_MAX));
-        let level_max = (0..LEVEL_MAX).find(|level| edge_of(finest_spacing_m, *level) > extent);
-        Some(Self { origin: bounds.min, level_max: level_max.unwrap_or(LEVEL_MAX), finest_spacing_m })
+        let finest_spacing_m = config.finest_spacing_m.max(1e-3).max(extent / edge_of(1.0, MAX_LEVEL));
+        let max_level = (0..MAX_LEVEL).find(|level| edge_of(finest_spacing_m, *level) > extent);
+        Some(Self { origin: bounds.min, max_level: max_level.unwrap_or(MAX_LEVEL), finest_spacing_m })
     }
 
     /// Assigns every point to a node. Drops a point if its cell of the finest level has one already.
     fn distribute(&self, xyz: &[[f32; 3]]) -> Nodes {
-        let mut occupied = vec![CellSet::default(); usize::from(self.level_max) + 1];
+        let mut occupied = vec![CellSet::default(); usize::from(self.max_level) + 1];
         let mut nodes = Nodes::new();
         for (i, point) in (0_u32..).zip(xyz).filter(|(_, p)| usable(p)) {
             let finest: [u32; 3] = std::array::from_fn(|axis| {
                 ((point[axis] - self.origin[axis]) / self.finest_spacing_m) as u32
             });
             // Only the first point in a cell of the finest level is kept.
-            if !occupied[usize::from(self.level_max)].insert(finest) {
+            if !occupied[usize::from(self.max_level)].insert(finest) {
                 continue;
             }
-            let cell_on = |level: u8| finest.map(|c| c >> (self.level_max - level));
+            let cell_on = |level: u8| finest.map(|c| c >> (self.max_level - level));
             let coarser =
-                (0..self.level_max).find(|level| occupied[usize::from(*level)].insert(cell_on(*level)));
-            let level = coarser.unwrap_or(self.level_max);
+                (0..self.max_level).find(|level| occupied[usize::from(*level)].insert(cell_on(*level)));
+            let level = coarser.unwrap_or(self.max_level);
             let [x, y, z] = cell_on(level).map(|c| c / NODE_CELLS);
             nodes.entry(NodeId { level, x, y, z }).or_default().push(i);
         }
@@ -138,8 +139,8 @@ impl Tree {
     /// The node's lattice, without points.
     fn chunk(&self, node: NodeId, spacing: f32, resolution: f32) -> PointChunk {
         let divisor = (0..9_u8).map(|bits| f32::from(bits).exp2()).find(|d| spacing / d <= resolution);
-        let divisor = divisor.unwrap_or(CELL_STEPS_MAX);
-        let edge = self.finest_spacing_m * NODE_CELLS as f32 * f32::from(self.level_max).exp2();
+        let divisor = divisor.unwrap_or(MAX_CELL_STEPS);
+        let edge = self.finest_spacing_m * NODE_CELLS as f32 * f32::from(self.max_level).exp2();
         let step = spacing / divisor;
         // Lattice coordinates are the centres of the lattice's cells.
         let origin = node.cube(self.origin, edge).min.map(|c| c + 0.5 * step);
@@ -148,7 +149,7 @@ impl Tree {
 }
 
 fn usable(point: &[f32; 3]) -> bool {
-    point.iter().all(|c| c.abs() <= COORDINATE_MAX_M)
+    point.iter().all(|c| c.abs() <= MAX_COORDINATE_M)
 }
 
 fn lattice_point(chunk: &PointChunk, xyz: &[[f32; 3]], intensity: &[f32], i: u32) -> GpuPoint {
@@ -165,7 +166,7 @@ fn lattice_point(chunk: &PointChunk, xyz: &[[f32; 3]], intensity: &[f32], i: u32
 }
 
 /// Moves the points of small leaves into their parents, deepest first, so that branches of small nodes are removed completely.
-fn fold_small(nodes: &mut Nodes, points_min: usize) {
+fn fold_small(nodes: &mut Nodes, min_points: usize) {
     let deepest_first: Vec<NodeId> = nodes.keys().rev().copied().collect();
     // A node is a leaf if none of its children is kept.
     let mut inner = std::collections::BTreeSet::new();
@@ -173,7 +174,7 @@ fn fold_small(nodes: &mut Nodes, points_min: usize) {
         let Some(parent) = node.parent() else {
             continue;
         };
-        let small = nodes.get(&node).is_some_and(|members| members.len() < points_min);
+        let small = nodes.get(&node).is_some_and(|members| members.len() < min_points);
         if small && !inner.contains(&node) {
             let members = nodes.remove(&node).unwrap_or_default();
             nodes.entry(parent).or_default().extend(members);

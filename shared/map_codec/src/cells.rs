@@ -5,7 +5,7 @@ const COORDINATE_BITS: u32 = 21;
 /// Coordinates run from 0 to one less than this.
 pub(crate) const COORDINATE_END: u32 = 1 << COORDINATE_BITS;
 
-const SLOTS_MIN: usize = 1024;
+const MIN_SLOTS: usize = 1024;
 const EMPTY: u64 = 0;
 
 /// The set of occupied cells. It needs at most 22 bytes for each cell, and 32 while it grows.
@@ -39,7 +39,7 @@ impl CellSet {
     }
 
     fn grow(&mut self) {
-        let mut slots = vec![EMPTY; (self.slots.len() * 2).max(SLOTS_MIN)];
+        let mut slots = vec![EMPTY; (self.slots.len() * 2).max(MIN_SLOTS)];
         for key in self.slots.iter().copied().filter(|key| *key != EMPTY) {
             place(&mut slots, key);
         }

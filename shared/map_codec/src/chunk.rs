@@ -28,9 +28,9 @@ use vocab::Aabb;
 pub const HEADER_LEN: usize = 40;
 /// Largest ratio of unpacked to packed payload. The encoder does not pack a payload above it, and the decoder rejects it, so that a few bytes
 /// cannot allocate gigabytes.
-pub const EXPANSION_MAX: usize = 256;
+pub const MAX_EXPANSION: usize = 256;
 /// Largest number of points in one chunk.
-pub const POINTS_MAX: usize = 1 << 24;
+pub const MAX_POINTS: usize = 1 << 24;
 
 pub(crate) const MAGIC: [u8; 4] = *b"AIPC";
 pub(crate) const VERSION: u8 = 1;
@@ -142,7 +142,7 @@ pub enum ChunkDecodeError {
 
 /// Reads a chunk.
 ///
-/// Any bytes give a chunk or an error. It allocates at most [`EXPANSION_MAX`] times `bytes.len()` plus 2 MiB.
+/// Any bytes give a chunk or an error. It allocates at most [`MAX_EXPANSION`] times `bytes.len()` plus 2 MiB.
 pub fn decode(bytes: &[u8]) -> Result<PointChunk, ChunkDecodeError> {
     let (mut chunk, packing, count, payload) = read_header(bytes)?;
     let expected = count * PLANES;
@@ -179,7 +179,7 @@ fn read_header(bytes: &[u8]) -> Result<(PointChunk, u8, usize, &[u8]), ChunkDeco
     if announced != payload.len() {
         return Err(ChunkDecodeError::PayloadLength { announced, present: payload.len() });
     }
-    if count > POINTS_MAX || count * PLANES > payload.len().saturating_mul(EXPANSION_MAX) {
+    if count > MAX_POINTS || count * PLANES > payload.len().saturating_mul(MAX_EXPANSION) {
         return Err(ChunkDecodeError::TooManyPoints { points: count, present: payload.len() });
     }
     let chunk = PointChunk {

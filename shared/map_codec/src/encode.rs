@@ -1,7 +1,7 @@
 //! Encodes chunks on the robot: quantises the points, sorts them, and packs their differences.
 
 use crate::chunk::{
-    EXPANSION_MAX, GpuPoint, HEADER_LEN, MAGIC, PACKING_STORED, PACKING_ZSTD, PLANES, POINTS_MAX, PointChunk,
+    GpuPoint, HEADER_LEN, MAGIC, MAX_EXPANSION, MAX_POINTS, PACKING_STORED, PACKING_ZSTD, PLANES, PointChunk,
     VERSION, zigzag,
 };
 use crate::morton;
@@ -10,9 +10,9 @@ use vocab::Aabb;
 /// Permitted range of a lattice's step, metres.
 const STEP_RANGE: std::ops::RangeInclusive<f32> = 1e-4..=100.0;
 /// Largest number of steps from the origin to a point.
-const STEPS_MAX: f32 = u16::MAX as f32;
+const MAX_STEPS: f32 = u16::MAX as f32;
 /// Points with a greater coordinate are left out of scans and maps, metres: no sensor measures them, and differences must be finite.
-pub(crate) const COORDINATE_MAX_M: f32 = 1e6;
+pub(crate) const MAX_COORDINATE_M: f32 = 1e6;
 /// zstd's fastest level. Higher levels save 2 % on these planes and take three times as long.
 const ZSTD_LEVEL: i32 = 1;
 
@@ -20,7 +20,7 @@ const ZSTD_LEVEL: i32 = 1;
 ///
 /// The error of each coordinate is at most half the step. The step is `resolution`, doubled until the whole scan spans
 /// at most 65,535 steps (655 m at 1 cm). Points that are not finite or beyond 1,000 km are left out, as are all
-/// after the first [`POINTS_MAX`]. `intensity` may be empty or short; missing values count as 0. The order of
+/// after the first [`MAX_POINTS`]. `intensity` may be empty or short; missing values count as 0. The order of
 /// points changes.
 pub fn encode_scan(xyz: &[[f32; 3]], intensity: &[f32], resolution: f32) -> Vec<u8> {
     encode(&quantise(xyz, intensity, resolution))
@@ -28,7 +28,7 @@ pub fn encode_scan(xyz: &[[f32; 3]], intensity: &[f32], resolution: f32) -> Vec<
 
 /// The chunk that [`encode_scan`] writes, in the order of the input, for callers that set level and spacing.
 pub fn quantise(xyz: &[[f32; 3]], intensity: &[f32], resolution: f32) -> PointChunk {
-    let usable = |p: &[f32; 3]| p.iter().all(|c| c.abs() <= COORDINATE_MAX_M);
+    let usable = |p: &[f32; 3]| p.iter().all(|c| c.abs() <= MAX_COORDINATE_M);
     let mut bounds = Aabb::EMPTY;
     for point in xyz.iter().filter(|p| usable(p)) {
         bounds.include(*point);
@@ -42,7 +42,7 @@ pub fn quantise(xyz: &[[f32; 3]], intensity: &[f32], resolution: f32) -> PointCh
         .iter()
         .zip(intensities)
         .filter(|(p, _)| usable(p))
-        .take(POINTS_MAX)
+        .take(MAX_POINTS)
         .map(|(p, value)| GpuPoint {
             position: std::array::from_fn(|axis| ((p[axis] - origin[axis]) / step).round() as u16),
             intensity: (value / unit).round() as u8,
@@ -56,7 +56,7 @@ pub fn quantise(xyz: &[[f32; 3]], intensity: &[f32], resolution: f32) -> PointCh
 fn lattice_step(resolution: f32, extent: f32) -> f32 {
     let wanted = if resolution.is_nan() { crate::POINT_RESOLUTION_M } else { resolution };
     let mut step = wanted.clamp(*STEP_RANGE.start(), *STEP_RANGE.end());
-    while extent / step > STEPS_MAX - 1.0 {
+    while extent / step > MAX_STEPS - 1.0 {
         step *= 2.0;
     }
     step
@@ -75,13 +75,13 @@ pub(crate) fn intensity_unit(intensity: &[f32]) -> f32 {
     }
 }
 
-/// Encodes a chunk. Points are sorted in Morton order; those beyond [`POINTS_MAX`] are left out.
+/// Encodes a chunk. Points are sorted in Morton order; those beyond [`MAX_POINTS`] are left out.
 pub fn encode(chunk: &PointChunk) -> Vec<u8> {
-    let points = &chunk.points[..chunk.points.len().min(POINTS_MAX)];
+    let points = &chunk.points[..chunk.points.len().min(MAX_POINTS)];
     let planes = write_planes(points);
     let packed = zstd::bulk::compress(&planes, ZSTD_LEVEL)
         .ok()
-        .filter(|packed| packed.len() < planes.len() && packed.len() * EXPANSION_MAX >= planes.len());
+        .filter(|packed| packed.len() < planes.len() && packed.len() * MAX_EXPANSION >= planes.len());
     let (packing, payload) = match &packed {
         Some(packed) => (PACKING_ZSTD, packed),
         None => (PACKING_STORED, &planes),

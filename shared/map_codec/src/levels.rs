@@ -11,23 +11,24 @@ use crate::encode::{encode, quantise};
 use vocab::Pose;
 
 /// Parameters of a [`LevelSplitter`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SplitConfig {
     /// Edge of the cells of each level, metres, coarsest first. At most 255. A level whose entry is not positive
     /// gets no points. If that is the finest level, no level gets points.
     pub spacings_m: Vec<f32>,
     /// Keyframes after which a new submap starts.
-    pub submap_keyframes_max: u32,
+    pub max_submap_keyframes: u32,
     /// Occupied cells, all levels together, at which a new submap starts.
-    pub submap_cells_max: usize,
+    pub max_submap_cells: usize,
 }
 
 impl Default for SplitConfig {
     fn default() -> Self {
         Self {
             spacings_m: vec![0.80, 0.40, 0.20, 0.10, 0.05],
-            submap_keyframes_max: 64,
-            submap_cells_max: 2_000_000,
+            max_submap_keyframes: 64,
+            max_submap_cells: 2_000_000,
         }
     }
 }
@@ -58,7 +59,7 @@ impl LevelPoints {
 
 /// Splits keyframe clouds into additive levels.
 ///
-/// It passes over each cloud once. Memory: at most 22 bytes for each of `submap_cells_max` cells plus those of one keyframe, independent of
+/// It passes over each cloud once. Memory: at most 22 bytes for each of `max_submap_cells` cells plus those of one keyframe, independent of
 /// the size of the map.
 #[derive(Clone, Debug)]
 pub struct LevelSplitter {
@@ -110,8 +111,8 @@ impl LevelSplitter {
     fn enter_keyframe(&mut self, map_from_keyframe: &Pose) -> RigidTransform {
         let map_from_keyframe = RigidTransform::from_pose(map_from_keyframe);
         let cells: usize = self.occupied.iter().map(CellSet::len).sum();
-        let full = self.keyframes_in_submap >= self.config.submap_keyframes_max
-            || cells >= self.config.submap_cells_max;
+        let full = self.keyframes_in_submap >= self.config.max_submap_keyframes
+            || cells >= self.config.max_submap_cells;
         if full {
             self.occupied.iter_mut().for_each(CellSet::clear);
             self.map_from_submap = None;

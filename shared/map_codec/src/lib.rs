@@ -9,7 +9,7 @@
 //! - A finished map is baked (`bake`) into one additive octree in the map frame.
 //!
 //! [`chunk`] describes the bytes. Any input of the decoder gives points or a [`ChunkDecodeError`], and it allocates at most
-//! [`EXPANSION_MAX`] times the input's bytes. The browser's build has no encoder, because that uses the C library of zstd.
+//! [`MAX_EXPANSION`] times the input's bytes. The browser's build has no encoder, because that uses the C library of zstd.
 
 #[cfg(not(target_arch = "wasm32"))]
 mod bake;
@@ -31,7 +31,7 @@ pub const POINT_RESOLUTION_M: f32 = 0.01;
 
 #[cfg(not(target_arch = "wasm32"))]
 pub use bake::{BakeConfig, BakedTile, bake};
-pub use chunk::{ChunkDecodeError, EXPANSION_MAX, GpuPoint, PointChunk, decode};
+pub use chunk::{ChunkDecodeError, GpuPoint, MAX_EXPANSION, PointChunk, decode};
 #[cfg(not(target_arch = "wasm32"))]
 pub use encode::{encode, encode_scan, quantise};
 pub use levels::{LevelPoints, LevelSplitter, SplitConfig};

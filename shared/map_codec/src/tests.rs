@@ -81,7 +81,7 @@ proptest! {
         let mut flipped = good.clone();
         flipped[at % good.len()] ^= 1 << bit;
         if let Ok(chunk) = decode(&flipped) {
-            prop_assert!(chunk.points.len() * 7 <= flipped.len() * EXPANSION_MAX);
+            prop_assert!(chunk.points.len() * 7 <= flipped.len() * MAX_EXPANSION);
         }
         prop_assert!(decode(&good[..cut % good.len()]).is_err());
         let mut recounted = good.clone();
@@ -118,7 +118,7 @@ proptest! {
 
     #[test]
     fn a_baked_map_covers_its_points_and_adds_none(xyz in any_points()) {
-        let options = BakeConfig { finest_spacing_m: 0.5, resolution_m: 0.02, node_points_min: 8 };
+        let options = BakeConfig { finest_spacing_m: 0.5, resolution_m: 0.02, min_node_points: 8 };
         let tiles = bake(&xyz, &[], &options);
         let baked: Vec<[f32; 3]> = tiles.iter().flat_map(|tile| {
             let chunk = decode(&tile.bytes).unwrap();
@@ -211,7 +211,7 @@ fn headers_are_checked_field_by_field() {
 #[test]
 fn a_keyframe_adds_only_points_that_its_submap_does_not_have() {
     let (xyz, intensity) = hall(20_000);
-    let options = SplitConfig { submap_keyframes_max: 3, ..SplitConfig::default() };
+    let options = SplitConfig { max_submap_keyframes: 3, ..SplitConfig::default() };
     let mut splitter = LevelSplitter::new(options);
     let points = |levels: Vec<LevelPoints>| levels.iter().map(|l| l.xyz.len()).sum::<usize>();
     let first = points(splitter.push(&Pose::IDENTITY, &xyz, &intensity));

@@ -33,7 +33,7 @@ pub struct PoseGoal {
     /// Which poses count as reached. None: the robot passes by, and need not slow down or turn.
     pub tolerance: Option<PoseTolerance>,
     /// Greatest speed, m/s; none: that of the robot.
-    pub speed_max_m_s: Option<f64>,
+    pub max_speed_m_s: Option<f64>,
     /// How it goes there.
     pub approach: Approach,
 }

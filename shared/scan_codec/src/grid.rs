@@ -12,9 +12,9 @@ pub const RANGE_STEP_UM: u32 = 4_000;
 /// Steps of an angle in a turn: 0.001°, in which makers of LiDARs state the directions of beams. At 100 m it is 1.7 mm.
 pub(crate) const ANGLE_STEPS: i32 = 360_000;
 /// Greatest elevation, steps: one below the vertical, where a point has no azimuth.
-pub(crate) const ELEVATION_MAX: i32 = ANGLE_STEPS / 4 - 1;
+pub(crate) const MAX_ELEVATION: i32 = ANGLE_STEPS / 4 - 1;
 /// Greatest range, steps: 16 km of the default step.
-pub(crate) const RANGE_MAX: u32 = 1 << 22;
+pub(crate) const MAX_RANGE: u32 = 1 << 22;
 
 /// Steps of the fine table of angles, and the number of entries of the coarse one.
 const FINE_STEPS: i32 = 600;
@@ -115,11 +115,11 @@ impl Grid {
         let level_squared = x * x + y * y;
         let range = ((level_squared + z * z).sqrt() / self.range_step_m).round();
         // It is false for NaN too.
-        let in_bounds = range >= 1.0 && range <= f64::from(RANGE_MAX);
+        let in_bounds = range >= 1.0 && range <= f64::from(MAX_RANGE);
         in_bounds.then(|| GridPoint {
             azimuth: angle_steps(self.angles, x, y, guess.azimuth).rem_euclid(ANGLE_STEPS),
             elevation: angle_steps(self.angles, level_squared.sqrt(), z, guess.elevation)
-                .clamp(-ELEVATION_MAX, ELEVATION_MAX),
+                .clamp(-MAX_ELEVATION, MAX_ELEVATION),
             range: range as u32,
         })
     }

@@ -11,6 +11,7 @@ mod preparation;
 mod range_image;
 mod standstill;
 mod symbols;
+mod texts;
 mod thinning;
 
 pub use error::RangeImageError;

@@ -13,12 +13,12 @@ pub struct PreparationConfig {
     pub standstill: StandstillConfig,
     /// Points of a sweep while the robot stands. A sweep with more keeps some of its columns only, and its successors the others. 8,000 are every eighth
     /// column of an XT-32, 1.4° apart. The stack needs fewer: its closed-loop tests have sweeps of 6,400.
-    pub standing_points_max: usize,
+    pub max_standing_points: usize,
 }
 
 impl Default for PreparationConfig {
     fn default() -> Self {
-        Self { standstill: StandstillConfig::default(), standing_points_max: 8_000 }
+        Self { standstill: StandstillConfig::default(), max_standing_points: 8_000 }
     }
 }
 
@@ -52,7 +52,7 @@ impl ScanPreparation {
     }
 
     fn prepare_scan(&mut self, at: Stamp, mut scan: Scan) -> Scan {
-        let step = scan.xyz.len().div_ceil(self.config.standing_points_max.max(1));
+        let step = scan.xyz.len().div_ceil(self.config.max_standing_points.max(1));
         if step > 1 && self.standstill.is_standing(at) {
             thin(&mut scan, step, self.thinned);
             self.thinned = self.thinned.wrapping_add(1);

@@ -23,9 +23,10 @@
 //! azimuths, elevations, ranges, intensities. Intensities that are not whole numbers follow as four streams of one byte of their f32 each.
 
 use crate::error::RangeImageError;
-use crate::grid::{ANGLE_STEPS, DirectionGuesses, ELEVATION_MAX, Grid, GridPoint, RANGE_MAX, RANGE_STEP_UM};
+use crate::grid::{ANGLE_STEPS, DirectionGuesses, Grid, GridPoint, MAX_ELEVATION, MAX_RANGE, RANGE_STEP_UM};
 use crate::predictor::{CLASSES, Predictor, wrap_angle_steps};
 use crate::symbols::{SymbolReader, SymbolWriter, pack, unpack};
+use crate::texts;
 use messages::Scan;
 use std::ops::RangeInclusive;
 use vocab::Stamp;
@@ -34,9 +35,9 @@ const MAGIC: &[u8; 4] = b"AIRI";
 const VERSION: u8 = 1;
 const HEADER_LEN: usize = 28;
 /// Largest number of points in a sweep.
-const POINTS_MAX: usize = 1 << 20;
+const MAX_POINTS: usize = 1 << 20;
 /// Largest whole number as intensity.
-const INTENSITY_MAX: f32 = 65_535.0;
+const MAX_INTENSITY: f32 = 65_535.0;
 
 /// How intensities are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,7 +50,7 @@ enum IntensityKind {
 impl IntensityKind {
     fn of(intensity: &[f32]) -> Self {
         let is_whole = |value: &f32| {
-            (0.0..=INTENSITY_MAX).contains(value) && value.to_bits() == value.trunc().abs().to_bits()
+            (0.0..=MAX_INTENSITY).contains(value) && value.to_bits() == value.trunc().abs().to_bits()
         };
         match intensity {
             [] => Self::None,
@@ -64,7 +65,7 @@ impl IntensityKind {
 pub fn encode(scan: &Scan, out: &mut Vec<u8>) -> bool {
     let count = scan.xyz.len();
     let is_full = |length: usize| length == 0 || length == count;
-    if count > POINTS_MAX
+    if count > MAX_POINTS
         || !is_full(scan.intensity.len())
         || !is_full(scan.offset_ns.len())
         || !is_full(scan.ring.len())
@@ -148,9 +149,9 @@ fn grid_points(scan: &Scan) -> Option<Vec<GridPoint>> {
 /// When the bytes are damaged or of a later version.
 pub fn decode(bytes: &[u8]) -> Result<Scan, RangeImageError> {
     use RangeImageError::Malformed;
-    let (header, mut rest) = bytes.split_first_chunk::<HEADER_LEN>().ok_or(Malformed("it is too short"))?;
+    let (header, mut rest) = bytes.split_first_chunk::<HEADER_LEN>().ok_or(Malformed(texts::TOO_SHORT))?;
     if header[..4] != *MAGIC {
-        return Err(Malformed("it does not begin as one"));
+        return Err(Malformed(texts::OTHER_BEGINNING));
     }
     if header[4] != VERSION {
         return Err(RangeImageError::Version(header[4]));
@@ -159,15 +160,15 @@ pub fn decode(bytes: &[u8]) -> Result<Scan, RangeImageError> {
         0 => IntensityKind::None,
         1 => IntensityKind::Whole,
         2 => IntensityKind::Any,
-        _ => return Err(Malformed("its intensities are of an unknown kind")),
+        _ => return Err(Malformed(texts::UNKNOWN_INTENSITIES)),
     };
     let (has_rings, has_times) = (header[6] & 1 != 0, header[6] & 2 != 0);
     let word = |at: usize| u32::from_le_bytes([header[at], header[at + 1], header[at + 2], header[at + 3]]);
     let stamp = i64::from(word(8)) | i64::from(word(12)) << 32;
     let (count, range_step_um) = (word(16) as usize, word(20));
     let ring_last = word(24) as u16;
-    if count > POINTS_MAX {
-        return Err(Malformed("it has too many points"));
+    if count > MAX_POINTS {
+        return Err(Malformed(texts::TOO_MANY_POINTS));
     }
     let mut reader = |classes| SymbolReader::new(classes, count, &mut rest);
     let (mut rings, mut times, mut azimuths, mut elevations) =
@@ -181,31 +182,31 @@ pub fn decode(bytes: &[u8]) -> Result<Scan, RangeImageError> {
         let mut ring = 0;
         if has_rings {
             let value = i64::from(predictor.expected_ring()).wrapping_add(rings.get(0)?);
-            ring = in_bounds(value, 0..=i64::from(ring_last), "a channel is out of range")? as u16;
+            ring = in_bounds(value, 0..=i64::from(ring_last), texts::CHANNEL_OUT_OF_RANGE)? as u16;
             scan.ring.push(ring);
         }
         let is_new = predictor.begin(ring);
         if has_times {
             let value = predictor.expected_time(ring, is_new).wrapping_add(times.get(0)?);
-            let time = in_bounds(value, i64::from(i32::MIN)..=i64::from(i32::MAX), "a time is out of range")?;
+            let time = in_bounds(value, i64::from(i32::MIN)..=i64::from(i32::MAX), texts::TIME_OUT_OF_RANGE)?;
             scan.offset_ns.push(time as i32);
             predictor.learn_time(ring, is_new, time);
         }
         let turn = i64::from(ANGLE_STEPS);
-        let difference = in_bounds(azimuths.get(0)?, -turn..=turn, "an azimuth is out of range")? as i32;
+        let difference = in_bounds(azimuths.get(0)?, -turn..=turn, texts::AZIMUTH_OUT_OF_RANGE)? as i32;
         let azimuth = (predictor.expected_azimuth(ring, is_new) + difference).rem_euclid(ANGLE_STEPS);
         predictor.learn_azimuth(ring, is_new, azimuth);
         let value = i64::from(predictor.expected_elevation(ring)).wrapping_add(elevations.get(0)?);
-        let quarter = i64::from(ELEVATION_MAX);
-        let elevation = in_bounds(value, -quarter..=quarter, "an elevation is out of range")? as i32;
+        let quarter = i64::from(MAX_ELEVATION);
+        let elevation = in_bounds(value, -quarter..=quarter, texts::ELEVATION_OUT_OF_RANGE)? as i32;
         let expected = predictor.expected_range(ring);
         let value = i64::from(expected.range).wrapping_add(ranges.get(expected.class)?);
-        let range = in_bounds(value, 1..=i64::from(RANGE_MAX), "a range is out of range")? as u32;
+        let range = in_bounds(value, 1..=i64::from(MAX_RANGE), texts::RANGE_OUT_OF_RANGE)? as u32;
         let mut intensity = 0;
         if kind == IntensityKind::Whole {
             let (wanted, class) = predictor.expected_intensity(ring, range.abs_diff(expected.range));
             let value = wanted.wrapping_add(intensities.get(class)?);
-            intensity = in_bounds(value, 0..=INTENSITY_MAX as i64, "an intensity is out of range")?;
+            intensity = in_bounds(value, 0..=MAX_INTENSITY as i64, texts::INTENSITY_OUT_OF_RANGE)?;
             scan.intensity.push(intensity as f32);
         }
         let point = GridPoint { azimuth, elevation, range };
@@ -217,7 +218,7 @@ pub fn decode(bytes: &[u8]) -> Result<Scan, RangeImageError> {
         for _ in 0..4 {
             let plane = unpack(&mut rest, count)?;
             if plane.len() != count {
-                return Err(Malformed("a stream of intensities has another length"));
+                return Err(Malformed(texts::OTHER_INTENSITIES_LENGTH));
             }
             planes.push(plane);
         }

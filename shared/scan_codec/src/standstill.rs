@@ -4,36 +4,37 @@ use messages::{ImuSample, Sensor};
 use vocab::{Span, Stamp, Vec3};
 
 /// Parameters of [`StandstillDetector`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StandstillConfig {
     /// Angular velocity above which the robot moves, rad/s: twice the bias that the datasheet of a BMI085 allows at switch-on, plus its noise. A
     /// robot that walks or is carried turns at 0.1 rad/s and more.
-    pub angular_velocity_max_rad_s: f64,
+    pub max_angular_velocity_rad_s: f64,
     /// Difference of the specific force from its mean above which the robot moves, m/s². The noise of the same part is 0.03; steps of a person
     /// or of the robot make more than 1.
-    pub specific_force_difference_max_m_s2: f64,
+    pub max_specific_force_difference_m_s2: f64,
     /// Time constant of that mean.
     pub mean_time: Span,
     /// Speed of the base by the legs above which the robot moves, m/s.
-    pub leg_speed_max_m_s: f64,
+    pub max_leg_speed_m_s: f64,
     /// Angular velocity by the legs above which it moves, rad/s.
-    pub leg_angular_velocity_max_rad_s: f64,
+    pub max_leg_angular_velocity_rad_s: f64,
     /// Time without motion after which the robot stands.
     pub settle_time: Span,
     /// Time without a sample of the IMU, or of the legs if there are any, after which nothing says that the robot stands.
-    pub silence_max: Span,
+    pub max_silence: Span,
 }
 
 impl Default for StandstillConfig {
     fn default() -> Self {
         Self {
-            angular_velocity_max_rad_s: 0.05,
-            specific_force_difference_max_m_s2: 0.5,
+            max_angular_velocity_rad_s: 0.05,
+            max_specific_force_difference_m_s2: 0.5,
             mean_time: Span::from_millis(1_000),
-            leg_speed_max_m_s: 0.02,
-            leg_angular_velocity_max_rad_s: 0.02,
+            max_leg_speed_m_s: 0.02,
+            max_leg_angular_velocity_rad_s: 0.02,
             settle_time: Span::from_millis(2_000),
-            silence_max: Span::from_millis(100),
+            max_silence: Span::from_millis(100),
         }
     }
 }
@@ -64,8 +65,8 @@ impl StandstillDetector {
             Sensor::Imu(sample) => self.imu_moves(at, sample),
             Sensor::Legs(legs) => {
                 self.legs = Some(at);
-                norm(&legs.base_velocity.linear) > self.config.leg_speed_max_m_s
-                    || norm(&legs.base_velocity.angular) > self.config.leg_angular_velocity_max_rad_s
+                norm(&legs.base_velocity.linear) > self.config.max_leg_speed_m_s
+                    || norm(&legs.base_velocity.angular) > self.config.max_leg_angular_velocity_rad_s
             }
             Sensor::Scan(_) | Sensor::Odometry(_) | Sensor::Battery(_) => return,
         };
@@ -78,7 +79,7 @@ impl StandstillDetector {
 
     /// Whether the robot stands at `at`.
     pub fn is_standing(&self, at: Stamp) -> bool {
-        let is_recent = |last: Stamp| at - last <= self.config.silence_max;
+        let is_recent = |last: Stamp| at - last <= self.config.max_silence;
         self.imu.is_some_and(is_recent)
             && self.legs.is_none_or(is_recent)
             && self.still_since.is_some_and(|since| at - since >= self.config.settle_time)
@@ -86,7 +87,7 @@ impl StandstillDetector {
 
     fn imu_moves(&mut self, at: Stamp, sample: &ImuSample) -> bool {
         let since = self.imu.replace(at).map_or(Span::ZERO, |last| at - last);
-        if since > self.config.silence_max {
+        if since > self.config.max_silence {
             self.still_since = None;
         }
         let force = sample.specific_force;
@@ -97,8 +98,8 @@ impl StandstillDetector {
         mean.y += share * difference.y;
         mean.z += share * difference.z;
         // NaN moves too.
-        let is_still = norm(&sample.angular_velocity) <= self.config.angular_velocity_max_rad_s
-            && norm(&difference) <= self.config.specific_force_difference_max_m_s2;
+        let is_still = norm(&sample.angular_velocity) <= self.config.max_angular_velocity_rad_s
+            && norm(&difference) <= self.config.max_specific_force_difference_m_s2;
         !is_still
     }
 }

@@ -4,6 +4,7 @@
 //! a class are of similar size, so that the entropy coder of zstd (one Huffman table for each stream) comes near their entropy.
 
 use crate::error::RangeImageError;
+use crate::texts;
 
 /// Byte that announces an escape.
 const ESCAPE: u64 = 255;
@@ -62,7 +63,7 @@ impl SymbolReader {
     }
 
     pub fn get(&mut self, class: usize) -> Result<i64, RangeImageError> {
-        let short = RangeImageError::Malformed("a stream of numbers ends early");
+        let short = RangeImageError::Malformed(texts::NUMBERS_END_EARLY);
         let first = self.classes.get_mut(class).and_then(Iterator::next).ok_or(short.clone())?;
         let mut folded = u64::from(first);
         if folded == ESCAPE {
@@ -70,7 +71,7 @@ impl SymbolReader {
             loop {
                 let byte = self.escapes.next().ok_or(short.clone())?;
                 if shift > 56 {
-                    return Err(RangeImageError::Malformed("a number is too large"));
+                    return Err(RangeImageError::Malformed(texts::NUMBER_TOO_LARGE));
                 }
                 folded = folded.saturating_add(u64::from(byte & 127) << shift);
                 shift += 7;
@@ -92,15 +93,15 @@ pub(crate) fn pack(stream: &[u8], out: &mut Vec<u8>) {
     out.extend(bytes);
 }
 
-/// Takes a stream of at most `length_max` unpacked bytes from the start of `bytes`.
-pub(crate) fn unpack(bytes: &mut &[u8], length_max: usize) -> Result<Vec<u8>, RangeImageError> {
-    let short = RangeImageError::Malformed("it ends within a stream");
+/// Takes a stream of at most `max_length` unpacked bytes from the start of `bytes`.
+pub(crate) fn unpack(bytes: &mut &[u8], max_length: usize) -> Result<Vec<u8>, RangeImageError> {
+    let short = RangeImageError::Malformed(texts::ENDS_WITHIN_STREAM);
     let (header, rest) = bytes.split_at_checked(STREAM_HEADER_LEN).ok_or(short.clone())?;
     let length =
         |at: usize| u32::from_le_bytes([header[at], header[at + 1], header[at + 2], header[at + 3]]) as usize;
     let (unpacked, packed) = (length(0), length(4));
-    if unpacked > length_max {
-        return Err(RangeImageError::Malformed("a stream is longer than its points allow"));
+    if unpacked > max_length {
+        return Err(RangeImageError::Malformed(texts::STREAM_TOO_LONG));
     }
     let (body, rest) = rest.split_at_checked(packed).ok_or(short)?;
     *bytes = rest;
@@ -109,7 +110,7 @@ pub(crate) fn unpack(bytes: &mut &[u8], length_max: usize) -> Result<Vec<u8>, Ra
     }
     match zstd::bulk::decompress(body, unpacked) {
         Ok(stream) if stream.len() == unpacked => Ok(stream),
-        _ => Err(RangeImageError::Malformed("a stream does not unpack")),
+        _ => Err(RangeImageError::Malformed(texts::STREAM_NOT_UNPACKED)),
     }
 }
 

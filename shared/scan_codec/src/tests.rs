@@ -183,7 +183,7 @@ impl Robot {
 #[test]
 fn a_robot_that_stands_is_thinned_and_one_that_may_move_is_not() {
     const FULL: std::ops::RangeInclusive<usize> = 31_000..=32_000;
-    let limit = PreparationConfig::default().standing_points_max;
+    let limit = PreparationConfig::default().max_standing_points;
     let mut robot = Robot::standing();
     assert!(FULL.contains(&robot.points_after(1_000)), "it has not stood for long");
     assert!((limit / 2..=limit).contains(&robot.points_after(2_000)));

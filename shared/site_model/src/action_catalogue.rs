@@ -3,9 +3,10 @@
 //!
 //! Schemas are JSON Schema (draft 2020-12), of one object with plain properties. The name of a property ends with its unit. `title` is the caption of the field,
 //! `description` its hint, and `unit` the unit of its value; forms show degrees for `rad`. Properties with `readOnly` are set by the platform: forms leave them out.
-//! Limits of pan, tilt and zoom are those of [`vocab::CameraHead::COMMON`], the default of the robot profile, radians with four decimals.
+//! Limits of pan, tilt and zoom are those of the camera head of the robot's profile: their names stand in the text of the catalogue.
 
 use crate::{Parameter, Parameters};
+use vocab::CameraHead;
 
 /// Longest text of a message, characters.
 pub const MAX_MESSAGE_CHARS: u32 = 200;
@@ -17,8 +18,8 @@ pub struct ActionDescription {
     pub name: &'static str,
     /// Shown to people.
     pub title: &'static str,
-    /// JSON Schema of its parameters.
-    pub parameter_schema: &'static str,
+    /// JSON Schema of its parameters, with names in place of the limits of the camera head.
+    schema_text: &'static str,
     /// How long it is expected to take besides the duration that its parameters give, seconds.
     pub expected_s: f64,
     /// The parameter that is a duration, seconds, and its default. It is added to the expected time.
@@ -33,9 +34,22 @@ pub struct ActionDescription {
 pub const TARGET_PARAMETER: &str = "target_m";
 
 impl ActionDescription {
+    /// JSON Schema of its parameters on a robot with this camera head.
+    pub fn parameter_schema(&self, head: &CameraHead) -> String {
+        let limits = [
+            ("PAN_MIN", -head.pan_max_rad),
+            ("PAN_MAX", head.pan_max_rad),
+            ("TILT_MIN", head.tilt_min_rad),
+            ("TILT_MAX", head.tilt_max_rad),
+            ("ZOOM_MAX", head.zoom_max),
+        ];
+        let with = |text: String, (name, limit): (&str, f64)| text.replace(name, &limit.to_string());
+        limits.into_iter().fold(self.schema_text.to_owned(), with)
+    }
+
     /// Whether it is aimed at something.
     pub fn takes_target(&self) -> bool {
-        self.parameter_schema.contains("\"target_m\"")
+        self.schema_text.contains("\"target_m\"")
     }
 
     /// How long it is expected to take with these parameters, seconds.
@@ -59,16 +73,16 @@ pub const ACTION_CATALOGUE: &[ActionDescription] = &[
     ActionDescription {
         name: "photo",
         title: "Photo",
-        parameter_schema: r#"{
+        schema_text: r#"{
             "type": "object",
             "properties": {
-                "pan_rad": { "type": "number", "title": "Pan", "unit": "rad", "minimum": -2.9671, "maximum": 2.9671,
+                "pan_rad": { "type": "number", "title": "Pan", "unit": "rad", "minimum": PAN_MIN, "maximum": PAN_MAX,
                     "description": "To the left. Not used where the task has a target." },
                 "target_m": { "type": "array", "items": { "type": "number" }, "minItems": 3, "maxItems": 3, "readOnly": true,
                     "title": "Target", "unit": "m", "description": "Map frame. That of the inspection point." },
-                "tilt_rad": { "type": "number", "title": "Tilt", "unit": "rad", "minimum": -0.6981, "maximum": 1.3963,
+                "tilt_rad": { "type": "number", "title": "Tilt", "unit": "rad", "minimum": TILT_MIN, "maximum": TILT_MAX,
                     "description": "Upwards. Not used where the task has a target." },
-                "zoom": { "type": "number", "title": "Zoom", "minimum": 1, "maximum": 20, "default": 1 }
+                "zoom": { "type": "number", "title": "Zoom", "minimum": 1, "maximum": ZOOM_MAX, "default": 1 }
             },
             "additionalProperties": false
         }"#,
@@ -80,14 +94,14 @@ pub const ACTION_CATALOGUE: &[ActionDescription] = &[
     ActionDescription {
         name: "thermal_photo",
         title: "Thermal photo",
-        parameter_schema: r#"{
+        schema_text: r#"{
             "type": "object",
             "properties": {
-                "pan_rad": { "type": "number", "title": "Pan", "unit": "rad", "minimum": -2.9671, "maximum": 2.9671,
+                "pan_rad": { "type": "number", "title": "Pan", "unit": "rad", "minimum": PAN_MIN, "maximum": PAN_MAX,
                     "description": "To the left. Not used where the task has a target." },
                 "target_m": { "type": "array", "items": { "type": "number" }, "minItems": 3, "maxItems": 3, "readOnly": true,
                     "title": "Target", "unit": "m", "description": "Map frame. That of the inspection point." },
-                "tilt_rad": { "type": "number", "title": "Tilt", "unit": "rad", "minimum": -0.6981, "maximum": 1.3963,
+                "tilt_rad": { "type": "number", "title": "Tilt", "unit": "rad", "minimum": TILT_MIN, "maximum": TILT_MAX,
                     "description": "Upwards. Not used where the task has a target." }
             },
             "additionalProperties": false
@@ -100,7 +114,7 @@ pub const ACTION_CATALOGUE: &[ActionDescription] = &[
     ActionDescription {
         name: "point_cloud",
         title: "Point cloud",
-        parameter_schema: r#"{
+        schema_text: r#"{
             "type": "object",
             "properties": {
                 "duration_s": { "type": "number", "title": "Duration", "unit": "s", "minimum": 0.1, "maximum": 60, "default": 2 }
@@ -115,7 +129,7 @@ pub const ACTION_CATALOGUE: &[ActionDescription] = &[
     ActionDescription {
         name: "temperature_humidity",
         title: "Temp. and humidity",
-        parameter_schema: r#"{
+        schema_text: r#"{
             "type": "object",
             "properties": {
                 "duration_s": { "type": "number", "title": "Averaged over", "unit": "s", "minimum": 1, "maximum": 600, "default": 5 }
@@ -130,7 +144,7 @@ pub const ACTION_CATALOGUE: &[ActionDescription] = &[
     ActionDescription {
         name: "gamma_spectrum",
         title: "Gamma spectrum",
-        parameter_schema: r#"{
+        schema_text: r#"{
             "type": "object",
             "properties": {
                 "duration_s": { "type": "number", "title": "Counting time", "unit": "s", "minimum": 1, "maximum": 3600, "default": 60 }
@@ -145,7 +159,7 @@ pub const ACTION_CATALOGUE: &[ActionDescription] = &[
     ActionDescription {
         name: "wait",
         title: "Wait",
-        parameter_schema: r#"{
+        schema_text: r#"{
             "type": "object",
             "properties": {
                 "duration_s": { "type": "number", "title": "Time", "unit": "s", "minimum": 1, "maximum": 86400, "default": 10 }
@@ -160,7 +174,7 @@ pub const ACTION_CATALOGUE: &[ActionDescription] = &[
     ActionDescription {
         name: "message",
         title: "Message",
-        parameter_schema: r#"{
+        schema_text: r#"{
             "type": "object",
             "properties": {
                 "text": { "type": "string", "title": "Text", "minLength": 1, "maxLength": 200,
@@ -186,10 +200,9 @@ pub fn describe_action(name: &str) -> Option<&'static ActionDescription> {
 mod tests {
     use super::*;
     use serde_json::Value;
-    use vocab::CameraHead;
 
     fn schema(action: &ActionDescription) -> Value {
-        serde_json::from_str(action.parameter_schema).expect(action.name)
+        serde_json::from_str(&action.parameter_schema(&CameraHead::COMMON)).expect(action.name)
     }
 
     #[test]
@@ -215,19 +228,28 @@ mod tests {
     }
 
     #[test]
-    fn pictures_can_be_asked_for_within_the_reach_of_the_common_camera_head() {
-        let head = CameraHead::COMMON;
-        let rounded = |rad: f64| Some((rad * 1e4).round() / 1e4);
-        for name in ["photo", "thermal_photo"] {
-            let properties = &schema(describe_action(name).expect("listed"))["properties"];
-            let limit = |property: &str, limit: &str| properties[property][limit].as_f64();
-            assert_eq!(limit("pan_rad", "minimum"), rounded(-head.pan_max_rad), "{name}");
-            assert_eq!(limit("pan_rad", "maximum"), rounded(head.pan_max_rad), "{name}");
-            assert_eq!(limit("tilt_rad", "minimum"), rounded(head.tilt_min_rad), "{name}");
-            assert_eq!(limit("tilt_rad", "maximum"), rounded(head.tilt_max_rad), "{name}");
+    fn pictures_can_be_asked_for_within_the_reach_of_the_camera_head() {
+        let fixed = CameraHead {
+            pan_max_rad: 0.0,
+            tilt_min_rad: 0.0,
+            tilt_max_rad: 0.0,
+            zoom_max: 1.0,
+            ..CameraHead::COMMON
+        };
+        for head in [CameraHead::COMMON, fixed] {
+            let properties = |name: &str| {
+                let text = describe_action(name).expect("listed").parameter_schema(&head);
+                serde_json::from_str::<Value>(&text).expect(name)["properties"].clone()
+            };
+            for name in ["photo", "thermal_photo"] {
+                let of_action = properties(name);
+                let limits =
+                    |property: &str| ["minimum", "maximum"].map(|limit| of_action[property][limit].as_f64());
+                assert_eq!(limits("pan_rad"), [Some(-head.pan_max_rad), Some(head.pan_max_rad)], "{name}");
+                assert_eq!(limits("tilt_rad"), [Some(head.tilt_min_rad), Some(head.tilt_max_rad)], "{name}");
+            }
+            assert_eq!(properties("photo")["zoom"]["maximum"].as_f64(), Some(head.zoom_max));
         }
-        let photo = schema(describe_action("photo").expect("listed"));
-        assert_eq!(photo["properties"]["zoom"]["maximum"].as_f64(), Some(head.zoom_max));
     }
 
     #[test]

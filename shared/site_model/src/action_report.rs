@@ -1,7 +1,7 @@
 //! What an action has found: the JSON of its result, the same for all actions. Files are not in it; it names them by their content.
 
 use serde::{Deserialize, Serialize};
-use vocab::{BlobHash, Covariance6, MapId, Pose, Stamp, Vec3};
+use vocab::{BlobHash, CameraAim, Covariance6, MapId, Pose, Stamp, Vec3};
 
 /// Result of an action. What an action does not have is left out of the JSON.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -102,22 +102,6 @@ pub struct LineOfSight {
     /// From the camera to the first thing that stands in the way, metres; none: the view is free.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub obstacle_at_m: Option<f64>,
-}
-
-/// Where the head points, frame of the base.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CameraAim {
-    /// To the left, radians.
-    pub pan_rad: f64,
-    /// Upwards, radians.
-    pub tilt_rad: f64,
-    /// Focal length relative to the shortest one.
-    #[serde(default = "no_zoom")]
-    pub zoom: f64,
-}
-
-fn no_zoom() -> f64 {
-    1.0
 }
 
 /// A number that was measured.

@@ -40,8 +40,8 @@ pub use action_catalogue::{
     ACTION_CATALOGUE, ActionDescription, MAX_MESSAGE_CHARS, TARGET_PARAMETER, describe_action,
 };
 pub use action_report::{
-    ActionReport, CameraAim, CameraReport, GammaSpectrum, LineOfSight, LocalisationQuality, Reading,
-    ReportFile, ReportPlace, ReportTime,
+    ActionReport, CameraReport, GammaSpectrum, LineOfSight, LocalisationQuality, Reading, ReportFile,
+    ReportPlace, ReportTime,
 };
 pub use compare::{MergeConflict, Merged, diff, merge};
 pub use edit::{Applied, Change, Edit, EditError, RevisionChange};

@@ -16,7 +16,7 @@ impl ThermalScale {
         [255.0, 255.0, 240.0],
     ];
     /// Least range of temperatures that the palette spans, kelvin, so that noise does not look like a pattern.
-    pub const SPAN_MIN_K: f64 = 5.0;
+    pub const MIN_SPAN_K: f64 = 5.0;
     /// 0 degrees Celsius, kelvin.
     pub const ZERO_CELSIUS_K: f64 = 273.15;
     /// Steps of a stored temperature for each kelvin above absolute zero: the linear format of radiometric cameras.

@@ -10,6 +10,7 @@ use std::mem::{Discriminant, discriminant};
 use vocab::Span;
 
 /// Ranges of numbers that people enter.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ValidationConfig {
     /// Greatest speed of an edge or zone, m/s. Chosen: twice that of the fastest legged inspection robots.

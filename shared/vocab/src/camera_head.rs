@@ -1,4 +1,4 @@
-//! The head that carries a robot's cameras: where it is and how far it can be aimed.
+//! The head that carries a robot's cameras: where it is, how far it can be aimed, and an aim.
 
 use serde::{Deserialize, Serialize};
 
@@ -20,7 +20,7 @@ pub struct CameraHead {
 }
 
 impl CameraHead {
-    /// A common pan-tilt-zoom payload of walking robots. It is the default of the robot profile. The forms of the catalogue of actions have its limits for every robot.
+    /// A common pan-tilt-zoom payload of walking robots. It is the default of the robot profile.
     pub const COMMON: Self = Self {
         base_from_head_m: [0.32, 0.0, 0.2],
         pan_max_rad: 170_f64.to_radians(),
@@ -29,4 +29,20 @@ impl CameraHead {
         zoom_max: 20.0,
         field_of_view_rad: 60_f64.to_radians(),
     };
+}
+
+/// Where the head points, frame of the base.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CameraAim {
+    /// To the left, radians.
+    pub pan_rad: f64,
+    /// Upwards, radians.
+    pub tilt_rad: f64,
+    /// Focal length relative to the shortest one.
+    #[serde(default = "no_zoom")]
+    pub zoom: f64,
+}
+
+fn no_zoom() -> f64 {
+    1.0
 }

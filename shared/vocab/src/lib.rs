@@ -12,7 +12,7 @@ mod role;
 mod text;
 mod time;
 
-pub use camera_head::CameraHead;
+pub use camera_head::{CameraAim, CameraHead};
 pub use content_hash::{BlobHash, BlobHashError};
 pub use goal_failure::GoalFailure;
 pub use ids::{
@@ -21,5 +21,5 @@ pub use ids::{
 };
 pub use pose::{Aabb, Covariance6, Pose, Quat, Twist, Vec3};
 pub use role::{Role, RoleError};
-pub use text::{SHOWN_NAME_CHARS_MAX, legible};
+pub use text::{MAX_SHOWN_NAME_CHARS, legible};
 pub use time::{Span, Stamp};

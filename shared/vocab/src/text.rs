@@ -1,7 +1,7 @@
 //! Foreign text in sentences for people.
 
 /// Characters of a name from outside that a sentence shows, at most: of a file, a part, an action, a scan. Longer names push the sentence itself off the screen of a phone.
-pub const SHOWN_NAME_CHARS_MAX: usize = 60;
+pub const MAX_SHOWN_NAME_CHARS: usize = 60;
 
 /// Text from outside for a sentence: at most `max_chars` characters on one line, with those escaped that cannot be seen. Names in files, what clients
 /// send, and errors of libraries, which quote both, come into a sentence only through this function.

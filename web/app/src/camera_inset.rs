@@ -9,6 +9,7 @@ use panels::{PanelState, SightCheck};
 use scene::{CameraPose, CameraProjection, Options, View};
 
 /// Parameters of the check of the line of sight.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct SightConfig {
     /// Radius of the line of sight at the target, m.

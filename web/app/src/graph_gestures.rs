@@ -17,6 +17,7 @@ use site_model::{Edge, Node, NodeId, Site, Traversal};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Parameters of [`GraphGestures`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct GestureConfig {
     /// Distance on the screen from a node to its handle, logical px: a touch target.

@@ -12,6 +12,7 @@ use site_model::{Edge, InspectionPoint, Node, NodeId, NodeKind, Site, ZoneId};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Parameters of the overlay.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct GraphOverlayConfig {
     /// Height of lines and markers above the floor, m, so that the floor does not hide them.

@@ -25,6 +25,7 @@ const STORAGE_KEY: &str = "autoinspect.gpu";
 const WEBGPU: &str = "webgpu";
 
 /// Parameters of the choice of the backend and of its first images.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct GraphicsConfig {
     /// Delay of the request for the WebGPU adapter after the start, longer than the time to the first image of the map.

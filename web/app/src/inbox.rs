@@ -7,6 +7,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 /// Parameters of an [`Inbox`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct InboxConfig {
     /// Delay of the frame that an inbound message requests. State arrives at 20 Hz and scans at 10 Hz. About 10 frames a second

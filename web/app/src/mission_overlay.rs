@@ -10,6 +10,7 @@ use site_model::{NodeId, Site};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Parameters of the overlay.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct MissionOverlayConfig {
     /// Height above the floor, m: over the edges of the topological map.

@@ -17,6 +17,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 /// Parameters of [`ClientRuntime`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RuntimeConfig {
     /// Period of the page's timer, ms: half the period of drive commands, so that none is late.

@@ -20,6 +20,7 @@ use std::rc::Rc;
 use vocab::{KeyframeId, MapId, Pose};
 
 /// Parameters of [`SceneSync`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct SceneSyncConfig {
     /// Smallest change of height that counts as another floor, m. The base moves up and down by less while the robot walks.

@@ -20,6 +20,7 @@ use std::time::Duration;
 use vocab::MapId;
 
 /// Parameters of [`Viewport`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ViewportConfig {
     /// Height of the camera's target above the ground while it follows the robot, m: the height of the robot's body.

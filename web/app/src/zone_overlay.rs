@@ -10,6 +10,7 @@ use scene::{Marker, MarkerShape, Polyline};
 use site_model::{Zone, ZoneEffect, ZoneId};
 
 /// Parameters of the drawing of zones.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct ZoneOverlayConfig {
     /// Height of outlines above the floor, m, below that of edges.

@@ -71,7 +71,7 @@ impl Model {
         PlanConditions {
             now: self.connection().clock().stamp_at(self.now()),
             robot: estimate.map(|estimate| estimate.value.map_from_base.position),
-            offered: &[],
+            forms: None,
         }
     }
 

@@ -5,7 +5,7 @@ use site_model::LocalDate;
 use vocab::{Stamp, Vec3};
 
 /// The least standard deviation that is shown, metres: smaller ones would read as 0 mm.
-pub const SHOWN_DEVIATION_MIN_M: f64 = 1e-3;
+pub const MIN_SHOWN_DEVIATION_M: f64 = 1e-3;
 
 /// Metres: `0.4 m`, `12.3 m`, `1.24 km`.
 pub fn distance(metres: f64) -> String {

@@ -53,7 +53,7 @@ impl ThermalPicture {
         let lowest = celsius(self.centikelvin.iter().min());
         Scale {
             lowest,
-            highest: celsius(self.centikelvin.iter().max()).max(lowest + ThermalScale::SPAN_MIN_K),
+            highest: celsius(self.centikelvin.iter().max()).max(lowest + ThermalScale::MIN_SPAN_K),
         }
     }
 

@@ -8,6 +8,7 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 
 /// Parameters of [`Camera`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SceneCameraConfig {
     /// Duration of a flight, s.

@@ -7,6 +7,7 @@ use crate::renderer::Renderer;
 use crate::view::{Options, View};
 
 /// Parameters of [`FramePacer`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FramePacingConfig {
     /// An interval between frames above this one lowers the quality, s. Longer than the 0.1 s between live scans at 10 Hz.

@@ -10,6 +10,7 @@ use crate::view::{Colour, Palette, View};
 use glam::DVec3;
 
 /// Parameters of the overlay.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct OverlayConfig {
     /// Shortest drawn step of a trajectory, m. Every scan adds a point; shorter steps cannot be seen.

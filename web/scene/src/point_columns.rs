@@ -7,6 +7,7 @@ use glam::{DVec2, DVec3};
 
 /// Parameters of [`PointColumns`]. What makes an obstacle is as in the generation of topological maps (`topomap::TopomapConfig`), so that an edge that a person draws is
 /// judged like one that is made from the map. The robot's size, step and clearance are told by the robot; the defaults hold until they have come.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ColumnsConfig {
     /// Side of a column, m.
@@ -20,7 +21,7 @@ pub struct ColumnsConfig {
     /// Height of the robot, m: things above it are no obstacles.
     pub clearance_m: f64,
     /// Points within [`Self::section_m`] that make an obstacle. One or two are noise.
-    pub obstacle_points_min: u32,
+    pub min_obstacle_points: u32,
     /// Length of line over which points are counted, m.
     pub section_m: f64,
     /// Length at both ends of a line that is not looked at, m: a node may be close to what is inspected from it.
@@ -32,7 +33,7 @@ pub struct ColumnsConfig {
     /// Thickness of a floor: noise of a LiDAR and unevenness, m.
     pub floor_thickness_m: f64,
     /// Points that make a floor.
-    pub floor_points_min: usize,
+    pub min_floor_points: usize,
 }
 
 impl Default for ColumnsConfig {
@@ -43,13 +44,13 @@ impl Default for ColumnsConfig {
             half_width_m: 0.25,
             step_m: 0.2,
             clearance_m: 0.8,
-            obstacle_points_min: 3,
+            min_obstacle_points: 3,
             section_m: 0.2,
             end_margin_m: 0.25,
             floor_radius_m: 0.2,
             floor_reach_m: 0.45,
             floor_thickness_m: 0.1,
-            floor_points_min: 3,
+            min_floor_points: 3,
         }
     }
 }
@@ -140,7 +141,7 @@ impl PointColumns {
             }
         }
         let floor = &heights[best];
-        (floor.len() >= self.config.floor_points_min).then(|| f64::from(floor[floor.len() / 2]))
+        (floor.len() >= self.config.min_floor_points).then(|| f64::from(floor[floor.len() / 2]))
     }
 
     /// The first thing in the corridor along a line between two places on the floor, m, map frame. The floor between them counts as straight.
@@ -170,7 +171,7 @@ impl PointColumns {
                 along += step;
             }
         }
-        let section = counts.iter().position(|count| *count >= config.obstacle_points_min)?;
+        let section = counts.iter().position(|count| *count >= config.min_obstacle_points)?;
         Some(Obstruction { along_m: (section as f64 + 0.5) * config.section_m })
     }
 

@@ -42,7 +42,7 @@ struct Options {
     /// Path of a `wasm-opt` in JavaScript, run with node.
     wasm_opt: Option<PathBuf>,
     /// Largest size of WASM and glue together, compressed with brotli, bytes. A larger client is an error.
-    brotli_bytes_max: Option<u64>,
+    max_brotli_bytes: Option<u64>,
 }
 
 fn main() -> ExitCode {
@@ -64,14 +64,14 @@ fn options() -> Result<Options> {
         out: PathBuf::new(),
         effort: CompressionEffort::Quick,
         wasm_opt: None,
-        brotli_bytes_max: None,
+        max_brotli_bytes: None,
     };
     let mut parser = lexopt::Parser::from_env();
     while let Some(argument) = parser.next()? {
         match argument {
             Long("smallest") => options.effort = CompressionEffort::Smallest,
             Long("wasm-opt") => options.wasm_opt = Some(parser.value()?.into()),
-            Long("brotli-max") => options.brotli_bytes_max = Some(parser.value()?.parse()?),
+            Long("brotli-max") => options.max_brotli_bytes = Some(parser.value()?.parse()?),
             Value(value) => positional.push(value),
             other => return Err(other.unexpected().into()),
         }
@@ -133,7 +133,7 @@ fn bundle(options: &Options) -> Result<()> {
     for stale in files_below(&options.out)?.into_iter().filter(|path| !written.contains(path)) {
         fs::remove_file(&stale).with_context(|| format!("could not remove {}", stale.display()))?;
     }
-    match options.brotli_bytes_max {
+    match options.max_brotli_bytes {
         Some(limit) if total.brotli > limit => {
             bail!("the client is {} bytes compressed with brotli; the limit is {limit}", total.brotli)
         }

@@ -15,7 +15,7 @@ pub(crate) fn parted(part: &[usize], image: &DepthImage, config: &DepthChangesCo
     let is_border = borders(part, image, config);
     let inner: Vec<usize> = part.iter().copied().filter(|pixel| !is_border[*pixel]).collect();
     let mut cores = connected(&inner, image, 1, config);
-    cores.retain(|core| area_m2(core.iter().copied(), image) >= config.area_min_m2);
+    cores.retain(|core| area_m2(core.iter().copied(), image) >= config.min_area_m2);
     if cores.len() < 2 {
         return vec![part.to_vec()];
     }
@@ -70,11 +70,11 @@ fn bends_inwards(
     let (Some(a), Some(b)) = (image.point(first), image.point(second)) else { return false };
     let distance_m = (b - a).norm();
     // Farther apart than a surface seen at a slant of 70 degrees: a gap, no bend.
-    let apart_max_m = 3.0 * config.bend_px as f64 * image.camera().pixel_area_m2(a.z).sqrt() * 1.5;
-    if distance_m > apart_max_m.max(config.gap_m) || from.dot(&to) > config.bend_min_rad.cos() {
+    let max_apart_m = 3.0 * config.bend_px as f64 * image.camera().pixel_area_m2(a.z).sqrt() * 1.5;
+    if distance_m > max_apart_m.max(config.gap_m) || from.dot(&to) > config.min_bend_rad.cos() {
         return false;
     }
-    (to - from).dot(&(b - a)) < -(config.bend_min_rad / 2.0).sin() * distance_m
+    (to - from).dot(&(b - a)) < -(config.min_bend_rad / 2.0).sin() * distance_m
 }
 
 /// The core of each pixel of a part: the one from which it is reached in fewest steps within the part.
@@ -115,7 +115,7 @@ fn joined_by_colour(
     }
     let colours: Vec<Option<ColourHistogram>> = cores
         .iter()
-        .map(|core| ColourHistogram::of(core.iter().map(|pixel| image.colours()[*pixel])))
+        .map(|core| ColourHistogram::of(core.iter().map(|pixel| image.colours()[*pixel]), &config.colours))
         .collect();
     for (first, second) in neighbours(core_of, image) {
         let overlap = colours[first].as_ref().zip(colours[second].as_ref()).map(|(a, b)| a.overlap(b));

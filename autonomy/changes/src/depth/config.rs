@@ -14,21 +14,21 @@ pub struct DepthChangesConfig {
     /// steps of two standard deviations.
     pub same_surface_sigmas: f64,
     /// Ranges that differ by less than this are of the same surface, metres: calibration and temperature move surfaces near the camera by some millimetres.
-    pub same_surface_min_m: f64,
+    pub min_same_surface_m: f64,
     /// The ray of a pixel is compared with those this number of pixels around it, because the edges of things flicker by a pixel.
     pub edge_px: usize,
     /// The points of an object are at least this far above the plane, metres: below, they cannot be told from it.
-    pub height_min_m: f64,
+    pub min_height_m: f64,
     /// Points of an object are at most this number of pixels apart in the image.
     pub gap_px: usize,
     /// Neighbouring points of an object differ in depth by less than this and three standard deviations of both, metres.
     pub gap_m: f64,
     /// Area of the changed points of an object, seen by the camera, square metres: half of an object of 4 cm x 2 cm.
-    pub area_min_m2: f64,
+    pub min_area_m2: f64,
     /// An object is at least this large along its second longest side, metres.
-    pub size_min_m: f64,
+    pub min_size_m: f64,
     /// Share of the pixels of an object, of those that are comparable, that have to show a change.
-    pub changed_share_min: f64,
+    pub min_changed_share: f64,
     /// The lower end of an object that is nearer to the plane than this stands on it, metres.
     pub stands_within_m: f64,
     /// Number of points of which the plane is found; more do not make it better.
@@ -36,14 +36,14 @@ pub struct DepthChangesConfig {
     /// Number of planes through three points that are tried. A plane with 15 % of the points is found with a probability of 74 % by 400, one with 25 % with 99.8 %.
     pub support_trials: usize,
     /// The plane holds at least this share of the points.
-    pub support_share_min: f64,
+    pub min_support_share: f64,
     /// Normals are fitted to the points within this number of pixels.
     pub normal_px: usize,
     /// The bend of a surface is measured between points at this number of pixels from each other: twice [`Self::normal_px`], so that the windows of their normals hardly overlap.
     pub bend_px: usize,
     /// A surface that bends inwards by more than this angle may be the border of two objects, radians. Chosen: 25 degrees, because the inside of a bowl bends by 10 degrees
     /// over [`Self::bend_px`].
-    pub bend_min_rad: f64,
+    pub min_bend_rad: f64,
     /// Two parts whose colours overlap by more than this (Bhattacharyya coefficient) are one object although the surface bends inwards between them, such as the handle of a pot.
     pub same_colour_overlap: f64,
     /// An object that was moved looks like itself: least overlap of the colours (Bhattacharyya coefficient) at both places. Less than [`Self::same_colour_overlap`], because
@@ -53,6 +53,31 @@ pub struct DepthChangesConfig {
     pub moved_size_share: f64,
     /// How boxes are fitted.
     pub box_fit: BoxFitConfig,
+    /// Cameras whose rays differ by more than this are different ones, pixels. Chosen.
+    pub max_camera_difference_px: f64,
+    /// Points in the window of a normal, of the 49 that it has, from which on it is fitted. Chosen: twice the three that a plane needs.
+    pub min_normal_points: usize,
+    /// Times that the plane is fitted to the points on it. Chosen.
+    pub support_refits: usize,
+    /// How colours are compared.
+    pub colours: ColourHistogramConfig,
+}
+
+/// Parameters of the histogram of the colours of a part of an image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ColourHistogramConfig {
+    /// Cells of the share of red, and as many of the share of green. Chosen.
+    pub share_cells: usize,
+    /// Cells of the brightness. Fewer than of the shares, because light and shadow change the brightness.
+    pub brightness_cells: usize,
+    /// Shares of red and green above this are in the last cell: two thirds of the brightness in one of three colours is a strong colour.
+    pub max_share: f64,
+}
+
+impl Default for ColourHistogramConfig {
+    fn default() -> Self {
+        Self { share_cells: 8, brightness_cells: 4, max_share: 2.0 / 3.0 }
+    }
 }
 
 impl Default for DepthChangesConfig {
@@ -60,25 +85,29 @@ impl Default for DepthChangesConfig {
         Self {
             noise_at_1_m_m: 0.001425,
             same_surface_sigmas: 6.0,
-            same_surface_min_m: 0.01,
+            min_same_surface_m: 0.01,
             edge_px: 1,
-            height_min_m: 0.01,
+            min_height_m: 0.01,
             gap_px: 2,
             gap_m: 0.01,
-            area_min_m2: 4e-4,
-            size_min_m: 0.02,
-            changed_share_min: 0.5,
+            min_area_m2: 4e-4,
+            min_size_m: 0.02,
+            min_changed_share: 0.5,
             stands_within_m: 0.03,
             support_points: 5_000,
             support_trials: 400,
-            support_share_min: 0.15,
+            min_support_share: 0.15,
             normal_px: 3,
             bend_px: 6,
-            bend_min_rad: 0.436,
+            min_bend_rad: 0.436,
             same_colour_overlap: 0.73,
             moved_colour_overlap: 0.5,
             moved_size_share: 0.25,
             box_fit: BoxFitConfig { on_side_m: 0.003, trimmed_height_share: 0.01, ..BoxFitConfig::default() },
+            max_camera_difference_px: 2.0,
+            min_normal_points: 6,
+            support_refits: 3,
+            colours: ColourHistogramConfig::default(),
         }
     }
 }
@@ -89,8 +118,8 @@ impl DepthChangesConfig {
         self.noise_at_1_m_m * range_m * range_m
     }
 
-    /// Difference of range up to which two points are of the same surface, metres.
+    /// Difference of range up to which two points are of the same surface, metres (docs/maths/changes.md, equation 4).
     pub(crate) fn same_surface_m(&self, range_m: f64) -> f64 {
-        (self.same_surface_sigmas * self.noise_m(range_m)).max(self.same_surface_min_m)
+        (self.same_surface_sigmas * self.noise_m(range_m)).max(self.min_same_surface_m)
     }
 }

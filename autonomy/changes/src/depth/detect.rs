@@ -12,9 +12,6 @@ use crate::moves::moves;
 use crate::{Changes, UprightBox};
 use geometry::{Isometry, Vector3};
 
-/// Cameras whose rays differ by more than this are different ones, pixels.
-const CAMERA_DIFFERENCE_MAX_PX: f64 = 2.0;
-
 /// What changed between two images of a depth camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DepthChanges {
@@ -34,7 +31,7 @@ pub fn detect_depth_changes(
     config: &DepthChangesConfig,
 ) -> Result<DepthChanges, DepthImageError> {
     let is_same_camera = before.size_px() == after.size_px()
-        && before.camera().distance_px(after.camera(), before.size_px()) <= CAMERA_DIFFERENCE_MAX_PX;
+        && before.camera().distance_px(after.camera(), before.size_px()) <= config.max_camera_difference_px;
     if !is_same_camera {
         return Err(DepthImageError::CamerasDiffer);
     }
@@ -93,9 +90,9 @@ fn differing(
         .collect();
     connected(&candidates, image, config.gap_px, config)
         .into_iter()
-        .filter(|part| changed_area_m2(part) >= config.area_min_m2)
+        .filter(|part| changed_area_m2(part) >= config.min_area_m2)
         .flat_map(|part| parted(&part, image, config))
-        .filter(|part| changed_area_m2(part) >= config.area_min_m2)
+        .filter(|part| changed_area_m2(part) >= config.min_area_m2)
         .filter_map(|part| found(&part, &verdicts, &same, image, support, config))
         .collect()
 }
@@ -123,11 +120,12 @@ fn found(
     let changed = part.iter().filter(|pixel| verdicts[**pixel] == Verdict::Changed).count();
     let unchanged = same.iter().filter(|point| place.holds(&on_support(point).coords, 0.0)).count();
     let confidence = changed as f64 / (changed + unchanged) as f64;
-    if sorted[1] < config.size_min_m || confidence < config.changed_share_min {
+    if sorted[1] < config.min_size_m || confidence < config.min_changed_share {
         return None;
     }
     let colours = image.colours();
-    let colour = ColourHistogram::of(part.iter().filter_map(|pixel| colours.get(*pixel).copied()));
+    let colour =
+        ColourHistogram::of(part.iter().filter_map(|pixel| colours.get(*pixel).copied()), &config.colours);
     let points = part.iter().map(|pixel| image.raw_point(*pixel)).collect();
     Some(Found { object: Differing { place, points, confidence }, colour })
 }

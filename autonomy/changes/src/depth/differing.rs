@@ -35,7 +35,7 @@ fn verdict(
     config: &DepthChangesConfig,
 ) -> Verdict {
     let Some(point) = image.point(pixel) else { return Verdict::Nothing };
-    if support.height_m(&point) <= config.height_min_m {
+    if support.height_m(&point) <= config.min_height_m {
         return Verdict::Nothing;
     }
     let [depth_m, other_m] = [point.z, other.depth_m(pixel)];

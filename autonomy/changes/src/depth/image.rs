@@ -4,10 +4,16 @@ use super::camera::Camera;
 use geometry::Vector3;
 use std::fmt;
 
-/// Points may be this far from the rays of their pixels (root mean square), pixels: rounding of coordinates to a millimetre, and a little distortion.
-const RAY_ERROR_MAX_PX: f64 = 1.0;
-/// Least number of pixels with a point.
-const POINTS_MIN: usize = 1_000;
+/// Which points are an image of a depth camera.
+#[derive(Clone, Copy, Debug)]
+struct DepthImageConfig {
+    /// Points may be this far from the rays of their pixels (root mean square), pixels: rounding of coordinates to a millimetre, and a little distortion.
+    max_ray_error_px: f64,
+    /// Pixels with a point from which on there is an image. Chosen: far below an image of any depth camera, and enough to fit its rays.
+    min_points: usize,
+}
+
+const CONFIG: DepthImageConfig = DepthImageConfig { max_ray_error_px: 1.0, min_points: 1_000 };
 
 /// An image of a depth camera: a point for each pixel that has a return, in the camera's frame with the third axis forward.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,7 +49,7 @@ impl fmt::Display for DepthImageError {
         match self {
             Self::SizeDiffers => f.write_str("the number of points is not that of the pixels"),
             Self::TooFewReturns { returns } => {
-                write!(f, "only {returns} pixels have a return; {POINTS_MIN} are needed")
+                write!(f, "only {returns} pixels have a return; {} are needed", CONFIG.min_points)
             }
             Self::NoPinholeCamera => f.write_str(
                 "the points are not on the rays of the pixels of a camera that looks along z; give the camera's own points, in its frame",
@@ -81,13 +87,13 @@ impl DepthImage {
         }
         let seen = || points.iter().enumerate().filter(|(_, point)| point[2].is_finite());
         let returns = seen().count();
-        if returns < POINTS_MIN {
+        if returns < CONFIG.min_points {
             return Err(DepthImageError::TooFewReturns { returns });
         }
         let fitted =
             Camera::fit(seen().map(|(pixel, point)| (pixel % size_px[0], pixel / size_px[0], *point)));
         let (camera, _) = fitted
-            .filter(|(_, error_px)| *error_px <= RAY_ERROR_MAX_PX)
+            .filter(|(_, error_px)| *error_px <= CONFIG.max_ray_error_px)
             .ok_or(DepthImageError::NoPinholeCamera)?;
         Ok(Self { size_px, camera, points, colours })
     }

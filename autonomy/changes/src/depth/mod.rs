@@ -19,6 +19,6 @@ mod normals;
 mod segments;
 mod support;
 
-pub use config::DepthChangesConfig;
+pub use config::{ColourHistogramConfig, DepthChangesConfig};
 pub use detect::{DepthChanges, detect_depth_changes};
 pub use image::{DepthImage, DepthImageError};

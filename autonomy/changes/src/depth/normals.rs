@@ -4,9 +4,6 @@ use super::config::DepthChangesConfig;
 use super::image::DepthImage;
 use geometry::{Matrix3, Vector3};
 
-/// Points in the window of a normal at least.
-const POINTS_MIN: usize = 6;
-
 /// The unit normal of the surface at a pixel, towards the camera, in its frame: that of the plane that fits the window around it best. In an image a plane has an inverse depth
 /// that is linear in the pixels, so that three sums give it. None without a point, or with too few points of its surface around.
 pub(crate) fn normal(image: &DepthImage, pixel: usize, config: &DepthChangesConfig) -> Option<Vector3> {
@@ -28,7 +25,7 @@ pub(crate) fn normal(image: &DepthImage, pixel: usize, config: &DepthChangesConf
         right += row * (1.0 / point.z - 1.0 / middle.z);
         count += 1;
     }
-    if count < POINTS_MIN {
+    if count < config.min_normal_points {
         return None;
     }
     let fitted = normal_matrix.cholesky()?.solve(&right);

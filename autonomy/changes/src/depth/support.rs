@@ -7,8 +7,6 @@ use nalgebra::{Rotation3, Translation3};
 
 /// Seed of the trials: any number, always the same, so that the same images give the same plane.
 const SEED: u64 = 1;
-/// Times that the plane is fitted to the points on it.
-const REFITS: usize = 3;
 
 /// A plane: the points `p` with `up . p = offset_m`, in the camera's frame. The camera is on the side of `up`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,11 +40,11 @@ impl Support {
             }
         }
         let (_, mut plane) = best.ok_or(DepthImageError::NoSupport)?;
-        for _ in 0..REFITS {
+        for _ in 0..config.support_refits {
             plane = plane.refitted(&points, config).unwrap_or(plane);
         }
         let count = points.iter().filter(|point| plane.is_on(point, config)).count();
-        let is_enough = count as f64 >= config.support_share_min * points.len() as f64;
+        let is_enough = count as f64 >= config.min_support_share * points.len() as f64;
         is_enough.then_some(plane).ok_or(DepthImageError::NoSupport)
     }
 
@@ -68,7 +66,7 @@ impl Support {
 
     fn is_on(&self, point: &Vector3, config: &DepthChangesConfig) -> bool {
         self.height_m(point).abs()
-            <= (3.0 * config.noise_m(point.norm())).max(config.same_surface_min_m / 2.0)
+            <= (3.0 * config.noise_m(point.norm())).max(config.min_same_surface_m / 2.0)
     }
 
     /// The plane through three points; none if they are in a line, or the camera is in it.

@@ -1,4 +1,4 @@
-//! Fixed-lag smoothing: old variables are marginalised, so memory and time depend on the lag and not on the length of the journey.
+//! Fixed-lag smoothing: old variables are marginalised, so memory and time depend on the lag and not on the length of the walk.
 
 use super::Incremental;
 use crate::error::SolveError;
@@ -14,7 +14,7 @@ impl Incremental {
     /// Removes variables from the problem and returns the [`Marginal`] factors that replace them. Estimates of the other variables stay the
     /// same. Staged changes are applied first.
     ///
-    /// Cost: elimination of the cliques that contain the variables and of those above. The oldest variables of a journey lie at the leaves, so
+    /// Cost: elimination of the cliques that contain the variables and of those above. The oldest variables of a walk lie at the leaves, so
     /// they are cheap.
     ///
     /// # Errors

@@ -20,6 +20,7 @@ use crate::graph::{Entry, FactorGraph};
 use crate::kernel::Kernel;
 use crate::linear::assembly::Assembly;
 use crate::names::{FactorId, Key};
+use crate::texts;
 use crate::value::{Value, Values};
 use std::sync::Arc;
 use tree::Tree;
@@ -27,6 +28,7 @@ use tree::Tree;
 pub use snapshot::IncrementalSnapshot;
 
 /// Thresholds of relinearisation and of back-substitution.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IncrementalConfig {
     /// A variable is relinearised once an angle of its error exceeds this value, radians.
@@ -125,7 +127,7 @@ impl Incremental {
         kernel: Kernel,
     ) -> Result<FactorId, FactorError> {
         if !kernel.is_valid() {
-            return Err(FactorError::NotFinite { what: "the kernel's parameter" });
+            return Err(FactorError::NotFinite { what: texts::KERNEL_PARAMETER });
         }
         self.add_shared(&Entry { factor: Arc::new(factor), kernel, weight: 1.0 })
     }

@@ -48,7 +48,7 @@ impl Stored for f32 {
 pub struct BadPivot(pub usize);
 
 /// A pivot below this share of its diagonal entry before elimination is rounding noise. The matrix counts as singular there.
-const PIVOT_SHARE_MIN: f64 = 1e-13;
+const MIN_PIVOT_SHARE: f64 = 1e-13;
 
 /// Number of entries of a panel of `columns` in a front of `size` rows.
 pub fn panel_len(columns: usize, size: usize) -> usize {
@@ -332,7 +332,7 @@ fn factorise_columns<const FMA: bool>(
         }
         let pivot = lower[j][j];
         // The negation makes NaN fail, too.
-        if !(pivot > PIVOT_SHARE_MIN * original[j] && pivot.is_finite() && pivot > 0.0) {
+        if !(pivot > MIN_PIVOT_SHARE * original[j] && pivot.is_finite() && pivot > 0.0) {
             return Err(BadPivot(column + j));
         }
         let root = pivot.sqrt();

@@ -11,6 +11,7 @@ use super::ordering::Adjacency;
 
 /// Parameters of the elimination order of large graphs. They change the time of a solve, not its result. Tuned on the published graphs of
 /// `cargo xtask bench graphs`.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DissectionConfig {
     /// From this number of variables on, nested dissection is compared with minimum degree.

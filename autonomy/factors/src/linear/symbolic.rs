@@ -33,6 +33,7 @@ pub struct Forest {
 /// Parameters of the merging of clusters: which share of the stored entries may be zeros, by the number of columns of the merged cluster. They change the
 /// time of a solve, not its result. Such classes of width are those of the relaxed supernodes of CHOLMOD (Chen, Davis, Hager, Rajamanickam, *Algorithm 887*,
 /// ACM TOMS 35, 2008); the values are chosen.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct ClusterMergeConfig {
     /// Most columns of a narrow cluster.

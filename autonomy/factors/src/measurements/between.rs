@@ -7,6 +7,7 @@ use crate::error::FactorError;
 use crate::factor::{Factor, Linearised};
 use crate::information::Whitening;
 use crate::names::{Key, VariableKind};
+use crate::texts;
 use crate::value::{Planar, Values};
 use geometry::{Isometry, Matrix3, Matrix6, Vector3, Vector6, so3};
 use nalgebra::{Matrix2, SMatrix, UnitComplex, Vector2};
@@ -45,7 +46,7 @@ impl Between {
     ) -> Result<Self, FactorError> {
         let measured_inverse = from_from_to.inverse();
         if !crate::Value::Pose(measured_inverse).is_finite() {
-            return Err(FactorError::NotFinite { what: "the measured pose" });
+            return Err(FactorError::NotFinite { what: texts::MEASURED_POSE });
         }
         Ok(Self {
             keys: [from, to],
@@ -183,7 +184,7 @@ impl PlanarBetween {
     ) -> Result<Self, FactorError> {
         let measured_inverse = from_from_to.inverse();
         if !crate::Value::Planar(measured_inverse).is_finite() {
-            return Err(FactorError::NotFinite { what: "the measured pose" });
+            return Err(FactorError::NotFinite { what: texts::MEASURED_POSE });
         }
         let whitening = Whitening::from_information(information)?;
         Ok(Self { keys: [from, to], measured_inverse, whitening, residual: Residual::default() })

@@ -8,6 +8,7 @@ use crate::error::FactorError;
 use crate::factor::{Factor, Linearised};
 use crate::information::Whitening;
 use crate::names::{Key, VariableKind};
+use crate::texts;
 use crate::value::Values;
 use geometry::{Matrix3, Rotation, Vector3, Vector6, so3};
 use nalgebra::{SMatrix, SVector};
@@ -47,11 +48,11 @@ impl Preintegrated {
     /// When a number is not finite, or a density is not positive.
     pub fn new(bias: &Vector6, noise: InertialNoise) -> Result<Self, FactorError> {
         if !bias.iter().all(|component| component.is_finite()) {
-            return Err(FactorError::NotFinite { what: "the bias" });
+            return Err(FactorError::NotFinite { what: texts::BIAS });
         }
         let usable = |density: f64| density.is_finite() && density > 0.0;
         if !usable(noise.gyro_density_rad_s_per_sqrt_hz) || !usable(noise.accel_density_m_s2_per_sqrt_hz) {
-            return Err(FactorError::NotFinite { what: "a noise density" });
+            return Err(FactorError::NotFinite { what: texts::NOISE_DENSITY });
         }
         Ok(Self {
             noise,
@@ -76,10 +77,10 @@ impl Preintegrated {
         seconds: f64,
     ) -> Result<(), FactorError> {
         if !(seconds.is_finite() && seconds > 0.0) {
-            return Err(FactorError::NotFinite { what: "the time of a reading" });
+            return Err(FactorError::NotFinite { what: texts::TIME_OF_READING });
         }
         if !turn_rate.iter().chain(specific_force.iter()).all(|component| component.is_finite()) {
-            return Err(FactorError::NotFinite { what: "a reading" });
+            return Err(FactorError::NotFinite { what: texts::READING });
         }
         let h = seconds;
         let turn = (turn_rate - self.bias.fixed_rows::<3>(0)) * h;
@@ -157,7 +158,7 @@ impl Inertial {
         gravity: &Vector3,
     ) -> Result<Self, FactorError> {
         let keys = [from_pose, from_velocity, to_pose, to_velocity, bias];
-        let degenerate = FactorError::Degenerate { key: from_pose, reason: "too few inertial readings" };
+        let degenerate = FactorError::Degenerate { key: from_pose, reason: texts::TOO_FEW_READINGS };
         let information = sum.covariance.cholesky().ok_or(degenerate)?.inverse();
         let symmetric = (information + information.transpose()) * 0.5;
         Ok(Self { keys, gravity: *gravity, whitening: Whitening::from_information(&symmetric)?, sum })

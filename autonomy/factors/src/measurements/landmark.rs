@@ -4,6 +4,7 @@ use crate::error::FactorError;
 use crate::factor::{Factor, Linearised};
 use crate::information::Whitening;
 use crate::names::{Key, VariableKind};
+use crate::texts;
 use crate::value::Values;
 use geometry::{Matrix3, Vector3, so3};
 use nalgebra::{Matrix2, Matrix2x3, RowVector2, SMatrix, Vector2};
@@ -28,7 +29,7 @@ impl Landmark {
         information: &Matrix3,
     ) -> Result<Self, FactorError> {
         if !point_in_pose.iter().all(|component| component.is_finite()) {
-            return Err(FactorError::NotFinite { what: "the seen point" });
+            return Err(FactorError::NotFinite { what: texts::SEEN_POINT });
         }
         let whitening = Whitening::from_information(information)?;
         Ok(Self { keys: [pose, point], seen: *point_in_pose, whitening })
@@ -73,7 +74,7 @@ pub struct BearingRange {
 }
 
 /// At smaller ranges the bearing is undefined, metres.
-const RANGE_MIN: f64 = 1e-9;
+const MIN_RANGE: f64 = 1e-9;
 
 impl BearingRange {
     /// `bearing` in radians, counter-clockwise from the pose's x axis. `range` in metres. `information` belongs to `[bearing; range]`.
@@ -88,10 +89,10 @@ impl BearingRange {
         information: &Matrix2<f64>,
     ) -> Result<Self, FactorError> {
         if !bearing.is_finite() {
-            return Err(FactorError::NotFinite { what: "the bearing" });
+            return Err(FactorError::NotFinite { what: texts::BEARING });
         }
         if !range.is_finite() || range < 0.0 {
-            return Err(FactorError::NotFinite { what: "the range" });
+            return Err(FactorError::NotFinite { what: texts::RANGE });
         }
         let whitening = Whitening::from_information(information)?;
         Ok(Self { keys: [pose, point], bearing, range, whitening })
@@ -116,8 +117,8 @@ impl Factor for BearingRange {
         let pose_from_map: Matrix2<f64> = pose.rotation.inverse().to_rotation_matrix().into_inner();
         let p = pose_from_map * (point - pose.translation.vector);
         let range = p.norm();
-        if range < RANGE_MIN {
-            return Err(FactorError::Degenerate { key: self.keys[1], reason: "the point is at the pose" });
+        if range < MIN_RANGE {
+            return Err(FactorError::Degenerate { key: self.keys[1], reason: texts::POINT_AT_POSE });
         }
         let by_point_in_pose = Matrix2::from_rows(&[
             RowVector2::new(-p.y, p.x) / (range * range),

@@ -3,6 +3,7 @@
 use crate::error::FactorError;
 use crate::factor::{Factor, Linearised};
 use crate::names::{Key, VariableKind};
+use crate::texts;
 use crate::value::{Value, Values};
 use nalgebra::{DMatrix, DVector};
 
@@ -20,7 +21,7 @@ pub struct Marginal {
 }
 
 /// Eigenvalues below this share of the greatest carry no information.
-const EIGENVALUE_SHARE_MIN: f64 = 1e-13;
+const MIN_EIGENVALUE_SHARE: f64 = 1e-13;
 
 impl Marginal {
     /// From `H` and `b` over `keys`, linearised at the values `at`.
@@ -36,13 +37,13 @@ impl Marginal {
         let kinds: Vec<VariableKind> = at.iter().map(Value::kind).collect();
         let size: usize = kinds.iter().map(|kind| kind.dimension()).sum();
         if keys.len() != at.len() || information.shape() != (size, size) || right_hand_side.len() != size {
-            return Err(FactorError::Information { problem: "does not fit the variables" });
+            return Err(FactorError::Information { problem: texts::OTHER_DIMENSION });
         }
         if !information.iter().chain(right_hand_side.iter()).all(|entry| entry.is_finite()) {
-            return Err(FactorError::Information { problem: "has entries that are not finite" });
+            return Err(FactorError::Information { problem: texts::NOT_FINITE_ENTRIES });
         }
         let eigen = information.clone().symmetric_eigen();
-        let least = eigen.eigenvalues.amax() * EIGENVALUE_SHARE_MIN;
+        let least = eigen.eigenvalues.amax() * MIN_EIGENVALUE_SHARE;
         let useful: Vec<usize> = (0..size).filter(|&index| eigen.eigenvalues[index] > least).collect();
         let scales: Vec<f64> = useful.iter().map(|&index| eigen.eigenvalues[index].sqrt()).collect();
         let root = DMatrix::from_fn(useful.len(), size, |row, column| {

@@ -4,6 +4,7 @@ use crate::error::FactorError;
 use crate::factor::{Factor, Linearised};
 use crate::information::Whitening;
 use crate::names::{Key, VariableKind};
+use crate::texts;
 use crate::value::Values;
 use geometry::{Matrix3, Matrix6, Vector3, Vector6, so3};
 use nalgebra::SMatrix;
@@ -28,7 +29,7 @@ impl BodyVelocity {
         information: &Matrix3,
     ) -> Result<Self, FactorError> {
         if !measured.iter().all(|component| component.is_finite()) {
-            return Err(FactorError::NotFinite { what: "the measured velocity" });
+            return Err(FactorError::NotFinite { what: texts::MEASURED_VELOCITY });
         }
         let whitening = Whitening::from_information(information)?;
         Ok(Self { keys: [pose, velocity], measured: *measured, whitening })
@@ -89,10 +90,10 @@ impl GravityDirection {
             let usable = length.is_finite() && length > 1e-9;
             usable
                 .then(|| vector / length)
-                .ok_or(FactorError::Degenerate { key, reason: "a vector without direction" })
+                .ok_or(FactorError::Degenerate { key, reason: texts::NO_DIRECTION })
         };
         if !(deviation.is_finite() && deviation > 0.0) {
-            return Err(FactorError::NotFinite { what: "the standard deviation" });
+            return Err(FactorError::NotFinite { what: texts::STANDARD_DEVIATION });
         }
         let (up_in_map, up_in_body) = (direction(up_in_map)?, direction(up_in_body)?);
         Ok(Self { key: [key], up_in_map, up_in_body, weight: 1.0 / deviation })

@@ -4,6 +4,7 @@ use crate::error::FactorError;
 use crate::factor::{Factor, Linearised};
 use crate::information::Whitening;
 use crate::names::{Key, VariableKind};
+use crate::texts;
 use crate::value::{Planar, Value, Values};
 use geometry::{Isometry, Matrix3, Matrix6};
 use nalgebra::{SMatrix, SVector, Vector3};
@@ -23,7 +24,7 @@ impl Prior {
     /// When the pose is not finite, or the information is not the inverse of a covariance.
     pub fn new(key: Key, known: &Isometry, information: &Matrix6) -> Result<Self, FactorError> {
         if !Value::Pose(*known).is_finite() {
-            return Err(FactorError::NotFinite { what: "the known pose" });
+            return Err(FactorError::NotFinite { what: texts::KNOWN_POSE });
         }
         Ok(Self { key: [key], known: *known, whitening: Whitening::from_information(information)? })
     }
@@ -70,7 +71,7 @@ impl PlanarPrior {
     /// When the pose is not finite, or the information is not the inverse of a covariance.
     pub fn new(key: Key, known: &Planar, information: &Matrix3) -> Result<Self, FactorError> {
         if !Value::Planar(*known).is_finite() {
-            return Err(FactorError::NotFinite { what: "the known pose" });
+            return Err(FactorError::NotFinite { what: texts::KNOWN_POSE });
         }
         Ok(Self { key: [key], known: *known, whitening: Whitening::from_information(information)? })
     }
@@ -148,7 +149,7 @@ impl<const N: usize> VectorPrior<N> {
         information: &SMatrix<f64, N, N>,
     ) -> Result<Self, FactorError> {
         if !known.iter().all(|component| component.is_finite()) {
-            return Err(FactorError::NotFinite { what: "the known vector" });
+            return Err(FactorError::NotFinite { what: texts::KNOWN_VECTOR });
         }
         let whitening = Whitening::from_information(information)?;
         Ok(Self { key: [key], kind: [kind], known: *known, whitening })

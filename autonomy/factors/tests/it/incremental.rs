@@ -202,7 +202,7 @@ fn the_converged_solution_equals_the_batch_solution_in_estimates_and_covariances
         let mut solver = incremental(&graph, &values, chunk);
         assert_eq!(solver.graph().len(), graph.len());
         settle(&mut solver);
-        let config = BatchConfig { relative_decrease_min: 1e-13, ..BatchConfig::default() };
+        let config = BatchConfig { min_relative_decrease: 1e-13, ..BatchConfig::default() };
         let best = optimise(solver.graph(), &values, &config).unwrap();
         assert!(distance(&solver.estimates(), &best.values) < 1e-5, "seed {seed}");
 

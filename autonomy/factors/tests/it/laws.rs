@@ -69,7 +69,7 @@ fn networks(noise: f64) -> impl Strategy<Value = Network> {
 }
 
 fn precise() -> BatchConfig {
-    BatchConfig { relative_decrease_min: 1e-13, ..BatchConfig::default() }
+    BatchConfig { min_relative_decrease: 1e-13, ..BatchConfig::default() }
 }
 
 fn distance(a: &Values, b: &Values) -> f64 {

@@ -8,10 +8,10 @@ use std::collections::VecDeque;
 
 /// Periods without a slot after which a rule counts as never due: rules such as 30 February would be searched for ever. RFC 5545 repeats itself after 400 years
 /// at most, and rules of inspections far sooner.
-const EMPTY_YEARS_MAX: i64 = 30;
+const MAX_EMPTY_YEARS: i64 = 30;
 
 /// Periods that are searched for one slot at most, so that a rule by the minute that never fits ends within milliseconds.
-const EMPTY_PERIODS_MAX: u32 = 100_000;
+const MAX_EMPTY_PERIODS: u32 = 100_000;
 
 /// The slots of a rule in order of local time, each once.
 #[derive(Clone, Debug)]
@@ -39,7 +39,7 @@ impl RecurrenceRule {
             found: VecDeque::new(),
             returned: 0,
             last: i64::MIN,
-            gives_up_on: begin_day + EMPTY_YEARS_MAX * 366,
+            gives_up_on: begin_day + MAX_EMPTY_YEARS * 366,
         };
         slots.skip_until(after)
     }
@@ -221,7 +221,7 @@ impl RuleSlots<'_> {
             return None;
         }
         let first = minute_number(self.rule.first);
-        for _ in 0..EMPTY_PERIODS_MAX {
+        for _ in 0..MAX_EMPTY_PERIODS {
             while let Some(&minute) = self.found.front() {
                 if self.rule.until.is_some_and(|until| minute > until) {
                     return None;
@@ -256,7 +256,7 @@ impl Iterator for RuleSlots<'_> {
         self.found.pop_front();
         self.returned += 1;
         self.last = minute;
-        self.gives_up_on = minute.div_euclid(MINUTES_A_DAY) + EMPTY_YEARS_MAX * 366;
+        self.gives_up_on = minute.div_euclid(MINUTES_A_DAY) + MAX_EMPTY_YEARS * 366;
         Some(local_of(minute))
     }
 }

@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use vocab::Span;
 
 /// A local time that is skipped counts later than those after it. So slots are looked for from this long before an instant: a day, as on Samoa in 2011, and an hour.
-const SHIFT_MAX_MINUTES: i64 = 25 * 60;
+const MAX_SHIFT_MINUTES: i64 = 25 * 60;
 
 /// A slot of a schedule. The local time is its identity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,7 +92,7 @@ impl Slots {
 
     /// Local times from somewhat before an instant on, in their order.
     fn local_after(&self, after: Utc) -> Box<dyn Iterator<Item = LocalDateTime> + '_> {
-        let from = minute_number(self.zone.to_local(after)) - SHIFT_MAX_MINUTES;
+        let from = minute_number(self.zone.to_local(after)) - MAX_SHIFT_MINUTES;
         match &self.kind {
             Kind::Once(at) => Box::new(std::iter::once(*at)),
             Kind::Weekly { days, times, first_day, last_day } => {

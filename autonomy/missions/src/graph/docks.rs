@@ -9,16 +9,16 @@ use vocab::Pose;
 pub struct DockConfig {
     /// Distance from the node of a dock within which a robot that is charged is in that dock, metres. More than the error of localisation, less than the
     /// distance of two docks side by side.
-    pub distance_max_m: f64,
+    pub max_distance_m: f64,
     /// Distance of a docked robot from the node of its dock from which on the dock counts as moved, metres. Twice the error of localisation.
-    pub moved_min_m: f64,
+    pub min_moved_m: f64,
     /// The same for its heading, radians.
-    pub turned_min_rad: f64,
+    pub min_turned_rad: f64,
 }
 
 impl Default for DockConfig {
     fn default() -> Self {
-        Self { distance_max_m: 0.5, moved_min_m: 0.1, turned_min_rad: 0.1 }
+        Self { max_distance_m: 0.5, min_moved_m: 0.1, min_turned_rad: 0.1 }
     }
 }
 
@@ -26,7 +26,7 @@ impl Default for DockConfig {
 pub fn docked_at(site: &Site, map_from_base: &Pose, config: &DockConfig) -> Option<DockId> {
     let near = site.docks().filter_map(|dock| {
         let distance_m = floor_distance_m(&site.node(dock.node)?.map_from_node, map_from_base);
-        (distance_m <= config.distance_max_m).then_some((distance_m, dock.id))
+        (distance_m <= config.max_distance_m).then_some((distance_m, dock.id))
     });
     near.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, dock)| dock)
 }
@@ -53,7 +53,7 @@ impl DockOffset {
 
     /// Whether the dock has been moved.
     pub fn is_elsewhere(&self, config: &DockConfig) -> bool {
-        self.distance_m > config.moved_min_m || self.turned_rad > config.turned_min_rad
+        self.distance_m > config.min_moved_m || self.turned_rad > config.min_turned_rad
     }
 }
 

@@ -4,6 +4,7 @@ use site_model::{EdgeBlock, EdgeId};
 use vocab::{Span, Stamp};
 
 /// Parameters of [`next_block`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EdgeBlockConfig {
     /// Time for which an edge is blocked after its first failure. Chosen: people who stand in a way for longer than the executive waits have
@@ -14,7 +15,7 @@ pub struct EdgeBlockConfig {
     /// An edge that was not tried for this time after its block has ended counts as never failed.
     pub forget_after: Span,
     /// Where there is no other route, the robot waits for the end of a block that is not longer than this. Chosen: the first two blocks.
-    pub wait_max: Span,
+    pub max_wait: Span,
 }
 
 impl Default for EdgeBlockConfig {
@@ -24,7 +25,7 @@ impl Default for EdgeBlockConfig {
             first: Span::from_millis(60_000),
             longest: Span::from_millis(2 * 3_600_000),
             forget_after: Span::from_millis(12 * 3_600_000),
-            wait_max: Span::from_millis(150_000),
+            max_wait: Span::from_millis(150_000),
         }
     }
 }

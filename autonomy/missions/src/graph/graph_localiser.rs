@@ -7,6 +7,7 @@ use site_model::{EdgeId, Node, NodeId, Site};
 use vocab::{Pose, Vec3};
 
 /// Parameters of [`GraphLocaliser`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GraphLocaliserConfig {
     /// The robot leaves a node once it is this many times its tolerance away from it.

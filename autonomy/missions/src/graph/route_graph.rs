@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use vocab::{Stamp, Vec3};
 
 /// Parameters of [`RouteGraph`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RouteConfig {
     /// Usual speed on flat ground, m/s. Chosen: that of the simulated legged robot on free ground.

@@ -4,7 +4,7 @@
 use super::tour_heuristic;
 use super::tour_problem::{Tour, TourConfig, TourError, TourProblem};
 
-/// The cheapest order: exactly up to [`TourConfig::exact_max`] stops, by a heuristic above. The same problem always has the same answer.
+/// The cheapest order: exactly up to [`TourConfig::max_exact`] stops, by a heuristic above. The same problem always has the same answer.
 ///
 /// # Errors
 /// Why there is no order.
@@ -20,7 +20,7 @@ pub fn solve(problem: &TourProblem, config: &TourConfig) -> Result<Tour, TourErr
         return Err(TourError::Contradiction);
     }
     // The bits of 64-bit sets bound what can be solved exactly.
-    let is_exact = problem.len() <= config.exact_max.min(20);
+    let is_exact = problem.len() <= config.max_exact.min(20);
     let order = match is_exact {
         true => held_karp(problem, &predecessors),
         false => tour_heuristic::find_order(problem, &predecessors, config),

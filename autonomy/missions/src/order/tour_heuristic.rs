@@ -9,7 +9,7 @@ pub(super) fn find_order(
     config: &TourConfig,
 ) -> Option<Vec<usize>> {
     let walkable = finite(problem, config.not_walkable_cost);
-    let starts = starts(&walkable, predecessors, config.starts_max.max(1));
+    let starts = starts(&walkable, predecessors, config.max_starts.max(1));
     let improved = starts.into_iter().map(|order| improve(&walkable, order, config));
     let best = improved.min_by(|a, b| walkable.cost(a).total_cmp(&walkable.cost(b)))?;
     problem.cost(&best).is_finite().then_some(best)
@@ -60,7 +60,7 @@ fn build(
 
 /// Improves an order until no segment can be moved or reversed with gain.
 fn improve(problem: &TourProblem, mut order: Vec<usize>, config: &TourConfig) -> Vec<usize> {
-    for _ in 0..config.improvements_max {
+    for _ in 0..config.max_improvements {
         let Some(better) = find_improvement(problem, &order, config) else { break };
         order = better;
     }

@@ -1,14 +1,15 @@
 //! Stops to be put in order, what an order costs, and why there may be none.
 
 /// Parameters of [`solve`](super::solve).
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TourConfig {
     /// Greatest number of stops that is solved exactly. Time and memory double with each more; 12 take milliseconds.
-    pub exact_max: usize,
+    pub max_exact: usize,
     /// Greatest number of starts of the heuristic. More starts find better orders in proportion to the time.
-    pub starts_max: usize,
+    pub max_starts: usize,
     /// Greatest number of improvements after each start: a bound on the time, never reached in tests with 60 stops.
-    pub improvements_max: usize,
+    pub max_improvements: usize,
     /// Improvements smaller than this share of the cost are rounding.
     pub min_improvement_ratio: f64,
     /// Longest segment that is moved as a whole, stops; as usual for Or-opt.
@@ -20,9 +21,9 @@ pub struct TourConfig {
 impl Default for TourConfig {
     fn default() -> Self {
         Self {
-            exact_max: 12,
-            starts_max: 12,
-            improvements_max: 2_000,
+            max_exact: 12,
+            max_starts: 12,
+            max_improvements: 2_000,
             min_improvement_ratio: 1e-9,
             max_segment_stops: 3,
             not_walkable_cost: 1e12,

@@ -77,7 +77,7 @@ proptest! {
 
     #[test]
     fn the_heuristic_keeps_the_constraints_and_is_never_better_than_the_best(problem in problems(0..8)) {
-        let config = TourConfig { exact_max: 0, ..TourConfig::default() };
+        let config = TourConfig { max_exact: 0, ..TourConfig::default() };
         let Ok(tour) = solve(&problem, &config) else { return Ok(()) };
         prop_assert!(problem.permits(&tour.order) && (!tour.is_exact || problem.is_empty()));
         let mut sorted = tour.order.clone();
@@ -107,7 +107,7 @@ fn square(count: usize, seed: u64) -> TourProblem {
 
 #[test]
 fn the_heuristic_is_close_to_the_best_and_better_than_the_list() {
-    let heuristic = TourConfig { exact_max: 0, ..TourConfig::default() };
+    let heuristic = TourConfig { max_exact: 0, ..TourConfig::default() };
     let (mut worst, mut optimal) = (0.0_f64, 0);
     for seed in 0..60 {
         let problem = square(10, seed);

@@ -7,9 +7,9 @@
 //! An action on entering an edge that fails counts as an edge that cannot be walked, because it may be the one that opens a door: the fail policy of the edge follows. Of all
 //! others people are told, and the robot goes on.
 
+use super::active_route::{Leg, WalkingCall};
 use super::executor::RouteExecutor;
 use super::interface::{RouteEffect, RouteView};
-use super::journey::{Leg, WalkingCall};
 use crate::graph::zones_with_actions;
 use crate::ids::edge_call_id;
 use crate::texts;
@@ -21,13 +21,13 @@ use vocab::{ActionCallId, Span, Stamp};
 impl RouteExecutor {
     /// Whether a call is one of the edges of the active goal.
     pub fn is_calling(&self, call: ActionCallId) -> bool {
-        let Some(journey) = &self.journey else { return false };
-        self.is_standing_for(call) || journey.during.iter().any(|open| open.call == call)
+        let Some(active) = &self.active else { return false };
+        self.is_standing_for(call) || active.during.iter().any(|open| open.call == call)
     }
 
     /// Whether the robot stands at the end of an edge until this call has ended.
     pub fn is_standing_for(&self, call: ActionCallId) -> bool {
-        let leg = self.journey.as_ref().and_then(|journey| journey.leg);
+        let leg = self.active.as_ref().and_then(|active| active.leg);
         matches!(leg, Some((_, Leg::Act { call: known, .. })) if known == call)
     }
 
@@ -50,14 +50,14 @@ impl RouteExecutor {
         result: Result<(), String>,
         view: &RouteView<'_>,
     ) {
-        let Some(journey) = &mut self.journey else { return };
-        if let Some(index) = journey.during.iter().position(|open| open.call == call) {
-            let WalkingCall { action, .. } = journey.during.remove(index);
+        let Some(active) = &mut self.active else { return };
+        if let Some(index) = active.during.iter().position(|open| open.call == call) {
+            let WalkingCall { action, .. } = active.during.remove(index);
             self.effects.extend(result.err().map(|reason| RouteEffect::ActionFailed(action, reason)));
             return;
         }
         let leg =
-            journey.leg.take_if(|(_, leg)| matches!(leg, Leg::Act { call: known, .. } if *known == call));
+            active.leg.take_if(|(_, leg)| matches!(leg, Leg::Act { call: known, .. } if *known == call));
         let Some((_, Leg::Act { edge, stage, index, .. })) = leg else { return };
         match (stage, result) {
             (EdgeStage::Enter, Ok(())) => self.act_on_entering(at, edge, index + 1, view),
@@ -86,8 +86,8 @@ impl RouteExecutor {
             let place = RouteActionPlace::Edge { edge, stage: EdgeStage::During, index };
             self.call_while_walking(place, request);
         }
-        if let Some(journey) = &mut self.journey {
-            journey.entered = Some(edge);
+        if let Some(active) = &mut self.active {
+            active.entered = Some(edge);
         }
         self.walk_edge(at, edge, view);
     }
@@ -101,9 +101,9 @@ impl RouteExecutor {
 
     /// The robot is not on an edge any more: actions during it end.
     pub(super) fn leave_edge(&mut self) {
-        let Some(journey) = &mut self.journey else { return };
-        journey.entered = None;
-        let calls = journey.during.extract_if(.., |open| open.is_of_edge);
+        let Some(active) = &mut self.active else { return };
+        active.entered = None;
+        let calls = active.during.extract_if(.., |open| open.is_of_edge);
         self.effects.extend(calls.map(|open| RouteEffect::CancelAction(open.call)));
     }
 
@@ -123,9 +123,9 @@ impl RouteExecutor {
     /// Calls an action, and the robot walks on. Nothing without a goal.
     fn call_while_walking(&mut self, place: RouteActionPlace, request: ActionRequest) {
         let Some(call) = self.next_call() else { return };
-        if let Some(journey) = &mut self.journey {
+        if let Some(active) = &mut self.active {
             let is_of_edge = matches!(place, RouteActionPlace::Edge { .. });
-            journey.during.push(WalkingCall { call, action: request.action.clone(), is_of_edge });
+            active.during.push(WalkingCall { call, action: request.action.clone(), is_of_edge });
         }
         self.effects.push(RouteEffect::CallAction(call, place, request));
     }
@@ -143,9 +143,9 @@ impl RouteExecutor {
     }
 
     fn next_call(&mut self) -> Option<ActionCallId> {
-        let journey = self.journey.as_mut()?;
-        journey.calls += 1;
-        Some(edge_call_id(journey.goal, journey.calls))
+        let active = self.active.as_mut()?;
+        active.calls += 1;
+        Some(edge_call_id(active.goal, active.calls))
     }
 
     fn time_limit(&self, request: &ActionRequest) -> Span {

@@ -1,8 +1,8 @@
 //! What is done about an edge that could not be traversed: the steps of its fail policy.
 
+use super::active_route::Leg;
 use super::executor::RouteExecutor;
 use super::interface::{RouteEffect, RouteView};
-use super::journey::Leg;
 use crate::graph::next_block;
 use crate::runs::RouteGoalResult;
 use crate::texts;
@@ -20,16 +20,16 @@ impl RouteExecutor {
         reason: Option<&str>,
         view: &RouteView<'_>,
     ) {
-        let Some(journey) = &mut self.journey else { return };
+        let Some(active) = &mut self.active else { return };
         let edge = view.site.edge(id);
-        let step = edge.map_or(EdgeFailStep::Replan, |edge| policy_step(edge, journey.edge_failures));
-        journey.edge_failures += 1;
+        let step = edge.map_or(EdgeFailStep::Replan, |edge| policy_step(edge, active.edge_failures));
+        active.edge_failures += 1;
         match step {
             EdgeFailStep::Retry(_) => self.walk_edge(at, id, view),
             EdgeFailStep::Wait(time) => self.stand(at, Leg::Wait { edge: id, until: at + time }),
             EdgeFailStep::Fail => self.end(RouteGoalResult::Failed(ReachFailure::PathBlocked)),
             EdgeFailStep::Replan => {
-                journey.edge_failures = 0;
+                active.edge_failures = 0;
                 let back = edge.and_then(|edge| {
                     view.site.edges().find(|back| (back.from, back.to) == (edge.to, edge.from))
                 });

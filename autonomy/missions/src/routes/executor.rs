@@ -3,8 +3,8 @@
 //! An edge that stays blocked is left out of routes for a time that doubles with each failure ([`next_block`]); the edge back is left out with it, because
 //! what stands in the way stands there for both. That the robot is charged is the only proof that it has docked.
 
+use super::active_route::{ActiveRoute, Leg, RouteTarget};
 use super::interface::{LegKind, LegResult, LegWalk, RouteAttempt, RouteEffect, RouteView};
-use super::journey::{Journey, Leg, RouteTarget};
 use super::waits::{hold_of, waits_for};
 use crate::action_time::ActionTimeConfig;
 use crate::graph::{Closure, EdgeBlockConfig, NoRoute, RouteGraph};
@@ -19,22 +19,23 @@ use std::collections::{BTreeMap, BTreeSet};
 use vocab::{GoalId, LegId, Pose, Quat, Span, Stamp};
 
 /// Parameters of [`RouteExecutor`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RouteExecutorConfig {
     /// How long edges are left out.
     pub blocks: EdgeBlockConfig,
     /// Attempts to dock, before another dock is tried.
-    pub dock_attempts_max: u32,
+    pub max_dock_attempts: u32,
     /// Speed onto and out of docks, m/s.
     pub dock_speed_m_s: f64,
     /// Time within which the charging current has to flow.
     pub charge_time_limit: Span,
     /// Edges are walked in parts of this length at most, metres. Half of the distance to which the robot sees the ground, so that it plans on what it sees.
-    pub part_length_max_m: f64,
+    pub max_part_length_m: f64,
     /// The place of the robot is looked for again after this time, if it is not known.
     pub place_wait: Span,
     /// As often as this. With that time it makes 20 s, in which a robot that stands finds its place after a start.
-    pub place_waits_max: u32,
+    pub max_place_waits: u32,
     /// How long actions on entering and leaving an edge may take.
     pub action_time: ActionTimeConfig,
     /// Expected time of actions that the platform does not come with.
@@ -50,12 +51,12 @@ impl Default for RouteExecutorConfig {
     fn default() -> Self {
         Self {
             blocks: EdgeBlockConfig::default(),
-            dock_attempts_max: 3,
+            max_dock_attempts: 3,
             dock_speed_m_s: 0.2,
             charge_time_limit: Span::from_millis(4_000),
-            part_length_max_m: 6.0,
+            max_part_length_m: 6.0,
             place_wait: Span::from_millis(1_000),
-            place_waits_max: 20,
+            max_place_waits: 20,
             action_time: ActionTimeConfig { margin: Span::ZERO, ..ActionTimeConfig::default() },
             expected_action_time: Span::from_millis(40_000),
             stairs_tolerance: PoseTolerance { along_m: 0.2, across_m: 0.1, yaw_rad: 0.175 },
@@ -68,7 +69,7 @@ impl Default for RouteExecutorConfig {
 #[derive(Clone, Debug, Default)]
 pub struct RouteExecutor {
     pub(super) config: RouteExecutorConfig,
-    pub(super) journey: Option<Journey>,
+    pub(super) active: Option<ActiveRoute>,
     /// Blocks that the site may not show yet.
     pub(super) blocks: BTreeMap<EdgeId, EdgeBlock>,
     /// Zones with an action in which the robot is, also between goals.
@@ -84,22 +85,22 @@ impl RouteExecutor {
 
     /// The active goal.
     pub fn goal(&self) -> Option<GoalId> {
-        self.journey.as_ref().map(|journey| journey.goal)
+        self.active.as_ref().map(|active| active.goal)
     }
 
     /// The route that is left.
     pub fn progress(&self, view: &RouteView<'_>) -> Option<RouteProgress> {
-        let journey = self.journey.as_ref()?;
-        let target = match journey.target {
+        let active = self.active.as_ref()?;
+        let target = match active.target {
             RouteTarget::Node(node) | RouteTarget::Dock { node, .. } => node,
             RouteTarget::OutOfDock => return None,
         };
-        let costs = journey.route.iter().filter_map(|edge| view.graph.cost(*edge));
+        let costs = active.route.iter().filter_map(|edge| view.graph.cost(*edge));
         let (remaining_s, remaining_m) =
             costs.fold((0.0, 0.0), |(time_s, length_m), (s, m)| (time_s + s, length_m + m));
-        let edges = journey.route.clone();
-        let waits_for = journey.leg.and_then(|(_, leg)| waits_for(leg, view));
-        Some(RouteProgress { goal: journey.goal, target, edges, remaining_s, remaining_m, waits_for })
+        let edges = active.route.clone();
+        let waits_for = active.leg.and_then(|(_, leg)| waits_for(leg, view));
+        Some(RouteProgress { goal: active.goal, target, edges, remaining_s, remaining_m, waits_for })
     }
 
     /// Begins a goal. One that is active ends as cancelled.
@@ -125,7 +126,7 @@ impl RouteExecutor {
                 self.effects.push(RouteEffect::Ended(goal, missing));
             }
             Some(target) => {
-                self.journey = Some(Journey::new(at, goal, target));
+                self.active = Some(ActiveRoute::new(at, goal, target));
                 self.next_leg(at, view);
             }
         }
@@ -148,8 +149,8 @@ impl RouteExecutor {
         result: LegResult,
         view: &RouteView<'_>,
     ) -> Vec<RouteEffect> {
-        let leg = match &mut self.journey {
-            Some(journey) if journey.leg.is_some_and(|(known, _)| known == walk) => journey.leg.take(),
+        let leg = match &mut self.active {
+            Some(active) if active.leg.is_some_and(|(known, _)| known == walk) => active.leg.take(),
             _ => None,
         };
         if let Some((_, leg)) = leg {
@@ -168,7 +169,7 @@ impl RouteExecutor {
     /// Time has passed, or the site has changed. To be called also between goals, so that it is known which zones the robot enters.
     pub fn tick(&mut self, at: Stamp, view: &RouteView<'_>) -> Vec<RouteEffect> {
         self.enter_zones(view);
-        let Some(Journey { leg: Some((walk, leg)), target, .. }) = &self.journey else {
+        let Some(ActiveRoute { leg: Some((walk, leg)), target, .. }) = &self.active else {
             return std::mem::take(&mut self.effects);
         };
         let (walk, leg, target) = (*walk, *leg, *target);
@@ -221,51 +222,51 @@ impl RouteExecutor {
 
     /// The robot stands for a leg.
     pub(super) fn stand(&mut self, at: Stamp, leg: Leg) {
-        if let Some(journey) = &mut self.journey {
-            journey.leg = Some((leg_id(journey.goal, journey.walks), leg));
-            journey.stands_since = at;
+        if let Some(active) = &mut self.active {
+            active.leg = Some((leg_id(active.goal, active.walks), leg));
+            active.stands_since = at;
         }
     }
 
     /// The robot has waited.
     fn end_wait(&mut self, at: Stamp, attempt: impl FnOnce(Span) -> RouteAttempt) {
-        if let Some(journey) = &self.journey {
-            self.effects.push(RouteEffect::Tried(attempt(at - journey.stands_since)));
+        if let Some(active) = &self.active {
+            self.effects.push(RouteEffect::Tried(attempt(at - active.stands_since)));
         }
         self.drop_leg();
     }
 
     pub(super) fn drop_leg(&mut self) {
-        if let Some(journey) = &mut self.journey {
-            journey.leg = None;
+        if let Some(active) = &mut self.active {
+            active.leg = None;
         }
     }
 
     /// The robot is not at the node that it reached last any more.
     pub(super) fn forget_place(&mut self) {
         self.leave_edge();
-        if let Some(journey) = &mut self.journey {
-            (journey.current, journey.is_at_end) = (None, false);
-            journey.route.clear();
+        if let Some(active) = &mut self.active {
+            (active.current, active.is_at_end) = (None, false);
+            active.route.clear();
         }
     }
 
     pub(super) fn end(&mut self, result: RouteGoalResult) {
         self.leave_edge();
-        let Some(journey) = self.journey.take() else { return };
+        let Some(active) = self.active.take() else { return };
         if result != RouteGoalResult::Reached {
             // What was begun on entering a zone is not wanted any more.
-            self.effects.extend(journey.during.iter().map(|open| RouteEffect::CancelAction(open.call)));
+            self.effects.extend(active.during.iter().map(|open| RouteEffect::CancelAction(open.call)));
         }
-        if let Some((_, Leg::Act { call, .. })) = journey.leg {
+        if let Some((_, Leg::Act { call, .. })) = active.leg {
             self.effects.push(RouteEffect::CancelAction(call));
         }
-        if let Some((walk, leg)) = journey.leg
+        if let Some((walk, leg)) = active.leg
             && leg.is_walk()
         {
             self.effects.push(RouteEffect::CancelWalk(walk));
         }
-        self.effects.push(RouteEffect::Ended(journey.goal, result));
+        self.effects.push(RouteEffect::Ended(active.goal, result));
     }
 
     fn end_as_reached(&mut self) {
@@ -278,25 +279,25 @@ impl RouteExecutor {
             Leg::Edge(edge) => self.parts(edge, view),
             _ => 1,
         };
-        let Some(journey) = &mut self.journey else { return };
+        let Some(active) = &mut self.active else { return };
         match leg {
             Leg::ToGraph(node) | Leg::OutOfDock(node) => {
-                journey.current = Some(node);
-                if journey.target == RouteTarget::OutOfDock {
+                active.current = Some(node);
+                if active.target == RouteTarget::OutOfDock {
                     return self.end_as_reached();
                 }
             }
-            Leg::IntoPose(node) => (journey.current, journey.is_at_end) = (Some(node), true),
-            Leg::Edge(edge) if journey.edge_parts + 1 < parts => {
-                journey.edge_parts += 1;
+            Leg::IntoPose(node) => (active.current, active.is_at_end) = (Some(node), true),
+            Leg::Edge(edge) if active.edge_parts + 1 < parts => {
+                active.edge_parts += 1;
                 return self.walk_edge(at, edge, view);
             }
             Leg::Edge(edge) => {
                 let end = view.site.edge(edge).map(|edge| edge.to);
-                journey.is_at_end = end.is_some() && end == journey.target.route_end();
-                (journey.current, journey.edge_failures) = (end, 0);
-                journey.unreachable.clear();
-                self.effects.push(RouteEffect::Traversed(edge, at - journey.edge_began));
+                active.is_at_end = end.is_some() && end == active.target.route_end();
+                (active.current, active.edge_failures) = (end, 0);
+                active.unreachable.clear();
+                self.effects.push(RouteEffect::Traversed(edge, at - active.edge_began));
                 let was_blocked = self.blocks.remove(&edge).is_some();
                 if was_blocked || view.site.get(ObjectId::EdgeBlock(edge)).is_some() {
                     self.effects.push(RouteEffect::Unblock(edge));
@@ -309,9 +310,9 @@ impl RouteExecutor {
                 return self.stand(at, Leg::Charge { until });
             }
             Leg::BackOff(node) => {
-                (journey.current, journey.is_at_end) = (Some(node), true);
-                if journey.dock_failures >= self.config.dock_attempts_max {
-                    let reason = journey.dock_failure.take().unwrap_or(ReachFailure::NotDocked);
+                (active.current, active.is_at_end) = (Some(node), true);
+                if active.dock_failures >= self.config.max_dock_attempts {
+                    let reason = active.dock_failure.take().unwrap_or(ReachFailure::NotDocked);
                     return self.end(RouteGoalResult::Failed(reason));
                 }
             }
@@ -326,12 +327,12 @@ impl RouteExecutor {
     }
 
     fn handle_blocked(&mut self, at: Stamp, leg: Leg, view: &RouteView<'_>) {
-        let Some(journey) = &mut self.journey else { return };
+        let Some(active) = &mut self.active else { return };
         match leg {
             Leg::Edge(edge) => return self.handle_blocked_edge(at, edge, None, view),
             Leg::ToGraph(node) | Leg::IntoPose(node) => {
-                let is_new = journey.unreachable.insert(node);
-                if !is_new || Some(node) == journey.target.route_end() {
+                let is_new = active.unreachable.insert(node);
+                if !is_new || Some(node) == active.target.route_end() {
                     return self.end(RouteGoalResult::Failed(ReachFailure::PathBlocked));
                 }
                 self.forget_place();
@@ -351,14 +352,14 @@ impl RouteExecutor {
 
     /// The dock does not charge, or was not reached: the robot backs off and tries again.
     fn handle_no_charge(&mut self, reason: ReachFailure, view: &RouteView<'_>) {
-        let Some(journey) = &mut self.journey else { return };
-        journey.dock_failures += 1;
+        let Some(active) = &mut self.active else { return };
+        active.dock_failures += 1;
         self.effects.push(RouteEffect::Tried(RouteAttempt::Docking));
         // A dock that was seen and does not charge says more than that it was hidden at another attempt.
-        if journey.dock_failure != Some(ReachFailure::NotDocked) {
-            journey.dock_failure = Some(reason);
+        if active.dock_failure != Some(ReachFailure::NotDocked) {
+            active.dock_failure = Some(reason);
         }
-        let RouteTarget::Dock { approach, .. } = journey.target else { return };
+        let RouteTarget::Dock { approach, .. } = active.target else { return };
         let Some(node) = view.site.node(approach) else {
             return self.end(RouteGoalResult::Failed(ReachFailure::NotDocked));
         };
@@ -373,19 +374,19 @@ impl RouteExecutor {
 
     /// Decides what is done next for the goal.
     pub(super) fn next_leg(&mut self, at: Stamp, view: &RouteView<'_>) {
-        let Some(journey) = &self.journey else { return };
-        let target = journey.target;
+        let Some(active) = &self.active else { return };
+        let target = active.target;
         if is_charged(target, view) {
             return self.end_as_reached();
         }
         if let Some(dock) = view.docked {
             return match view.site.docks().find(|known| known.id == dock) {
-                Some(dock) if journey.walks == 0 => self.leave_dock(dock.approach, view),
+                Some(dock) if active.walks == 0 => self.leave_dock(dock.approach, view),
                 _ => self.end(RouteGoalResult::Failed(ReachFailure::NotUndocked)),
             };
         }
         let Some(end) = target.route_end() else { return self.end_as_reached() };
-        if journey.is_at_end {
+        if active.is_at_end {
             return match target {
                 RouteTarget::Dock { node, approach, .. } => self.walk_onto_dock(node, approach, view),
                 _ => self.end_as_reached(),
@@ -395,7 +396,7 @@ impl RouteExecutor {
         for block in self.blocks.values().filter(|block| at < block.until) {
             graph.close(block.edge, Closure::Blocked(block.clone()));
         }
-        match journey.current.or(view.place.at) {
+        match active.current.or(view.place.at) {
             Some(node) if node == end => self.walk_into_pose(end, view),
             Some(node) => self.walk_next_edge(at, node, end, &graph, view),
             None => self.walk_to_graph(at, end, &graph, view),
@@ -417,9 +418,9 @@ impl RouteExecutor {
             Err(reason) => self.handle_no_route(at, from, end, graph, no_route(reason)),
             Ok(route) => {
                 let Some(edge) = route.edges.first().copied() else { return };
-                if let Some(journey) = &mut self.journey {
-                    (journey.current, journey.route) = (Some(from), route.edges);
-                    (journey.edge_began, journey.edge_parts) = (at, 0);
+                if let Some(active) = &mut self.active {
+                    (active.current, active.route) = (Some(from), route.edges);
+                    (active.edge_began, active.edge_parts) = (at, 0);
                 }
                 self.walk_edge(at, edge, view);
             }
@@ -436,7 +437,7 @@ impl RouteExecutor {
         reason: ReachFailure,
     ) {
         let mut soon = graph.clone();
-        let first_end = soon.open_blocks_until(at + self.config.blocks.wait_max);
+        let first_end = soon.open_blocks_until(at + self.config.blocks.max_wait);
         let opens = soon.routes_to(end).is_some_and(|tree| tree.cost_s(from).is_some());
         match first_end {
             Some(until) if opens => self.stand(at, Leg::WaitForBlock { until }),
@@ -445,21 +446,21 @@ impl RouteExecutor {
     }
 
     pub(super) fn walk_edge(&mut self, at: Stamp, edge: EdgeId, view: &RouteView<'_>) {
-        let Some(journey) = &self.journey else { return };
-        if journey.entered != Some(edge) {
+        let Some(active) = &self.active else { return };
+        if active.entered != Some(edge) {
             if hold_of(edge, view).is_some() {
                 // As long as it takes: people see who holds it.
                 return self.stand(at, Leg::WaitForHold { edge });
             }
             return self.act_on_entering(at, edge, 0, view);
         }
-        let end = journey.target.route_end();
+        let end = active.target.route_end();
         let nodes = view.site.edge(edge).map(|edge| [edge.from, edge.to].map(|id| view.site.node(id)));
         let Some([Some(from), Some(to)]) = nodes else {
             self.forget_place();
             return self.next_leg(at, view);
         };
-        let (part, parts) = (journey.edge_parts + 1, self.parts(edge, view));
+        let (part, parts) = (active.edge_parts + 1, self.parts(edge, view));
         let is_last = part >= parts && Some(to.id) == end;
         let (map_from_goal, tolerance) = match part < parts {
             true => (
@@ -467,7 +468,7 @@ impl RouteExecutor {
                 None,
             ),
             false if is_last => (to.map_from_node, Some(standing_tolerance(to))),
-            false => match flight_at_end(edge, journey.route.get(1).copied(), view.site) {
+            false => match flight_at_end(edge, active.route.get(1).copied(), view.site) {
                 Some(along) => (along, Some(self.config.stairs_tolerance)),
                 None => (to.map_from_node, None),
             },
@@ -475,7 +476,7 @@ impl RouteExecutor {
         let walk = LegWalk {
             map_from_goal,
             tolerance,
-            speed_max_m_s: view.graph.speed_m_s(edge).filter(|_| self.limits_speed(edge, view.site)),
+            max_speed_m_s: view.graph.speed_m_s(edge).filter(|_| self.limits_speed(edge, view.site)),
             kind: LegKind::Path,
         };
         self.begin_walk(Leg::Edge(edge), walk);
@@ -484,7 +485,7 @@ impl RouteExecutor {
     /// Number of parts in which an edge is walked.
     pub(super) fn parts(&self, edge: EdgeId, view: &RouteView<'_>) -> u32 {
         let length_m = view.graph.cost(edge).map_or(0.0, |(_, length_m)| length_m);
-        (length_m / self.config.part_length_max_m).ceil().clamp(1.0, 1_000.0) as u32
+        (length_m / self.config.max_part_length_m).ceil().clamp(1.0, 1_000.0) as u32
     }
 
     /// Whether an edge is walked more slowly than the robot walks by itself.
@@ -497,7 +498,7 @@ impl RouteExecutor {
 
     /// From beside the graph, or the middle of an edge: to the node from which the end is reached soonest.
     fn walk_to_graph(&mut self, at: Stamp, end: NodeId, graph: &RouteGraph, view: &RouteView<'_>) {
-        let Some(journey) = &self.journey else { return };
+        let Some(active) = &self.active else { return };
         let Some(tree) = graph.routes_to(end) else {
             return self.end(RouteGoalResult::Failed(ReachFailure::NoSuchPlace));
         };
@@ -508,7 +509,7 @@ impl RouteExecutor {
             [is_open.then_some(edge.to), Some(edge.from)]
         });
         let candidates = ends.flatten().chain(nearest.filter(|_| on.is_none()));
-        let candidates = candidates.filter(|node| !journey.unreachable.contains(node));
+        let candidates = candidates.filter(|node| !active.unreachable.contains(node));
         let cost_s = |node: NodeId| {
             let off_graph_m = match (view.map_from_base, view.site.node(node)) {
                 (Some(base), Some(node)) => floor_distance_m(&base, &node.map_from_node),
@@ -527,7 +528,7 @@ impl RouteExecutor {
                 let leg = if is_last { Leg::IntoPose(node.id) } else { Leg::ToGraph(node.id) };
                 return self.begin_walk(leg, path_walk(goal, tolerance));
             }
-            (None, Some(_)) if !journey.unreachable.is_empty() => ReachFailure::PathBlocked,
+            (None, Some(_)) if !active.unreachable.is_empty() => ReachFailure::PathBlocked,
             (None, Some(nearest)) => match tree.route(nearest) {
                 Err(reason) => {
                     let from = on.map_or(nearest, |edge| edge.from);
@@ -543,9 +544,9 @@ impl RouteExecutor {
     /// Waits until it is known where the robot is, which it is not just after a start. The goal fails if that takes too long.
     fn wait_for_place(&mut self, at: Stamp) {
         let until = at + self.config.place_wait;
-        match &mut self.journey {
-            Some(journey) if journey.place_waits < self.config.place_waits_max => {
-                journey.place_waits += 1;
+        match &mut self.active {
+            Some(active) if active.place_waits < self.config.max_place_waits => {
+                active.place_waits += 1;
                 self.stand(at, Leg::WaitForPlace { until });
             }
             _ => self.end(RouteGoalResult::Failed(ReachFailure::PoseNotFound)),
@@ -569,11 +570,11 @@ impl RouteExecutor {
             map_from_goal: node.map_from_node,
             // Where contacts touch is for the walk into the dock to say.
             tolerance: None,
-            speed_max_m_s: Some(self.config.dock_speed_m_s),
+            max_speed_m_s: Some(self.config.dock_speed_m_s),
             kind: LegKind::OntoDock { is_facing },
         };
-        if let Some(journey) = &mut self.journey {
-            journey.route.clear();
+        if let Some(active) = &mut self.active {
+            active.route.clear();
         }
         self.begin_walk(Leg::OntoDock, walk);
     }
@@ -587,15 +588,15 @@ impl RouteExecutor {
     }
 
     fn straight_walk(&self, map_from_goal: Pose, tolerance: PoseTolerance) -> LegWalk {
-        let speed_max_m_s = Some(self.config.dock_speed_m_s);
-        LegWalk { map_from_goal, tolerance: Some(tolerance), speed_max_m_s, kind: LegKind::Straight }
+        let max_speed_m_s = Some(self.config.dock_speed_m_s);
+        LegWalk { map_from_goal, tolerance: Some(tolerance), max_speed_m_s, kind: LegKind::Straight }
     }
 
     fn begin_walk(&mut self, leg: Leg, walk: LegWalk) {
-        let Some(journey) = &mut self.journey else { return };
-        let id = leg_id(journey.goal, journey.walks);
-        journey.walks += 1;
-        journey.leg = Some((id, leg));
+        let Some(active) = &mut self.active else { return };
+        let id = leg_id(active.goal, active.walks);
+        active.walks += 1;
+        active.leg = Some((id, leg));
         self.effects.push(RouteEffect::Walk(id, walk));
     }
 }
@@ -624,7 +625,7 @@ fn flight_at_end(edge: EdgeId, next: Option<EdgeId>, site: &Site) -> Option<Pose
 }
 
 fn path_walk(map_from_goal: Pose, tolerance: Option<PoseTolerance>) -> LegWalk {
-    LegWalk { map_from_goal, tolerance, speed_max_m_s: None, kind: LegKind::Path }
+    LegWalk { map_from_goal, tolerance, max_speed_m_s: None, kind: LegKind::Path }
 }
 
 /// Whether the robot is charged in the dock of the target.

@@ -34,7 +34,7 @@ pub struct LegWalk {
     /// Which poses count as reached; none: the robot passes by.
     pub tolerance: Option<PoseTolerance>,
     /// Greatest speed, m/s; none: that of the robot.
-    pub speed_max_m_s: Option<f64>,
+    pub max_speed_m_s: Option<f64>,
     /// How it goes.
     pub kind: LegKind,
 }

@@ -1,8 +1,8 @@
 //! What is left of a route, for the progress of its goal: how far it is beyond the leg that is walked, and why the robot stands if it waits.
 
+use super::active_route::{ActiveRoute, Leg, RouteTarget};
 use super::executor::RouteExecutor;
 use super::interface::RouteView;
-use super::journey::{Journey, Leg, RouteTarget};
 use super::waits::waits_for;
 use crate::poses::floor_distance_m;
 use site_model::{EdgeId, EdgeStage, NodeId, RouteWait};
@@ -19,37 +19,34 @@ pub struct RouteRemaining {
 impl RouteExecutor {
     /// What is left of the active goal. Without a goal nothing is known.
     pub fn remaining(&self, view: &RouteView<'_>) -> RouteRemaining {
-        let Some(journey) = &self.journey else { return RouteRemaining::default() };
-        let Some((_, leg)) = journey.leg else { return RouteRemaining::default() };
-        RouteRemaining {
-            beyond_leg_m: self.beyond_leg_m(journey, leg, view),
-            waits_for: waits_for(leg, view),
-        }
+        let Some(active) = &self.active else { return RouteRemaining::default() };
+        let Some((_, leg)) = active.leg else { return RouteRemaining::default() };
+        RouteRemaining { beyond_leg_m: self.beyond_leg_m(active, leg, view), waits_for: waits_for(leg, view) }
     }
 
-    fn beyond_leg_m(&self, journey: &Journey, leg: Leg, view: &RouteView<'_>) -> Option<f64> {
+    fn beyond_leg_m(&self, active: &ActiveRoute, leg: Leg, view: &RouteView<'_>) -> Option<f64> {
         let on_route_m = match leg {
             Leg::Edge(edge) => {
-                let share = f64::from(journey.edge_parts + 1) / f64::from(self.parts(edge, view));
-                (1.0 - share).max(0.0) * length_m(edge, view) + after_m(journey, edge, view)
+                let share = f64::from(active.edge_parts + 1) / f64::from(self.parts(edge, view));
+                (1.0 - share).max(0.0) * length_m(edge, view) + after_m(active, edge, view)
             }
-            Leg::Act { edge, stage: EdgeStage::Leave, .. } => after_m(journey, edge, view),
+            Leg::Act { edge, stage: EdgeStage::Leave, .. } => after_m(active, edge, view),
             // The edge that was left out, or is to be walked next, is a part of the route.
             Leg::Act { edge, .. } | Leg::Wait { edge, .. } | Leg::WaitForHold { edge } => {
-                length_m(edge, view) + after_m(journey, edge, view)
+                length_m(edge, view) + after_m(active, edge, view)
             }
-            Leg::ToGraph(node) | Leg::OutOfDock(node) => route_m(journey.target, node, view)?,
+            Leg::ToGraph(node) | Leg::OutOfDock(node) => route_m(active.target, node, view)?,
             Leg::IntoPose(_) | Leg::BackOff(_) => 0.0,
             Leg::OntoDock | Leg::Charge { .. } => return Some(0.0),
             Leg::WaitForBlock { .. } | Leg::WaitForPlace { .. } => return None,
         };
-        Some(on_route_m + into_dock_m(journey.target, view))
+        Some(on_route_m + into_dock_m(active.target, view))
     }
 }
 
 /// Length of the edges of the route after this one.
-fn after_m(journey: &Journey, edge: EdgeId, view: &RouteView<'_>) -> f64 {
-    let later = journey.route.iter().skip_while(|known| **known != edge).skip(1);
+fn after_m(active: &ActiveRoute, edge: EdgeId, view: &RouteView<'_>) -> f64 {
+    let later = active.route.iter().skip_while(|known| **known != edge).skip(1);
     later.map(|edge| length_m(*edge, view)).sum()
 }
 

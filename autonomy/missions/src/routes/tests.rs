@@ -56,7 +56,7 @@ impl World {
             builder,
             // Edges in one part, but for the test of parts.
             executor: RouteExecutor::new(RouteExecutorConfig {
-                part_length_max_m: 100.0,
+                max_part_length_m: 100.0,
                 ..RouteExecutorConfig::default()
             }),
             at: Stamp::from_nanos(0),

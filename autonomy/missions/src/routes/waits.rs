@@ -1,7 +1,7 @@
 //! Why a robot on a route stands and waits.
 
+use super::active_route::Leg;
 use super::interface::RouteView;
-use super::journey::Leg;
 use site_model::{EdgeId, MutexHold, RouteActionPlace, RouteWait};
 
 /// Who holds the group of an edge now, if somebody does.

@@ -2,9 +2,9 @@
 
 use super::interface::{ActionResult, GoalRequest, MissionNotice};
 use super::records::{Run, TaskRecord};
-use super::runner::{ActionCancelReason, Activity, DockErrand, MissionRunner, Purpose, RunLeg};
+use super::runner::{ActionCancelReason, Activity, MissionRunner, MonitorDocking, Purpose, RunLeg};
 use super::table::{RunTrigger, TaskTrigger};
-use crate::ids::{errand_goal_id, goal_id};
+use crate::ids::{goal_id, monitor_docking_goal_id};
 use crate::order::{node_of, order_tasks};
 use site_model::{
     ActionDescription, ActionRequest, AskDefault, DockId, EndPlace, InspectionPoint, Mission,
@@ -14,12 +14,12 @@ use site_model::{
 use vocab::Vec3;
 
 /// Steps that one update takes at most. Each is a change of state, and no input leads to more than a few.
-const STEPS_MAX: usize = 10_000;
+const MAX_STEPS: usize = 10_000;
 
 impl MissionRunner {
     /// Takes steps until the robot has something to do or has to wait.
     pub(super) fn advance(&mut self) {
-        for _ in 0..STEPS_MAX {
+        for _ in 0..MAX_STEPS {
             if !self.interrupt() && !self.advance_once() {
                 return;
             }
@@ -50,7 +50,7 @@ impl MissionRunner {
     fn advance_once(&mut self) -> bool {
         let active = self.records.active().map(|run| (run.id, run.state, run.ending));
         let is_on_errand =
-            matches!(&self.activity, Some(Activity::Leg(RunLeg { purpose: Purpose::Errand(_), .. })));
+            matches!(&self.activity, Some(Activity::Leg(RunLeg { purpose: Purpose::MonitorDocking(_), .. })));
         if let (true, Some((run, RunState::Ending, Some((_, EndPlace::Here))))) = (is_on_errand, active) {
             // The robot goes to a dock for a monitor, and the run ends without it.
             self.fire_run(run, RunTrigger::EndReached);
@@ -148,27 +148,27 @@ impl MissionRunner {
     /// Sends the robot to a dock for a monitor. Whether it set out.
     fn begin_errand(&mut self) -> bool {
         if self.situation.docked.is_some() {
-            self.errand = DockErrand::default();
+            self.monitor_docking = MonitorDocking::default();
             return false;
         }
-        if self.errand.retry_at.is_some_and(|retry_at| self.at < retry_at) {
+        if self.monitor_docking.retry_at.is_some_and(|retry_at| self.at < retry_at) {
             return false;
         }
         let docks = self.docks_by_distance();
-        let Some(dock) = docks.into_iter().find(|dock| !self.errand.tried.contains(dock)) else {
-            let doublings = self.errand.failures.min(20);
-            let wait = (self.config.dock_retry * (1_i64 << doublings)).min(self.config.dock_retry_max);
-            self.errand.failures += 1;
-            self.errand.retry_at = Some(self.at + wait);
-            self.errand.tried.clear();
+        let Some(dock) = docks.into_iter().find(|dock| !self.monitor_docking.tried.contains(dock)) else {
+            let doublings = self.monitor_docking.failures.min(20);
+            let wait = (self.config.dock_retry * (1_i64 << doublings)).min(self.config.max_dock_retry);
+            self.monitor_docking.failures += 1;
+            self.monitor_docking.retry_at = Some(self.at + wait);
+            self.monitor_docking.tried.clear();
             self.notify(MissionNotice::NoDockReached);
             return false;
         };
-        self.errand.retry_at = None;
+        self.monitor_docking.retry_at = None;
         let number = self.records.dockings;
-        let goal = errand_goal_id(number);
+        let goal = monitor_docking_goal_id(number);
         self.emit(MissionEventKind::DockingBegan { number, dock, goal });
-        let leg = RunLeg { goal, purpose: Purpose::Errand(dock), is_undocking: false };
+        let leg = RunLeg { goal, purpose: Purpose::MonitorDocking(dock), is_undocking: false };
         self.begin_leg(leg, GoalRequest::Dock(dock));
         true
     }

@@ -2,6 +2,7 @@
 //! of the same id.
 
 use crate::graph::{LearnedTimes, Route};
+use crate::texts;
 use site_model::{Monitor, MonitorCondition, MonitorId, MonitorResponse, Resumption};
 use uuid::Uuid;
 use vocab::Span;
@@ -22,13 +23,13 @@ const P95: f64 = 1.645;
 /// Parameters of the battery monitors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BatteryConfig {
-    /// Charge below which the robot goes to a dock.
+    /// Charge below which the robot goes to a dock. Chosen.
     pub low: f64,
-    /// Charge above which it goes on.
+    /// Charge above which it goes on. Chosen.
     pub release: f64,
-    /// Charge that is left at the dock at least.
+    /// Charge that is left at the dock at least. Chosen.
     pub floor: f64,
-    /// The reserve above which the robot goes on. More than 0, so that it does not turn round at once.
+    /// The reserve above which the robot goes on. More than 0, so that it does not turn round at once. Chosen.
     pub reserve_release: f64,
     /// Charge that walking uses in a second. Chosen: 90 minutes of walking for a full battery, as of common legged robots.
     pub use_per_s: f64,
@@ -36,9 +37,9 @@ pub struct BatteryConfig {
     pub standing_use_per_s: f64,
     /// Energy of the full battery, joules. Chosen: 930 Wh, as of common legged robots.
     pub capacity_j: f64,
-    /// Standard deviation of the time of an edge that was not walked yet, as a share of that time.
+    /// Standard deviation of the time of an edge that was not walked yet, as a share of that time. Chosen.
     pub time_std_ratio: f64,
-    /// Time for which a low charge must hold. Longer than the drop of the voltage when the legs push hard.
+    /// Time for which a low charge must hold. Longer than the drop of the voltage when the legs push hard. Chosen.
     pub hold: Span,
 }
 
@@ -77,8 +78,8 @@ pub fn battery_monitors(config: &BatteryConfig) -> Vec<Monitor> {
         is_enabled: true,
     };
     vec![
-        monitor(LOW_CHARGE, "Battery low", CHARGE_SIGNAL, config.low, config.release),
-        monitor(RESERVE, "Battery reserve", RESERVE_SIGNAL, 0.0, config.reserve_release),
+        monitor(LOW_CHARGE, texts::BATTERY_LOW, CHARGE_SIGNAL, config.low, config.release),
+        monitor(RESERVE, texts::BATTERY_RESERVE, RESERVE_SIGNAL, 0.0, config.reserve_release),
     ]
 }
 

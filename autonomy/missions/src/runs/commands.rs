@@ -82,7 +82,7 @@ impl MissionRunner {
         let queued = self.records.runs.values().filter(|run| run.state == RunState::Queued);
         let (count, is_queued) =
             queued.fold((0, false), |(count, found), run| (count + 1, found || run.mission == mission));
-        match (count >= self.config.queue_max, is_queued) {
+        match (count >= self.config.max_queue, is_queued) {
             (_, true) => Err(texts::ALREADY_QUEUED),
             (true, _) => Err(texts::QUEUE_FULL),
             _ => Ok(()),

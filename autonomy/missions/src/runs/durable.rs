@@ -39,7 +39,7 @@ pub fn events_for_restart<'a>(
         }
     }
     // Of runs that have ended lately, it is remembered that they were: a command that is repeated does not run them again.
-    let remembered: BTreeSet<RunId> = ended.iter().rev().take(CONFIG.ended_max).copied().collect();
+    let remembered: BTreeSet<RunId> = ended.iter().rev().take(CONFIG.max_ended).copied().collect();
     let ended: BTreeSet<RunId> = ended.into_iter().collect();
     let is_needed = |(index, event): (usize, &MissionEvent)| match &event.kind {
         MissionEventKind::SlotDecided { schedule, due, .. }

@@ -12,9 +12,9 @@ use vocab::{ActionCallId, CommandId, GoalId};
 /// How much [`Records`] remember. It is the same wherever events are applied, because a restart has to find what the robot knew.
 pub(super) struct RecordsConfig {
     /// Commands that are remembered, so that one that is repeated does nothing. Chosen: a client repeats a command within seconds, and people give fewer than one a second.
-    pub(super) commands_max: usize,
+    pub(super) max_commands: usize,
     /// Runs that are remembered after their end. Chosen: two days with a run in every hour, and more.
-    pub(super) ended_max: usize,
+    pub(super) max_ended: usize,
     /// Slots before the newest one by this time are not remembered one by one, days: they count as decided. More than any change of a time zone, which is a day at most.
     pub(super) slot_memory_days: i64,
     /// Events of slots that were due before the newest one of their schedule by this time are not read again at a restart, days. It has to be more than
@@ -23,7 +23,7 @@ pub(super) struct RecordsConfig {
 }
 
 pub(super) const CONFIG: RecordsConfig =
-    RecordsConfig { commands_max: 1_024, ended_max: 64, slot_memory_days: 3, slots_kept_days: 8 };
+    RecordsConfig { max_commands: 1_024, max_ended: 64, slot_memory_days: 3, slots_kept_days: 8 };
 
 /// All records.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -305,7 +305,7 @@ impl Records {
     pub fn apply(&mut self, event: &MissionEvent) {
         if let Some(command) = event.command.filter(|command| !self.knows(*command)) {
             self.commands.push_back(command);
-            if self.commands.len() > CONFIG.commands_max {
+            if self.commands.len() > CONFIG.max_commands {
                 self.commands.pop_front();
             }
         }
@@ -409,7 +409,7 @@ impl Records {
                 let mission = run.mission;
                 self.runs.remove(&id);
                 self.ended.push_back((id, mission, *outcome));
-                if self.ended.len() > CONFIG.ended_max {
+                if self.ended.len() > CONFIG.max_ended {
                     self.ended.pop_front();
                 }
             }

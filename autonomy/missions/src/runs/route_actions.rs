@@ -42,7 +42,7 @@ impl MissionRunner {
             Purpose::Task(run, task) => (run, Some(task)),
             Purpose::End(run, _) => (run, None),
             // It belongs to no run.
-            Purpose::Errand(_) => return self.act(MissionEffect::CallRouteAction { call, request }),
+            Purpose::MonitorDocking(_) => return self.act(MissionEffect::CallRouteAction { call, request }),
         };
         let Some(record) = self.records.runs.get(&run) else { return };
         let is_same =

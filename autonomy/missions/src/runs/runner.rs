@@ -42,7 +42,7 @@ pub(super) enum Purpose {
     Task(RunId, usize),
     End(RunId, EndPlace),
     /// A monitor sends the robot to a dock.
-    Errand(DockId),
+    MonitorDocking(DockId),
 }
 
 /// An action that was called, or waits for its commit.
@@ -67,7 +67,7 @@ pub(super) enum ActionCancelReason {
 
 /// Attempts to dock for a monitor.
 #[derive(Clone, Debug, Default)]
-pub(super) struct DockErrand {
+pub(super) struct MonitorDocking {
     pub tried: BTreeSet<DockId>,
     pub failures: u32,
     pub retry_at: Option<Stamp>,
@@ -89,7 +89,7 @@ pub struct MissionRunner {
     pub(super) utc: Option<Utc>,
     pub(super) records: Records,
     pub(super) activity: Option<Activity>,
-    pub(super) errand: DockErrand,
+    pub(super) monitor_docking: MonitorDocking,
     /// The open question with the end of its time.
     pub(super) question: Option<(RunId, usize, Stamp)>,
     pub(super) scheduler: Scheduler,
@@ -133,7 +133,7 @@ impl MissionRunner {
             is_restarting: !records.runs.is_empty(),
             records,
             activity: None,
-            errand: DockErrand::default(),
+            monitor_docking: MonitorDocking::default(),
             question: None,
             is_clock_reported: false,
             at: Stamp::EPOCH,
@@ -279,10 +279,10 @@ impl MissionRunner {
                 RouteGoalResult::Failed(_) if place == EndPlace::NearestDock => {}
                 RouteGoalResult::Failed(_) => self.fire_run(run, RunTrigger::EndReached),
             },
-            Purpose::Errand(dock) => match result {
-                RouteGoalResult::Reached => self.errand = DockErrand::default(),
+            Purpose::MonitorDocking(dock) => match result {
+                RouteGoalResult::Reached => self.monitor_docking = MonitorDocking::default(),
                 RouteGoalResult::Failed(_) => {
-                    self.errand.tried.insert(dock);
+                    self.monitor_docking.tried.insert(dock);
                 }
                 // It is begun anew as soon as the robot can move.
                 RouteGoalResult::MotionTaken | RouteGoalResult::Cancelled => {}

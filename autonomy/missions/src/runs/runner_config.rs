@@ -8,6 +8,7 @@ use crate::order::TourConfig;
 use vocab::Span;
 
 /// Parameters of [`super::MissionRunner`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunnerConfig {
     /// Of route planning.
@@ -21,17 +22,17 @@ pub struct RunnerConfig {
     /// Of the built-in battery monitors.
     pub battery: BatteryConfig,
     /// Greatest number of queued runs.
-    pub queue_max: usize,
+    pub max_queue: usize,
     /// How long the action of a task may take.
     pub action_time: ActionTimeConfig,
     /// Time within which a cancelled action has to end.
     pub cancel_time_limit: Span,
     /// Time for an answer where no policy says one: after a restart that found an action begun.
     pub question_time_limit: Span,
-    /// Time until docks are tried again, after none was reached for a monitor. It doubles up to `dock_retry_max`.
+    /// Time until docks are tried again, after none was reached for a monitor. It doubles up to `max_dock_retry`.
     pub dock_retry: Span,
     /// The longest such time.
-    pub dock_retry_max: Span,
+    pub max_dock_retry: Span,
 }
 
 impl Default for RunnerConfig {
@@ -42,12 +43,12 @@ impl Default for RunnerConfig {
             tour: TourConfig::default(),
             scheduler: SchedulerConfig::default(),
             battery: BatteryConfig::default(),
-            queue_max: 32,
+            max_queue: 32,
             action_time: ActionTimeConfig::default(),
             cancel_time_limit: Span::from_millis(10_000),
             question_time_limit: Span::from_millis(300_000),
             dock_retry: Span::from_millis(30_000),
-            dock_retry_max: Span::from_millis(600_000),
+            max_dock_retry: Span::from_millis(600_000),
         }
     }
 }

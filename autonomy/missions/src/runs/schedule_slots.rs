@@ -97,7 +97,7 @@ impl MissionRunner {
                 if let Some(queued) = self.queued_of(schedule.id, mission) {
                     return SlotDecision::Skipped(SkipReason::AlreadyQueued(queued));
                 }
-                if queue.len() >= self.config.queue_max {
+                if queue.len() >= self.config.max_queue {
                     return SlotDecision::Skipped(SkipReason::QueueFull);
                 }
             }

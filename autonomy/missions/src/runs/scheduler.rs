@@ -7,19 +7,20 @@ use std::collections::{BTreeMap, BTreeSet};
 use vocab::Span;
 
 /// Parameters of [`Scheduler`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SchedulerConfig {
     /// A slot that is noticed within this time is on time. Longer than the pauses between two values of the clock.
     pub on_time: Span,
     /// Slots of a schedule that are decided in one update at most.
-    pub slots_max: usize,
+    pub max_slots: usize,
     /// Of more missed slots than this, only the newest are recorded one by one.
-    pub missed_max: usize,
+    pub max_missed: usize,
 }
 
 impl Default for SchedulerConfig {
     fn default() -> Self {
-        Self { on_time: Span::from_millis(90_000), slots_max: 20_000, missed_max: 100 }
+        Self { on_time: Span::from_millis(90_000), max_slots: 20_000, max_missed: 100 }
     }
 }
 
@@ -160,7 +161,7 @@ impl Scheduler {
             return DueSlots::default();
         }
         let due = plan.slots.after(after).filter(is_open).take_while(|slot| slot.due <= now);
-        let due: Vec<Slot> = due.take(self.config.slots_max).collect();
+        let due: Vec<Slot> = due.take(self.config.max_slots).collect();
         let policy = SlotPolicy {
             schedule: &plan.schedule,
             now,
@@ -168,7 +169,7 @@ impl Scheduler {
             on_time: self.config.on_time,
             waiting: &self.waiting,
         };
-        policy.evaluate(&due, self.config.missed_max)
+        policy.evaluate(&due, self.config.max_missed)
     }
 }
 
@@ -182,11 +183,11 @@ struct SlotPolicy<'a> {
 }
 
 impl SlotPolicy<'_> {
-    fn evaluate(&self, due: &[Slot], missed_max: usize) -> DueSlots {
+    fn evaluate(&self, due: &[Slot], max_missed: usize) -> DueSlots {
         // Old ones in a row that were missed and need no further reason.
         let is_missed = |slot: &&Slot| self.skip(slot, true) == Some(SkipReason::Missed);
         let missed_in_a_row = due.iter().take_while(is_missed).count();
-        let (missed, slots) = match missed_in_a_row > missed_max {
+        let (missed, slots) = match missed_in_a_row > max_missed {
             true => due.split_at(missed_in_a_row),
             false => due.split_at(0),
         };

@@ -201,7 +201,7 @@ impl MissionRunner {
     /// The graph as it is soon: whoever walks waits for the end of short blocks where there is no other way.
     fn open_short_blocks(&mut self) {
         self.rebuild_graph();
-        self.graph.open_blocks_until(self.at + self.config.blocks.wait_max);
+        self.graph.open_blocks_until(self.at + self.config.blocks.max_wait);
     }
 
     /// Docks that can be reached, the nearest first.

@@ -7,7 +7,7 @@ use geometry::Rng;
 /// The mean brightness of a picture is exposed to this share of white.
 const KEY: f32 = 0.26;
 /// Greatest gain: darker scenes stay dark.
-const GAIN_MAX: f32 = 12.0;
+const MAX_GAIN: f32 = 12.0;
 /// Standard deviation of the noise at white at gain 1, as a share of white.
 const SHOT_NOISE: f32 = 0.006;
 /// Standard deviation of the noise at black at gain 1.
@@ -21,7 +21,7 @@ pub(super) fn expose(light: &[[f32; 3]], intrinsics: &Intrinsics, rng: &mut Rng)
     let logarithms: f32 = light.iter().map(|rgb| (luminance(*rgb) + 1e-3).ln()).sum();
     let mean = (logarithms / light.len().max(1) as f32).exp();
     // The curve 1 - exp(-x) takes the mean to the key.
-    let gain = (-(1.0 - KEY).ln() / mean).min(GAIN_MAX);
+    let gain = (-(1.0 - KEY).ln() / mean).min(MAX_GAIN);
     let (width, height) = (intrinsics.width_px, intrinsics.height_px);
     let table = encoding();
     let mut rgb = Vec::with_capacity(light.len() * 3);

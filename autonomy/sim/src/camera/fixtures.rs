@@ -87,17 +87,17 @@ const APART_M: f64 = 4.0;
 /// Heights of plates above the floor, metres.
 const HEIGHTS_M: [f64; 3] = [1.25, 0.95, 1.55];
 /// A plate is at most this far from the route, metres: labels are read from 2 m.
-const WALL_DISTANCE_MAX_M: f64 = 3.0;
+const MAX_WALL_DISTANCE_M: f64 = 3.0;
 /// It is at least this far away, so that the robot can look at it, metres.
-const WALL_DISTANCE_MIN_M: f64 = 0.9;
+const MIN_WALL_DISTANCE_M: f64 = 0.9;
 /// Greatest angle between the line to the route and the normal of the wall, as a cosine.
-const FACING_MIN: f64 = 0.9;
+const MIN_FACING: f64 = 0.9;
 /// How far a wall may bend behind a plate, metres.
 const FLAT_M: f64 = 0.004;
 /// How far a plate stands out of its wall, metres.
 const PLATE_OUT_M: f64 = 0.002;
 /// Greatest number of plates on a site.
-const COUNT_MAX: usize = 40;
+const MAX_COUNT: usize = 40;
 
 /// The plates along the first route of a site. Always the same for a site.
 pub(super) fn placed(site: &SimulatedSite) -> Vec<Fixture> {
@@ -105,7 +105,7 @@ pub(super) fn placed(site: &SimulatedSite) -> Vec<Fixture> {
     let mut fixtures: Vec<Fixture> = Vec::new();
     for (feet, ahead) in places(site, route) {
         for side in [1.0, -1.0] {
-            if fixtures.len() >= COUNT_MAX {
+            if fixtures.len() >= MAX_COUNT {
                 return fixtures;
             }
             let left = Vector3::z().cross(&ahead) * side;
@@ -152,13 +152,13 @@ fn places(site: &SimulatedSite, route: &SiteRoute) -> Vec<(Vector3, Vector3)> {
 
 /// The pose of a plate of that size on a flat, upright wall that is seen from `eye` in this direction.
 fn wall(site: &SimulatedSite, eye: &Vector3, direction: &Vector3, half_m: [f64; 2]) -> Option<Isometry> {
-    let (range, solid) = site.cast_ray(eye, direction, WALL_DISTANCE_MAX_M)?;
-    if range < WALL_DISTANCE_MIN_M || matches!(solid.material, Material::Glass | Material::Foliage) {
+    let (range, solid) = site.cast_ray(eye, direction, MAX_WALL_DISTANCE_M)?;
+    if range < MIN_WALL_DISTANCE_M || matches!(solid.material, Material::Glass | Material::Foliage) {
         return None;
     }
     let hit = eye + direction * range;
     let outward = solid.shape.clearance(&(hit - direction * 1e-3)).outward;
-    if outward.z.abs() > 1e-3 || -outward.dot(direction) < FACING_MIN {
+    if outward.z.abs() > 1e-3 || -outward.dot(direction) < MIN_FACING {
         return None;
     }
     let right = Vector3::z().cross(&outward);
@@ -231,7 +231,7 @@ mod tests {
                 let outward = fixture.site_from_plate.rotation * Vector3::z();
                 let distance = site.distance(&plate, 0.05).unwrap_or(f64::INFINITY);
                 assert!((distance - PLATE_OUT_M).abs() < 1e-3, "{name} {}: {distance} m", fixture.tag);
-                let free = site.cast_ray(&plate, &outward, WALL_DISTANCE_MIN_M - 0.1);
+                let free = site.cast_ray(&plate, &outward, MIN_WALL_DISTANCE_M - 0.1);
                 assert!(free.is_none(), "{name} {}: something stands in front of it", fixture.tag);
             }
             let tags: std::collections::BTreeSet<_> = fixtures.iter().map(|it| &it.tag).collect();

@@ -10,11 +10,11 @@ const SPACING_M: f64 = 3.0;
 /// Height of a lamp below its ceiling, metres.
 const BELOW_CEILING_M: f64 = 0.15;
 /// Least height of a ceiling above the floor, metres. Lower gaps are the insides of racks and ducts.
-const CEILING_MIN_M: f64 = 2.2;
+const MIN_CEILING_M: f64 = 2.2;
 /// Greatest height of lamps above the floor, metres: those of a high hall hang from cables.
-const LAMP_HEIGHT_MAX_M: f64 = 6.0;
+const MAX_LAMP_HEIGHT_M: f64 = 6.0;
 /// Floors that are looked for under one point of the ground plan.
-const FLOORS_MAX: usize = 6;
+const MAX_FLOORS: usize = 6;
 /// The sun is taken into account where more than this share of the places has no lamp. Walls and machines under a ceiling have none either.
 const OPEN_SHARE: f64 = 0.2;
 /// Half the edge of a lamp, metres: how soft shadows are. Each pixel has one ray to each lamp, so a larger lamp makes more grain.
@@ -170,13 +170,13 @@ fn lamps_over(site: &SimulatedSite, x: f64, y: f64, top: f64) -> Vec<Lamp> {
     let mut lamps = Vec::new();
     let mut from = Vector3::new(x, y, top);
     let mut ceiling: Option<f64> = None;
-    for _ in 0..FLOORS_MAX {
+    for _ in 0..MAX_FLOORS {
         let Some((down, _)) = site.cast_ray(&from, &-Vector3::z(), 200.0) else { break };
         let floor = from.z - down;
         if let Some(ceiling) = ceiling
-            && ceiling - floor >= CEILING_MIN_M
+            && ceiling - floor >= MIN_CEILING_M
         {
-            let height = (ceiling - floor - BELOW_CEILING_M).min(LAMP_HEIGHT_MAX_M);
+            let height = (ceiling - floor - BELOW_CEILING_M).min(MAX_LAMP_HEIGHT_M);
             let position = Vector3::new(x, y, floor + height);
             // A duct may be where the lamp would be.
             if site.distance(&position, 0.1).is_none_or(|distance| distance > 0.0) {

@@ -3,7 +3,7 @@
 use geometry::{Isometry, Rotation, Vector3};
 use messages::RobotProfile;
 use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion};
-use vocab::CameraHead;
+use vocab::{CameraAim, CameraHead};
 
 /// The cameras on the head. By default the head is that of the default robot profile.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,17 +53,6 @@ impl Default for CameraConfig {
             base_from_head_m,
         }
     }
-}
-
-/// Where the head points, in the frame of the base.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CameraAim {
-    /// To the left, radians.
-    pub pan_rad: f64,
-    /// Upwards, radians.
-    pub tilt_rad: f64,
-    /// Focal length relative to the shortest one.
-    pub zoom: f64,
 }
 
 impl CameraConfig {

@@ -12,9 +12,9 @@ use crate::shape::Material;
 use geometry::{Isometry, Vector3};
 
 /// Greatest range, metres.
-const RANGE_MAX_M: f32 = 150.0;
+const MAX_RANGE_M: f32 = 150.0;
 /// Panes of glass that a ray passes.
-const PANES_MAX: usize = 3;
+const MAX_PANES: usize = 3;
 /// Share of light that passes a pane.
 const PANE_LIGHT: f32 = 0.85;
 /// Light from all sides, on surfaces that look up.
@@ -26,7 +26,7 @@ const UNSHADOWED: f32 = 0.5;
 /// Exponent of highlights.
 const HIGHLIGHT: i32 = 24;
 /// A lamp of which less light than this share of the ambient light would fall on a surface casts no shadow there.
-const SHADOW_MIN: f32 = 0.3;
+const MIN_SHADOW: f32 = 0.3;
 /// Offset of shadow rays from their surface, metres.
 const OFFSET_M: f32 = 2e-3;
 /// A lamp list is shared by points that are nearer to each other than this, metres.
@@ -207,9 +207,9 @@ impl CameraView<'_> {
         let origin = [[eye.x as f32; LANES], [eye.y as f32; LANES], [eye.z as f32; LANES]];
         let direction = self.directions(points);
         let mut hits = [SurfaceHit::NOTHING; LANES];
-        let mut packet = RayPacket::new(origin, direction, RANGE_MAX_M);
+        let mut packet = RayPacket::new(origin, direction, MAX_RANGE_M);
         let mut passed = [0.0_f32; LANES];
-        for pane in 0..=PANES_MAX {
+        for pane in 0..=MAX_PANES {
             self.scene.site.bvh().cast(&mut packet);
             self.people.cast(&mut packet);
             let mut behind = [0.0_f32; LANES];
@@ -218,9 +218,9 @@ impl CameraView<'_> {
                     continue;
                 }
                 let hit = self.hit(&packet, lane);
-                if hit.target == HitTarget::Solid(Material::Glass) && pane < PANES_MAX {
+                if hit.target == HitTarget::Solid(Material::Glass) && pane < MAX_PANES {
                     passed[lane] += packet.range[lane] + OFFSET_M;
-                    behind[lane] = RANGE_MAX_M - passed[lane];
+                    behind[lane] = MAX_RANGE_M - passed[lane];
                     hits[lane].light *= PANE_LIGHT;
                 } else {
                     hits[lane] = SurfaceHit { light: hits[lane].light, ..hit };
@@ -233,7 +233,7 @@ impl CameraView<'_> {
             let advanced = [0, 1, 2].map(|axis| {
                 std::array::from_fn(|lane| origin[axis][lane] + direction[axis][lane] * passed[lane])
             });
-            packet = RayPacket::new(advanced, direction, RANGE_MAX_M);
+            packet = RayPacket::new(advanced, direction, MAX_RANGE_M);
             packet.range = behind;
         }
         for lane in 0..LANES {
@@ -304,7 +304,7 @@ impl CameraView<'_> {
                 let range = dot(offset, plate.outward) / dot(direction, plate.outward);
                 let hit = &mut hits[lane];
                 let behind = match hit.target {
-                    HitTarget::Nothing => RANGE_MAX_M,
+                    HitTarget::Nothing => MAX_RANGE_M,
                     _ => length(subtract(hit.point, eye)),
                 };
                 if !(range > 0.0 && range < behind) {
@@ -409,7 +409,7 @@ impl CameraView<'_> {
             let cosine = dot(to_lamp[lane], hits[lane].normal);
             if cosine > 0.0 {
                 strength[lane] = share * lamps::strength_at(&lamp, hits[lane].point);
-                let is_weak = strength[lane] * cosine < SHADOW_MIN * AMBIENT_DOWN;
+                let is_weak = strength[lane] * cosine < MIN_SHADOW * AMBIENT_DOWN;
                 range[lane] = if is_weak { 0.0 } else { distance - OFFSET_M };
             }
         }
@@ -418,7 +418,7 @@ impl CameraView<'_> {
 
     fn add_sun(&self, hits: &[SurfaceHit; LANES], fallen: &mut [[f32; 2]; LANES]) {
         let lit = |hit: &SurfaceHit| hit.target != HitTarget::Nothing && dot(hit.normal, TO_SUN) > 0.0;
-        let range = hits.each_ref().map(|hit| if lit(hit) { RANGE_MAX_M } else { 0.0 });
+        let range = hits.each_ref().map(|hit| if lit(hit) { MAX_RANGE_M } else { 0.0 });
         let strength = range.map(|range| if range > 0.0 { SUN } else { 0.0 });
         self.add_unless_shadowed(hits, &[TO_SUN; LANES], &strength, range, fallen);
     }

@@ -1,8 +1,9 @@
 //! The instant of a picture, apart from the simulation: rendering takes a quarter of a second, and the simulation goes on meanwhile.
 
-use super::{CameraAim, CameraConfig, CameraImage, CameraScene, ThermalImage};
+use super::{CameraConfig, CameraImage, CameraScene, ThermalImage};
 use crate::people::People;
 use geometry::{Isometry, Rng};
+use vocab::CameraAim;
 
 /// Where the robot and the people are at one instant, for pictures of it. They can be rendered on any thread.
 #[derive(Clone, Debug)]

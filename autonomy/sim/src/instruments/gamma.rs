@@ -19,7 +19,7 @@ const THRESHOLD_KEV: f64 = 30.0;
 /// A source sits this far out of its plate, metres.
 const SOURCE_OUT_M: f64 = 0.01;
 /// The detector comes no nearer to a source than this, metres.
-const DISTANCE_MIN_M: f64 = 0.05;
+const MIN_DISTANCE_M: f64 = 0.05;
 /// Full width of a peak at half of its height in standard deviations.
 const FULL_WIDTH: f64 = 2.354_82;
 /// Of three warm machines one is contaminated with the first of these, and one with the second, becquerel.
@@ -184,7 +184,7 @@ impl GammaField {
         let config = &self.config;
         let mut rates = vec![0.0; config.channels];
         for source in &self.sources {
-            let distance = (detector - source.position_m).norm().max(DISTANCE_MIN_M);
+            let distance = (detector - source.position_m).norm().max(MIN_DISTANCE_M);
             let share = config.area_m2 / (4.0 * PI * distance * distance);
             for line in source.nuclide.lines() {
                 let passes = (-optical_depth(bvh, &source.position_m, detector, line.kev)).exp();

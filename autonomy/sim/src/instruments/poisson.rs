@@ -3,19 +3,19 @@
 use geometry::Rng;
 
 /// Mean up to which a count is drawn by Knuth's multiplication: `exp(-mean)` stays far from the smallest number.
-const MULTIPLICATION_MEAN_MAX: f64 = 30.0;
+const MAX_MULTIPLICATION_MEAN: f64 = 30.0;
 /// Mean from which the normal law is used. Its skewness is below 0.001 there, and counts of this size are never looked at one by one.
-const NORMAL_MEAN_MIN: f64 = 1e6;
+const MIN_NORMAL_MEAN: f64 = 1e6;
 
 /// A count with this mean. A sum of two counts with half the mean has the same law, so large means are halved.
 pub(super) fn draw(mean: f64, rng: &mut Rng) -> u64 {
     if !mean.is_finite() || mean <= 0.0 {
         return 0;
     }
-    if mean >= NORMAL_MEAN_MIN {
+    if mean >= MIN_NORMAL_MEAN {
         return (mean + mean.sqrt() * rng.normal()).round().max(0.0) as u64;
     }
-    if mean > MULTIPLICATION_MEAN_MAX {
+    if mean > MAX_MULTIPLICATION_MEAN {
         return draw(0.5 * mean, rng) + draw(0.5 * mean, rng);
     }
     let limit = (-mean).exp();

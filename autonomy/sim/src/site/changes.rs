@@ -9,17 +9,17 @@ use std::f64::consts::TAU;
 /// Share of the changed furniture that is removed.
 const REMOVED_SHARE: f64 = 0.25;
 /// Least distance by which the other changed furniture is moved, metres.
-const SHIFT_MIN_M: f64 = 0.4;
+const MIN_SHIFT_M: f64 = 0.4;
 /// Greatest distance by which it is moved, metres.
-const SHIFT_MAX_M: f64 = 1.6;
+const MAX_SHIFT_M: f64 = 1.6;
 /// Greatest angle by which it is turned, radians.
-const TURN_MAX_RAD: f64 = 0.5;
+const MAX_TURN_RAD: f64 = 0.5;
 /// Share of the doors that swing.
 const SWUNG_SHARE: f64 = 0.5;
 /// Least angle by which a door swings, in either direction, radians.
-const SWING_MIN_RAD: f64 = 0.3;
+const MIN_SWING_RAD: f64 = 0.3;
 /// Greatest angle by which a door swings, radians.
-const SWING_MAX_RAD: f64 = 1.4;
+const MAX_SWING_RAD: f64 = 1.4;
 /// Distance on both sides of a route that stays free, metres.
 const ROUTE_CLEARANCE_M: f64 = 0.75;
 /// Distance between the points of a route that are checked, metres.
@@ -31,8 +31,8 @@ pub(super) fn change(plan: &mut SitePlan, rng: &mut Rng, changed_share: f64) {
     let mut removed = vec![false; plan.solids.len()];
     for piece in plan.furniture.clone() {
         let (chosen, away, toward) =
-            (rng.uniform() < changed_share, rng.range(SHIFT_MIN_M, SHIFT_MAX_M), rng.range(0.0, TAU));
-        let (turn, stays) = (rng.range(-TURN_MAX_RAD, TURN_MAX_RAD), rng.uniform() >= REMOVED_SHARE);
+            (rng.uniform() < changed_share, rng.range(MIN_SHIFT_M, MAX_SHIFT_M), rng.range(0.0, TAU));
+        let (turn, stays) = (rng.range(-MAX_TURN_RAD, MAX_TURN_RAD), rng.uniform() >= REMOVED_SHARE);
         if !chosen {
             continue;
         }
@@ -46,7 +46,7 @@ pub(super) fn change(plan: &mut SitePlan, rng: &mut Rng, changed_share: f64) {
     }
     for leaf in plan.door_leaves.clone() {
         let (swings, sign) = (rng.uniform() < SWUNG_SHARE, if rng.uniform() < 0.5 { 1.0 } else { -1.0 });
-        let swing = rotation_about(&leaf.hinge, sign * rng.range(SWING_MIN_RAD, SWING_MAX_RAD));
+        let swing = rotation_about(&leaf.hinge, sign * rng.range(MIN_SWING_RAD, MAX_SWING_RAD));
         let solids = plan.solids[leaf.solids.clone()].iter();
         let swung: Vec<Solid> =
             solids.map(|solid| Solid { shape: solid.shape.transformed(&swing), ..*solid }).collect();

@@ -1,10 +1,10 @@
 //! Errors of sites that are given as models.
 
 use std::fmt;
-use vocab::{SHOWN_NAME_CHARS_MAX, legible};
+use vocab::{MAX_SHOWN_NAME_CHARS, legible};
 
 fn shown(part: &str) -> String {
-    legible(part, SHOWN_NAME_CHARS_MAX)
+    legible(part, MAX_SHOWN_NAME_CHARS)
 }
 
 /// Why a model is no site. Each is one sentence; the reader of the file adds its name.

@@ -195,9 +195,9 @@ impl SimulatedSite {
         dock.or(self.plan.start).unwrap_or(Start { position: Vec3::default(), yaw: 0.0 })
     }
 
-    /// The first surface along a unit direction within `range_max` metres: its range (metres) and its solid.
-    pub fn cast_ray(&self, origin: &Vector3, direction: &Vector3, range_max: f64) -> Option<(f64, &Solid)> {
-        self.bvh.first_hit(origin, direction, range_max)
+    /// The first surface along a unit direction within `max_range` metres: its range (metres) and its solid.
+    pub fn cast_ray(&self, origin: &Vector3, direction: &Vector3, max_range: f64) -> Option<(f64, &Solid)> {
+        self.bvh.first_hit(origin, direction, max_range)
     }
 
     /// Whether a robot can stand with its feet there: on a floor, inside the ground plan, and with enough clearance.

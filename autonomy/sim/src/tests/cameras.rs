@@ -1,10 +1,10 @@
 //! Pictures of the simulated cameras.
 
 use super::{quiet, site_from_base};
-use crate::{CameraAim, CameraConfig, Face, Fixture, SimConfig, SimulatedSite, Simulator, SiteName, Start};
+use crate::{CameraConfig, Face, Fixture, SimConfig, SimulatedSite, Simulator, SiteName, Start};
 use geometry::{Isometry, Vector3};
 use nalgebra::Point3;
-use vocab::Vec3;
+use vocab::{CameraAim, Vec3};
 
 /// A robot that stands `away_m` in front of a fixture, turned by `turn` to the left of it, and the aim at the middle of the plate by the true pose.
 fn in_front_of(

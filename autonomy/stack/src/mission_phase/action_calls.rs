@@ -142,7 +142,7 @@ impl Running {
         else {
             return false;
         };
-        if open.turns >= config.turns_max {
+        if open.turns >= config.max_turns {
             return false;
         }
         let turn = turn_leg_id(call, open.turns);
@@ -153,7 +153,7 @@ impl Running {
         let pose = PoseGoal {
             map_from_goal,
             tolerance: Some(PoseTolerance::default()),
-            speed_max_m_s: None,
+            max_speed_m_s: None,
             approach: Approach::Path,
         };
         let situation = self.situation(frames);

@@ -4,7 +4,7 @@ use super::super::testing::{AHEAD, Rig, goal_id, node_id};
 use super::*;
 use messages::{CommandKind, Input, LedgerEvent};
 use missions::{GoalRequest, MissionEffect};
-use site_model::{Edge, EdgeBlock, Object, Parameter, Parameters};
+use site_model::{Edge, Object, Parameter, Parameters};
 use std::f64::consts::FRAC_PI_2;
 use uuid::Uuid;
 
@@ -134,8 +134,8 @@ fn a_call_ends_when_the_body_was_kept_from_turning() {
 #[test]
 fn the_body_turns_as_often_as_it_may() {
     let mut rig = with_call();
-    let turns_max = rig.running().missions.config.turns_max;
-    for number in 0..turns_max {
+    let max_turns = rig.running().missions.config.max_turns;
+    for number in 0..max_turns {
         assert!(begin_turn(&mut rig, FRAC_PI_2), "{number}");
         assert_eq!(rig.command(1, CommandKind::StopMotion), None);
         assert_eq!(rig.command(1, CommandKind::AllowMotion), None);
@@ -211,6 +211,23 @@ fn standing_for_edge_action() -> (Rig, ActionCallId) {
     (rig, call)
 }
 
+/// Why edges were blocked.
+fn reasons_of_blocks(effects: &[StackEffect]) -> Vec<&str> {
+    let commits = effects.iter().filter_map(|effect| match effect {
+        StackEffect::Commit { events, .. } => Some(events),
+        _ => None,
+    });
+    let put = commits.flatten().filter_map(|event| match event {
+        LedgerEvent::Site(write) => Some(&write.put),
+        _ => None,
+    });
+    let blocks = put.flatten().filter_map(|object| match object {
+        Object::EdgeBlock(block) => Some(block.reason.as_str()),
+        _ => None,
+    });
+    blocks.collect()
+}
+
 #[test]
 fn the_route_goes_on_when_the_action_of_its_edge_was_done_and_one_that_failed_blocks_the_edge() {
     let (mut rig, call) = standing_for_edge_action();
@@ -225,25 +242,8 @@ fn the_route_goes_on_when_the_action_of_its_edge_was_done_and_one_that_failed_bl
         let (mut rig, call) = standing_for_edge_action();
         rig.step(Input::ActionDone { call, outcome });
         assert!(rig.running().executive.leg().is_none());
-        let blocks: Vec<&EdgeBlock> = rig
-            .effects
-            .iter()
-            .filter_map(|effect| match effect {
-                StackEffect::Commit { events, .. } => Some(events),
-                _ => None,
-            })
-            .flatten()
-            .filter_map(|event| match event {
-                LedgerEvent::Site(write) => Some(&write.put),
-                _ => None,
-            })
-            .flatten()
-            .filter_map(|object| match object {
-                Object::EdgeBlock(block) => Some(block),
-                _ => None,
-            })
-            .collect();
-        assert!(matches!(blocks[..], [block] if block.reason.contains(reason)), "{reason}: {blocks:?}");
+        let [found] = reasons_of_blocks(&rig.effects)[..] else { panic!("{:?}", rig.effects) };
+        assert!(found.contains(reason), "{found}");
     }
 }
 
@@ -253,4 +253,20 @@ fn the_body_turns_within_the_goal_whose_edge_needs_the_action() {
     rig.step(Input::ActionDone { call, outcome: ActionOutcome::NeedsTurn { turn_rad: 0.4 } });
     assert_eq!(rig.running().executive.goal(), Some(goal_id(1)));
     assert_eq!(rig.running().executive.leg(), Some(turn_leg_id(call, 0)));
+}
+
+#[test]
+fn an_edge_is_blocked_with_what_has_kept_the_body_from_turning() {
+    for (end, reason) in
+        [(TurnEnd::Blocked, texts::TURN_BLOCKED), (TurnEnd::MotionTaken, texts::MOTION_TAKEN_WHILE_TURNING)]
+    {
+        let (mut rig, call) = standing_for_edge_action();
+        rig.step(Input::ActionDone { call, outcome: ActionOutcome::NeedsTurn { turn_rad: 0.4 } });
+        let turn = turn_leg_id(call, 0);
+        let effects = effects_of(&mut rig, |running, at, effects| {
+            assert!(running.end_turn(at, turn, end, effects));
+        });
+        let [found] = reasons_of_blocks(&effects)[..] else { panic!("{effects:?}") };
+        assert!(found.contains(reason), "{found}");
+    }
 }

@@ -58,15 +58,15 @@ pub(super) fn goal_result(status: &GoalStatus) -> Option<RouteGoalResult> {
 
 /// A walk of a route as a leg of its goal.
 pub(super) fn route_leg(id: LegId, walk: &LegWalk) -> RouteLeg {
-    let LegWalk { map_from_goal, tolerance, speed_max_m_s, kind } = *walk;
+    let LegWalk { map_from_goal, tolerance, max_speed_m_s, kind } = *walk;
     let approach = if kind == LegKind::Path { Approach::Path } else { Approach::Straight };
     let dock = match kind {
         LegKind::OntoDock { is_facing } => {
-            Some(DockGoal { map_from_docked: map_from_goal, is_facing, speed_max_m_s })
+            Some(DockGoal { map_from_docked: map_from_goal, is_facing, max_speed_m_s })
         }
         LegKind::Path | LegKind::Straight => None,
     };
-    RouteLeg { id, pose: PoseGoal { map_from_goal, tolerance, speed_max_m_s, approach }, dock }
+    RouteLeg { id, pose: PoseGoal { map_from_goal, tolerance, max_speed_m_s, approach }, dock }
 }
 
 /// What is left of a route, as it is published with the progress of its goal. What exactly it waits for stands in the published route.

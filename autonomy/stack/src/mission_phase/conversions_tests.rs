@@ -60,12 +60,12 @@ fn what_is_asked_for_is_the_same_in_both_directions() {
 fn only_a_walk_onto_a_dock_looks_for_one() {
     let walk = |kind| {
         let tolerance = None;
-        LegWalk { map_from_goal: Pose::IDENTITY, tolerance, speed_max_m_s: Some(0.2), kind }
+        LegWalk { map_from_goal: Pose::IDENTITY, tolerance, max_speed_m_s: Some(0.2), kind }
     };
     let id = LegId(Uuid::from_u128(3));
     let leg = route_leg(id, &walk(LegKind::OntoDock { is_facing: true }));
     let dock = leg.dock.unwrap_or_else(|| panic!("no dock"));
-    assert_eq!((leg.id, dock.is_facing, dock.speed_max_m_s), (id, true, Some(0.2)));
+    assert_eq!((leg.id, dock.is_facing, dock.max_speed_m_s), (id, true, Some(0.2)));
     assert_eq!(leg.pose.approach, Approach::Straight);
     let straight = route_leg(id, &walk(LegKind::Straight));
     assert_eq!((straight.dock, straight.pose.approach), (None, Approach::Straight));

@@ -13,7 +13,7 @@ use vocab::{ActionCallId, Covariance6, Pose};
 
 /// What is recorded with each result: where the robot was, as it knew.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub(super) struct Whereabouts {
+pub(super) struct ResultPose {
     /// Base in the map.
     pub map_from_base: Option<Pose>,
     /// Its covariance.
@@ -27,20 +27,20 @@ pub(super) fn write(
     event: &MissionEvent,
     records: &mut Records,
     site: &Site,
-    whereabouts: &Whereabouts,
+    result_pose: &ResultPose,
 ) -> Vec<LedgerEvent> {
     // A run that has ended is not among the records any more.
     let is_end = matches!(event.kind, MissionEventKind::RunEnded { .. });
-    let rows_of_end = is_end.then(|| ledger_events(event, records, site, whereabouts));
+    let rows_of_end = is_end.then(|| ledger_events(event, records, site, result_pose));
     records.apply(event);
-    rows_of_end.unwrap_or_else(|| ledger_events(event, records, site, whereabouts))
+    rows_of_end.unwrap_or_else(|| ledger_events(event, records, site, result_pose))
 }
 
 fn ledger_events(
     event: &MissionEvent,
     records: &Records,
     site: &Site,
-    whereabouts: &Whereabouts,
+    result_pose: &ResultPose,
 ) -> Vec<LedgerEvent> {
     let mut events = vec![LedgerEvent::Mission(event.clone())];
     let run = event.kind.run();
@@ -57,10 +57,10 @@ fn ledger_events(
             events.extend(run.and_then(|run| run_record(records, run, Some(*outcome))));
         }
         MissionEventKind::Task { run, task, attempt, step } => {
-            events.extend(task_records(event, records, (*run, *task), *attempt, step, site, whereabouts));
+            events.extend(task_records(event, records, (*run, *task), *attempt, step, site, result_pose));
         }
         MissionEventKind::RouteAction { run, call, .. } => {
-            events.extend(route_action_records(event, records, (*run, *call), site, whereabouts));
+            events.extend(route_action_records(event, records, (*run, *call), site, result_pose));
         }
         MissionEventKind::SlotDecided { schedule, slot, due, decision } => {
             let (run, outcome) = match decision {
@@ -120,7 +120,7 @@ fn task_records(
     attempt: u32,
     step: &TaskStep,
     site: &Site,
-    whereabouts: &Whereabouts,
+    result_pose: &ResultPose,
 ) -> Vec<LedgerEvent> {
     let Some(known) = records.runs.get(&run) else { return Vec::new() };
     let Some(index) = known.index_of(task) else { return Vec::new() };
@@ -151,7 +151,7 @@ fn task_records(
             "parameters": planned.request.as_ref().map(|request| &request.parameters),
         });
         let kind = action.unwrap_or_default().to_owned();
-        events.push(result_record(event, known, (number, attempt), kind, about, result, site, whereabouts));
+        events.push(result_record(event, known, (number, attempt), kind, about, result, site, result_pose));
     }
     events
 }
@@ -166,7 +166,7 @@ fn result_record(
     mut about: Value,
     result: &str,
     site: &Site,
-    whereabouts: &Whereabouts,
+    result_pose: &ResultPose,
 ) -> LedgerEvent {
     let value: Value = serde_json::from_str(result).unwrap_or_else(|_| Value::String(result.to_owned()));
     // The first file is the most important one.
@@ -176,7 +176,7 @@ fn result_record(
     about["utc"] = json!(event.utc);
     about["time_zone"] =
         json!(site.settings().map(|settings| settings.time_zone.as_str()).unwrap_or_default());
-    about["whereabouts"] = json!(whereabouts);
+    about["result_pose"] = json!(result_pose);
     about["revisions"] = json!(run.plan.as_ref().map(|plan| pinned(&plan.revisions)));
     LedgerEvent::Result(ResultRecord { run: run.id, step, attempt, kind, blob, body: about.to_string() })
 }
@@ -187,7 +187,7 @@ fn route_action_records(
     records: &Records,
     (run, call): (RunId, ActionCallId),
     site: &Site,
-    whereabouts: &Whereabouts,
+    result_pose: &ResultPose,
 ) -> Vec<LedgerEvent> {
     let Some(known) = records.runs.get(&run) else { return Vec::new() };
     let Some(index) = known.route_actions.iter().position(|action| action.call == call) else {
@@ -203,7 +203,7 @@ fn route_action_records(
         "action": name,
         "step": step,
         "utc": event.utc,
-        "map_from_base": whereabouts.map_from_base,
+        "map_from_base": result_pose.map_from_base,
     });
     let mut events = vec![LedgerEvent::Step(StepRecord {
         run,
@@ -215,7 +215,7 @@ fn route_action_records(
     })];
     if let Some(RouteActionEnd::Succeeded { result: Some(result) }) = &action.end {
         let about = json!({ "place": place, "task": action.task, "parameters": action.request.parameters });
-        events.push(result_record(event, known, (number, 1), name.clone(), about, result, site, whereabouts));
+        events.push(result_record(event, known, (number, 1), name.clone(), about, result, site, result_pose));
     }
     events
 }

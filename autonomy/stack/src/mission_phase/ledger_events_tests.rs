@@ -18,11 +18,11 @@ fn event(kind: MissionEventKind) -> MissionEvent {
 /// The rows of events that follow each other, without the events themselves.
 fn rows(kinds: Vec<MissionEventKind>) -> Vec<LedgerEvent> {
     let (mut records, site) = (Records::default(), Site::default());
-    let whereabouts =
-        Whereabouts { map_from_base: Some(Pose::IDENTITY), covariance: None, is_localised: true };
+    let result_pose =
+        ResultPose { map_from_base: Some(Pose::IDENTITY), covariance: None, is_localised: true };
     let written = kinds.into_iter().flat_map(|kind| {
         let event = event(kind);
-        let mut rows = write(&event, &mut records, &site, &whereabouts);
+        let mut rows = write(&event, &mut records, &site, &result_pose);
         assert_eq!(rows.remove(0), LedgerEvent::Mission(event), "the event itself is first");
         rows
     });
@@ -108,7 +108,7 @@ fn a_task_is_a_row_for_each_step_and_its_result_has_one_of_its_own() {
     let [result] = results[..] else { panic!("{results:?}") };
     assert_eq!((result.kind.as_str(), result.blob), ("photo", Some([0xab; 32])));
     let body = json(&result.body);
-    assert_eq!(body["whereabouts"]["is_localised"], true);
+    assert_eq!(body["result_pose"]["is_localised"], true);
     assert_eq!(body["value"]["files"][1]["blob"], "no hash");
     assert_eq!(body["revisions"][0]["revision"], 7);
 }

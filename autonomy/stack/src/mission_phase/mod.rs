@@ -30,6 +30,7 @@ use uuid::Uuid;
 use vocab::{ActionCallId, ClientId, CommandId, Pose, Span, Stamp};
 
 /// Parameters of [`MissionPhase`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MissionConfig {
     /// Time between two looks at where the robot is on the graph. It walks 0.2 m in it.
@@ -39,7 +40,7 @@ pub(crate) struct MissionConfig {
     /// How far beyond the reach of the camera's head the body turns, radians. More than the tolerance of a pose, so that the target is within reach afterwards.
     pub turn_margin_rad: f64,
     /// Turns of the body for one call, before it has failed.
-    pub turns_max: u32,
+    pub max_turns: u32,
 }
 
 impl Default for MissionConfig {
@@ -48,7 +49,7 @@ impl Default for MissionConfig {
             place_period: Span::from_millis(200),
             docks: DockConfig::default(),
             turn_margin_rad: 0.1,
-            turns_max: 2,
+            max_turns: 2,
         }
     }
 }

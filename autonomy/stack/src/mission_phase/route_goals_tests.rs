@@ -152,6 +152,20 @@ fn the_end_of_the_executors_goal_is_the_outcome_with_what_was_tried() {
 }
 
 #[test]
+fn a_leg_that_the_executor_cancels_is_not_walked_on_and_the_goal_stays() {
+    let mut rig = Rig::new();
+    rig.see_floor();
+    rig.stand_at_first_node();
+    assert_eq!(rig.begin(1, TO_SECOND), Ok(()));
+    let Some(leg) = rig.running().executive.leg() else { panic!("the robot does not walk") };
+    let effects = handle(&mut rig, RouteEffect::CancelWalk(leg));
+    let [StackEffect::Drive(drive)] = &effects[..] else { panic!("{effects:?}") };
+    assert_eq!(drive.velocity, Twist::default(), "the legs stand");
+    assert_eq!(rig.running().executive.leg(), None);
+    assert_eq!(rig.running().executive.goal(), Some(goal_id(1)));
+}
+
+#[test]
 fn a_leg_that_cannot_begin_ends_the_goal() {
     let mut rig = Rig::new();
     rig.stand_at_first_node();

@@ -2,7 +2,7 @@
 //! notices. Goals on the topological map are in `route_goals.rs`.
 
 use super::conversions::{goal_kind, map_zone, severity};
-use super::ledger_events::{Whereabouts, write};
+use super::ledger_events::{ResultPose, write};
 use super::status::mission_status;
 use super::{action_info, platform};
 use crate::{Running, notice, publish, texts};
@@ -172,7 +172,7 @@ impl Running {
     ) {
         match effect {
             MissionEffect::Commit { number, events } => {
-                let whereabouts = Whereabouts {
+                let result_pose = ResultPose {
                     map_from_base: self.missions.map_from_base,
                     covariance: self
                         .localisation
@@ -181,7 +181,7 @@ impl Running {
                     is_localised: self.missions.situation.is_localised,
                 };
                 let (written, site) = (&mut self.missions.written, &self.missions.site);
-                let rows = events.iter().flat_map(|event| write(event, written, site, &whereabouts));
+                let rows = events.iter().flat_map(|event| write(event, written, site, &result_pose));
                 let (seq, commit) = self.commits.begin_events(rows.collect());
                 self.missions.commits.push_back((seq, number));
                 effects.push(commit);

@@ -34,6 +34,24 @@ fn count(rig: &Rig, is_counted: impl Fn(&StackEffect) -> bool) -> usize {
     rig.effects.iter().filter(|effect| is_counted(effect)).count()
 }
 
+/// A mission with a visit to node 2.
+fn mission(id: MissionId) -> Object {
+    let task = Task {
+        id: TaskId(Uuid::from_u128(52)),
+        place: TaskPlace::Node { node: node_id(2), request: None },
+        on_unreachable: FailurePolicy::default(),
+        on_action_failure: FailurePolicy::default(),
+    };
+    Object::Mission(Mission {
+        id,
+        name: "Round".to_owned(),
+        tasks: vec![task],
+        order: TaskOrder::AsListed,
+        order_constraints: Vec::new(),
+        end: MissionEnd::Stay,
+    })
+}
+
 /// Every commit becomes durable.
 fn commit_all(rig: &mut Rig) {
     let newest = rig.effects.iter().rev().find_map(|effect| match effect {
@@ -137,6 +155,67 @@ fn the_runner_hears_of_its_last_commit_that_is_durable() {
 }
 
 #[test]
+fn commands_are_answered_once_their_commits_are_durable_and_one_message_settles_several() {
+    let mut rig = Rig::new();
+    let [first, second] = [70, 71].map(|number| MissionId(Uuid::from_u128(number)));
+    rig.give_objects(vec![mission(first), mission(second)]);
+    for (number, mission) in [(72, first), (73, second)] {
+        let run = RunId(Uuid::from_u128(number));
+        let start = MissionCommandKind::Start { run, mission, mode: StartMode::Queue };
+        assert_eq!(rig.command(1, CommandKind::Mission(start)), None);
+    }
+    let is_accepted = |effect: &StackEffect| matches!(effect, StackEffect::Answer { refused: None, .. });
+    assert_eq!(count(&rig, is_accepted), 0, "nothing is durable yet");
+    commit_all(&mut rig);
+    assert_eq!(count(&rig, is_accepted), 2);
+}
+
+#[test]
+fn runs_of_earlier_programs_are_restored_with_the_site() {
+    let mut rig = Rig::booted();
+    let queued = site_model::MissionEventKind::RunQueued {
+        run: RUN,
+        mission: MISSION,
+        cause: site_model::RunCause::Command(CommandId(Uuid::nil())),
+        priority: 0,
+    };
+    let event = site_model::MissionEvent { utc: None, command: None, kind: queued };
+    rig.step(Input::MissionsRestored(vec![event]));
+    rig.give_objects(vec![mission(MISSION)]);
+    let queue = rig.running().missions.runner.as_ref().map(|runner| runner.records().queue());
+    assert_eq!(queue, Some(vec![RUN]));
+}
+
+#[test]
+fn the_runner_knows_the_calendar_time() {
+    let mut rig = Rig::new();
+    let settings =
+        site_model::SiteSettings { name: "Plant".to_owned(), time_zone: "UTC".to_owned(), map: None };
+    rig.give_objects(vec![Object::Settings(settings)]);
+    let time_of_day =
+        |rig: &mut Rig| rig.running().missions.runner.as_ref().and_then(|runner| runner.time_of_day());
+    assert_eq!(time_of_day(&mut rig), None);
+    rig.step(Input::WallClock { utc_ns: 7 * 3_600_000_000_000, synchronised: true });
+    assert_eq!(time_of_day(&mut rig), Some(site_model::LocalTime { hour: 7, minute: 0 }));
+}
+
+#[test]
+fn a_robot_that_is_charged_at_a_dock_is_in_it() {
+    let mut rig = Rig::new();
+    let id = site_model::DockId(Uuid::from_u128(80));
+    let dock = site_model::Dock { id, name: "East".to_owned(), node: node_id(1), approach: node_id(2) };
+    rig.give_objects(vec![Object::Dock(dock)]);
+    rig.running().missions.map_from_base = Some(vocab::Pose::IDENTITY);
+    for (charging, docked) in [(false, None), (true, Some(id))] {
+        let (at, mut effects) = (rig.at, Vec::new());
+        let battery =
+            messages::BatteryState { stamp: at, charge: 0.5, voltage_v: 50.0, current_a: 0.0, charging };
+        rig.running().mission_battery(at, battery, &mut effects);
+        assert_eq!(rig.running().missions.docked(), docked);
+    }
+}
+
+#[test]
 fn the_place_on_the_graph_is_looked_for_now_and_then() {
     let mut rig = Rig::new();
     let period = rig.running().missions.config.place_period;
@@ -153,20 +232,7 @@ fn the_place_on_the_graph_is_looked_for_now_and_then() {
 #[test]
 fn people_are_told_once_of_a_run_that_waits_for_localisation() {
     let mut rig = Rig::new();
-    let task = Task {
-        id: TaskId(Uuid::from_u128(52)),
-        place: TaskPlace::Node { node: node_id(2), request: None },
-        on_unreachable: FailurePolicy::default(),
-        on_action_failure: FailurePolicy::default(),
-    };
-    rig.give_objects(vec![Object::Mission(Mission {
-        id: MISSION,
-        name: "Round".to_owned(),
-        tasks: vec![task],
-        order: TaskOrder::AsListed,
-        order_constraints: Vec::new(),
-        end: MissionEnd::Stay,
-    })]);
+    rig.give_objects(vec![mission(MISSION)]);
     let is_told = |effect: &StackEffect| matches!(effect, StackEffect::Publish(Publication::Notice(notice)) if notice.text == texts::RUN_WAITS_FOR_PLACE);
     rig.run(1.0);
     assert_eq!(count(&rig, is_told), 0, "no run waits");

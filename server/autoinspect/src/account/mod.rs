@@ -10,6 +10,7 @@ use accounts::{AccountName, PasswordConfig, check_password, credential_id, hash,
 use api::access::{MAX_TOKEN_DAYS, Role};
 use clap::{Args, Subcommand};
 use ports::DataDir;
+use runtime::audit_texts;
 use serde_json::json;
 use std::path::PathBuf;
 use store::{Accounts, AuditEntry, Ledger, LedgerWriter, StoreError, StoredAccount, StoredCredential};
@@ -123,7 +124,7 @@ pub fn run(args: &AccountArgs) -> Result<(), Failure> {
         AccountCommand::List => list(&mut ledger, args.json),
         AccountCommand::Add { account, role } => {
             let password = hashed_password(account)?;
-            change(&mut ledger, format!("add account {account} as {role}"), |writer, accounts, at| {
+            change(&mut ledger, audit_texts::add_account(account, role), |writer, accounts, at| {
                 if accounts.accounts.contains_key(account.as_str()) {
                     return Ok(Err(texts::account_exists(account.as_str())));
                 }
@@ -139,7 +140,7 @@ pub fn run(args: &AccountArgs) -> Result<(), Failure> {
         }
         AccountCommand::Reset { account } => {
             let password = hashed_password(account)?;
-            change(&mut ledger, format!("reset password of {account}"), |writer, accounts, at| {
+            change(&mut ledger, audit_texts::reset_password(account), |writer, accounts, at| {
                 let Some(known) = accounts.accounts.get(account.as_str()) else {
                     return Ok(Err(texts::no_account(account.as_str())));
                 };
@@ -151,7 +152,7 @@ pub fn run(args: &AccountArgs) -> Result<(), Failure> {
             })
         }
         AccountCommand::Remove { account } => {
-            change(&mut ledger, format!("remove account {account}"), |writer, accounts, _| {
+            change(&mut ledger, audit_texts::remove_account(account), |writer, accounts, _| {
                 if !accounts.accounts.contains_key(account.as_str()) {
                     return Ok(Err(texts::no_account(account.as_str())));
                 }
@@ -162,7 +163,7 @@ pub fn run(args: &AccountArgs) -> Result<(), Failure> {
             add_token(&mut ledger, args.json, name, *role, *days)
         }
         AccountCommand::Token(TokenCommand::Revoke { name }) => {
-            change(&mut ledger, format!("end token {name}"), |writer, accounts, at| {
+            change(&mut ledger, audit_texts::end_token(name), |writer, accounts, at| {
                 let ended = end(writer, accounts, at, |it| it.token_role.is_some() && it.owner == *name)?;
                 Ok(if ended == 0 { Err(texts::no_token(name)) } else { Ok(()) })
             })
@@ -188,8 +189,9 @@ fn change(
     let refused = ledger.write(|writer| {
         let accounts = writer.accounts()?;
         let made = make(writer, &accounts, at)?;
-        let outcome = if made.is_ok() { "done" } else { "refused" }.to_owned();
-        let entry = AuditEntry { by: None, address: None, command: format!("console: {command}"), outcome };
+        let outcome = if made.is_ok() { audit_texts::DONE } else { audit_texts::REFUSED }.to_owned();
+        let entry =
+            AuditEntry { by: None, address: None, command: audit_texts::on_console(&command), outcome };
         writer.put_audit_entry(&entry, at)?;
         Ok(made.err())
     });
@@ -218,7 +220,7 @@ fn end(
 fn add_token(ledger: &mut Ledger, json: bool, name: &str, role: Role, days: u32) -> Result<(), Failure> {
     let secret = new_secret().map_err(Failure::failed)?;
     let id = credential_id(secret.reveal());
-    let command = format!("make token {name} as {role} for {days} days");
+    let command = audit_texts::add_token(name, &role, days);
     change(ledger, command, |writer, _, at| {
         let token = StoredCredential {
             owner: name.to_owned(),

@@ -16,34 +16,35 @@ use std::sync::Arc;
 use store::SavedMap;
 
 /// Parameters of [`find_alignment`] and [`align_point_pairs`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AlignmentConfig {
     /// Largest number of the map's scans that are searched for in the cloud. Each search takes 0.2 s.
-    pub scans_max: usize,
+    pub max_scans: usize,
     /// Smallest distance between these scans, metres.
     pub scan_spacing_m: f64,
     /// Two scans agree on an alignment if their alignments move the position of each by at most this distance, metres.
     pub agreement_distance_m: f64,
     /// Number of scans that must agree on the alignment.
-    pub agreeing_scans_min: usize,
+    pub min_agreeing_scans: usize,
     /// Largest ratio of the scans of the best other alignment to those of the best one.
-    pub other_share_max: f64,
+    pub max_other_share: f64,
     /// Greatest root mean square distance of picked points after the alignment, metres: [`api::MAX_PAIR_RMS_M`], which the client checks too.
-    pub pair_rms_max_m: f64,
+    pub max_pair_rms_m: f64,
     /// Greatest distance by which picked points may move a cloud, metres. A greater one means mistyped coordinates.
-    pub distance_max_m: f64,
+    pub max_distance_m: f64,
 }
 
 impl Default for AlignmentConfig {
     fn default() -> Self {
         Self {
-            scans_max: 60,
+            max_scans: 60,
             scan_spacing_m: 1.0,
             agreement_distance_m: 0.5,
-            agreeing_scans_min: 5,
-            other_share_max: 0.5,
-            pair_rms_max_m: api::MAX_PAIR_RMS_M,
-            distance_max_m: 1e5,
+            min_agreeing_scans: 5,
+            max_other_share: 0.5,
+            max_pair_rms_m: api::MAX_PAIR_RMS_M,
+            max_distance_m: 1e5,
         }
     }
 }
@@ -106,10 +107,10 @@ pub fn find_alignment(
     }
     let (agreeing, others) = count_votes(&votes, config);
     let too_few = || Failure::failed(texts::too_few_scans_recognised(map, agreeing.len()));
-    if agreeing.len() < config.agreeing_scans_min {
+    if agreeing.len() < config.min_agreeing_scans {
         return Err(too_few());
     }
-    if others as f64 > config.other_share_max * agreeing.len() as f64 {
+    if others as f64 > config.max_other_share * agreeing.len() as f64 {
         return Err(Failure::failed(texts::ambiguous_alignment(map, agreeing.len(), others)));
     }
     let pairs: Vec<(Vector3, Vector3)> = agreeing.iter().map(|vote| (vote.in_map, vote.in_cloud)).collect();
@@ -171,7 +172,7 @@ fn spread_keyframes(poses: &[Isometry], config: &AlignmentConfig) -> BTreeSet<us
             spaced.push(keyframe);
         }
     }
-    let every = spaced.len().div_ceil(config.scans_max).max(1);
+    let every = spaced.len().div_ceil(config.max_scans).max(1);
     spaced.into_iter().step_by(every).collect()
 }
 
@@ -184,10 +185,10 @@ pub fn align_point_pairs(pairs: &[PointPair], config: &AlignmentConfig) -> Resul
         pairs.iter().map(|pair| (Vector3::from(pair.map), Vector3::from(pair.cloud))).collect();
     let alignment = align(&pairs).ok_or_else(|| Failure::usage(texts::TOO_FEW_PAIRS))?;
     let distance_m = alignment.map_from_cloud.translation.vector.norm();
-    if !(alignment.rms_m.is_finite() && distance_m <= config.distance_max_m) {
-        return Err(Failure::usage(texts::pairs_too_far(config.distance_max_m / 1e3)));
+    if !(alignment.rms_m.is_finite() && distance_m <= config.max_distance_m) {
+        return Err(Failure::usage(texts::pairs_too_far(config.max_distance_m / 1e3)));
     }
-    if alignment.rms_m > config.pair_rms_max_m {
+    if alignment.rms_m > config.max_pair_rms_m {
         return Err(Failure::usage(texts::pairs_contradict(alignment.rms_m)));
     }
     Ok(alignment)

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::texts;
-use changes::{Look, Visit};
+use changes::{SensorView, Visit};
 use geometry::{Isometry, Vector3, isometry_from_pose, se3};
 use messages::Sensor;
 use recorder::{Recording, TopicSelection};
@@ -10,8 +10,14 @@ use std::path::Path;
 use store::map_clouds_and_sensors;
 use vocab::{Pose, Span, Stamp};
 
-/// Longest time between two poses between which a pose is interpolated: two of a pose estimate with 10 Hz, and some lost ones.
-const POSE_GAP_MAX: Span = Span::from_millis(500);
+/// How poses are found at the times of scans.
+#[derive(Clone, Copy, Debug)]
+struct VisitPosesConfig {
+    /// Longest time between two poses between which a pose is interpolated: two of a pose estimate with 10 Hz, and some lost ones.
+    max_gap: Span,
+}
+
+const CONFIG: VisitPosesConfig = VisitPosesConfig { max_gap: Span::from_millis(500) };
 
 /// Reads the visit of a recording or of the folder of a map.
 pub fn read(path: &Path) -> Result<Visit, Failure> {
@@ -25,7 +31,7 @@ fn of_map(path: &Path) -> Result<Visit, Failure> {
     for read in clouds {
         let (cloud, sensor) = read.map_err(Failure::usage)?;
         let Some(map_from_keyframe) = isometry_from_pose(&cloud.map_from_keyframe) else { continue };
-        visit.looks.push(look(&map_from_keyframe, &sensor, &cloud.xyz));
+        visit.views.push(view(&map_from_keyframe, &sensor, &cloud.xyz));
     }
     Ok(visit)
 }
@@ -56,21 +62,21 @@ fn of_recording(path: &Path) -> Result<Visit, Failure> {
     for scan in scans {
         if let Some(map_from_external) = pose_at(&poses, scan.stamp) {
             let map_from_lidar = map_from_external * external_from_lidar;
-            visit.looks.push(look(&map_from_lidar, &[0.0; 3], &scan.xyz));
+            visit.views.push(view(&map_from_lidar, &[0.0; 3], &scan.xyz));
         }
     }
-    if visit.looks.is_empty() {
+    if visit.views.is_empty() {
         return Err(Failure::usage(texts::no_poses_in(path)));
     }
     Ok(visit)
 }
 
-/// The look from a sensor (metres, in a frame whose pose in the map is given) at points (metres, the same frame).
-fn look(map_from_frame: &Isometry, sensor: &[f32; 3], points: &[[f32; 3]]) -> Look {
+/// The view from a sensor (metres, in a frame whose pose in the map is given) at points (metres, the same frame).
+fn view(map_from_frame: &Isometry, sensor: &[f32; 3], points: &[[f32; 3]]) -> SensorView {
     let in_map = |point: &[f32; 3]| map_from_frame * nalgebra::Point3::from(point.map(f64::from));
     let sensor: Vector3 = in_map(sensor).coords;
     let points = points.iter().map(|point| in_map(point).coords.map(|at| at as f32).into()).collect();
-    Look { sensor, points }
+    SensorView { sensor, points }
 }
 
 /// The pose at an instant, between those before and after it.
@@ -83,7 +89,7 @@ fn pose_at(poses: &[(Stamp, Isometry)], at: Stamp) -> Option<Isometry> {
     }
     let ((from, first), (to, second)) = poses.get(after.checked_sub(1)?).zip(poses.get(after))?;
     let gap = *to - *from;
-    (gap <= POSE_GAP_MAX).then(|| se3::interpolate(first, second, (at - *from).secs_f64() / gap.secs_f64()))
+    (gap <= CONFIG.max_gap).then(|| se3::interpolate(first, second, (at - *from).secs_f64() / gap.secs_f64()))
 }
 
 #[cfg(test)]

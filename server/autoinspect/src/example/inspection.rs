@@ -12,14 +12,15 @@ use uuid::Uuid;
 use vocab::Vec3;
 
 /// From where plates are looked at.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct ViewConfig {
     /// Shortest distance between node and plate, metres: the head tilts by 80 degrees at most, and the robot must not touch the wall.
-    distance_min_m: f64,
+    min_distance_m: f64,
     /// Longest distance, metres: at the greatest zoom in use the plate still has 100 pixels.
-    distance_max_m: f64,
+    max_distance_m: f64,
     /// Least cosine of the angle between the line to the node and the normal of the plate: 60 degrees.
-    facing_min: f64,
+    min_facing: f64,
     /// A ray from the camera may end this far before the plate, metres.
     slack_m: f64,
     /// Width of the picture in the plane of the plate, metres: a gauge fills a fifth of it.
@@ -31,9 +32,9 @@ struct ViewConfig {
 }
 
 const CONFIG: ViewConfig = ViewConfig {
-    distance_min_m: 0.8,
-    distance_max_m: 5.0,
-    facing_min: 0.5,
+    min_distance_m: 0.8,
+    max_distance_m: 5.0,
+    min_facing: 0.5,
     slack_m: 0.05,
     picture_width_m: 0.8,
     zoom_max: 6.0,
@@ -128,8 +129,8 @@ impl Inspected<'_> {
         let distance_m = to_camera.norm();
         let outward = fixture.site_from_plate.rotation * Vector3::z();
         let facing = outward.dot(&to_camera) / distance_m;
-        let is_near = (CONFIG.distance_min_m..=CONFIG.distance_max_m).contains(&distance_m);
-        if !is_near || facing < CONFIG.facing_min {
+        let is_near = (CONFIG.min_distance_m..=CONFIG.max_distance_m).contains(&distance_m);
+        if !is_near || facing < CONFIG.min_facing {
             return None;
         }
         let free = self.site.cast_ray(&camera, &(-to_camera / distance_m), distance_m - CONFIG.slack_m);

@@ -15,6 +15,7 @@ use vocab::{Span, Stamp};
 const ROUTE: &str = "round";
 
 /// Parameters of the walk.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 pub struct ExampleWalkConfig {
     /// Seed of the simulation.

@@ -6,20 +6,21 @@ use std::io::{self, Write};
 use store::{MapCloud, MapClouds, StoreError};
 
 /// Fixed parameters of a [`MapPicture`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct PictureConfig {
     /// Largest number of pixels of a picture. A larger map gets larger pixels.
-    pixels_max: f64,
+    max_pixels: f64,
     /// Distance between the lines that show the scale, metres.
     grid_m: f64,
     /// Points with a greater coordinate are left out, metres: they are errors.
-    coordinate_max_m: f64,
+    max_coordinate_m: f64,
     /// Share of the pixels at each end of the heights that gets the end colour, so that a single mast does not stretch the colour range.
     height_tail_share: f64,
 }
 
 const CONFIG: PictureConfig =
-    PictureConfig { pixels_max: 64e6, grid_m: 10.0, coordinate_max_m: 1e6, height_tail_share: 0.02 };
+    PictureConfig { max_pixels: 64e6, grid_m: 10.0, max_coordinate_m: 1e6, height_tail_share: 0.02 };
 const PAPER: [u8; 3] = [250, 250, 248];
 const GRID_LINE: [u8; 3] = [226, 228, 230];
 /// Colours from low to high. They can be distinguished also by red-green colour-blind people, and in grey.
@@ -76,7 +77,7 @@ impl MapPicture {
         }
         let spans = [high[0] - low[0] + 1, high[1] - low[1] + 1];
         // Number of requested pixels that become one pixel, along each axis.
-        let bin = ((spans[0] as f64 * spans[1] as f64 / CONFIG.pixels_max).sqrt().ceil() as i64).max(1);
+        let bin = ((spans[0] as f64 * spans[1] as f64 / CONFIG.max_pixels).sqrt().ceil() as i64).max(1);
         let first = low.map(|c| c.div_euclid(bin));
         let size = [0, 1].map(|axis| (high[axis].div_euclid(bin) - first[axis] + 1) as usize);
         let mut heights = vec![f32::NAN; size[0] * size[1]];
@@ -154,7 +155,7 @@ fn add(cells: &mut BTreeMap<[i64; 2], f32>, cloud: &MapCloud, settings: &Setting
         let in_map = map_from_keyframe * nalgebra::Point3::from(point.map(f64::from));
         let wanted = settings.heights.is_none_or(|wanted| (wanted.from..=wanted.to).contains(&in_map.z));
         // False also for coordinates that are not finite.
-        let near = in_map.x.abs() <= CONFIG.coordinate_max_m && in_map.y.abs() <= CONFIG.coordinate_max_m;
+        let near = in_map.x.abs() <= CONFIG.max_coordinate_m && in_map.y.abs() <= CONFIG.max_coordinate_m;
         if wanted && near && in_map.z - robot <= settings.above_robot {
             let cell = [in_map.x, in_map.y].map(|c| (c / settings.pixel).floor() as i64);
             let height = cells.entry(cell).or_insert(f32::NEG_INFINITY);
@@ -242,7 +243,7 @@ mod tests {
     fn an_enormous_map_gets_larger_pixels() {
         let cells = BTreeMap::from([([0, 0], 0.0), ([100_000_000, 99_999], 1.0)]);
         let picture = MapPicture::from_cells(cells, 0.05, 2).unwrap();
-        assert!(picture.size[0] as f64 * picture.size[1] as f64 <= 1.01 * CONFIG.pixels_max);
+        assert!(picture.size[0] as f64 * picture.size[1] as f64 <= 1.01 * CONFIG.max_pixels);
         assert!(picture.pixel > 0.05);
         assert!(MapPicture::from_cells(BTreeMap::new(), 0.05, 0).is_none());
     }

@@ -15,14 +15,11 @@ pub enum BmpError {
 /// Width, height, and the pixels row by row from the top left.
 pub type Pixels = ([usize; 2], Vec<[u8; 3]>);
 
-/// Longest side that is read, pixels.
-const SIDE_MAX_PX: u32 = 16_384;
-
-/// Reads a whole BMP file.
+/// Reads a whole BMP file whose sides are at most this long, pixels.
 ///
 /// # Errors
 /// When the file is cut short or of another kind.
-pub fn read(bytes: &[u8]) -> Result<Pixels, BmpError> {
+pub fn read(bytes: &[u8], max_side_px: u32) -> Result<Pixels, BmpError> {
     let number = |at: usize| {
         let field = bytes.get(at..at + 4).and_then(|field| field.try_into().ok());
         field.map(u32::from_le_bytes).ok_or(BmpError::CutShort)
@@ -32,7 +29,7 @@ pub fn read(bytes: &[u8]) -> Result<Pixels, BmpError> {
     let rows = height.cast_signed();
     let bits = planes_and_bits >> 16;
     let is_known = (bits == 24 || bits == 32) && compression == 0;
-    let has_size = [width, rows.unsigned_abs()].iter().all(|side| (1..=SIDE_MAX_PX).contains(side));
+    let has_size = [width, rows.unsigned_abs()].iter().all(|side| (1..=max_side_px).contains(side));
     if !is_known || !has_size {
         return Err(BmpError::OtherKind);
     }
@@ -76,20 +73,20 @@ mod tests {
     #[test]
     fn pixels_come_from_the_top_left_whichever_row_is_first() {
         let expected = vec![[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 255]];
-        assert_eq!(read(&file(2)), Ok(([2, 2], expected.clone())));
-        assert_eq!(read(&file(-2)), Ok(([2, 2], expected)));
+        assert_eq!(read(&file(2), 100), Ok(([2, 2], expected.clone())));
+        assert_eq!(read(&file(-2), 100), Ok(([2, 2], expected)));
     }
 
     #[test]
     fn what_is_cut_short_or_of_another_kind_is_refused() {
         let whole = file(2);
         for cut in 0..whole.len() - 2 {
-            assert_eq!(read(&whole[..cut]), Err(BmpError::CutShort), "{cut}");
+            assert_eq!(read(&whole[..cut], 100), Err(BmpError::CutShort), "{cut}");
         }
         let mut other = whole.clone();
         other[28] = 8;
-        assert_eq!(read(&other), Err(BmpError::OtherKind));
-        assert_eq!(read(&file(0)), Err(BmpError::OtherKind));
-        assert_eq!(read(&file(i32::MIN)), Err(BmpError::OtherKind));
+        assert_eq!(read(&other, 100), Err(BmpError::OtherKind));
+        assert_eq!(read(&file(0), 100), Err(BmpError::OtherKind));
+        assert_eq!(read(&file(i32::MIN), 100), Err(BmpError::OtherKind));
     }
 }

@@ -17,13 +17,13 @@ pub struct JoinedGraphConfig {
     /// Information of the prior on the first keyframe's pose (1/rad² and 1/m²), so that the first map's frame is kept.
     pub origin_information: f64,
     /// Added to the information of every edge (1/rad² and 1/m²): a standard deviation of 1 km. It keeps the poses of every walk connected.
-    pub information_min: f64,
+    pub min_information: f64,
 }
 
 impl Default for JoinedGraphConfig {
     fn default() -> Self {
         let OptimiserConfig { origin_information, min_odometry_information, .. } = OptimiserConfig::default();
-        Self { origin_information, information_min: min_odometry_information }
+        Self { origin_information, min_information: min_odometry_information }
     }
 }
 
@@ -90,7 +90,7 @@ impl JoinedGraph {
             let (from, to) = (keys[edge.from.0 as usize], keys[edge.to.0 as usize]);
             let measured = isometry_from_pose(&edge.from_from_to).ok_or(texts::MAP_EDGE_NO_POSE)?;
             let information = Matrix6::from_fn(|row, column| edge.information[row][column])
-                + Matrix6::identity() * self.config.information_min;
+                + Matrix6::identity() * self.config.min_information;
             let factor = Between::new(from, to, &measured, &information).map_err(|e| text(&e))?;
             graph.add(factor, &values).map_err(|e| text(&e))?;
         }

@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Parameters of [`find_regression`]: the greatest permitted losses of a new version.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RegressionConfig {
     /// Loss of localised scans, as a share of all scans.

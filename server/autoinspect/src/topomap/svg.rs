@@ -13,6 +13,7 @@ use store::{CloudSelection, map_clouds};
 use topomap::GeneratedMap;
 
 /// Fixed parameters of the picture.
+/// Where a field names no source, its value was chosen.
 struct SvgConfig {
     /// Scale, units for each metre.
     units_per_m: f64,

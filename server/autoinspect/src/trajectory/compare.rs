@@ -99,7 +99,7 @@ fn compare(args: &CompareArgs) -> Result<TrajectoryComparison, Failure> {
         (None, None) => Isometry::identity(),
     };
     let offset = args.offset.or(extrinsic.and_then(|extrinsic| extrinsic.time_offset_s)).unwrap_or(0.0);
-    let gap_max = args.max_gap.unwrap_or(match args.matching {
+    let max_gap = args.max_gap.unwrap_or(match args.matching {
         Matching::Interpolate => 0.5,
         Matching::Nearest => 0.01,
     });
@@ -107,7 +107,7 @@ fn compare(args: &CompareArgs) -> Result<TrajectoryComparison, Failure> {
     let estimate: Vec<_> =
         load(&args.estimate)?.into_iter().map(|(stamp, pose)| (stamp, pose * frame)).collect();
     let seconds = Span::from_secs_f64;
-    let pairs = pair(&truth, &estimate, seconds(offset), args.matching, seconds(gap_max));
+    let pairs = pair(&truth, &estimate, seconds(offset), args.matching, seconds(max_gap));
     if pairs.len() < 2 {
         return Err(Failure::usage(texts::too_few_common_instants(pairs.len())));
     }

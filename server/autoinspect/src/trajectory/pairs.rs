@@ -24,22 +24,22 @@ pub struct Pair {
 /// The pairs in order of time.
 ///
 /// - `offset`: added to the estimate's stamps to get the truth's.
-/// - `gap_max`: for interpolation the longest gap in the truth that is interpolated, otherwise the greatest difference of the stamps.
-pub fn pair(truth: &Track, estimate: &Track, offset: Span, matching: Matching, gap_max: Span) -> Vec<Pair> {
+/// - `max_gap`: for interpolation the longest gap in the truth that is interpolated, otherwise the greatest difference of the stamps.
+pub fn pair(truth: &Track, estimate: &Track, offset: Span, matching: Matching, max_gap: Span) -> Vec<Pair> {
     let estimate = estimate.iter().map(|(stamp, pose)| (*stamp + offset, *pose));
     match matching {
         Matching::Interpolate => estimate
             .filter_map(|(stamp, estimate)| {
-                let truth = at(truth, stamp, gap_max)?;
+                let truth = at(truth, stamp, max_gap)?;
                 Some(Pair { stamp, truth, estimate })
             })
             .collect(),
-        Matching::Nearest => nearest(truth, &estimate.collect(), gap_max),
+        Matching::Nearest => nearest(truth, &estimate.collect(), max_gap),
     }
 }
 
 /// The pose at an instant, interpolated between the two around it.
-fn at(track: &Track, stamp: Stamp, gap_max: Span) -> Option<Isometry> {
+fn at(track: &Track, stamp: Stamp, max_gap: Span) -> Option<Isometry> {
     let after = track.partition_point(|(other, _)| *other < stamp);
     let (next_stamp, next) = track.get(after)?;
     if *next_stamp == stamp {
@@ -47,14 +47,14 @@ fn at(track: &Track, stamp: Stamp, gap_max: Span) -> Option<Isometry> {
     }
     let (last_stamp, last) = track.get(after.checked_sub(1)?)?;
     let gap = *next_stamp - *last_stamp;
-    if gap > gap_max {
+    if gap > max_gap {
         return None;
     }
     let fraction = (stamp - *last_stamp).secs_f64() / gap.secs_f64();
     Some(last.lerp_slerp(next, fraction))
 }
 
-fn nearest(truth: &Track, estimate: &Track, difference_max: Span) -> Vec<Pair> {
+fn nearest(truth: &Track, estimate: &Track, max_difference: Span) -> Vec<Pair> {
     let truth_is_longer = truth.len() > estimate.len();
     let (short, long) = if truth_is_longer { (estimate, truth) } else { (truth, estimate) };
     short
@@ -65,7 +65,7 @@ fn nearest(truth: &Track, estimate: &Track, difference_max: Span) -> Vec<Pair> {
             let candidates = around.into_iter().flatten().filter_map(|index| long.get(index));
             let difference = |other: &Stamp| (*other - *stamp).nanos().abs();
             let (other, found) = candidates.min_by_key(|(other, _)| difference(other))?;
-            (difference(other) <= difference_max.nanos()).then(|| {
+            (difference(other) <= max_difference.nanos()).then(|| {
                 let (truth, estimate) = if truth_is_longer { (*found, *pose) } else { (*pose, *found) };
                 Pair { stamp: *stamp, truth, estimate }
             })

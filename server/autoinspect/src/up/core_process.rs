@@ -103,8 +103,8 @@ impl RecordingsArgs {
     }
 
     fn config(&self) -> RecordingsConfig {
-        let bytes_max = self.recordings_mb.map(|megabytes| megabytes.saturating_mul(1_000_000));
-        RecordingsConfig { bytes_max, ..RecordingsConfig::default() }
+        let max_bytes = self.recordings_mb.map(|megabytes| megabytes.saturating_mul(1_000_000));
+        RecordingsConfig { max_bytes, ..RecordingsConfig::default() }
     }
 }
 

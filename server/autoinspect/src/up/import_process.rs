@@ -40,7 +40,7 @@ impl MapImporter for ImportProcess {
             arguments.extend(["--align-to".into(), frame.into()]);
         }
         arguments.extend(["--background".into(), "--".into(), file.into()]);
-        let named: Vec<_> = [(Some(file), "The file"), (frame, "that map")]
+        let named: Vec<_> = [(Some(file), texts::UPLOADED_FILE), (frame, texts::FRAME_OF_IMPORT)]
             .into_iter()
             .filter_map(|(path, name)| Some((path?, name)))
             .collect();

@@ -13,6 +13,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 /// Parameters of a [`Process`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct ProcessConfig {
     /// Longest time for an orderly stop, which may be saving a map.
@@ -22,7 +23,7 @@ struct ProcessConfig {
     /// Pause before the second restart in a row; the first one has none.
     first_pause: Duration,
     /// Longest pause before a restart. Pauses double up to this.
-    pause_max: Duration,
+    max_pause: Duration,
     /// A process that ran for this time is healthy: its next restart has no pause.
     healthy_after: Duration,
     /// A process that gives no heartbeat for this time hangs. It is killed and started again.
@@ -39,7 +40,7 @@ const CONFIG: ProcessConfig = ProcessConfig {
     stop_timeout: Duration::from_secs(30),
     poll_interval: Duration::from_millis(50),
     first_pause: Duration::from_millis(250),
-    pause_max: Duration::from_secs(10),
+    max_pause: Duration::from_secs(10),
     healthy_after: Duration::from_secs(30),
     max_silence: Duration::from_secs(5),
     max_start: Duration::from_secs(120),
@@ -189,7 +190,7 @@ impl Process {
         }
         self.start_at = Instant::now() + self.pause;
         output::print_note(&texts::process_restarts(self.role.name(), &cause, self.pause));
-        self.pause = (self.pause * 2).clamp(CONFIG.first_pause, CONFIG.pause_max);
+        self.pause = (self.pause * 2).clamp(CONFIG.first_pause, CONFIG.max_pause);
         self.restarts += 1;
         self.cause = cause;
     }

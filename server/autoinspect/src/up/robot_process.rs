@@ -16,6 +16,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Parameters of [`run_robot`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct RobotProcessConfig {
     /// Longest wait for another robot on the same socket, which may be ending because its supervisor was killed.

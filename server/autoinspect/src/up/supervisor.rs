@@ -19,6 +19,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// Parameters of a [`Supervisor`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct SupervisorConfig {
     /// Time between checks of the children.

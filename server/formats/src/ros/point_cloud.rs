@@ -7,7 +7,7 @@ use messages::Scan;
 use std::borrow::Cow;
 
 /// Least bytes of a `sensor_msgs/PointField`: length of the name, offset, data type and count.
-const FIELD_BYTES_MIN: usize = 4 + 4 + 1 + 4;
+const MIN_FIELD_BYTES: usize = 4 + 4 + 1 + 4;
 
 /// A point cloud message; the points stay where they are in the message's bytes.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +31,7 @@ impl<'a> PointCloud2<'a> {
         let header = Header::read(&mut reader, encoding)?;
         let height = reader.u32()? as usize;
         let width = reader.u32()? as usize;
-        let fields = reader.sequence(FIELD_BYTES_MIN, read_field)?;
+        let fields = reader.sequence(MIN_FIELD_BYTES, read_field)?;
         let big_endian = reader.bool()?;
         let point_step = reader.u32()? as usize;
         let row_step = reader.u32()? as usize;

@@ -1,6 +1,6 @@
 //! Records of a bag: a header of named fields, then data.
 
-use crate::{CHUNK_BYTES_MAX, FormatError, texts};
+use crate::{FormatError, MAX_CHUNK_BYTES, texts};
 use std::collections::BTreeMap;
 use std::io::{Read, Seek, SeekFrom};
 use vocab::Stamp;
@@ -17,7 +17,7 @@ pub mod op {
 }
 
 /// Longest header of a record that is read, bytes.
-const HEADER_BYTES_MAX: u64 = 1 << 20;
+const MAX_HEADER_BYTES: u64 = 1 << 20;
 
 /// A record's header and the position of its data.
 pub struct Record {
@@ -64,7 +64,7 @@ impl Record {
 /// Reads the header of the record at `at` of a file.
 pub fn read_head(file: &mut (impl Read + Seek), size: u64, at: u64) -> Result<Record, FormatError> {
     let header_length = u64::from(le_u32(&read_bytes(file, size, at, 4)?));
-    if header_length > HEADER_BYTES_MAX {
+    if header_length > MAX_HEADER_BYTES {
         return Err(FormatError::at_byte(WHAT, at, texts::RECORD_HEADER_TOO_LONG));
     }
     let header = read_bytes(file, size, at + 4, header_length)?;
@@ -107,7 +107,7 @@ pub fn read_bytes(
     length: u64,
 ) -> Result<Vec<u8>, FormatError> {
     let end = at.saturating_add(length);
-    if end > size || length > CHUNK_BYTES_MAX {
+    if end > size || length > MAX_CHUNK_BYTES {
         return Err(FormatError::Truncated { what: WHAT, at, missing: end.saturating_sub(size) });
     }
     file.seek(SeekFrom::Start(at))?;

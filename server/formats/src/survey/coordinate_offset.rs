@@ -3,10 +3,11 @@
 use vocab::Vec3;
 
 /// Parameters of the offset that is subtracted from coordinates.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct OffsetConfig {
     /// Coordinates up to this size get no offset, metres: single precision resolves a tenth of a millimetre there.
-    pub coordinate_max_m: f64,
+    pub max_coordinate_m: f64,
     /// The offset is a multiple of this, metres, so that people can add it in their heads.
     pub multiple_m: f64,
     /// Number of points whose median decides on the offset.
@@ -15,7 +16,7 @@ pub(super) struct OffsetConfig {
 
 impl Default for OffsetConfig {
     fn default() -> Self {
-        Self { coordinate_max_m: 1_000.0, multiple_m: 10.0, sample_points: 1_000 }
+        Self { max_coordinate_m: 1_000.0, multiple_m: 10.0, sample_points: 1_000 }
     }
 }
 
@@ -36,7 +37,7 @@ impl CoordinateOffset {
                     first.iter().map(|point| point[axis]).filter(|value| value.is_finite()).collect();
                 values.sort_by(f64::total_cmp);
                 let median = values.get(values.len() / 2).copied().unwrap_or(0.0);
-                if median.abs() > config.coordinate_max_m {
+                if median.abs() > config.max_coordinate_m {
                     (median / config.multiple_m).round() * config.multiple_m
                 } else {
                     0.0

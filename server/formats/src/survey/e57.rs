@@ -8,14 +8,14 @@ use ::e57::{CartesianCoordinate, E57Reader, PointCloud, RecordDataType};
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
-use vocab::{Pose, Quat, SHOWN_NAME_CHARS_MAX, Vec3, legible};
+use vocab::{MAX_SHOWN_NAME_CHARS, Pose, Quat, Vec3, legible};
 
 /// Points between two reports of progress.
 const PROGRESS_POINTS: u64 = 1 << 16;
 /// Characters of the library's error that ours shows, at most.
-const SHOWN_ERROR_CHARS_MAX: usize = 200;
+const MAX_SHOWN_ERROR_CHARS: usize = 200;
 /// Shortest quaternion that counts as a rotation.
-const QUATERNION_LENGTH_MIN: f64 = 1e-6;
+const MIN_QUATERNION_LENGTH: f64 = 1e-6;
 
 /// Reads all scans.
 ///
@@ -56,7 +56,7 @@ fn read_scan(
             what: "E57 file",
             place: texts::scan_place(&legible(
                 scan.name.as_deref().unwrap_or(texts::UNNAMED_SCAN),
-                SHOWN_NAME_CHARS_MAX,
+                MAX_SHOWN_NAME_CHARS,
             )),
             problem: texts::SCAN_WITHOUT_DATA.into(),
         });
@@ -109,7 +109,7 @@ fn pose(scan: &PointCloud) -> Option<Pose> {
     let length = (q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z).sqrt();
     let position = Vec3::new(t.x, t.y, t.z);
     let finite = [position.x, position.y, position.z].iter().all(|value| value.is_finite());
-    if !(finite && length.is_finite() && length > QUATERNION_LENGTH_MIN) {
+    if !(finite && length.is_finite() && length > MIN_QUATERNION_LENGTH) {
         return None;
     }
     let orientation = Quat { w: q.w / length, x: q.x / length, y: q.y / length, z: q.z / length };
@@ -120,6 +120,6 @@ fn malformed(error: ::e57::Error) -> FormatError {
     FormatError::Malformed {
         what: "E57 file",
         place: texts::WHILE_READING.into(),
-        problem: texts::library_error(legible(&error.to_string(), SHOWN_ERROR_CHARS_MAX)),
+        problem: texts::library_error(legible(&error.to_string(), MAX_SHOWN_ERROR_CHARS)),
     }
 }

@@ -21,7 +21,7 @@ const RECORD_HEADER_LEN: u64 = 54;
 /// Bytes of points decoded at a time; at least one point.
 const BATCH_BYTES: usize = 1 << 20;
 /// Bytes of the shortest point: point data record format 0.
-const POINT_BYTES_MIN: usize = 20;
+const MIN_POINT_BYTES: usize = 20;
 
 /// The fields of the header that describe the points.
 struct Header {
@@ -113,7 +113,7 @@ impl Header {
         if u64::from(self.records) * RECORD_HEADER_LEN > room {
             return problem(100, texts::records_too_many(self.records, room));
         }
-        if self.point_size < POINT_BYTES_MIN {
+        if self.point_size < MIN_POINT_BYTES {
             return problem(105, texts::point_too_small(self.point_size));
         }
         if !self.scale.iter().chain(&self.offset).all(|value| value.is_finite()) || self.scale.contains(&0.0)

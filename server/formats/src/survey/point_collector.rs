@@ -5,7 +5,7 @@ use crate::{FormatError, SurveyLimits, texts};
 
 /// Points without a position that are read for each usable one of the limit. They take no memory, but damaged compressed data can hold any number of
 /// them, which takes time.
-const RECORDS_PER_POINT_MAX: usize = 8;
+const MAX_RECORDS_PER_POINT: usize = 8;
 
 /// A cloud that is being read. The first points wait until there are enough to decide on the offset.
 #[derive(Debug)]
@@ -32,7 +32,7 @@ impl<'a> PointCollector<'a> {
             intensity: Vec::new(),
             unusable: 0,
             points_left: limits.points.saturating_sub(points),
-            records_left: limits.points.saturating_mul(RECORDS_PER_POINT_MAX),
+            records_left: limits.points.saturating_mul(MAX_RECORDS_PER_POINT),
             limits,
         }
     }

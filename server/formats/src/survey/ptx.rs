@@ -13,7 +13,7 @@ const POSE_LINES: usize = 8;
 /// Lines between two reports of progress.
 const PROGRESS_LINES: usize = 1 << 14;
 /// Longest line of the format, bytes.
-const LINE_BYTES_MAX: u64 = 1024;
+const MAX_LINE_BYTES: u64 = 1024;
 
 /// Whether a file begins with two counts and a line of three numbers, as no other format does.
 pub(super) fn is_ptx(start: &[u8]) -> bool {
@@ -73,10 +73,10 @@ impl<R: BufRead> LineReader<R> {
     /// The next line; none at the end.
     fn next(&mut self) -> Result<Option<&str>, FormatError> {
         self.line.clear();
-        let length = self.input.by_ref().take(LINE_BYTES_MAX).read_line(&mut self.line)?;
+        let length = self.input.by_ref().take(MAX_LINE_BYTES).read_line(&mut self.line)?;
         self.read += length as u64;
         self.number += 1;
-        if length as u64 == LINE_BYTES_MAX {
+        if length as u64 == MAX_LINE_BYTES {
             return Err(FormatError::at_line(WHAT, self.number, texts::PTX_LINE_TOO_LONG));
         }
         Ok((length > 0).then_some(self.line.trim()))
@@ -143,8 +143,15 @@ impl<R: BufRead> LineReader<R> {
     }
 }
 
-/// Tolerance of right angles and unit lengths of the axes: files have six digits, some only three.
-const ROTATION_TOLERANCE: f64 = 5e-3;
+/// Which axes of a scanner are a rotation.
+/// Where a field names no source, its value was chosen.
+#[derive(Clone, Copy, Debug)]
+struct ScannerAxesConfig {
+    /// Tolerance of right angles and unit lengths. Files have six digits, some only three.
+    tolerance: f64,
+}
+
+const AXES: ScannerAxesConfig = ScannerAxesConfig { tolerance: 5e-3 };
 
 /// The rotation that maps the unit vectors to these axes; none if they are not right-handed and orthonormal.
 fn rotation([x, y, z]: [[f64; 3]; 3]) -> Option<Quat> {
@@ -152,8 +159,8 @@ fn rotation([x, y, z]: [[f64; 3]; 3]) -> Option<Quat> {
     let cross = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
     let one = [dot(x, x), dot(y, y), dot(z, z), dot(cross, z)];
     let none = [dot(x, y), dot(y, z), dot(z, x)];
-    let right = one.iter().all(|value| (value - 1.0).abs() < ROTATION_TOLERANCE)
-        && none.iter().all(|value| value.abs() < ROTATION_TOLERANCE);
+    let right = one.iter().all(|value| (value - 1.0).abs() < AXES.tolerance)
+        && none.iter().all(|value| value.abs() < AXES.tolerance);
     if !right {
         return None;
     }

@@ -21,7 +21,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
 /// Largest kept corpus of all targets together, bytes.
-const CORPUS_BYTES_MAX: u64 = 2 << 20;
+const MAX_CORPUS_BYTES: u64 = 2 << 20;
 /// Prefix of the names of seeds.
 const SEED: &str = "seed-";
 
@@ -67,7 +67,7 @@ fn no_kept_input_breaks_a_parser() {
     }
     println!("{files} inputs, {total} bytes");
     assert_eq!(broken, 0);
-    assert!(total <= CORPUS_BYTES_MAX, "{total} bytes: minimise the corpus (docs/benchmarks/fuzzing.md)");
+    assert!(total <= MAX_CORPUS_BYTES, "{total} bytes: minimise the corpus (docs/benchmarks/fuzzing.md)");
 }
 
 #[test]

@@ -17,8 +17,14 @@ use serde_json::Value;
 use std::sync::Arc;
 use utoipa::ToSchema;
 
-/// Entries of one CSV file at most. Further ones are asked for with `before`.
-const MAX_CSV_ENTRIES: u32 = 10_000;
+/// Parameters of the audit log as a file.
+#[derive(Clone, Copy, Debug)]
+struct AuditFileConfig {
+    /// Entries of one CSV file at most. Further ones are asked for with `before`. Chosen: about a megabyte.
+    max_entries: u32,
+}
+
+const CONFIG: AuditFileConfig = AuditFileConfig { max_entries: 10_000 };
 
 /// Which part of the log is wanted.
 #[derive(Deserialize)]
@@ -79,7 +85,7 @@ pub(crate) async fn list(
         Some("csv") => true,
         Some(_) => return Err(ProblemResponse::malformed(texts::FORMAT_UNKNOWN)),
     };
-    let most = if is_csv { MAX_CSV_ENTRIES } else { MAX_PAGE };
+    let most = if is_csv { CONFIG.max_entries } else { MAX_PAGE };
     let wanted = limit.unwrap_or(most).clamp(1, most) as usize;
     let mut items = Vec::new();
     let containing = containing.unwrap_or_default();

@@ -16,7 +16,8 @@ use crate::problem_schemas::AccountProblems;
 use crate::site::read_document;
 use api::CredentialId;
 use api::access::{
-    AccountChange, AccountRefusal, AccountRefusalKind, AccountReply, AccountRequest, FirstAdmin, Secret,
+    AccountChange, AccountRefusal, AccountRefusalKind, AccountReply, AccountRequest, FirstAdmin,
+    KNOWN_BROWSER_TIME, Secret,
 };
 use axum::Extension;
 use axum::body::Bytes;
@@ -26,12 +27,8 @@ use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::de::DeserializeOwned;
 use std::sync::Arc;
-use vocab::Span;
 
 type Body = Result<Bytes, BytesRejection>;
-
-/// How long browsers keep the cookie of a session. It outlives the session, because it tells that this browser was signed in before.
-const COOKIE_LIFETIME: Span = Span::from_millis(90 * 24 * 3_600_000);
 
 /// Who asks, and whether people have to sign in.
 #[utoipa::path(get, path = api::paths::SESSION_PATH, tag = "access", operation_id = "getSession",
@@ -101,7 +98,7 @@ async fn begin_session(
     let mut response = session_response(app, &signed_in);
     response
         .headers_mut()
-        .insert(header::SET_COOKIE, set_session(&secret, COOKIE_LIFETIME, connection.is_tls));
+        .insert(header::SET_COOKIE, set_session(&secret, KNOWN_BROWSER_TIME, connection.is_tls));
     Ok(response)
 }
 

@@ -29,11 +29,11 @@ impl ControlSeat {
         let outbox = Arc::new(Outbox::default());
         let key = {
             let mut state = hub.lock();
-            if state.members.len() >= hub.clients_max {
-                return Err(texts::too_many_clients(hub.clients_max));
+            if state.members.len() >= hub.max_clients {
+                return Err(texts::too_many_clients(hub.max_clients));
             }
             let is_of_account = |member: &&Member| member.account.as_deref() == account;
-            let most = hub.clients_of_account_max;
+            let most = hub.max_clients_of_account;
             if account.is_some() && state.members.values().filter(is_of_account).count() >= most {
                 return Err(texts::too_many_clients_of_account(most));
             }
@@ -138,7 +138,7 @@ impl StreamSeat {
     /// Claims a place, if one is free.
     pub(crate) fn claim(hub: &Arc<Hub>) -> Option<Self> {
         let mut state = hub.lock();
-        if state.stream_sockets >= hub.clients_max {
+        if state.stream_sockets >= hub.max_clients {
             return None;
         }
         state.stream_sockets += 1;

@@ -3,25 +3,37 @@
 use super::fields::{FieldProblem, part};
 use super::parse;
 use crate::texts;
-use api::OfferedAction;
+use api::{Event, OfferedAction, Platform, RobotBody};
 use jsonschema::Validator;
 use jsonschema::error::ValidationErrorKind;
 use serde_json::{Map, Value};
 use site_model::{ACTION_CATALOGUE, Change, Edit, Site};
 use std::collections::BTreeMap;
+use vocab::CameraHead;
 
-/// Validators of parameters by the name of the action.
-pub(crate) struct ActionSchemas(BTreeMap<String, Validator>);
+/// Schemas of the parameters of all actions that are known.
+pub(crate) struct ActionSchemas {
+    head: CameraHead,
+    offered: Vec<OfferedAction>,
+    /// By the name of the action.
+    validators: BTreeMap<String, Validator>,
+}
+
+impl Default for ActionSchemas {
+    fn default() -> Self {
+        Self::new(CameraHead::COMMON, Vec::new())
+    }
+}
 
 impl ActionSchemas {
-    /// Of the actions that the platform comes with and of those that are offered now. An offered action of the same name counts instead. The parameters of an action whose
-    /// schema cannot be read are not checked.
-    pub(crate) fn new(offered: &[OfferedAction]) -> Self {
+    /// Of the actions that the platform comes with, on a robot with this camera head, and of those that are offered now. An offered action of the same name counts
+    /// instead. The parameters of an action whose schema cannot be read are not checked.
+    fn new(head: CameraHead, offered: Vec<OfferedAction>) -> Self {
         let validator = |schema: &str| jsonschema::validator_for(&serde_json::from_str(schema).ok()?).ok();
-        let catalogue = ACTION_CATALOGUE.iter().map(|action| (action.name, action.parameter_schema));
-        let offered = offered.iter().map(|action| (&*action.name, &*action.parameter_schema));
-        let validators = catalogue.chain(offered).map(|(name, schema)| {
-            let validator = validator(schema);
+        let catalogue = ACTION_CATALOGUE.iter().map(|action| (action.name, action.parameter_schema(&head)));
+        let of_robot = offered.iter().map(|action| (&*action.name, action.parameter_schema.clone()));
+        let validators = catalogue.chain(of_robot).map(|(name, schema)| {
+            let validator = validator(&schema);
             if validator.is_none() {
                 tracing::warn!(
                     "the parameters of the action {name} are not checked: its schema cannot be read"
@@ -31,7 +43,22 @@ impl ActionSchemas {
         });
         // The later entry of a name counts.
         let by_name: BTreeMap<String, Option<Validator>> = validators.collect();
-        Self(by_name.into_iter().filter_map(|(name, validator)| Some((name, validator?))).collect())
+        let validators =
+            by_name.into_iter().filter_map(|(name, validator)| Some((name, validator?))).collect();
+        Self { head, offered, validators }
+    }
+
+    /// The schemas after an event of the core; none if they stay as they are.
+    pub(crate) fn after(&self, event: &Event) -> Option<Self> {
+        match event {
+            Event::Actions(offered) => Some(Self::new(self.head, offered.clone())),
+            Event::Platform(Platform { body: Some(RobotBody { camera_head, .. }), .. })
+                if *camera_head != self.head =>
+            {
+                Some(Self::new(*camera_head, self.offered.clone()))
+            }
+            _ => None,
+        }
     }
 
     /// What the schemas do not permit of the parameters of all actions in a document. Linear in the document.
@@ -98,7 +125,7 @@ impl ActionSchemas {
         counts: &impl Fn(&ValidationErrorKind) -> bool,
         found: &mut Vec<FieldProblem>,
     ) {
-        let Some(validator) = self.0.get(action) else { return };
+        let Some(validator) = self.validators.get(action) else { return };
         let none = Value::Object(Map::new());
         for error in validator.iter_errors(parameters.unwrap_or(&none)) {
             if counts(error.kind()) {
@@ -118,7 +145,7 @@ mod tests {
     use vocab::{Span, Vec3};
 
     fn pointers(document: &Value) -> Vec<String> {
-        let schemas = ActionSchemas::new(&[]);
+        let schemas = ActionSchemas::default();
         schemas.problems(document).into_iter().map(|problem| problem.pointer).collect()
     }
 
@@ -137,12 +164,17 @@ mod tests {
         }
     }
 
+    /// With an action of the robot of this schema.
+    fn offering(schema: &str) -> ActionSchemas {
+        ActionSchemas::default().after(&Event::Actions(vec![sniff(schema)])).expect("they change")
+    }
+
     const SNIFF_SCHEMA: &str = r#"{ "type": "object", "properties": { "gas": { "type": "string" } }, "required": ["gas"], "additionalProperties": false }"#;
 
     #[test]
     fn every_action_of_the_platform_has_a_schema_that_can_be_checked() {
-        let schemas = ActionSchemas::new(&[]);
-        assert!(ACTION_CATALOGUE.iter().all(|action| schemas.0.contains_key(action.name)));
+        let schemas = ActionSchemas::default();
+        assert!(ACTION_CATALOGUE.iter().all(|action| schemas.validators.contains_key(action.name)));
     }
 
     #[test]
@@ -166,19 +198,42 @@ mod tests {
 
     #[test]
     fn parameters_of_an_action_that_the_robot_offers_are_checked_against_its_schema() {
-        let schemas = ActionSchemas::new(&[sniff(SNIFF_SCHEMA)]);
+        let schemas = offering(SNIFF_SCHEMA);
         assert!(schemas.problems(&request("sniff", json!({ "gas": "CO" }))).is_empty());
         let found = schemas.problems(&request("sniff", json!({ "gas": 3 })));
         assert_eq!(found[0].pointer, "/request/parameters/gas");
         assert_eq!(schemas.problems(&request("photo", json!({ "zoom": "far" }))).len(), 1, "others too");
         // A schema that is none says nothing.
-        let broken = ActionSchemas::new(&[sniff("{")]);
+        let broken = offering("{");
         assert!(broken.problems(&request("sniff", json!({ "gas": 3 }))).is_empty());
     }
 
     #[test]
+    fn an_aim_is_checked_against_the_reach_of_the_robots_own_camera_head() {
+        let aim = request("photo", json!({ "pan_rad": 2.0, "zoom": 3 }));
+        let platform = |camera_head| {
+            let body = RobotBody {
+                footprint_radius_m: 0.3,
+                clearance_height_m: 0.8,
+                standing_height_m: 0.5,
+                step_height_m: 0.2,
+                camera_head,
+            };
+            Event::Platform(Platform { body: Some(body), ..Platform::default() })
+        };
+        let common = offering(SNIFF_SCHEMA);
+        assert!(common.problems(&aim).is_empty());
+        assert!(common.after(&platform(CameraHead::COMMON)).is_none(), "nothing changes");
+        let head = CameraHead { pan_max_rad: 1.5, zoom_max: 2.0, ..CameraHead::COMMON };
+        let short = common.after(&platform(head)).expect("another head");
+        let pointers: Vec<String> = short.problems(&aim).into_iter().map(|problem| problem.pointer).collect();
+        assert_eq!(pointers, ["/request/parameters/pan_rad", "/request/parameters/zoom"]);
+        assert_eq!(short.problems(&request("sniff", json!({ "gas": 3 }))).len(), 1, "what is offered stays");
+    }
+
+    #[test]
     fn over_the_socket_wrong_values_are_refused_and_missing_ones_are_not() {
-        let schemas = ActionSchemas::new(&[sniff(SNIFF_SCHEMA)]);
+        let schemas = offering(SNIFF_SCHEMA);
         let point = |name: &str, parameters: Vec<(&str, Parameter)>| {
             let parameters = parameters.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
             Object::InspectionPoint(InspectionPoint {

@@ -20,6 +20,7 @@ use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer, PrivatePkcs
 use tokio_rustls::rustls::sign::CertifiedKey;
 
 /// Parameters of the authority and its certificates.
+/// Where a field names no source, its value was chosen.
 struct AuthorityConfig {
     /// For how long the authority is valid, days: as long as the robot serves, since replacing it means telling all browsers again.
     authority_days: i64,

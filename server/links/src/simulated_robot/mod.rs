@@ -91,7 +91,7 @@ impl SimulatedRobot {
             boot: simulator.boot(),
             site: Some(config.sim.site.name().to_owned()),
             capabilities: RobotCapabilities { simulated_faults: true },
-            actions: actions::registrations(),
+            actions: actions::registrations(&simulator.cameras().head()),
         };
         let listener =
             Listener::start(&config, identity).map_err(|source| RobotStartError::Socket { path, source })?;

@@ -34,11 +34,11 @@ pub(crate) enum MessageEncoding {
 }
 
 /// Largest number of characters of a topic's or type's name; longer names are cut.
-const NAME_CHARS_MAX: usize = 200;
+const MAX_NAME_CHARS: usize = 200;
 
 /// The name of a topic or type as it appears in sentences for people.
 pub(crate) fn legible_name(name: &str) -> String {
-    vocab::legible(name, NAME_CHARS_MAX)
+    vocab::legible(name, MAX_NAME_CHARS)
 }
 
 /// One topic of a recording.

@@ -40,7 +40,7 @@ pub(crate) fn open_run(path: &Path) -> Result<Opened, OpenError> {
     let segments = bag_files(folder)?
         .into_iter()
         .filter(|path| open_file(path).is_ok_and(|(_, container)| container.metadata(RUN_KEY) == Some(run)));
-    join("segments of a run", segments.collect(), Vec::new())
+    join(texts::SEGMENTS_OF_RUN, segments.collect(), Vec::new())
 }
 
 fn open_file(path: &Path) -> Result<Opened, OpenError> {
@@ -86,8 +86,8 @@ fn open_folder(folder: &Path) -> Result<Opened, OpenError> {
     }
     let files = bag_files(folder)?;
     match files.is_empty() {
-        true => Ok(("folder of scans".into(), Arc::new(ScanFolder::open(folder)?))),
-        false => join("folder of bags", files, Vec::new()),
+        true => Ok((texts::FOLDER_OF_SCANS.into(), Arc::new(ScanFolder::open(folder)?))),
+        false => join(texts::FOLDER_OF_BAGS, files, Vec::new()),
     }
 }
 

@@ -1,6 +1,7 @@
 //! The audit log of commands: who asked for what from where, and what became of it. Entries are written by the ledger's thread, many in one transaction; nothing waits for
 //! them.
 
+use super::audit_texts;
 use api::{Caller, Command, CommandOutcome};
 use messages::Principal;
 use std::collections::{BTreeMap, VecDeque};
@@ -10,6 +11,7 @@ use store::{AuditEntry, LedgerWriter, StoreError};
 use vocab::{ClientId, CommandId, Stamp, legible};
 
 /// Parameters of the [`CommandAudit`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct CommandAuditConfig {
     /// Commands that wait for their outcome. Of further ones the oldest is written as not answered.
@@ -77,7 +79,7 @@ impl CommandAudit {
         if state.waiting.len() >= CONFIG.max_waiting
             && let Some((_, mut oldest)) = state.waiting.pop_front()
         {
-            oldest.outcome = "not answered".to_owned();
+            oldest.outcome = audit_texts::NOT_ANSWERED.to_owned();
             state.ready.push(oldest);
         }
         let command = legible(&format!("{command:?}"), CONFIG.max_chars);
@@ -90,7 +92,7 @@ impl CommandAudit {
     /// A command of somebody who may not give it was refused.
     pub fn refuse(&self, by: Option<Principal>, caller: &Caller, command: &str, reason: &str) {
         let command = legible(command, CONFIG.max_chars);
-        let outcome = legible(&format!("refused: {reason}"), CONFIG.max_chars);
+        let outcome = legible(&audit_texts::refused_because(reason), CONFIG.max_chars);
         lock(&self.state).ready.push(AuditEntry { by, address: caller.address, command, outcome });
         self.ask();
     }
@@ -102,8 +104,10 @@ impl CommandAudit {
             let Some(index) = state.waiting.iter().position(|(waiting, _)| *waiting == id) else { return };
             let Some((_, mut entry)) = state.waiting.remove(index) else { return };
             entry.outcome = match outcome {
-                CommandOutcome::Accepted => "accepted".to_owned(),
-                CommandOutcome::Refused(reason) => legible(&format!("refused: {reason}"), CONFIG.max_chars),
+                CommandOutcome::Accepted => audit_texts::ACCEPTED.to_owned(),
+                CommandOutcome::Refused(reason) => {
+                    legible(&audit_texts::refused_because(reason), CONFIG.max_chars)
+                }
             };
             state.ready.push(entry);
         }

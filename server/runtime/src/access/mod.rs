@@ -11,6 +11,7 @@
 //! | other requests about accounts | before those of strangers; refused beyond [`AccountsConfig::max_requests`] |
 
 mod audit;
+pub mod audit_texts;
 mod directory;
 mod first_admin;
 mod inbox;
@@ -27,6 +28,7 @@ pub use inbox::AccountInbox;
 pub use worker::AccessWorker;
 
 use accounts::{PasswordConfig, ThrottleConfig};
+use api::access::KNOWN_BROWSER_TIME;
 use std::time::Duration;
 use vocab::Span;
 
@@ -41,6 +43,7 @@ pub enum AccessMode {
 }
 
 /// Parameters of accounts.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AccountsConfig {
     /// Passwords and their hashes.
@@ -50,7 +53,7 @@ pub struct AccountsConfig {
     /// Time without use after which a session ends: a shift with its breaks. OWASP ASVS 5, 7.3.1 leaves it to the site.
     pub session_idle: Span,
     /// Time after which a session ends in any case: a week.
-    pub session_max: Span,
+    pub max_session: Span,
     /// Time for which a session that has ended is remembered as a browser that was signed in.
     pub known_browser: Span,
     /// Sessions of one account. A further one ends the one that was used least lately.
@@ -73,6 +76,8 @@ pub struct AccountsConfig {
     pub cleaning_period: Duration,
     /// Least time between two entries of the audit log for failed attempts to sign in: a flood of them does not fill the disk.
     pub failure_note_period: Duration,
+    /// Longest name of a token, characters. Chosen: it fits into a row of the list.
+    pub max_token_name_chars: usize,
 }
 
 const HOUR: i64 = 3_600_000;
@@ -83,8 +88,8 @@ impl Default for AccountsConfig {
             passwords: PasswordConfig::default(),
             throttle: ThrottleConfig::default(),
             session_idle: Span::from_millis(12 * HOUR),
-            session_max: Span::from_millis(7 * 24 * HOUR),
-            known_browser: Span::from_millis(90 * 24 * HOUR),
+            max_session: Span::from_millis(7 * 24 * HOUR),
+            known_browser: KNOWN_BROWSER_TIME,
             max_sessions: 20,
             max_accounts: 500,
             poll_period: Duration::from_millis(500),
@@ -95,6 +100,7 @@ impl Default for AccountsConfig {
             write_timeout: Duration::from_secs(20),
             cleaning_period: Duration::from_secs(3_600),
             failure_note_period: Duration::from_secs(1),
+            max_token_name_chars: 60,
         }
     }
 }

@@ -2,8 +2,7 @@
 
 use super::directory::text_of;
 use super::sessions::{Result, refused};
-use super::texts;
-use super::{AccessMode, AccessWorker};
+use super::{AccessMode, AccessWorker, audit_texts, texts};
 use crate::clock::CalendarTime;
 use accounts::{AccountName, credential_id, new_secret, verify};
 use api::access::{
@@ -16,9 +15,6 @@ use store::{Accounts, AuditEntry, LedgerWriter, StoreError, StoredAccount, Store
 use vocab::{Span, Stamp};
 
 const DAY: Span = Span::from_millis(24 * 3_600_000);
-
-/// Longest name of a token, characters.
-const MAX_TOKEN_NAME_CHARS: usize = 60;
 
 /// A change of accounts, for the ledger.
 type Write = Box<dyn Fn(&LedgerWriter<'_>, Stamp) -> std::result::Result<(), StoreError> + Send>;
@@ -83,7 +79,7 @@ impl AccessWorker {
                 let Some((_, credential)) = ended.first() else {
                     return refused(AccountRefusalKind::NotFound, texts::NO_TOKEN);
                 };
-                (format!("end token {}", credential.owner), put_credentials(ended))
+                (audit_texts::end_token(&credential.owner), put_credentials(ended))
             }
         };
         self.write_with_audit(by, principal, command, write)?;
@@ -97,7 +93,7 @@ impl AccessWorker {
         command: String,
         write: Write,
     ) -> Result<()> {
-        let outcome = "done".to_owned();
+        let outcome = audit_texts::DONE.to_owned();
         let entry = AuditEntry { by: Some(principal.clone()), address: by.address, command, outcome };
         self.write(move |writer, at| {
             write(writer, at)?;
@@ -148,7 +144,7 @@ impl AccessWorker {
         let mut sessions = self.ended_sessions_of(&name, now);
         sessions.retain(|(id, _)| Some(*id) != by.credential);
         let changed = StoredAccount { password, changed: now, ..account };
-        Ok(("change own password".to_owned(), put_both(name, changed, sessions)))
+        Ok((audit_texts::CHANGE_OWN_PASSWORD.to_owned(), put_both(name, changed, sessions)))
     }
 
     fn add_account(
@@ -169,7 +165,7 @@ impl AccessWorker {
             return refused(AccountRefusalKind::Conflict, texts::too_many_accounts(self.config.max_accounts));
         }
         let account = StoredAccount { role, password, is_enabled: true, created: now, changed: now };
-        Ok((format!("add account {name} as {role}"), put_both(name, account, Vec::new())))
+        Ok((audit_texts::add_account(&name, &role), put_both(name, account, Vec::new())))
     }
 
     fn change_account(&self, account: &str, change: AccountChange, now: Stamp) -> Result<(String, Write)> {
@@ -180,17 +176,17 @@ impl AccessWorker {
             AccountChange::Role(role) => {
                 changed.role = role;
                 sessions.clear();
-                format!("change account {name} to {role}")
+                audit_texts::change_account(&name, &role)
             }
             AccountChange::Password(password) => {
                 changed.password = self.new_password(name.as_str(), &password)?.1;
-                format!("reset password of {name}")
+                audit_texts::reset_password(&name)
             }
             AccountChange::IsEnabled(is_enabled) => {
                 changed.is_enabled = is_enabled;
-                if is_enabled { format!("enable account {name}") } else { format!("disable account {name}") }
+                audit_texts::enable_account(&name, is_enabled)
             }
-            AccountChange::EndSessions => format!("end sessions of {name}"),
+            AccountChange::EndSessions => audit_texts::end_sessions(&name),
         };
         if is_admin(&account) && !is_admin(&changed) {
             self.check_other_admin(&name)?;
@@ -203,7 +199,7 @@ impl AccessWorker {
         if is_admin(&account) {
             self.check_other_admin(&name)?;
         }
-        let command = format!("remove account {name}");
+        let command = audit_texts::remove_account(&name);
         Ok((command, Box::new(move |writer, _| writer.remove_account(name.as_str()))))
     }
 
@@ -224,7 +220,7 @@ impl AccessWorker {
         days: u32,
         now: Stamp,
     ) -> Result<AccountReply> {
-        let name: String = vocab::legible(name.trim(), MAX_TOKEN_NAME_CHARS);
+        let name: String = vocab::legible(name.trim(), self.config.max_token_name_chars);
         if name.is_empty() || !(1..=MAX_TOKEN_DAYS).contains(&days) {
             return refused(AccountRefusalKind::Invalid, texts::token_not_acceptable(MAX_TOKEN_DAYS));
         }
@@ -247,7 +243,7 @@ impl AccessWorker {
             address: text_of(by.address),
         };
         let summary = token_summary(id, &token, None);
-        let command = format!("make token {name} as {role} for {days} days");
+        let command = audit_texts::add_token(&name, &role, days);
         self.write_with_audit(by, principal, command, put_credentials(vec![(id, token)]))?;
         Ok(AccountReply::Token { secret, token: summary })
     }

@@ -1,8 +1,7 @@
 //! Beginning of sessions: sign-ins and the first admin.
 
-use super::AccessWorker;
 use super::directory::text_of;
-use super::texts;
+use super::{AccessWorker, audit_texts, texts};
 use crate::clock::CalendarTime;
 use accounts::{AccountName, check_password, credential_id, hash, new_secret, verify};
 use api::access::{AccountRefusal, AccountRefusalKind, AccountReply, FirstAdmin, Secret};
@@ -55,9 +54,9 @@ impl AccessWorker {
         let more = std::mem::take(&mut self.failures.0) - 1;
         self.failures.1 = Some(Instant::now());
         // A name that is none may be a password in the wrong field.
-        let command = name.map_or_else(|| "sign in".to_owned(), |name| format!("sign in as {name}"));
-        let outcome =
-            if more == 0 { "refused".to_owned() } else { format!("refused, and {more} more before") };
+        let command =
+            name.map_or_else(|| audit_texts::SIGN_IN.to_owned(), |name| audit_texts::sign_in_as(name));
+        let outcome = audit_texts::refused_and_before(more);
         let entry = AuditEntry { by: None, address: by.address, command, outcome };
         if let Err(refusal) = self.write(move |writer, at| writer.put_audit_entry(&entry, at)) {
             tracing::warn!("{}", refusal.reason);
@@ -71,8 +70,8 @@ impl AccessWorker {
             return;
         }
         self.failures = (0, Some(Instant::now()));
-        let outcome = format!("refused {count} times");
-        let entry = AuditEntry { by: None, address: None, command: "sign in".to_owned(), outcome };
+        let outcome = audit_texts::refused_times(count);
+        let entry = AuditEntry { by: None, address: None, command: audit_texts::SIGN_IN.to_owned(), outcome };
         if let Err(refusal) = self.write(move |writer, at| writer.put_audit_entry(&entry, at)) {
             tracing::warn!("{}", refusal.reason);
         }
@@ -122,7 +121,7 @@ impl AccessWorker {
             new_secret().map_err(|error| unavailable(texts::accounts_not_written(&error.to_string())))?;
         let id = credential_id(secret.reveal());
         let created = CalendarTime::read().utc;
-        let expires = created + self.config.session_max;
+        let expires = created + self.config.max_session;
         let address = text_of(by.address);
         let session = StoredCredential {
             owner: name.to_string(),
@@ -136,9 +135,13 @@ impl AccessWorker {
         let surplus = self.surplus_sessions(name, by, created);
         let principal = principal(by.client, name.as_str(), role);
         let command =
-            if new.is_some() { format!("make the first admin {name}") } else { "sign in".to_owned() };
-        let entry =
-            AuditEntry { by: Some(principal), address: by.address, command, outcome: "done".to_owned() };
+            if new.is_some() { audit_texts::make_first_admin(name) } else { audit_texts::SIGN_IN.to_owned() };
+        let entry = AuditEntry {
+            by: Some(principal),
+            address: by.address,
+            command,
+            outcome: audit_texts::DONE.to_owned(),
+        };
         let owner = name.to_string();
         self.write(move |writer, at| {
             if let Some(account) = &new {

@@ -3,8 +3,8 @@
 use crate::texts;
 use geometry::Vector3;
 use serde::Deserialize;
-use site_model::{CameraAim, LocalisationQuality, ReportPlace};
-use vocab::{CameraHead, MapId, Pose, Vec3};
+use site_model::{LocalisationQuality, ReportPlace};
+use vocab::{CameraAim, CameraHead, MapId, Pose, Vec3};
 
 /// Parameters of [`aim`].
 #[derive(Clone, Copy, Debug, PartialEq)]

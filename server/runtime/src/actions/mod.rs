@@ -32,6 +32,7 @@ use std::time::Duration;
 use vocab::{ActionCallId, Span};
 
 /// Parameters of the [`ActionWorker`] and its queue.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ActionConfig {
     /// Calls and cancellations that may wait for the thread.

@@ -5,13 +5,13 @@ use crate::clock::RobotClock;
 use crate::mailbox::Mailbox;
 use messages::{Cloud, Estimate, LocalisationState};
 use ports::{ActionCall, ActionEnd, ActionEvent, ActionFile, ActionRegistration, ActionServer};
-use site_model::{ActionReport, CameraAim, LocalisationQuality};
+use site_model::{ActionReport, LocalisationQuality};
 use std::sync::Mutex;
 use std::thread::JoinHandle;
 use std::time::Instant;
 use store::{BlobsConfig, Store};
 use uuid::Uuid;
-use vocab::{CameraHead, MapId, Pose, Quat, Stamp, Vec3};
+use vocab::{CameraAim, CameraHead, MapId, Pose, Quat, Stamp, Vec3};
 use watchdog::Heartbeat;
 
 /// Far longer than any step of these tests.
@@ -283,7 +283,7 @@ fn calls_that_cannot_be_done_end_with_a_reason_and_never_twice() {
 
 #[test]
 fn a_result_that_cannot_be_stored_is_a_failure() {
-    let blobs = BlobsConfig { max_bytes: 3, free_bytes_min: 0 };
+    let blobs = BlobsConfig { max_bytes: 3, min_free_bytes: 0 };
     let bench = Bench::start(blobs, false);
     bench.call(1, "photo", "{}");
     bench.called();
@@ -426,7 +426,7 @@ fn what_the_map_shows_before_the_target_is_told_and_the_picture_is_taken_all_the
 fn the_longest_times_are_those_of_the_catalogue() {
     let maximum_s = |action: &str| {
         let known = site_model::describe_action(action).expect("in the catalogue");
-        let schema: serde_json::Value = serde_json::from_str(known.parameter_schema).expect("JSON");
+        let schema: serde_json::Value = serde_json::from_str(&known.parameter_schema(&HEAD)).expect("JSON");
         schema["properties"]["duration_s"]["maximum"].as_f64().expect("a number")
     };
     let config = ActionConfig::default();

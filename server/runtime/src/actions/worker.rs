@@ -140,7 +140,7 @@ impl ActionWorker {
                 all.push(OfferedAction {
                     name: action.name.to_owned(),
                     title: action.title.to_owned(),
-                    parameter_schema: action.parameter_schema.to_owned(),
+                    parameter_schema: action.parameter_schema(&self.camera_head),
                     expected: Span::from_secs_f64(action.expected_time_s(&Parameters::new())),
                     expected_energy_j: action.expected_energy_j(&Parameters::new()).round() as u32,
                     is_idempotent: action.is_idempotent,

@@ -31,6 +31,7 @@ use vocab::Stamp;
 use watchdog::{BEAT_PERIOD, Heartbeat};
 
 /// Parameters of the [`LedgerWorker`] and its queue.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LedgerConfig {
     /// Time between two attempts to write to a disk that fails.

@@ -31,6 +31,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// Parameters of the database.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct DatabaseConfig {
     /// Longest wait for the check of stored data, which only reads.

@@ -2,10 +2,13 @@
 
 use super::{CredentialId, Role, Secret};
 use serde::{Deserialize, Serialize};
-use vocab::Stamp;
+use vocab::{Span, Stamp};
 
 /// Longest time for which a token is valid, days.
 pub const MAX_TOKEN_DAYS: u32 = 366;
+
+/// Time for which a browser that was signed in to an account is known, after its session has ended: the core remembers the session, and the browser its cookie. Chosen.
+pub const KNOWN_BROWSER_TIME: Span = Span::from_millis(90 * 24 * 3_600_000);
 
 /// What is asked of the core about accounts. `account` is the name of an account, whatever its case.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -15,7 +15,7 @@ mod secret;
 
 pub use accounts::{
     AccountChange, AccountRefusal, AccountRefusalKind, AccountReply, AccountRequest, AccountSummary,
-    FirstAdmin, MAX_TOKEN_DAYS, TokenSummary,
+    FirstAdmin, KNOWN_BROWSER_TIME, MAX_TOKEN_DAYS, TokenSummary,
 };
 pub use endpoints::{Endpoint, HttpMethod};
 pub use lease::{LeaseToken, You};

@@ -173,13 +173,13 @@ pub(crate) const STAIRS_APPROACH: f64 = 1.5;
 /// Depth of a step, metres.
 pub(crate) const STEP_RUN: f64 = 0.28;
 /// Least depth of the landing, metres.
-const LANDING_MIN: f64 = 1.7;
+const MIN_LANDING: f64 = 1.7;
 /// Thickness of the upper floor, metres.
 pub(crate) const SLAB: f64 = 0.25;
 /// Least width of a room, metres.
-const ROOM_WIDTH_MIN: f64 = 3.4;
+const MIN_ROOM_WIDTH: f64 = 3.4;
 /// Greatest width of a room outside halls, metres.
-const ROOM_WIDTH_MAX: f64 = 9.0;
+const MAX_ROOM_WIDTH: f64 = 9.0;
 /// Least distance from the middle of a door to the next wall across, metres.
 const DOOR_MARGIN: f64 = 1.1;
 
@@ -250,7 +250,7 @@ pub(super) fn draw(rng: &mut Rng) -> BuildingLayout {
     let storey_height = rng.range(0.165, 0.172) * (2 * steps_per_flight) as f64;
     let upper_height = rng.range(2.9, 3.8);
     let corridor_width = rng.range(1.9, 2.8);
-    let stairs_depth = STAIRS_APPROACH + STEP_RUN * steps_per_flight as f64 + LANDING_MIN;
+    let stairs_depth = STAIRS_APPROACH + STEP_RUN * steps_per_flight as f64 + MIN_LANDING;
     let north_depth = stairs_depth + rng.range(0.0, 1.2);
     let south_depth = rng.range(4.4, 7.4);
     let is_ring = chance(rng, 0.4);
@@ -328,7 +328,7 @@ fn draw_stairs_west(rng: &mut Rng, length: f64) -> f64 {
     match rng.bits() % 4 {
         0 => 0.0,
         1 => last,
-        _ => rng.range(ROOM_WIDTH_MIN, last - ROOM_WIDTH_MIN),
+        _ => rng.range(MIN_ROOM_WIDTH, last - MIN_ROOM_WIDTH),
     }
 }
 
@@ -341,13 +341,13 @@ fn fill(rng: &mut Rng, strip: &Strip, storey: usize, has_standard_rooms: bool) -
         widths = vec![length / count; count as usize];
     } else {
         let mut left = length;
-        while left > ROOM_WIDTH_MIN + ROOM_WIDTH_MAX {
-            let width = rng.range(1.2 * ROOM_WIDTH_MIN, ROOM_WIDTH_MAX);
+        while left > MIN_ROOM_WIDTH + MAX_ROOM_WIDTH {
+            let width = rng.range(1.2 * MIN_ROOM_WIDTH, MAX_ROOM_WIDTH);
             widths.push(width);
             left -= width;
         }
-        if left > ROOM_WIDTH_MAX || (left > 2.0 * ROOM_WIDTH_MIN && chance(rng, 0.5)) {
-            let width = rng.range(ROOM_WIDTH_MIN, left - ROOM_WIDTH_MIN);
+        if left > MAX_ROOM_WIDTH || (left > 2.0 * MIN_ROOM_WIDTH && chance(rng, 0.5)) {
+            let width = rng.range(MIN_ROOM_WIDTH, left - MIN_ROOM_WIDTH);
             widths.push(width);
             left -= width;
         }

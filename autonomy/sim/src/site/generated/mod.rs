@@ -24,9 +24,9 @@ pub(crate) use layout::BuildingLayout;
 pub(crate) use layout::Room;
 
 /// Estimated duration of a round that a building may have, seconds. A walk of ten minutes then sees all of it.
-const ROUND_MAX_S: f64 = 570.0;
+const MAX_ROUND_S: f64 = 570.0;
 /// Largest number of layouts that are drawn for a building.
-const DRAWS_MAX: usize = 64;
+const MAX_DRAWS: usize = 64;
 
 /// The building of that seed.
 pub(super) fn plan(seed: u64) -> SitePlan {
@@ -54,8 +54,8 @@ fn draw(tree: &RngTree) -> (BuildingLayout, Walks) {
         (layout, walks)
     };
     let mut drawn = next();
-    for _ in 1..DRAWS_MAX {
-        if walk::duration_s(&drawn.1.round) <= ROUND_MAX_S {
+    for _ in 1..MAX_DRAWS {
+        if walk::duration_s(&drawn.1.round) <= MAX_ROUND_S {
             break;
         }
         drawn = next();

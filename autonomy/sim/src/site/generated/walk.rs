@@ -12,7 +12,7 @@ const CORNER_S: f64 = 1.75;
 /// Distance of a docked robot from the wall behind it, metres.
 const DOCK_DEPTH_M: f64 = 1.1;
 /// Rooms of at least these extents along and across the door wall are walked round, metres.
-const ROUND_MIN_M: [f64; 2] = [5.6, 5.2];
+const MIN_ROUND_M: [f64; 2] = [5.6, 5.2];
 /// Distance into a room at which the walk may leave the axis of the door, metres.
 const ENTRANCE_M: f64 = 1.2;
 /// Depth of the path over the landing, metres.
@@ -154,7 +154,7 @@ fn visit(room: &Room, rng: &mut Rng) -> Vec<[f64; 2]> {
     let (door, rect, depth) = (room.door.at[along], &room.rect, depth(room));
     let entrance = room.point(ENTRANCE_M, door);
     let mut walk = vec![entrance];
-    if rect.size(along) >= ROUND_MIN_M[0] && depth >= ROUND_MIN_M[1] {
+    if rect.size(along) >= MIN_ROUND_M[0] && depth >= MIN_ROUND_M[1] {
         // The robot walks past a dock, not over its guide rails.
         let least = if room.has_dock { 2.3 } else { 1.5 };
         let inset = (0.28 * rect.size(along).min(depth)).clamp(least, 2.4);

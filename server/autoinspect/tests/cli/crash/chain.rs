@@ -20,7 +20,7 @@ use uuid::Uuid;
 use vocab::{MapId, SessionId, UploadId};
 
 /// Interrupted sessions that are left undecided at most, so that a start reads no more of them than a platform has.
-const UNDECIDED_SESSIONS_MAX: usize = 3;
+const MAX_UNDECIDED_SESSIONS: usize = 3;
 
 /// Keyframes that a session may make in the second that a kill may lose: their clouds may be missing.
 const KEYFRAMES_OF_A_SECOND: usize = 1;
@@ -423,7 +423,7 @@ impl Chain {
     /// Saves or discards an interrupted session, or leaves it to the next start.
     fn decide(&mut self, target: &mut Target, rng: &mut Rng) -> Result<(), String> {
         let Some((&session, &keyframes)) = self.expected.sessions.last_key_value() else { return Ok(()) };
-        let (chance, is_many) = (rng.uniform(), self.expected.sessions.len() > UNDECIDED_SESSIONS_MAX);
+        let (chance, is_many) = (rng.uniform(), self.expected.sessions.len() > MAX_UNDECIDED_SESSIONS);
         if self.situation == CrashSituation::Saving && self.expected.sessions.len() == 1 {
             return Ok(());
         }

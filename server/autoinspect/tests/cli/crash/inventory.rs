@@ -100,14 +100,14 @@ pub fn recorded_until(data: &Path) -> Option<Stamp> {
     recording.journal().ok()?.filter_map(Result::ok).map(|(at, _)| at).last()
 }
 
-/// Checks that a listed map can be opened, with all its tiles and clouds of all keyframes but the newest `clouds_missing_max`.
-pub fn check_whole(data: &Path, map: MapId, clouds_missing_max: usize) -> Result<(), String> {
+/// Checks that a listed map can be opened, with all its tiles and clouds of all keyframes but the newest `max_clouds_missing`.
+pub fn check_whole(data: &Path, map: MapId, max_clouds_missing: usize) -> Result<(), String> {
     let folder = ports::DataDir::new(data).map(map);
     let saved = store::SavedMap::read(&folder).map_err(|error| ports::error_with_causes(&error))?;
     let clouds = store::map_clouds(&folder, store::CloudSelection::ALL)
         .and_then(|clouds| clouds.map(|cloud| cloud.map(|_| ())).collect::<Result<Vec<()>, _>>());
     let clouds = clouds.map_err(|error| ports::error_with_causes(&error))?.len();
-    if clouds + clouds_missing_max < saved.poses.len() {
+    if clouds + max_clouds_missing < saved.poses.len() {
         return Err(format!("map {map} has {} keyframes and {clouds} clouds", saved.poses.len()));
     }
     Ok(())

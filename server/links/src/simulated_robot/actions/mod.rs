@@ -10,13 +10,14 @@ use crossbeam_channel::{Receiver, Sender, TryRecvError};
 use ports::{ActionCall, ActionEnd, ActionEvent, ActionRegistration, MAX_OPEN_ACTIONS};
 use serde::Deserialize;
 use sim::{CameraConfig, Simulator};
-use site_model::{CameraAim, describe_action};
+use site_model::describe_action;
 use std::collections::BTreeMap;
 use std::io;
-use vocab::{ActionCallId, Span, Stamp};
+use vocab::{ActionCallId, CameraAim, CameraHead, Span, Stamp};
 use worker::{ActionJob, FinishedAction, Instrument, PictureKind, Worker};
 
 /// Limits of the actions of a simulated robot.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct SimulatedActionConfig {
     /// Actions that may be under way at a time.
@@ -45,14 +46,14 @@ const THERMAL_PHOTO: &str = "thermal_photo";
 const TEMPERATURE_HUMIDITY: &str = "temperature_humidity";
 const GAMMA_SPECTRUM: &str = "gamma_spectrum";
 
-/// What the robot says of its actions.
-pub(super) fn registrations() -> Vec<ActionRegistration> {
+/// What a robot with this camera head says of its actions.
+pub(super) fn registrations(head: &CameraHead) -> Vec<ActionRegistration> {
     let names = [PHOTO, THERMAL_PHOTO, TEMPERATURE_HUMIDITY, GAMMA_SPECTRUM];
     let described = names.into_iter().filter_map(describe_action);
     let registration = |action: &site_model::ActionDescription| ActionRegistration {
         name: action.name.to_owned(),
         title: action.title.to_owned(),
-        parameter_schema: action.parameter_schema.to_owned(),
+        parameter_schema: action.parameter_schema(head),
         expected: Span::from_secs_f64(action.expected_time_s(&site_model::Parameters::new())),
         expected_energy_j: action.expected_energy_j(&site_model::Parameters::new()).round() as u32,
         is_idempotent: action.is_idempotent,
@@ -135,7 +136,6 @@ impl ActionRunner {
     ) -> Result<OpenAction, String> {
         let asked: CameraAim =
             serde_json::from_str(&call.parameters).map_err(|error| texts::wrong_parameters(&error))?;
-        let asked = sim::CameraAim { pan_rad: asked.pan_rad, tilt_rad: asked.tilt_rad, zoom: asked.zoom };
         let aim = self.cameras.clamped(&asked);
         let differences = [aim.pan_rad - asked.pan_rad, aim.tilt_rad - asked.tilt_rad, aim.zoom - asked.zoom];
         if differences.iter().any(|difference| difference.abs() > CONFIG.aim_tolerance) {

@@ -6,6 +6,7 @@ use sim::{CameraImage, ThermalImage};
 use site_model::{Reading, ThermalScale};
 
 /// Parameters of the files of pictures.
+/// Where a field names no source, its value was chosen.
 struct PictureEncodingConfig {
     /// Quality of photos, 1 to 100. Letters of a few pixels stay legible; a picture has 60 to 120 kB.
     jpeg_quality: u8,
@@ -30,7 +31,7 @@ pub(super) fn encode_photo(image: &CameraImage) -> Option<EncodedPicture> {
 pub(super) fn encode_thermal(image: &ThermalImage) -> Option<EncodedPicture> {
     let coldest = image.celsius.iter().copied().fold(f32::INFINITY, f32::min);
     let warmest = image.celsius.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-    let range = (warmest - coldest).max(ThermalScale::SPAN_MIN_K as f32);
+    let range = (warmest - coldest).max(ThermalScale::MIN_SPAN_K as f32);
     let coloured: Vec<u8> =
         image.celsius.iter().flat_map(|celsius| colour((celsius - coldest) / range)).collect();
     // Big-endian, as PNG has it.

@@ -6,13 +6,13 @@ use crate::texts;
 use crossbeam_channel::{Receiver, Sender, select};
 use ports::{ActionEnd, ActionFile};
 use sim::{
-    AirReading, CameraAim, CameraConfig, CameraScene, CameraSnapshot, InstrumentEnvironment,
-    InstrumentSnapshot, Intrinsics, SimulatedSite,
+    AirReading, CameraConfig, CameraScene, CameraSnapshot, InstrumentEnvironment, InstrumentSnapshot,
+    Intrinsics, SimulatedSite,
 };
 use site_model::{ActionReport, CameraReport, GammaSpectrum, Reading, ReportTime};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use vocab::{ActionCallId, Stamp};
+use vocab::{ActionCallId, CameraAim, Stamp};
 
 /// A spectrum in a file.
 const SPECTRUM_NAME: &str = "spectrum.json";
@@ -77,6 +77,7 @@ enum Readings {
 }
 
 /// Bounds of measurements.
+/// Where a field names no source, its value was chosen.
 struct MeasurementConfig {
     /// Measurements that are kept at most. One whose action was cancelled is removed when newer ones come.
     max_kept: usize,
@@ -170,7 +171,7 @@ impl Worker {
         // The thermal camera does not zoom.
         let zoom = if kind == PictureKind::Photo { aim.zoom } else { 1.0 };
         CameraReport {
-            aim: site_model::CameraAim { pan_rad: aim.pan_rad, tilt_rad: aim.tilt_rad, zoom },
+            aim: CameraAim { zoom, ..*aim },
             size_px: [intrinsics.width_px, intrinsics.height_px],
             focal_px: intrinsics.focal_px,
             centre_px: intrinsics.centre_px,

@@ -6,7 +6,7 @@ use crate::containers::{MessageOrder, RawMessage};
 use crate::error::ReadError;
 use crate::texts;
 use formats::cdr::{CdrReader, Encoding};
-use formats::{CHUNK_BYTES_MAX, FormatError};
+use formats::{FormatError, MAX_CHUNK_BYTES};
 use mcap::records::op;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -153,7 +153,7 @@ fn unpack_chunk(record: &[u8]) -> Result<(Vec<u8>, Option<String>), String> {
         Ok((unpacked, checksum, reader.string()?, reader.u64()?))
     };
     let (unpacked, checksum, compression, packed) = head().map_err(unreadable)?;
-    if unpacked > CHUNK_BYTES_MAX {
+    if unpacked > MAX_CHUNK_BYTES {
         return Err(texts::chunk_too_large(unpacked));
     }
     let data = &record[record.len() - reader.remaining()..];
@@ -181,7 +181,7 @@ fn unpack_chunk(record: &[u8]) -> Result<(Vec<u8>, Option<String>), String> {
 }
 
 pub(super) fn read_range(file: &mut File, size: u64, offset: u64, length: u64) -> Result<Vec<u8>, String> {
-    if length > CHUNK_BYTES_MAX || offset.checked_add(length).is_none_or(|end| end > size) {
+    if length > MAX_CHUNK_BYTES || offset.checked_add(length).is_none_or(|end| end > size) {
         return Err(texts::length_too_large(length));
     }
     let mut bytes = vec![0; length as usize];

@@ -8,12 +8,12 @@ use vocab::CommandId;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ResendConfig {
     /// A command older than this is not sent again after a reconnection: the operator has gone on meanwhile. Seconds.
-    pub(crate) age_max_s: f64,
+    pub(crate) max_age_s: f64,
 }
 
 impl Default for ResendConfig {
     fn default() -> Self {
-        Self { age_max_s: 5.0 }
+        Self { max_age_s: 5.0 }
     }
 }
 
@@ -61,7 +61,7 @@ impl PendingCommands {
                 // A stop is sent however old it is; a velocity is worthless after half a second.
                 Command::StopMotion => true,
                 Command::Teleoperate(_) => false,
-                _ => now.since(pending.asked) <= self.config.age_max_s,
+                _ => now.since(pending.asked) <= self.config.max_age_s,
             };
             if !stays && !matches!(pending.command, Command::Teleoperate(_)) {
                 expired(&pending.command);

@@ -6,12 +6,12 @@ use vocab::Stamp;
 /// Parameters of [`ServerClock`].
 struct ServerClockConfig {
     /// Answers closer together than this give no new estimate of the rate, seconds: the delay of the network would dominate it.
-    rate_interval_min_s: f64,
+    min_rate_interval_s: f64,
     /// Greatest rate that is believed. Chosen: replays and simulations run faster than real time, none a hundred times as fast.
-    rate_max: f64,
+    max_rate: f64,
 }
 
-const CONFIG: ServerClockConfig = ServerClockConfig { rate_interval_min_s: 0.5, rate_max: 100.0 };
+const CONFIG: ServerClockConfig = ServerClockConfig { min_rate_interval_s: 0.5, max_rate: 100.0 };
 
 /// Maps client time to the robot's clock.
 ///
@@ -37,9 +37,9 @@ impl ServerClock {
         self.round_trip_s = now.since(sent);
         let sample = ClockSample { client: now.after(-0.5 * self.round_trip_s), robot };
         match self.latest {
-            Some(last) if sample.client.since(last.client) >= CONFIG.rate_interval_min_s => {
+            Some(last) if sample.client.since(last.client) >= CONFIG.min_rate_interval_s => {
                 let rate = (sample.robot - last.robot).secs_f64() / sample.client.since(last.client);
-                self.rate = rate.clamp(0.0, CONFIG.rate_max);
+                self.rate = rate.clamp(0.0, CONFIG.max_rate);
                 self.latest = Some(sample);
             }
             Some(_) => {}

@@ -30,6 +30,7 @@ pub enum SocketState {
 }
 
 /// When a socket counts as dead and when it is opened again.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LinkConfig {
     /// Wait before the first attempt, seconds. It doubles with every failure.
@@ -37,14 +38,14 @@ pub(crate) struct LinkConfig {
     /// Longest wait between two attempts, seconds, before the jitter.
     pub(crate) retry_longest_s: f64,
     /// An open link without a message for longer than this counts as dead, seconds: three pings.
-    pub(crate) silence_max_s: f64,
+    pub(crate) max_silence_s: f64,
     /// Time for opening and for the welcome, seconds.
-    pub(crate) opening_max_s: f64,
+    pub(crate) max_opening_s: f64,
 }
 
 impl Default for LinkConfig {
     fn default() -> Self {
-        Self { retry_first_s: 0.25, retry_longest_s: 8.0, silence_max_s: 6.0, opening_max_s: 5.0 }
+        Self { retry_first_s: 0.25, retry_longest_s: 8.0, max_silence_s: 6.0, max_opening_s: 5.0 }
     }
 }
 
@@ -134,8 +135,8 @@ impl ReconnectingSocket {
     /// Whether a link that is open, or being opened, has been silent for too long.
     pub(crate) fn is_dead(&self, now: ClientTime) -> bool {
         match self.state {
-            SocketState::Connecting { since } => now.since(since) > self.config.opening_max_s,
-            SocketState::Connected { .. } => now.since(self.last_received) > self.config.silence_max_s,
+            SocketState::Connecting { since } => now.since(since) > self.config.max_opening_s,
+            SocketState::Connected { .. } => now.since(self.last_received) > self.config.max_silence_s,
             SocketState::Lost { .. } | SocketState::Refused { .. } => false,
         }
     }

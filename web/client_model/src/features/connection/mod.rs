@@ -13,19 +13,20 @@ use crate::{ClientTime, Socket};
 use link::LinkConfig;
 
 /// When the connection is checked, and what it asks for.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ConnectionConfig {
     /// Time between two pings, seconds. The link counts as dead after three of them without any message.
     pub(crate) ping_period_s: f64,
     /// Ticks farther apart than this mean that the page itself stood still: a slow machine, a hidden tab, a tablet that slept. Seconds.
-    pub(crate) stall_min_s: f64,
+    pub(crate) min_stall_s: f64,
     /// Live scans asked for, hertz.
     pub(crate) scan_rate_hz: f32,
 }
 
 impl Default for ConnectionConfig {
     fn default() -> Self {
-        Self { ping_period_s: 2.0, stall_min_s: 1.0, scan_rate_hz: 10.0 }
+        Self { ping_period_s: 2.0, min_stall_s: 1.0, scan_rate_hz: 10.0 }
     }
 }
 

@@ -113,7 +113,7 @@ fn on_tick(cx: &mut Context<'_>) {
     let connection = &mut cx.shared.connection;
     connection.throughput.expire(now);
     let elapsed_s = now.since(std::mem::replace(&mut connection.last_tick, now));
-    if elapsed_s > connection.config.stall_min_s {
+    if elapsed_s > connection.config.min_stall_s {
         connection.control.discount_stall(elapsed_s);
         connection.stream.discount_stall(elapsed_s);
     }

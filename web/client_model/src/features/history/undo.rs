@@ -14,17 +14,18 @@ pub enum EditResult {
 }
 
 /// How edits become steps.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct UndoConfig {
     /// Edits closer together than this become one step, so that a dragged slider is one. Seconds.
     pub(crate) merge_s: f64,
     /// Steps kept.
-    pub(crate) steps_max: usize,
+    pub(crate) max_steps: usize,
 }
 
 impl Default for UndoConfig {
     fn default() -> Self {
-        Self { merge_s: 0.7, steps_max: 100 }
+        Self { merge_s: 0.7, max_steps: 100 }
     }
 }
 
@@ -64,7 +65,7 @@ impl<T: Clone + PartialEq> ValueHistory<T> {
         let step = now.since(self.edited) > self.config.merge_s;
         if step {
             self.past.push(previous);
-            if self.past.len() > self.config.steps_max {
+            if self.past.len() > self.config.max_steps {
                 self.past.remove(0);
             }
         }

@@ -6,6 +6,7 @@
 use vocab::Aabb;
 
 /// Parameters of [`robust_bounds`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TileBoundsConfig {
     /// Share of the points that is cut off at each end of each axis.

@@ -10,8 +10,8 @@ use proptest::prelude::*;
 use uuid::Uuid;
 use vocab::{Aabb, KeyframeId, MapId, Pose, SessionId, Stamp, Vec3};
 
-fn requests_max() -> usize {
-    TilePlanConfig::default().requests_max
+fn max_requests() -> usize {
+    TilePlanConfig::default().max_requests
 }
 
 #[test]
@@ -29,7 +29,7 @@ fn the_coarsest_tiles_come_first_and_few_at_a_time() {
             _ => None,
         })
         .collect();
-    assert_eq!(fetches.len(), requests_max());
+    assert_eq!(fetches.len(), max_requests());
     assert_eq!(fetches[0], TileHash([1; 32]), "coarse first");
     assert_eq!(fetches[1], TileHash([10; 32]), "then the nearest");
 }
@@ -60,7 +60,7 @@ fn tiles_no_longer_wanted_are_cancelled_and_others_fetched() {
     let effects = client.take_effects();
     let cancelled = effects.iter().filter(|effect| matches!(effect, ClientEffect::CancelTile(_))).count();
     let fetched = |effect: &&ClientEffect| matches!(effect, ClientEffect::FetchTile(hash) if hash.0[0] >= 50);
-    assert_eq!((cancelled, effects.iter().filter(fetched).count()), (requests_max(), requests_max()));
+    assert_eq!((cancelled, effects.iter().filter(fetched).count()), (max_requests(), max_requests()));
 }
 
 #[test]
@@ -212,9 +212,9 @@ proptest! {
                     _ => {}
                 }
             }
-            prop_assert!(loading.len() <= requests_max());
+            prop_assert!(loading.len() <= max_requests());
             prop_assert_eq!(client.model.displayed_map().tiles.loading(), loading.len());
-            prop_assert!(client.model.displayed_map().tiles.ready_points() <= TilePlanConfig::default().points_max);
+            prop_assert!(client.model.displayed_map().tiles.ready_points() <= TilePlanConfig::default().max_points);
         }
     }
 }

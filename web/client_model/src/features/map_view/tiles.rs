@@ -1,7 +1,7 @@
 //! Which tiles of a map to fetch: coarse before fine, near before far, within a budget of points.
 //!
 //! Tiles are additive: a level adds points between those of the coarser levels. A level is worth fetching where the coarser one
-//! would show gaps, that is where twice its point spacing covers more than [`TilePlanConfig::gap_min_px`] pixels. Wanted tiles are
+//! would show gaps, that is where twice its point spacing covers more than [`TilePlanConfig::min_gap_px`] pixels. Wanted tiles are
 //! ordered by the size of those gaps. The first ones that fit into the point budget are fetched, a few at a time. A fetch that is no
 //! longer wanted is cancelled. A fetched tile stays until its room is needed.
 
@@ -14,24 +14,25 @@ use std::collections::{BTreeMap, BTreeSet};
 use vocab::{Aabb, Pose};
 
 /// Budgets and thresholds of the tile plan.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TilePlanConfig {
     /// Points on the graphics card at most. A laptop with integrated graphics draws these smoothly.
-    pub points_max: u64,
+    pub max_points: u64,
     /// Fetches at the same time: enough to fill the link, few enough to be cancelled soon.
-    pub requests_max: usize,
+    pub max_requests: usize,
     /// Gaps between points, pixels, below which a finer level adds nothing visible.
-    pub gap_min_px: f32,
+    pub min_gap_px: f32,
     /// Factor on the priority of tiles outside the picture: they are fetched after all visible ones.
     pub outside_factor: f32,
     /// Wait after the first failed fetch of a tile, seconds; after the nth failure n times as long.
     pub retry_s: f64,
     /// Attempts to fetch one tile.
-    pub tries_max: u32,
+    pub max_tries: u32,
     /// Least time between two plans, seconds: planning visits all tiles, and four plans a second feel immediate.
     pub period_s: f64,
     /// Distance that tiles count as at least, metres: tiles round the camera would have infinite priority.
-    pub distance_min_m: f32,
+    pub min_distance_m: f32,
     /// Added to the priority of level 0, pixels: the coarsest level is small and shows everything, so it comes first. Chosen: more than any screen has.
     pub coarsest_level_px: f32,
 }
@@ -39,14 +40,14 @@ pub struct TilePlanConfig {
 impl Default for TilePlanConfig {
     fn default() -> Self {
         Self {
-            points_max: 4_000_000,
-            requests_max: 6,
-            gap_min_px: 1.5,
+            max_points: 4_000_000,
+            max_requests: 6,
+            min_gap_px: 1.5,
             outside_factor: 0.1,
             retry_s: 2.0,
-            tries_max: 5,
+            max_tries: 5,
             period_s: 0.25,
-            distance_min_m: 0.5,
+            min_distance_m: 0.5,
             coarsest_level_px: 1e6,
         }
     }
@@ -192,13 +193,13 @@ impl TileSet {
         true
     }
 
-    /// A fetch failed. It is tried again later, [`TilePlanConfig::tries_max`] times in all.
+    /// A fetch failed. It is tried again later, [`TilePlanConfig::max_tries`] times in all.
     pub(crate) fn on_failed(&mut self, hash: &TileHash, now: ClientTime) {
         if let Some(tile) = self.tiles.get_mut(hash).filter(|tile| tile.state == TileState::Loading) {
             tile.failures += 1;
             tile.retry_at = now.after(self.config.retry_s * f64::from(tile.failures));
             tile.state = TileState::Failed;
-            if tile.failures < self.config.tries_max {
+            if tile.failures < self.config.max_tries {
                 self.retry_at =
                     Some(self.retry_at.map_or(tile.retry_at, |other| earlier(other, tile.retry_at)));
             }
@@ -243,7 +244,7 @@ impl TileSet {
             }
         }
         wanted.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        let mut budget = self.config.points_max;
+        let mut budget = self.config.max_points;
         let fitting = wanted.iter().take_while(|(_, hash)| {
             let points = self.tiles.get(hash).map_or(0, |tile| u64::from(tile.entry.points));
             let fits = points <= budget;
@@ -253,7 +254,7 @@ impl TileSet {
         let selected: Vec<TileHash> = fitting.map(|&(_, hash)| hash).collect();
         self.release(&selected, effects);
         for hash in selected {
-            if self.loading >= self.config.requests_max {
+            if self.loading >= self.config.max_requests {
                 break;
             }
             self.fetch(hash, now, effects);
@@ -265,7 +266,7 @@ impl TileSet {
         let failed = self
             .tiles
             .values()
-            .filter(|tile| tile.state == TileState::Failed && tile.failures < self.config.tries_max);
+            .filter(|tile| tile.state == TileState::Failed && tile.failures < self.config.max_tries);
         failed.map(|tile| tile.retry_at).filter(|at| *at > now).reduce(earlier)
     }
 
@@ -273,7 +274,7 @@ impl TileSet {
         let Some(tile) = self.tiles.get_mut(&hash) else { return };
         let due = match tile.state {
             TileState::Absent => true,
-            TileState::Failed => tile.failures < self.config.tries_max && now >= tile.retry_at,
+            TileState::Failed => tile.failures < self.config.max_tries && now >= tile.retry_at,
             TileState::Loading | TileState::Ready => false,
         };
         if due {
@@ -301,7 +302,7 @@ impl TileSet {
                 }
                 TileState::Ready
                     if !selected.contains(hash)
-                        && self.ready_points + coming_points > self.config.points_max =>
+                        && self.ready_points + coming_points > self.config.max_points =>
                 {
                     tile.state = TileState::Absent;
                     self.ready -= 1;
@@ -328,9 +329,9 @@ fn compute_priority(
     let (centre, half) = centre_and_half(&entry.bounds)?;
     let to_centre = (transform_point(map_from_anchor, centre) - DVec3::from(viewpoint.position)).as_vec3();
     let radius = half.length() as f32;
-    let distance = (to_centre.length() - radius).max(config.distance_min_m);
+    let distance = (to_centre.length() - radius).max(config.min_distance_m);
     let gap_px = 2.0 * entry.spacing_m * viewpoint.focal_px / distance;
-    if entry.level > 0 && gap_px < config.gap_min_px {
+    if entry.level > 0 && gap_px < config.min_gap_px {
         return None;
     }
     let coarsest_px = if entry.level == 0 { config.coarsest_level_px } else { 0.0 };

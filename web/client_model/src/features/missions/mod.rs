@@ -4,15 +4,11 @@
 mod command;
 mod drag;
 mod edits;
-mod parameter_fields;
 mod plan;
 
 pub use command::MissionEditorCommand;
 pub use drag::{DraggedTasks, NewTask, TaskDrag, move_tasks};
 pub use edits::users_of_mission;
-pub use parameter_fields::{
-    ParameterField, ParameterKind, ParameterProblem, parameter_fields, parameter_problem,
-};
 pub use plan::{
     EndProblem, MissionPlan, OrderGain, PlanStart, PlannedEnd, PlannedStop, StopProblem, put_in_order,
     request_of,
@@ -20,13 +16,13 @@ pub use plan::{
 pub(crate) use plan::{MissionPlanConfig, PlanConditions, PlanOrder, plan as plan_mission};
 
 use super::Feature;
-use super::site::{SiteEdit, SiteFeature};
+use super::site::{ActionForms, SiteEdit, SiteFeature};
 use crate::ClientCommand;
 use crate::shared::Context;
-use api::OfferedAction;
 use missions::RouteCost;
 use site_model::{MissionId, NodeId, Object, Site, TaskId};
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 /// The mission editor.
 #[derive(Clone, Debug, Default)]
@@ -41,8 +37,6 @@ pub struct MissionEditor {
     plan: Option<MissionPlan>,
     /// What the plan was made from.
     planned: Option<PlanInput>,
-    /// The actions that the robot offers.
-    offered: Vec<OfferedAction>,
 }
 
 /// All that a plan depends on.
@@ -55,7 +49,7 @@ struct PlanInput {
     start: Option<(PlanStart, NodeId)>,
     /// Number of the interval in which blocks of edges were looked at.
     interval: Option<i64>,
-    offered: Vec<OfferedAction>,
+    forms: Arc<ActionForms>,
 }
 
 impl MissionEditor {
@@ -154,7 +148,7 @@ impl MissionEditor {
 
     /// Follows the site, and makes the plan anew if anything that it depends on has changed.
     pub(crate) fn update(&mut self, site_feature: &SiteFeature, conditions: &PlanConditions<'_>) {
-        let conditions = &PlanConditions { offered: &self.offered.clone(), ..*conditions };
+        let conditions = &PlanConditions { forms: Some(site_feature.action_forms()), ..*conditions };
         let site = site_feature.site();
         self.forget_missing(site);
         let (Some(site), Some(open)) = (site, self.open) else {
@@ -176,7 +170,7 @@ impl MissionEditor {
             order,
             start: plan::start_of(site, mission, conditions),
             interval: interval.map(|now| (now.secs_f64() / self.config.blocks_interval_s) as i64),
-            offered: self.offered.clone(),
+            forms: Arc::clone(site_feature.action_forms()),
         };
         if self.planned.as_ref() == Some(&input) {
             return;
@@ -191,7 +185,7 @@ impl MissionEditor {
 
     /// Opens a mission or the list, with nothing selected.
     fn reset(&mut self, open: Option<MissionId>) {
-        *self = Self { open, offered: std::mem::take(&mut self.offered), ..Self::default() };
+        *self = Self { open, ..Self::default() };
     }
 
     /// Forgets what the site no longer has.
@@ -212,12 +206,6 @@ impl MissionEditor {
 }
 
 impl Feature for MissionEditor {
-    fn on_event(&mut self, event: &api::Event, _cx: &mut Context<'_>) {
-        if let api::Event::Actions(offered) = event {
-            self.offered.clone_from(offered);
-        }
-    }
-
     fn on_command(&mut self, command: &ClientCommand, _cx: &mut Context<'_>) {
         let ClientCommand::MissionEditor(command) = command else { return };
         match command {

@@ -1,7 +1,7 @@
 //! What it takes to run a mission: the route from task to task over the topological map, its time, and what cannot be reached. With the code that the robot
 //! uses.
 
-use super::parameter_fields::{ParameterField, ParameterProblem, parameter_problem};
+use crate::features::site::{ActionForms, ParameterField, ParameterProblem};
 use api::OfferedAction;
 use missions::{
     BatteryConfig, NoRoute, RouteConditions, RouteConfig, RouteCost, RouteGraph, TourConfig, node_of,
@@ -12,6 +12,7 @@ use site_model::{
     describe_action,
 };
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use vocab::{Stamp, Vec3};
 
 /// Parameters of [`plan`].
@@ -100,7 +101,7 @@ pub enum StopProblem {
     /// There is no route from here.
     NoRoute(NodeId, NoRoute),
     /// A parameter of its action is wrong.
-    Parameter(&'static ParameterField, ParameterProblem),
+    Parameter(Arc<ParameterField>, ParameterProblem),
 }
 
 /// The route after the last task.
@@ -141,8 +142,8 @@ pub(crate) struct PlanConditions<'a> {
     pub(crate) now: Option<Stamp>,
     /// Position of the robot in the site's map, metres.
     pub(crate) robot: Option<Vec3>,
-    /// The actions that the robot offers.
-    pub(crate) offered: &'a [OfferedAction],
+    /// The forms of actions, and those that the robot offers; `None`: parameters are not looked at, and no action is known but those of the platform.
+    pub(crate) forms: Option<&'a ActionForms>,
 }
 
 /// Whether a plan is made for a mission at rest, and in which order.
@@ -214,7 +215,7 @@ pub(crate) fn plan(
         .iter()
         .filter_map(|id| tasks.get(id))
         .map(|task| {
-            let stop = plan_stop(site, &graph, task, place, conditions.offered);
+            let stop = plan_stop(site, &graph, task, place, conditions.forms);
             if stop.problem.is_none() || !stop.route.is_empty() {
                 place = stop.node.or(place);
             }
@@ -281,9 +282,10 @@ fn plan_stop(
     graph: &RouteGraph,
     task: &Task,
     from: Option<NodeId>,
-    offered: &[OfferedAction],
+    forms: Option<&ActionForms>,
 ) -> PlannedStop {
     let request = request_of(site, task);
+    let offered = forms.map_or(&[][..], ActionForms::offered);
     let (action_s, action_j) = request.map_or((0.0, 0.0), |request| expected_of(request, offered));
     let node = node_of(site, task);
     let (route, walk, problem) = match (node, from) {
@@ -292,7 +294,7 @@ fn plan_stop(
         (None, _) => (Vec::new(), RouteCost::default(), Some(StopProblem::NoPlace)),
     };
     let of_parameters = || {
-        let (field, problem) = parameter_problem(request?)?;
+        let (field, problem) = forms?.problem(request?)?;
         Some(StopProblem::Parameter(field, problem))
     };
     let problem = problem.or_else(of_parameters);

@@ -1,14 +1,14 @@
 use crate::testing::TestClient;
 use crate::{
-    ClientCommand, DraggedTasks, EndProblem, MissionEditorCommand, MissionPlan, NewTask, ParameterKind,
-    ParameterProblem, PlanStart, SiteEdit, StopProblem, TaskDrag, parameter_fields, users_of_mission,
+    ClientCommand, DraggedTasks, EndProblem, MissionEditorCommand, MissionPlan, NewTask, ParameterProblem,
+    PlanStart, SiteEdit, StopProblem, TaskDrag, users_of_mission,
 };
 use api::{SiteParts, SiteState};
 use missions::NoRoute;
 use site_model::{
     ActionRequest, Dock, DockId, Edge, EdgeId, EditId, InspectionPoint, InspectionPointId, LocalDate,
-    LocalDateTime, LocalTime, MissionId, Node, NodeId, NodeKind, Object, ObjectId, Parameter, Parameters,
-    PoseTolerance, Recurrence, Schedule, ScheduleId, Site, TaskId, TaskOrder, TaskPlace,
+    LocalDateTime, LocalTime, MissionId, Node, NodeId, NodeKind, Object, ObjectId, Parameters, PoseTolerance,
+    Recurrence, Schedule, ScheduleId, Site, TaskId, TaskOrder, TaskPlace,
 };
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -340,35 +340,6 @@ fn a_copy_has_tasks_of_its_own_and_a_mission_takes_its_schedules_with_it() {
     client.command(ClientCommand::Undo);
     let site = client.model.site.site().expect("loaded");
     assert!(site.mission(original).is_some() && site.schedules().count() == 1, "one step brings back both");
-}
-
-#[test]
-fn forms_have_the_fields_of_the_schema_and_find_what_is_wrong() {
-    let photo = parameter_fields("photo");
-    assert_eq!(
-        photo.iter().map(|field| field.name.as_str()).collect::<Vec<_>>(),
-        ["pan_rad", "tilt_rad", "zoom"]
-    );
-    let zoom = &photo[2];
-    assert_eq!(
-        (&zoom.kind, &zoom.default),
-        (&ParameterKind::Number(1.0, 20.0), &Some(Parameter::Integer(1)))
-    );
-    let with = |value| Parameters::from([("zoom".to_owned(), value)]);
-    assert_eq!(zoom.problem(&Parameters::new()), None);
-    assert_eq!(zoom.problem(&with(Parameter::Integer(20))), None);
-    assert_eq!(zoom.problem(&with(Parameter::Number(20.5))), Some(ParameterProblem::OutOfRange(1.0, 20.0)));
-    assert_eq!(
-        zoom.problem(&with(Parameter::Number(f64::NAN))),
-        Some(ParameterProblem::OutOfRange(1.0, 20.0))
-    );
-    assert_eq!(zoom.problem(&with(Parameter::Text("2".to_owned()))), Some(ParameterProblem::WrongType));
-    let text = &parameter_fields("message")[0];
-    let with = |value: &str| Parameters::from([("text".to_owned(), Parameter::Text(value.to_owned()))]);
-    assert_eq!(text.problem(&with("  ")), Some(ParameterProblem::Missing));
-    assert_eq!(text.problem(&with(&"x".repeat(201))), Some(ParameterProblem::TooLong(200)));
-    assert_eq!(text.problem(&with("The door is open.")), None);
-    assert!(parameter_fields("unknown").is_empty());
 }
 
 #[test]

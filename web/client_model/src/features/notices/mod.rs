@@ -26,18 +26,18 @@ pub struct ShownNotice {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct NoticeConfig {
     /// Notices on show at once.
-    pub(crate) shown_max: usize,
+    pub(crate) max_shown: usize,
     /// Time on show of a notice of severity `Info`, seconds.
     pub(crate) info_s: f64,
     /// Time on show of a warning, seconds. Errors stay until they are dismissed.
     pub(crate) warning_s: f64,
     /// A notice of the server that is older than this is not shown: a snapshot repeats the last one, however old. Seconds.
-    pub(crate) age_max_s: f64,
+    pub(crate) max_age_s: f64,
 }
 
 impl Default for NoticeConfig {
     fn default() -> Self {
-        Self { shown_max: 4, info_s: 6.0, warning_s: 15.0, age_max_s: 30.0 }
+        Self { max_shown: 4, info_s: 6.0, warning_s: 15.0, max_age_s: 30.0 }
     }
 }
 
@@ -68,7 +68,7 @@ impl Notices {
             return;
         }
         for notice in std::mem::take(&mut self.received) {
-            if clock.age_of(notice.at, now).is_some_and(|age| age < self.config.age_max_s) {
+            if clock.age_of(notice.at, now).is_some_and(|age| age < self.config.max_age_s) {
                 self.add(now, notice.severity, notice.text);
             }
         }
@@ -87,7 +87,7 @@ impl Notices {
         }
         self.last_id += 1;
         self.shown.push(ShownNotice { id: NoticeId(self.last_id), severity, text, since: now, times: 1 });
-        if self.shown.len() > self.config.shown_max {
+        if self.shown.len() > self.config.max_shown {
             // The least serious one goes first; of equals the oldest.
             let least = (0..self.shown.len()).min_by_key(|&at| self.shown[at].severity);
             least.map(|at| self.shown.remove(at));

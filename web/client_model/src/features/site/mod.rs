@@ -5,6 +5,7 @@
 //!
 //! An edit waits until earlier ones of the same objects are answered. So none is applied to a state that the operator has not seen.
 
+mod action_forms;
 mod camera_sight;
 mod dock_edits;
 mod draft;
@@ -20,6 +21,7 @@ mod plan_file;
 mod topomap_generation;
 mod zone_edits;
 
+pub use action_forms::{ActionForms, ParameterField, ParameterKind, ParameterProblem};
 pub use camera_sight::CameraSight;
 pub use draft::{DraftChange, DraftCommand, DraftEntry, StoredDraft};
 pub use draft_fields::{FieldChange, field_changes};
@@ -38,11 +40,13 @@ use api::{
 use draft::{Draft, PublishedDraft};
 use pending::{PendingEdit, PendingEdits};
 use site_model::{Edit, EditError, EditId, RevisionChange, Site, UndoHistory};
+use std::sync::Arc;
 use topomap_generation::TopomapProgress;
 use uuid::Uuid;
 use vocab::{CameraHead, ClientId};
 
 /// When edits are sent.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct SiteConfig {
     /// Time before an edit is sent again that could not be applied, seconds.
@@ -79,8 +83,8 @@ pub struct SiteFeature {
     topomap: TopomapProgress,
     /// The floor that is shown; `None`: all.
     floor: Option<i32>,
-    /// The head of the robot's cameras; `None` before the server has said it.
-    camera_head: Option<CameraHead>,
+    /// The forms of actions: those of the common camera head before the server has said which the robot has.
+    action_forms: Arc<ActionForms>,
 }
 
 impl SiteFeature {
@@ -101,7 +105,12 @@ impl SiteFeature {
 
     /// The head of the robot's cameras, of its profile; that of the default profile before the server has said it.
     pub fn camera_head(&self) -> CameraHead {
-        self.camera_head.unwrap_or(CameraHead::COMMON)
+        self.action_forms.camera_head()
+    }
+
+    /// The forms of the actions that can be asked for.
+    pub fn action_forms(&self) -> &Arc<ActionForms> {
+        &self.action_forms
     }
 
     /// Edits that the robot has not confirmed.
@@ -325,7 +334,14 @@ impl Feature for SiteFeature {
             api::Event::EditDone(done) => self.on_done(done.id, &done.outcome, cx),
             api::Event::TopomapGeneration(state) => self.topomap.on_state(state),
             api::Event::Platform(platform) => {
-                self.camera_head = platform.body.map(|body| body.camera_head).or(self.camera_head);
+                let head = platform.body.map(|body| body.camera_head);
+                if let Some(head) = head.filter(|head| *head != self.camera_head()) {
+                    let offered = self.action_forms.offered().to_vec();
+                    self.action_forms = Arc::new(ActionForms::new(head, offered));
+                }
+            }
+            api::Event::Actions(offered) => {
+                self.action_forms = Arc::new(ActionForms::new(self.camera_head(), offered.clone()));
             }
             _ => {}
         }

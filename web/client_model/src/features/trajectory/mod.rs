@@ -6,17 +6,18 @@ use api::{Estimate, GraphNode};
 use vocab::{Stamp, Vec3};
 
 /// How densely estimates are kept.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct TrajectoryConfig {
     /// Distance between two kept positions, metres.
     spacing_m: f64,
     /// Positions kept since the last keyframe: at 0.1 m apart, 500 m of walking.
-    positions_max: usize,
+    max_positions: usize,
 }
 
 impl Default for TrajectoryConfig {
     fn default() -> Self {
-        Self { spacing_m: 0.1, positions_max: 5_000 }
+        Self { spacing_m: 0.1, max_positions: 5_000 }
     }
 }
 
@@ -56,8 +57,8 @@ impl Trajectory {
                 return;
             }
         }
-        if self.tail.len() >= self.config.positions_max {
-            self.tail.drain(..self.config.positions_max / 10);
+        if self.tail.len() >= self.config.max_positions {
+            self.tail.drain(..self.config.max_positions / 10);
         }
         self.tail.push((estimate.stamp, position));
         self.revision += 1;

@@ -13,10 +13,11 @@ pub(crate) use units::shown_unit;
 use crate::feature_panel::PanelContext;
 use crate::select::{select, show_caption};
 use crate::{TextInput, TextInputKind, widgets};
-use client_model::{ParameterField, ParameterKind, parameter_fields};
+use client_model::{ParameterField, ParameterKind};
 use egui::{Id, Ui};
 use site_model::{ActionRequest, Parameter, Parameters};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Longest text in a field for a number, characters.
 const NUMBER_CHARS: u32 = 16;
@@ -44,8 +45,9 @@ impl TypedParameters {
         has_target: bool,
     ) -> Option<Parameters> {
         let mut changed = None;
-        let is_used = |field: &&ParameterField| !(has_target && AIM.contains(&field.name.as_str()));
-        for field in parameter_fields(&request.action).iter().filter(is_used) {
+        let is_used = |field: &&Arc<ParameterField>| !(has_target && AIM.contains(&field.name.as_str()));
+        let forms = Arc::clone(cx.model.site.action_forms());
+        for field in forms.fields(&request.action).iter().filter(is_used) {
             let value = match &field.kind {
                 ParameterKind::Bool => show_switch(ui, cx, field, &request.parameters),
                 ParameterKind::Choice(choices) => show_choice(ui, cx, field, choices, &request.parameters),

@@ -16,8 +16,14 @@ use api::LoopVerdict;
 use client_model::{ClientCommand, LoopPair, Model, Selection};
 use egui::{Align2, Color32, Context, CornerRadius, Sense, Ui, pos2, vec2};
 
-/// Keyframes that the graph needs before a loop can be added by hand.
-const MIN_KEYFRAMES: usize = 3;
+/// When a loop can be added by hand.
+#[derive(Clone, Copy, Debug)]
+struct AddedLoopConfig {
+    /// Keyframes that the graph needs: with fewer, all are connected already.
+    min_keyframes: usize,
+}
+
+const ADDED_LOOP: AddedLoopConfig = AddedLoopConfig { min_keyframes: 3 };
 
 /// What the panel keeps between frames.
 #[derive(Debug, Default)]
@@ -152,7 +158,7 @@ fn show_actions(ui: &mut Ui, cx: &mut PanelContext<'_>) {
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 8.0;
         let width = (ui.available_width() - 8.0) * 0.5;
-        let has_keyframes = model.live_map().graph.nodes.len() >= MIN_KEYFRAMES;
+        let has_keyframes = model.live_map().graph.nodes.len() >= ADDED_LOOP.min_keyframes;
         let add = Button::new(texts::ADD).icon(icon::PLUS).size(width, theme::TOUCH);
         if add.enabled(obstacle.is_none() && has_keyframes).show(ui, tokens).clicked() {
             cx.commands.push(ClientCommand::PickLoopKeyframes(true));

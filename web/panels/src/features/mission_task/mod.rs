@@ -13,8 +13,7 @@ use crate::select::select;
 use crate::theme::Tokens;
 use crate::{icon, widgets};
 use client_model::{
-    ClientCommand, EndProblem, MissionEditorCommand, NewTask, SiteEdit, StopProblem, parameter_fields,
-    request_of,
+    ClientCommand, EndProblem, MissionEditorCommand, NewTask, SiteEdit, StopProblem, request_of,
 };
 use egui::{Id, Ui};
 use site_model::{
@@ -141,7 +140,7 @@ impl TaskForm {
                     if let Some(parameters) = self.typed.show(ui, cx, owner, request, false) {
                         let request = Some(ActionRequest { parameters, ..request.clone() });
                         changed.place = TaskPlace::Node { node: *node, request };
-                    } else if parameter_fields(&request.action).is_empty() {
+                    } else if cx.model.site.action_forms().fields(&request.action).is_empty() {
                         widgets::remark(ui, tokens, texts::UNKNOWN_ACTION);
                     }
                 }

@@ -8,8 +8,14 @@ use egui::Ui;
 use site_model::{AskDefault, FailurePolicy, FailureStep};
 use vocab::Span;
 
-/// How long a person is asked unless another time is chosen.
-const ASK_TIME: Span = Span::from_millis(15 * 60_000);
+/// What a new step of a policy has.
+#[derive(Clone, Copy, Debug)]
+struct NewQuestionConfig {
+    /// How long a person is asked unless another time is chosen. Chosen.
+    time: Span,
+}
+
+const NEW_QUESTION: NewQuestionConfig = NewQuestionConfig { time: Span::from_millis(15 * 60_000) };
 
 /// Shows a policy. Returns another one once it is chosen.
 pub(super) fn show(ui: &mut Ui, tokens: &Tokens, head: &str, policy: FailurePolicy) -> Option<FailurePolicy> {
@@ -72,6 +78,6 @@ fn step_of(index: usize, before: FailureStep) -> FailureStep {
         2 => FailureStep::EndAtDock,
         3 => FailureStep::EndHere,
         _ if matches!(before, FailureStep::Ask { .. }) => before,
-        _ => FailureStep::Ask { time_limit: ASK_TIME, default: AskDefault::Skip },
+        _ => FailureStep::Ask { time_limit: NEW_QUESTION.time, default: AskDefault::Skip },
     }
 }

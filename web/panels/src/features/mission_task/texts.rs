@@ -15,7 +15,7 @@ pub(super) const ACTION: &str = "Action";
 pub(super) const ACTION_OF_POINT: &str =
     "The inspection point says what is done here. Change it on the Site screen.";
 pub(super) const UNKNOWN_ACTION: &str =
-    "The platform does not come with this action. Its parameters are kept as they are.";
+    "The fields of this action are not known. Its parameters are kept as they are.";
 pub(super) const UNREACHABLE_HEAD: &str = "If the place cannot be reached";
 pub(super) const FAILURE_HEAD: &str = "If the action fails";
 pub(super) const FURTHER_TRIES: &str = "Further tries";
@@ -83,7 +83,7 @@ pub(super) fn stop_problem(site: &Site, problem: &StopProblem) -> String {
         StopProblem::NoPlace => "Its place was deleted. Choose another one, or delete the task.".to_owned(),
         StopProblem::NoRoute(from, reason) => no_route(site, *from, reason),
         StopProblem::Parameter(field, problem) => {
-            let ParameterField { title, .. } = field;
+            let ParameterField { title, .. } = &**field;
             let (unit, scale) = shown_unit(field);
             parameter_problem(title, unit, scale, *problem)
         }

@@ -13,8 +13,14 @@ use api::SurveyTarget;
 use client_model::ClientCommand;
 use egui::{Align, Layout, Ui, vec2};
 
-/// Survey targets in the list. The others are marked on the map only.
-const LISTED_TARGETS: usize = 4;
+/// How many survey targets are listed.
+#[derive(Clone, Copy, Debug)]
+struct TargetListConfig {
+    /// Survey targets in the list. The others are marked on the map only. Chosen: they fit without scrolling.
+    max_targets: usize,
+}
+
+const LISTS: TargetListConfig = TargetListConfig { max_targets: 4 };
 /// Width of the button that sends the robot to a target, points.
 const BUTTON_WIDTH: f32 = 76.0;
 
@@ -25,7 +31,7 @@ pub(crate) fn show(ui: &mut Ui, cx: &mut PanelContext<'_>) {
     fact(ui, tokens, texts::FLOOR_COVERED, &format::area(quality.covered_m2));
     let worst_sigma_m = quality.deviations_m.iter().copied().fold(0.0, f32::max);
     if worst_sigma_m.is_finite() && !quality.deviations_m.is_empty() {
-        let value = format::accuracy(f64::from(worst_sigma_m).max(format::SHOWN_DEVIATION_MIN_M));
+        let value = format::accuracy(f64::from(worst_sigma_m).max(format::MIN_SHOWN_DEVIATION_M));
         fact(ui, tokens, texts::ACCURACY, &value).on_hover_text(texts::ACCURACY_HINT);
     }
     if !quality.targets.is_empty() {
@@ -39,12 +45,12 @@ fn show_targets(ui: &mut Ui, cx: &mut PanelContext<'_>, targets: &[SurveyTarget]
     widgets::rule(ui, tokens);
     widgets::head(ui, tokens, texts::SURVEY_TARGETS);
     let can_walk = model.can_command() && !model.is_stopped();
-    for (number, target) in (1..).zip(targets.iter().take(LISTED_TARGETS)) {
+    for (number, target) in (1..).zip(targets.iter().take(LISTS.max_targets)) {
         if show_target(ui, tokens, number, target, can_walk) {
             cx.commands.push(ClientCommand::WalkTo(target.at));
         }
     }
-    if let Some(more) = targets.len().checked_sub(LISTED_TARGETS).filter(|more| *more > 0) {
+    if let Some(more) = targets.len().checked_sub(LISTS.max_targets).filter(|more| *more > 0) {
         widgets::remark(ui, tokens, &texts::more_targets(more));
     }
 }

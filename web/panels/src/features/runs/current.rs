@@ -1,7 +1,7 @@
 //! The run under way: how far it is, the question that it asks, its tasks, and what can be asked of it; then the queue.
 
-use super::exhibit::Exhibit;
 use super::lightbox::Lightbox;
+use super::result_view::ResultView;
 use super::results::{TaskOfRun, show_results};
 use super::rows::{ResultRow, show_row};
 use super::{look, texts};
@@ -239,7 +239,7 @@ fn show_newest(
     let Some(Ok(content)) = cx.model.runs.content(run.run) else { return };
     let newest = content.results.iter().rev().find_map(|result| {
         let task = run.tasks.get(usize::try_from(result.step).ok()?)?;
-        Exhibit::of("", "", result).map(|_| (result, task))
+        ResultView::of("", "", result).map(|_| (result, task))
     });
     let Some((result, task)) = newest else { return };
     let (title, action) = (look::task_name(site, run.mission, task), look::action_name(task));

@@ -1,8 +1,8 @@
 //! Pictures and spectra large, over everything but the top bar: one, or side by side with the last one of the same inspection point.
 
-use super::exhibit::{Exhibit, exhibits, viewable};
 use super::picture_paint::{paint_marker, paint_picture, paint_scale, show_note};
 use super::picture_view::{PictureView, ZOOM, middle_of, pixel_at};
+use super::result_view::{ResultView, result_views, viewable};
 use super::{look, spectrum, texts};
 use crate::button::{Button, Kind};
 use crate::feature_panel::PanelContext;
@@ -69,7 +69,7 @@ impl Lightbox {
             pressed(Key::ArrowRight) - pressed(Key::ArrowLeft)
         });
         if step != 0 {
-            let all = exhibits(site, mission, content);
+            let all = result_views(site, mission, content);
             self.go(&all, number, step);
         }
     }
@@ -81,7 +81,7 @@ impl Lightbox {
         cx.frame.is_escape_consumed = true;
         let model = cx.model;
         let (Some(site), Some(Ok(content))) = (model.site.site(), model.runs.content(run)) else { return };
-        let all = exhibits(site, mission, content);
+        let all = result_views(site, mission, content);
         let Some(at) = all.iter().position(|it| it.result.number == number) else {
             self.open = None;
             return;
@@ -106,29 +106,29 @@ impl Lightbox {
         cx: &mut PanelContext<'_>,
         site: &Site,
         mission: MissionId,
-        all: &[Exhibit],
+        all: &[ResultView],
         at: usize,
     ) {
-        let exhibit = &all[at];
+        let result_view = &all[at];
         let zone = site.settings().map_or("UTC", |settings| settings.time_zone.as_str());
         let zone = SiteZone::new(zone).unwrap_or_else(|_| SiteZone::utc());
-        let previous = self.previous(cx, exhibit);
+        let previous = self.previous(cx, result_view);
         self.show_head(ui, cx, mission, all, at);
         let facts_height = 24.0;
         let room = vec2(ui.available_width(), (ui.available_height() - facts_height - 8.0).max(80.0));
         let (rect, _) = ui.allocate_exact_size(room, Sense::hover());
         let taken = |result: &StoredResult| texts::date_and_time(zone.to_local(result.at));
         let mut panes = vec![Pane {
-            file: exhibit.file.clone(),
-            kind: exhibit.kind,
-            caption: texts::this_run(&taken(&exhibit.result)),
+            file: result_view.file.clone(),
+            kind: result_view.kind,
+            caption: texts::this_run(&taken(&result_view.result)),
         }];
         let earlier = match &previous {
             Some(Ok(Some((result, report)))) => viewable(report).map(|shown| (result, report, shown)),
             _ => None,
         };
         if let Some((result, _, (file, kind))) = &earlier {
-            let age_s = (exhibit.result.at.0 - result.at.0) as f64 * 1e-9;
+            let age_s = (result_view.result.at.0 - result.at.0) as f64 * 1e-9;
             let caption = texts::before(&taken(result), age_s);
             panes.insert(0, Pane { file: file.clone(), kind: *kind, caption });
         }
@@ -140,15 +140,15 @@ impl Lightbox {
             self.show_pane(ui, cx, pane, *place, scale, highest);
         }
         if self.is_compared && earlier.is_none() {
-            let has_point = exhibit.result.details.inspection_point.is_some();
+            let has_point = result_view.result.details.inspection_point.is_some();
             show_note(ui, cx.tokens, places[0], &texts::no_previous(has_point, previous.as_ref()));
         }
         if !self.is_compared {
             self.show_arrows(ui, cx.tokens, rect, all, at);
         }
         let difference =
-            earlier.as_ref().and_then(|(_, report, _)| texts::difference(report, &exhibit.report));
-        let facts = texts::exhibit_facts(&exhibit.report, difference.as_deref());
+            earlier.as_ref().and_then(|(_, report, _)| texts::difference(report, &result_view.report));
+        let facts = texts::exhibit_facts(&result_view.report, difference.as_deref());
         ui.add(
             egui::Label::new(egui::RichText::new(facts).size(theme::SMALL).color(cx.tokens.dim)).truncate(),
         );
@@ -158,9 +158,9 @@ impl Lightbox {
     fn previous(
         &self,
         cx: &mut PanelContext<'_>,
-        exhibit: &Exhibit,
+        result_view: &ResultView,
     ) -> Option<Result<Option<(StoredResult, ActionReport)>, String>> {
-        let (point, before) = (exhibit.result.details.inspection_point?, exhibit.result.number);
+        let (point, before) = (result_view.result.details.inspection_point?, result_view.result.number);
         if !self.is_compared {
             return None;
         }
@@ -181,10 +181,10 @@ impl Lightbox {
         ui: &mut Ui,
         cx: &mut PanelContext<'_>,
         mission: MissionId,
-        all: &[Exhibit],
+        all: &[ResultView],
         at: usize,
     ) {
-        let (tokens, exhibit) = (cx.tokens, &all[at]);
+        let (tokens, result_view) = (cx.tokens, &all[at]);
         let is_wide = cx.layout.width != Width::Narrow;
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = 8.0;
@@ -193,12 +193,12 @@ impl Lightbox {
                 if Button::icon_only(texts::CLOSE, icon::X).kind(Kind::Quiet).show(ui, tokens).clicked() {
                     self.open = None;
                 }
-                let name = texts::open_file(&exhibit.file.name, &exhibit.title);
+                let name = texts::open_file(&result_view.file.name, &result_view.title);
                 let open = Button::icon_only(&name, icon::DOWNLOAD_SIMPLE).kind(Kind::Quiet);
                 if open.show(ui, tokens).clicked() {
-                    open_blob(ui, &exhibit.file);
+                    open_blob(ui, &result_view.file);
                 }
-                if exhibit.kind != ResultFileKind::Spectrum && is_wide {
+                if result_view.kind != ResultFileKind::Spectrum && is_wide {
                     self.show_zoom(ui, tokens);
                 }
                 let compare = Button::new(texts::COMPARE).icon(icon::SQUARE_HALF).on(self.is_compared);
@@ -216,13 +216,14 @@ impl Lightbox {
                     {
                         let button = Button::icon_only(name, sign).enabled(can_go(all, at, step));
                         if button.show(ui, tokens).clicked() {
-                            self.go(all, exhibit.result.number, step);
+                            self.go(all, result_view.result.number, step);
                         }
                     }
-                    let value = texts::exhibit(at + 1, all.len(), &exhibit.title, &exhibit.action);
-                    let title = (exhibit.title.as_str(), theme::LARGE, Weight::SemiBold, tokens.text);
+                    let value =
+                        texts::result_view(at + 1, all.len(), &result_view.title, &result_view.action);
+                    let title = (result_view.title.as_str(), theme::LARGE, Weight::SemiBold, tokens.text);
                     let mission = look::mission_name(cx.model, mission);
-                    let rest = texts::exhibit_rest(at + 1, all.len(), &exhibit.action, &mission);
+                    let rest = texts::exhibit_rest(at + 1, all.len(), &result_view.action, &mission);
                     let rest = (rest.as_str(), theme::BODY, Weight::Regular, tokens.dim);
                     let parts = if is_wide { vec![title, rest] } else { vec![title] };
                     widgets::status_line(ui, texts::PICTURE, &value, &parts);
@@ -255,7 +256,7 @@ impl Lightbox {
     }
 
     /// Large buttons at both sides, for fingers.
-    fn show_arrows(&mut self, ui: &mut Ui, tokens: &Tokens, rect: Rect, all: &[Exhibit], at: usize) {
+    fn show_arrows(&mut self, ui: &mut Ui, tokens: &Tokens, rect: Rect, all: &[ResultView], at: usize) {
         for (key, sign, step, x) in [
             ("back", icon::CARET_LEFT, -1, rect.left() + 34.0),
             ("on", icon::CARET_RIGHT, 1, rect.right() - 34.0),
@@ -278,7 +279,7 @@ impl Lightbox {
         }
     }
 
-    fn go(&mut self, all: &[Exhibit], number: u64, step: i64) {
+    fn go(&mut self, all: &[ResultView], number: u64, step: i64) {
         let at = all.iter().position(|it| it.result.number == number).and_then(|at| i64::try_from(at).ok());
         let next = at.and_then(|at| usize::try_from(at + step).ok()).and_then(|next| all.get(next));
         if let (Some(next), Some((_, _, open))) = (next, &mut self.open) {
@@ -359,7 +360,7 @@ pub(super) fn open_blob(ui: &Ui, file: &ReportFile) {
     ui.ctx().open_url(egui::OpenUrl::new_tab(address));
 }
 
-fn can_go(all: &[Exhibit], at: usize, step: i64) -> bool {
+fn can_go(all: &[ResultView], at: usize, step: i64) -> bool {
     if step < 0 { at > 0 } else { at + 1 < all.len() }
 }
 

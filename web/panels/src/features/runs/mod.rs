@@ -1,13 +1,13 @@
 //! Runs of missions: the one under way with its tasks, the queue, and those that have ended.
 
 mod current;
-mod exhibit;
 mod filter;
 mod history;
 mod lightbox;
 mod look;
 mod picture_paint;
 mod picture_view;
+mod result_view;
 mod results;
 mod rows;
 mod spectrum;

@@ -1,7 +1,7 @@
 //! Results of a task under its row, in the run under way and in ended ones: pictures, spectra, readings and files.
 
-use super::exhibit::Exhibit;
 use super::lightbox::{Lightbox, open_blob};
+use super::result_view::ResultView;
 use super::{spectrum, texts};
 use crate::button::Button;
 use crate::feature_panel::PanelContext;
@@ -37,32 +37,32 @@ pub(super) fn show_results<'a>(
     lightbox: &mut Lightbox,
 ) {
     for result in results {
-        let exhibit = Exhibit::of(task.title, task.action, result);
-        if let Some(exhibit) = &exhibit
-            && show_exhibit(ui, cx, exhibit)
+        let result_view = ResultView::of(task.title, task.action, result);
+        if let Some(result_view) = &result_view
+            && show_exhibit(ui, cx, result_view)
         {
             lightbox.look_at(task.run, task.mission, result.number);
         }
         if let Some(report) = result.report() {
-            show_report(ui, cx, task.title, result, &report, exhibit.as_ref());
+            show_report(ui, cx, task.title, result, &report, result_view.as_ref());
         }
     }
 }
 
 /// A picture or a spectrum over the width of the card. Returns whether it was pressed.
-fn show_exhibit(ui: &mut Ui, cx: &mut PanelContext<'_>, exhibit: &Exhibit) -> bool {
+fn show_exhibit(ui: &mut Ui, cx: &mut PanelContext<'_>, result_view: &ResultView) -> bool {
     use client_model::ResultFileKind;
     let tokens = cx.tokens;
-    let height = if exhibit.kind == ResultFileKind::Spectrum { SPECTRUM_HEIGHT } else { PICTURE_HEIGHT };
+    let height = if result_view.kind == ResultFileKind::Spectrum { SPECTRUM_HEIGHT } else { PICTURE_HEIGHT };
     let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());
-    let response = ui.interact(rect, Id::unique(("exhibit", exhibit.result.number)), Sense::click());
-    let name = texts::show_file(&exhibit.file.name, &exhibit.title);
+    let response = ui.interact(rect, Id::unique(("result_view", result_view.result.number)), Sense::click());
+    let name = texts::show_file(&result_view.file.name, &result_view.title);
     response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &name));
     if ui.is_rect_visible(rect) {
         let radius = f32::from(theme::BUTTON_RADIUS);
         ui.painter().rect_filled(rect, radius, tokens.raised);
         let ctx = ui.ctx().clone();
-        match cx.files.get(exhibit.file.blob, exhibit.kind) {
+        match cx.files.get(result_view.file.blob, result_view.kind) {
             ResultFile::Loading => {}
             ResultFile::Failed(sentence) => {
                 let room = (rect.width() - 24.0).max(40.0);
@@ -104,14 +104,14 @@ fn show_report(
     title: &str,
     result: &StoredResult,
     report: &ActionReport,
-    exhibit: Option<&Exhibit>,
+    result_view: Option<&ResultView>,
 ) {
     let tokens = cx.tokens;
     for reading in &report.readings {
         fact(ui, tokens, &texts::reading_name(&reading.name), &texts::reading(reading));
     }
     // What is drawn is opened from there.
-    for file in report.files.iter().filter(|_| exhibit.is_none()) {
+    for file in report.files.iter().filter(|_| result_view.is_none()) {
         let name = texts::open_file(&file.name, title);
         let text = texts::file(&file.name, file.bytes);
         let button = Button::new(&name).text(&text).icon(icon::EYE).left().wide(ui);

@@ -322,7 +322,7 @@ pub(super) fn show_file(file: &str, task: &str) -> String {
 }
 
 /// `3 of 9: Pump 7, Photo`.
-pub(super) fn exhibit(number: usize, all: usize, title: &str, action: &str) -> String {
+pub(super) fn result_view(number: usize, all: usize, title: &str, action: &str) -> String {
     format!("{number} of {all}: {title}, {action}")
 }
 

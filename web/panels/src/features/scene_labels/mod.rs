@@ -106,7 +106,7 @@ impl SceneLabel {
 
     /// A keyframe. Only a selected one has a tag, with the standard deviation of its position, metres, if it is known.
     pub fn keyframe(at: Pos2, id: KeyframeId, sigma_m: Option<f64>, is_selected: bool) -> Self {
-        let sigma_m = sigma_m.map(|sigma_m| sigma_m.max(format::SHOWN_DEVIATION_MIN_M));
+        let sigma_m = sigma_m.map(|sigma_m| sigma_m.max(format::MIN_SHOWN_DEVIATION_M));
         let tag = if is_selected { texts::keyframe_tag(id, sigma_m) } else { String::new() };
         let label = Self::new(texts::keyframe(id), tag, at);
         Self { selects: Some(Selection::Keyframe(id)), is_selected, is_crowded: true, ..label }

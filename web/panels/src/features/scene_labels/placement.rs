@@ -8,6 +8,7 @@ pub(super) const RING_RADIUS: f32 = 14.0;
 pub(super) const RING_WIDTH: f32 = 2.0;
 
 /// Parameters of [`LabelPlacer`].
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LabelPlacementConfig {
     /// Distance between the label's point and the nearest edge of its tag, points. Where the thing on the screen is larger, the tag is beside it.

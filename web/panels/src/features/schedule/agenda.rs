@@ -11,15 +11,21 @@ use egui::{ScrollArea, Ui};
 use missions::day_number;
 use site_model::{LocalDate, Site};
 
-/// Days that are listed.
-const DAYS: i64 = 14;
-/// Occurrences of a day that are listed; a schedule by the minute has more.
-const MAX_OF_ONE_DAY: usize = 24;
+/// What the agenda lists.
+#[derive(Clone, Copy, Debug)]
+struct AgendaConfig {
+    /// Days that are listed. Chosen: two weeks.
+    days: i64,
+    /// Occurrences of a day that are listed; a schedule by the minute has more. Chosen: one an hour.
+    max_of_one_day: usize,
+}
+
+const AGENDA: AgendaConfig = AgendaConfig { days: 14, max_of_one_day: 24 };
 
 impl SchedulePanel {
     /// Shows the list.
     pub(super) fn show_agenda(&self, ui: &mut Ui, cx: &mut PanelContext<'_>, plan: &CachedPlan, site: &Site) {
-        let last = day_number(plan.zone.to_local(plan.now).date) + DAYS;
+        let last = day_number(plan.zone.to_local(plan.now).date) + AGENDA.days;
         let due: Vec<&Occurrence> =
             plan.outlook.occurrences.iter().take_while(|it| day_number(plan.local(it).date) < last).collect();
         ScrollArea::vertical().id_salt("agenda").auto_shrink([false, false]).show(ui, |ui| {
@@ -47,7 +53,7 @@ fn show_day(
 ) {
     let tokens = cx.tokens;
     widgets::section_head(ui, tokens, &texts::day(day));
-    for occurrence in of_day.iter().take(MAX_OF_ONE_DAY) {
+    for occurrence in of_day.iter().take(AGENDA.max_of_one_day) {
         let Some(schedule) = site.schedule(occurrence.schedule) else { continue };
         let at = plan.local(occurrence);
         let state = texts::state(occurrence.state, false);
@@ -62,7 +68,7 @@ fn show_day(
             drag::select(cx, schedule.id, Some(occurrence.slot));
         }
     }
-    if of_day.len() > MAX_OF_ONE_DAY {
-        widgets::remark(ui, tokens, &texts::more(of_day.len() - MAX_OF_ONE_DAY));
+    if of_day.len() > AGENDA.max_of_one_day {
+        widgets::remark(ui, tokens, &texts::more(of_day.len() - AGENDA.max_of_one_day));
     }
 }

@@ -16,8 +16,14 @@ use site_model::{LocalDateTime, Mission, Schedule, ScheduleId, Site};
 
 /// Height of the row of a mission or schedule, points.
 const ROW_HEIGHT: f32 = 52.0;
-/// Conflicts and changes of the clocks that are listed at once.
-const MAX_FINDINGS: usize = 6;
+/// How many findings are listed.
+#[derive(Clone, Copy, Debug)]
+struct FindingListConfig {
+    /// Conflicts and changes of the clocks that are listed at once. Chosen.
+    max_findings: usize,
+}
+
+const FINDINGS: FindingListConfig = FindingListConfig { max_findings: 6 };
 
 impl SchedulePanel {
     /// Shows the lists.
@@ -155,7 +161,7 @@ fn show_outlook(
         finding(ui, tokens, tokens.bad, &texts::unusable(name_of(*schedule), reason));
     }
     let mut moved = None;
-    for (running, due) in plan.conflicts.iter().take(MAX_FINDINGS) {
+    for (running, due) in plan.conflicts.iter().take(FINDINGS.max_findings) {
         let (running, due) = (&plan.outlook.occurrences[*running], &plan.outlook.occurrences[*due]);
         let policy = site.schedule(due.schedule).map(|schedule| schedule.overlap).unwrap_or_default();
         let (name, other) = (name_of(due.schedule), name_of(running.schedule));
@@ -177,7 +183,7 @@ fn show_outlook(
         });
     }
     let changes = planned.iter().filter(|it| it.change != ClockChange::None);
-    for occurrence in changes.take(MAX_FINDINGS) {
+    for occurrence in changes.take(FINDINGS.max_findings) {
         let change = texts::clock_change(occurrence.slot, plan.local(occurrence), occurrence.change);
         finding(ui, tokens, tokens.dim, &change.unwrap_or_default());
     }

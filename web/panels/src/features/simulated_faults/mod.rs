@@ -13,17 +13,24 @@ use client_model::ClientCommand;
 use egui::Ui;
 use vocab::Span;
 
-/// Time without a sensor. The other sensors carry the odometry over several metres meanwhile.
-const SENSOR_OUTAGE: Span = Span::from_millis(20_000);
-/// Time for which the feet slip.
-const SLIP: Span = Span::from_millis(5_000);
+/// How long faults last that a person injects.
+#[derive(Clone, Copy, Debug)]
+struct SimulatedFaultsConfig {
+    /// Time without a sensor. The other sensors carry the odometry over several metres meanwhile. Chosen.
+    sensor_outage: Span,
+    /// Time for which the feet slip. Chosen.
+    slip: Span,
+}
+
+const CONFIG: SimulatedFaultsConfig =
+    SimulatedFaultsConfig { sensor_outage: Span::from_millis(20_000), slip: Span::from_millis(5_000) };
 
 /// The faults in the order of their buttons.
 const FAULTS: [SimulatedFault; 6] = [
-    SimulatedFault::CoverLidar(SENSOR_OUTAGE),
-    SimulatedFault::SilenceLidar(SENSOR_OUTAGE),
-    SimulatedFault::SilenceImu(SENSOR_OUTAGE),
-    SimulatedFault::SlipFeet(SLIP),
+    SimulatedFault::CoverLidar(CONFIG.sensor_outage),
+    SimulatedFault::SilenceLidar(CONFIG.sensor_outage),
+    SimulatedFault::SilenceImu(CONFIG.sensor_outage),
+    SimulatedFault::SlipFeet(CONFIG.slip),
     SimulatedFault::CarryAway,
     SimulatedFault::End,
 ];

@@ -18,10 +18,16 @@ use rows::{DraftRow, rows_of};
 
 /// The tab of the draft.
 const DRAFT: Tab = Tab { screen: screens::SITE, name: texts::TAB, scrolls: true, row_spacing: 8.0 };
-/// Largest number of objects that are listed at once.
-const MAX_ROWS: usize = 100;
-/// Largest number of fields that are listed of an object.
-const MAX_FIELDS: usize = 8;
+/// How much of a draft is listed.
+#[derive(Clone, Copy, Debug)]
+struct DraftListConfig {
+    /// Largest number of objects that are listed at once. Chosen.
+    max_rows: usize,
+    /// Largest number of fields that are listed of an object. Chosen.
+    max_fields: usize,
+}
+
+const LISTS: DraftListConfig = DraftListConfig { max_rows: 100, max_fields: 8 };
 
 /// What the panel keeps between frames.
 #[derive(Debug, Default)]
@@ -92,11 +98,11 @@ impl FeaturePanel for SiteDraftPanel {
         if rows.is_empty() {
             widgets::remark(ui, tokens, texts::EMPTY);
         }
-        for row in rows.iter().take(MAX_ROWS) {
+        for row in rows.iter().take(LISTS.max_rows) {
             show_row(ui, cx, row);
         }
-        if rows.len() > MAX_ROWS {
-            widgets::remark(ui, tokens, &texts::more(rows.len() - MAX_ROWS));
+        if rows.len() > LISTS.max_rows {
+            widgets::remark(ui, tokens, &texts::more(rows.len() - LISTS.max_rows));
         }
     }
 }
@@ -124,18 +130,18 @@ fn show_row(ui: &mut Ui, cx: &mut PanelContext<'_>, row: &DraftRow) {
         if head.wide(ui).show(ui, tokens).clicked() {
             cx.commands.push(ClientCommand::Select(row.selection));
         }
-        for change in row.fields.iter().take(MAX_FIELDS) {
+        for change in row.fields.iter().take(LISTS.max_fields) {
             widgets::sentence(ui, tokens, &texts::field(change));
         }
-        if row.fields.len() > MAX_FIELDS {
-            widgets::remark(ui, tokens, &texts::more_fields(row.fields.len() - MAX_FIELDS));
+        if row.fields.len() > LISTS.max_fields {
+            widgets::remark(ui, tokens, &texts::more_fields(row.fields.len() - LISTS.max_fields));
         }
         if !row.breaks.is_empty() {
             widgets::remark(ui, tokens, &texts::breaks(&row.breaks));
         }
         let Some(theirs) = &row.theirs else { return };
         widgets::sentence(ui, tokens, texts::THEIRS);
-        for change in theirs.iter().take(MAX_FIELDS) {
+        for change in theirs.iter().take(LISTS.max_fields) {
             widgets::sentence(ui, tokens, &texts::field(change));
         }
         ui.horizontal(|ui| {

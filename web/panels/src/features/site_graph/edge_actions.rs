@@ -8,7 +8,6 @@ use crate::features::action_form::{TypedParameters, action_title};
 use crate::select::select;
 use crate::theme;
 use crate::{icon, widgets};
-use client_model::parameter_fields;
 use egui::{Id, Ui};
 use site_model::{ACTION_CATALOGUE, ActionRequest, Edge, EdgeId, Parameters};
 
@@ -78,7 +77,7 @@ impl EdgeActions {
             if self.open == Some(place) {
                 let owner = Id::unique(("action of edge", edge.id.0, moment, index));
                 self.typed.keep_only(owner);
-                if parameter_fields(&request.action).is_empty() {
+                if cx.model.site.action_forms().fields(&request.action).is_empty() {
                     widgets::remark(ui, tokens, texts::NO_PARAMETERS);
                 }
                 if let Some(parameters) = self.typed.show(ui, cx, owner, request, false) {

@@ -20,11 +20,19 @@ struct NewStepConfig {
 
 const CONFIG: NewStepConfig = NewStepConfig { tries: 1, wait_s: 30.0 };
 
-/// Tries and seconds that people may enter.
-const TRIES: [f64; 2] = [1.0, 20.0];
-const WAITS_S: [f64; 2] = [1.0, 3_600.0];
-/// Most steps of a policy.
-const MAX_STEPS: usize = 8;
+/// What people may enter.
+#[derive(Clone, Copy, Debug)]
+struct PolicyLimitsConfig {
+    /// Fewest and most tries. Chosen.
+    tries: [f64; 2],
+    /// Shortest and longest wait, seconds. Chosen: up to an hour.
+    waits_s: [f64; 2],
+    /// Most steps of a policy. Chosen.
+    max_steps: usize,
+}
+
+const LIMITS: PolicyLimitsConfig =
+    PolicyLimitsConfig { tries: [1.0, 20.0], waits_s: [1.0, 3_600.0], max_steps: 8 };
 
 /// Shows the steps. Returns them once they are changed.
 pub(super) fn show(
@@ -55,7 +63,7 @@ pub(super) fn show(
     }
     // What comes after these is never tried.
     let has_end = matches!(edge.fail_policy.last(), Some(EdgeFailStep::Replan | EdgeFailStep::Fail));
-    let can_add = !has_end && edge.fail_policy.len() < MAX_STEPS;
+    let can_add = !has_end && edge.fail_policy.len() < LIMITS.max_steps;
     let add = Button::new(texts::ADD_STEP).icon(icon::PLUS).enabled(can_add).wide(ui);
     if add.show(ui, tokens).clicked() {
         steps.push(EdgeFailStep::Retry(CONFIG.tries));
@@ -73,8 +81,8 @@ fn show_number(
     step: EdgeFailStep,
 ) -> Option<EdgeFailStep> {
     let (value, range, increment) = match step {
-        EdgeFailStep::Retry(tries) => (f64::from(tries), TRIES, 1.0),
-        EdgeFailStep::Wait(time) => (time.secs_f64(), WAITS_S, 10.0),
+        EdgeFailStep::Retry(tries) => (f64::from(tries), LIMITS.tries, 1.0),
+        EdgeFailStep::Wait(time) => (time.secs_f64(), LIMITS.waits_s, 10.0),
         EdgeFailStep::Replan | EdgeFailStep::Fail => return None,
     };
     let is_wait = matches!(step, EdgeFailStep::Wait(_));

@@ -31,8 +31,14 @@ use vocab::MapId;
 
 /// The tab of the topological map.
 const GRAPH: Tab = Tab { screen: screens::SITE, name: texts::TAB, scrolls: true, row_spacing: 8.0 };
-/// Largest number of problems that are listed at once.
-const MAX_PROBLEMS: usize = 30;
+/// How many problems are listed.
+#[derive(Clone, Copy, Debug)]
+struct ProblemListConfig {
+    /// Largest number of problems that are listed at once. Chosen.
+    max_problems: usize,
+}
+
+const LISTS: ProblemListConfig = ProblemListConfig { max_problems: 30 };
 
 /// What the panel keeps between frames.
 #[derive(Debug, Default)]
@@ -218,7 +224,7 @@ impl SiteGraphPanel {
         let tokens = cx.tokens;
         widgets::rule(ui, tokens);
         widgets::section_head(ui, tokens, texts::PROBLEMS_HEAD);
-        for (problem, selection) in of_graph.into_iter().take(MAX_PROBLEMS) {
+        for (problem, selection) in of_graph.into_iter().take(LISTS.max_problems) {
             let sentence = texts::problem(problem, &object_name(site, selection));
             let sign = if problem.kind.severity() == ProblemSeverity::Error {
                 icon::X_CIRCLE

@@ -16,8 +16,14 @@ use site_model::{Object, Site, SiteSettings};
 
 /// The tab of settings.
 const SETTINGS: Tab = Tab { screen: screens::SETTINGS, name: texts::TAB, scrolls: true, row_spacing: 8.0 };
-/// Time zones that are listed at once.
-const MAX_ZONES: usize = 12;
+/// How many time zones are listed.
+#[derive(Clone, Copy, Debug)]
+struct ZoneListConfig {
+    /// Time zones that are listed at once. Chosen: they fit without scrolling.
+    max_zones: usize,
+}
+
+const LISTS: ZoneListConfig = ZoneListConfig { max_zones: 12 };
 /// Time zone of a site that nobody has told one.
 const UTC: &str = "UTC";
 
@@ -120,12 +126,12 @@ impl SiteSettingsPanel {
         let wanted = self.zone_search.trim().to_lowercase().replace(' ', "_");
         let found: Vec<&str> = SiteZone::names()
             .filter(|name| name.to_lowercase().contains(&wanted))
-            .take(MAX_ZONES + 1)
+            .take(LISTS.max_zones + 1)
             .collect();
         if found.is_empty() {
             widgets::remark(ui, tokens, texts::NO_ZONE_FOUND);
         }
-        for name in found.iter().take(MAX_ZONES) {
+        for name in found.iter().take(LISTS.max_zones) {
             let Ok(zone) = SiteZone::new(name) else { continue };
             let row = texts::zone_row(name, zone.to_local(cx.clock.utc));
             let accessible = texts::zone(name);
@@ -136,7 +142,7 @@ impl SiteSettingsPanel {
                 self.is_choosing_zone = false;
             }
         }
-        if found.len() > MAX_ZONES {
+        if found.len() > LISTS.max_zones {
             widgets::remark(ui, tokens, texts::MORE_ZONES);
         }
     }

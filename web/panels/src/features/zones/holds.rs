@@ -12,12 +12,22 @@ use site_model::{LocalTime, ObjectId, Zone, ZoneId};
 
 /// Heights that people may enter, m.
 const RANGE_M: [f64; 2] = [-10_000.0, 10_000.0];
-/// Heights of a zone that held at all of them, m: those of a robot on the floor on which the map began.
-const FIRST_HEIGHTS_M: [f64; 2] = [-1.0, 2.0];
-/// Smallest difference of the two heights, m.
-const LEAST_RANGE_M: f64 = 0.1;
-/// Hours of a zone that held always: a working day.
-const FIRST_HOURS: [LocalTime; 2] = [LocalTime { hour: 8, minute: 0 }, LocalTime { hour: 17, minute: 0 }];
+/// What the limits of a zone begin with.
+#[derive(Clone, Copy, Debug)]
+struct NewLimitsConfig {
+    /// Heights of a zone that held at all of them, metres: those of a robot on the floor on which the map began.
+    heights_m: [f64; 2],
+    /// Smallest difference of the two heights, metres. Chosen.
+    min_height_range_m: f64,
+    /// Hours of a zone that held always: a working day.
+    hours: [LocalTime; 2],
+}
+
+const NEW: NewLimitsConfig = NewLimitsConfig {
+    heights_m: [-1.0, 2.0],
+    min_height_range_m: 0.1,
+    hours: [LocalTime { hour: 8, minute: 0 }, LocalTime { hour: 17, minute: 0 }],
+};
 /// Longest text of a time, characters.
 const TIME_CHARS: u32 = 8;
 
@@ -26,7 +36,7 @@ pub(super) fn show_heights(ui: &mut Ui, cx: &mut PanelContext<'_>, typed: &mut T
     let (site, tokens) = (&cx.model.site, cx.tokens);
     widgets::section_head(ui, tokens, texts::HEIGHT_HEAD);
     let first = cx.model.site.shown_floor().and_then(|floor| site.floor_heights_m(floor));
-    let first = first.unwrap_or(FIRST_HEIGHTS_M);
+    let first = first.unwrap_or(NEW.heights_m);
     let mut chosen = zone.height_m;
     let choices = [(texts::ALL_HEIGHTS, false), (texts::SOME_HEIGHTS, true)];
     widgets::choice(ui, tokens, &choices, zone.height_m.is_some(), |is_limited| {
@@ -46,7 +56,8 @@ pub(super) fn show_heights(ui: &mut Ui, cx: &mut PanelContext<'_>, typed: &mut T
     }
     if let Some([low, high]) = zone.height_m {
         let object = ObjectId::Zone(zone.id);
-        let ranges = [[RANGE_M[0], high - LEAST_RANGE_M], [low + LEAST_RANGE_M, RANGE_M[1]]];
+        let ranges =
+            [[RANGE_M[0], high - NEW.min_height_range_m], [low + NEW.min_height_range_m, RANGE_M[1]]];
         for (index, name) in texts::HEIGHTS.into_iter().enumerate() {
             let value = Some([low, high][index]);
             let range = ranges[index];
@@ -75,7 +86,7 @@ impl HoldsFields {
         let choices = [(texts::ALWAYS, false), (texts::DAILY, true)];
         let mut chosen = zone.daily;
         widgets::choice(ui, tokens, &choices, zone.daily.is_some(), |is_limited| {
-            chosen = is_limited.then(|| zone.daily.unwrap_or(FIRST_HOURS));
+            chosen = is_limited.then(|| zone.daily.unwrap_or(NEW.hours));
         });
         if let Some(hours) = zone.daily {
             chosen = self.show_hours(ui, cx, zone, hours).or(chosen);

@@ -1,11 +1,11 @@
-//! Which places the rays of a look went through.
+//! Which places the rays of a view went through.
 
 use crate::ChangesConfig;
-use crate::visit::Look;
+use crate::visit::SensorView;
 use geometry::Vector3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Rays of a look that passed a place closely.
+/// Rays of a view that passed a place closely.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Passing {
     /// Those that ended behind it.
@@ -14,8 +14,8 @@ pub(crate) struct Passing {
     pub(crate) ended: usize,
 }
 
-/// The rays of a look, sorted by the cells of directions around its sensor.
-pub(crate) struct LookImage {
+/// The rays of a view, sorted by the cells of directions around its sensor.
+pub(crate) struct RayImage {
     sensor: Vector3,
     cell_rad: f64,
     columns: usize,
@@ -26,16 +26,16 @@ pub(crate) struct LookImage {
     rays: Vec<([f32; 3], f32)>,
 }
 
-impl LookImage {
-    /// The image of a look. Its cells are as large as the mean distance between rays, but not smaller than a margin at the largest range. Linear in the points.
-    pub(crate) fn new(look: &Look, config: &ChangesConfig) -> Self {
+impl RayImage {
+    /// The image of a view. Its cells are as large as the mean distance between rays, but not smaller than a margin at the largest range. Linear in the points.
+    pub(crate) fn new(view: &SensorView, config: &ChangesConfig) -> Self {
         let rays: Vec<(f64, f64, f64)> =
-            look.points.iter().filter_map(|point| direction(&look.sensor, point)).collect();
+            view.points.iter().filter_map(|point| direction(&view.sensor, point)).collect();
         let cell_rad =
             ray_distance_rad(&rays, config.density_cell_rad).clamp(config.cell_rad[0], config.cell_rad[1]);
         let (columns, rows) = ((TAU / cell_rad).ceil() as usize, (PI / cell_rad).ceil() as usize);
         let mut image =
-            Self { sensor: look.sensor, cell_rad, columns, rows, starts: Vec::new(), rays: Vec::new() };
+            Self { sensor: view.sensor, cell_rad, columns, rows, starts: Vec::new(), rays: Vec::new() };
         let mut sorted: Vec<(usize, (f64, f64, f64))> = rays
             .into_iter()
             .map(|ray| {
@@ -69,7 +69,8 @@ impl LookImage {
     }
 
     /// The rays that passed a place, metres, map frame, within [`ChangesConfig::ray_reach_m`]. If the normal of the surface there is given, a ray went through only if it ended on
-    /// one side of it: along a floor, rays pass a place closely and end on the floor farther on. Linear in the rays of the cells around its direction.
+    /// one side of it: along a floor, rays pass a place closely and end on the floor farther on. Linear in the rays of the cells around its direction
+    /// (docs/maths/changes.md, equation 1).
     pub(crate) fn passing(
         &self,
         place: &[f32; 3],
@@ -78,8 +79,8 @@ impl LookImage {
     ) -> Passing {
         let mut passing = Passing::default();
         let offset = Vector3::from(place.map(f64::from)) - self.sensor;
-        // Before the angles, because most looks of a long walk are far away.
-        if !(config.range_min_m..=config.range_max_m).contains(&offset.norm()) {
+        // Before the angles, because most views of a long walk are far away.
+        if !(config.min_range_m..=config.max_range_m).contains(&offset.norm()) {
             return passing;
         }
         let Some((azimuth, elevation, range_m)) = direction(&self.sensor, place) else { return passing };
@@ -137,7 +138,7 @@ fn direction(sensor: &Vector3, point: &[f32; 3]) -> Option<(f64, f64, f64)> {
         .then(|| (offset.y.atan2(offset.x), (offset.z / range_m).clamp(-1.0, 1.0).asin(), range_m))
 }
 
-/// Mean distance between neighbouring rays: the square root of the solid angle in which there are rays over their number.
+/// Mean distance between neighbouring rays: the square root of the solid angle in which there are rays over their number (docs/maths/changes.md, equation 2).
 fn ray_distance_rad(rays: &[(f64, f64, f64)], side_rad: f64) -> f64 {
     let columns = (TAU / side_rad).ceil() as usize;
     let rows = (PI / side_rad).ceil() as usize;
@@ -162,10 +163,10 @@ mod tests {
     use super::*;
 
     /// A wall across x = 5 m, seen from the origin.
-    fn wall() -> LookImage {
+    fn wall() -> RayImage {
         let points = (-60..60).flat_map(|y| (-20..20).map(move |z| [5.0, y as f32 * 0.05, z as f32 * 0.05]));
-        LookImage::new(
-            &Look { sensor: Vector3::zeros(), points: points.collect() },
+        RayImage::new(
+            &SensorView { sensor: Vector3::zeros(), points: points.collect() },
             &ChangesConfig::default(),
         )
     }

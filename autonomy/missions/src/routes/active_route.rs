@@ -78,7 +78,7 @@ pub(super) struct WalkingCall {
 
 /// The active goal.
 #[derive(Clone, Debug)]
-pub(super) struct Journey {
+pub(super) struct ActiveRoute {
     pub goal: GoalId,
     pub target: RouteTarget,
     pub leg: Option<(LegId, Leg)>,
@@ -114,7 +114,7 @@ pub(super) struct Journey {
     pub route: Vec<EdgeId>,
 }
 
-impl Journey {
+impl ActiveRoute {
     pub fn new(at: Stamp, goal: GoalId, target: RouteTarget) -> Self {
         Self {
             goal,

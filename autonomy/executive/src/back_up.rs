@@ -8,14 +8,15 @@ use navigation::ElevationMap;
 use vocab::Span;
 
 /// Parameters of stepping back in front of a pose that something seems to stand in.
+/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LookAgainConfig {
+pub struct BackUpConfig {
     /// The robot steps back when it was not allowed to make its last steps for this time. Above the time in which a person walks past, 2 s.
     pub held_time: Span,
     /// Distance that it steps back at most, metres. Above the distance from which the elevation map clears thin traces, 2 m, and the robot is beside the trace.
     pub distance_m: f64,
     /// Shorter ways back than this show nothing new, metres.
-    pub distance_min_m: f64,
+    pub min_distance_m: f64,
     /// Distance around the robot in which cells are not asked, metres: it may be too near to the thing. The footprint is 0.36 m. Beyond it, a path has to be free.
     pub footprint_m: f64,
     /// Distance between the cells that are asked on the way, metres: a cell of the elevation map.
@@ -24,41 +25,32 @@ pub struct LookAgainConfig {
     pub level_m: f64,
     /// Time that the robot looks at most. Traces of the highest confidence are cleared in 5.5 s.
     pub look_time: Span,
+    /// Angle between the directions that are tried, radians: an eighth of a turn, so that eight of them go all round.
+    pub direction_step_rad: f64,
 }
 
-impl Default for LookAgainConfig {
+impl Default for BackUpConfig {
     fn default() -> Self {
         Self {
             held_time: Span::from_millis(3_000),
             distance_m: 2.4,
-            distance_min_m: 0.8,
+            min_distance_m: 0.8,
             footprint_m: 0.45,
             sample_m: 0.1,
             level_m: 0.1,
             look_time: Span::from_millis(7_000),
+            direction_step_rad: std::f64::consts::FRAC_PI_4,
         }
     }
 }
 
-/// Directions that are tried, in radians from the direction away from the pose: straight back first.
-const DIRECTIONS_RAD: [f64; 8] = {
-    const STEP_RAD: f64 = std::f64::consts::FRAC_PI_4;
-    [
-        0.0,
-        STEP_RAD,
-        -STEP_RAD,
-        2.0 * STEP_RAD,
-        -2.0 * STEP_RAD,
-        3.0 * STEP_RAD,
-        -3.0 * STEP_RAD,
-        4.0 * STEP_RAD,
-    ]
-};
+/// Directions that are tried, in steps from the direction away from the pose: straight back first.
+const DIRECTIONS: [f64; 8] = [0.0, 1.0, -1.0, 2.0, -2.0, 3.0, -3.0, 4.0];
 
-/// The point to step back to from `here`, beside `goal`: the end of the longest straight line over free ground that was seen, up to [`LookAgainConfig::distance_m`].
+/// The point to step back to from `here`, beside `goal`: the end of the longest straight line over free ground that was seen, up to [`BackUpConfig::distance_m`].
 /// All in the frame of the elevation map. None if there is no room to step back.
-pub(crate) fn look_point(
-    config: &LookAgainConfig,
+pub(crate) fn back_up_point(
+    config: &BackUpConfig,
     elevation_map: &ElevationMap,
     here: &Vector3,
     goal: &Vector3,
@@ -66,9 +58,9 @@ pub(crate) fn look_point(
     let away = here - goal;
     let away_rad = away.y.atan2(away.x);
     let mut best: Option<(f64, f64)> = None;
-    for direction_rad in DIRECTIONS_RAD.map(|from_away_rad| away_rad + from_away_rad) {
+    for direction_rad in DIRECTIONS.map(|steps| away_rad + steps * config.direction_step_rad) {
         let free_m = free_distance_m(config, elevation_map, here, direction_rad);
-        if free_m >= config.distance_min_m && best.is_none_or(|(longest_m, _)| free_m > longest_m) {
+        if free_m >= config.min_distance_m && best.is_none_or(|(longest_m, _)| free_m > longest_m) {
             best = Some((free_m, direction_rad));
         }
     }
@@ -77,9 +69,9 @@ pub(crate) fn look_point(
     Some(here + Vector3::new(distance_m * cos, distance_m * sin, 0.0))
 }
 
-/// Length of the straight line from `here` over free cells with level ground that was seen, metres, up to [`LookAgainConfig::distance_m`].
+/// Length of the straight line from `here` over free cells with level ground that was seen, metres, up to [`BackUpConfig::distance_m`].
 fn free_distance_m(
-    config: &LookAgainConfig,
+    config: &BackUpConfig,
     elevation_map: &ElevationMap,
     here: &Vector3,
     direction_rad: f64,

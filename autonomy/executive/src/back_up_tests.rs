@@ -1,7 +1,7 @@
 //! The last steps into a pose beside which something was seen that has gone, or that stands there.
 
-use crate::LookAgainConfig;
-use crate::look_again::look_point;
+use crate::BackUpConfig;
+use crate::back_up::back_up_point;
 use crate::tests::{Rig, post, room, shifted};
 use geometry::{Vector3, pose_from_isometry};
 use messages::{Approach, GoalKind, GoalStatus, PoseGoal, Publication, StackEffect};
@@ -24,7 +24,7 @@ fn walk(stays: bool) -> (GoalStatus, f64) {
     let goal = PoseGoal {
         map_from_goal: pose_from_isometry(&shifted(GOAL[0], GOAL[1])),
         tolerance: Some(PoseTolerance::default()),
-        speed_max_m_s: None,
+        max_speed_m_s: None,
         approach: Approach::Path,
     };
     rig.start(GoalKind::WalkToPose(goal)).unwrap();
@@ -82,7 +82,7 @@ fn a_robot_does_not_step_back_onto_stairs() {
         let height = |x: i8| if x < -7 { height_m - 0.5 } else { -0.5 };
         let points: Vec<[f32; 3]> = ground.map(|(x, y)| [middle(x), middle(y), height(x)]).collect();
         map.insert_scan(&shifted(0.0, 0.0), [0.0; 3], &points, 10.0);
-        look_point(&LookAgainConfig::default(), &map, &Vector3::zeros(), &Vector3::new(0.3, 0.0, 0.0))
+        back_up_point(&BackUpConfig::default(), &map, &Vector3::zeros(), &Vector3::new(0.3, 0.0, 0.0))
     };
     let level = look(0.0).expect("room behind the robot");
     assert!(level.x < -2.3, "straight back over level ground, not to {level}");

@@ -7,7 +7,7 @@ use site_model::{ActionReport, MissionId, ReportFile, Site};
 
 /// A picture or a spectrum.
 #[derive(Clone, Debug)]
-pub(super) struct Exhibit {
+pub(super) struct ResultView {
     /// Name of the place.
     pub(super) title: String,
     /// What was done.
@@ -20,7 +20,7 @@ pub(super) struct Exhibit {
     pub(super) kind: ResultFileKind,
 }
 
-impl Exhibit {
+impl ResultView {
     /// What can be looked at of a result; none if it has neither a picture nor a spectrum.
     pub(super) fn of(title: &str, action: &str, result: &StoredResult) -> Option<Self> {
         let report = result.report()?;
@@ -42,11 +42,11 @@ pub(super) fn viewable(report: &ActionReport) -> Option<(ReportFile, ResultFileK
 }
 
 /// All of a run.
-pub(super) fn exhibits(site: &Site, mission: MissionId, content: &RunContent) -> Vec<Exhibit> {
+pub(super) fn result_views(site: &Site, mission: MissionId, content: &RunContent) -> Vec<ResultView> {
     let of_attempt = |attempt| {
         let task = look::status_of(attempt);
         let (title, action) = (look::attempt_name(site, mission, attempt), look::action_name(&task));
-        content.results_of(attempt).filter_map(move |result| Exhibit::of(&title, &action, result))
+        content.results_of(attempt).filter_map(move |result| ResultView::of(&title, &action, result))
     };
     content.last_attempts().flat_map(of_attempt).collect()
 }

@@ -1,0 +1,88 @@
+//! Texts of imports and alignments that run within limits of memory and processor time.
+
+use crate::limited_command::LimitedCommand;
+use api::ImportStage;
+use std::fmt::Display;
+
+/// A stage of an import or of the example, beside a bar of progress.
+pub fn import_stage(stage: ImportStage) -> &'static str {
+    match stage {
+        ImportStage::Reading => "reading",
+        ImportStage::ComputingViewpoints => "finding viewpoints",
+        ImportStage::Writing => "writing",
+        ImportStage::Walking => "walking",
+        ImportStage::MakingTopomap => "making the topological map",
+    }
+}
+
+/// The name of what runs within limits, and what to do when it reaches one.
+fn limited_command(command: LimitedCommand) -> (&'static str, &'static str) {
+    match command {
+        LimitedCommand::Import => (
+            "the import",
+            "thin the survey to a point every 2 or 3 cm in the program that made it, or cut it into parts; ",
+        ),
+        LimitedCommand::Align => ("the alignment", ""),
+    }
+}
+
+/// It needed more memory than its limit.
+pub fn out_of_memory(command: LimitedCommand, limit_mb: u64) -> String {
+    let (name, remedy) = limited_command(command);
+    format!(
+        "{name} needs more than {limit_mb} MB of memory, its limit; {remedy}on a computer with more memory, --max-memory raises the limit"
+    )
+}
+
+/// It needed more processor time than its limit.
+pub fn out_of_time(command: LimitedCommand, limit_minutes: f64) -> String {
+    let (name, remedy) = limited_command(command);
+    format!(
+        "{name} needs more than {limit_minutes} minutes of processor time, its limit; {remedy}--max-minutes raises the limit"
+    )
+}
+
+/// It ended in another way than by a limit.
+pub fn limited_command_ended(command: LimitedCommand, status: &dyn Display) -> String {
+    let (name, _) = limited_command(command);
+    let remedy = match command {
+        LimitedCommand::Import => {
+            "the file is damaged in a way that this program does not expect; export it again"
+        }
+        LimitedCommand::Align => "a map is damaged in a way that this program does not expect; make it again",
+    };
+    format!("{name} ended before it was done ({status}): {remedy}")
+}
+
+/// An import needed more memory than its limit.
+pub const IMPORT_OUT_OF_MEMORY: &str = "It needs more memory than an import may take. Thin the survey to a point every 2 or 3 cm, or cut it into parts.";
+
+/// An import needed more processor time than its limit.
+pub const IMPORT_OUT_OF_TIME: &str = "It needs more time than an import may take. Thin the survey to a point every 2 or 3 cm, or cut it into parts.";
+
+/// The same of an alignment.
+pub const ALIGN_OUT_OF_MEMORY: &str = "It needs more memory than an alignment may take on the robot. Align the map on another computer with autoinspect align --max-memory.";
+
+pub const ALIGN_OUT_OF_TIME: &str =
+    "It needs more time than an alignment may take on the robot. Pick points in both maps, which takes less.";
+
+/// Names of the file of an import, and of the map that it is aligned with, in its errors.
+pub const UPLOADED_FILE: &str = "The file";
+pub const FRAME_OF_IMPORT: &str = "that map";
+
+/// A client cancelled it.
+pub const IMPORT_CANCELLED: &str = "It was cancelled.";
+
+/// It ended without an error message.
+pub const IMPORT_ENDED_EARLY: &str =
+    "The import ended before it was done: the file may be too large for this computer.";
+
+/// The process did not start.
+pub fn import_not_started(error: &dyn Display) -> String {
+    format!("The import cannot be started: {error}.")
+}
+
+/// The system does not say how the process ended.
+pub fn import_outcome_unknown(error: &dyn Display) -> String {
+    format!("What became of the import is not known: {error}.")
+}
