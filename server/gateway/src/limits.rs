@@ -5,8 +5,10 @@ use std::time::{Duration, Instant};
 /// Bounds on clients. The defaults suit a robot on a site network; tests shorten the waits.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
-    /// TCP connections at a time, WebSockets included. Further ones get 503 and are closed.
+    /// TCP connections at a time, WebSockets included. Further ones take a reserved place.
     pub connections: usize,
+    /// Connections beyond those, over which somebody may sign in, ask who is signed in, or stop motion, with one request each. Chosen: more than the 24 sign-ins that may wait in the core.
+    pub reserved_connections: usize,
     /// Control sockets at a time; the same number applies to stream sockets. Further ones are refused with a sentence.
     pub clients: usize,
     /// TCP connections at a time from one address, so that one computer does not take all.
@@ -29,6 +31,7 @@ impl Default for Limits {
     fn default() -> Self {
         Self {
             connections: 512,
+            reserved_connections: 32,
             clients: 64,
             connections_of_address: 256,
             clients_of_account: 24,

@@ -1,6 +1,7 @@
 //! The description of the HTTP interface (OpenAPI 3.1), made from the handlers' own attributes.
 
 use crate::access::{audit, handlers as access};
+use crate::openapi_access::describe_access;
 use crate::runs::handlers as runs;
 use crate::site::handlers as site;
 use crate::tls::trust;
@@ -80,7 +81,9 @@ struct Description;
 
 /// The description as pretty JSON, ending in a newline: the content of `docs/api/openapi.json`.
 pub fn description() -> String {
-    let mut json = Description::openapi().to_pretty_json().unwrap_or_default();
+    let mut description = Description::openapi();
+    describe_access(&mut description);
+    let mut json = description.to_pretty_json().unwrap_or_default();
     json.push('\n');
     json
 }

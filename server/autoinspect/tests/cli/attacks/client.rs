@@ -1,0 +1,90 @@
+//! A client with a token at the control socket: sends messages, and reads what comes.
+
+use super::guarded::connect_from;
+use api::{ClientMessage, Command, CommandOutcome, Event, LeaseToken, ServerMessage};
+use std::io::{self, Read, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::time::{Duration, Instant};
+use tungstenite::client::IntoClientRequest;
+use tungstenite::{Message, WebSocket};
+use uuid::Uuid;
+use vocab::CommandId;
+
+/// Longest wait for one message of a client.
+const MESSAGE_LIMIT: Duration = Duration::from_millis(20);
+
+/// The client.
+pub struct Client<S = TcpStream> {
+    socket: WebSocket<S>,
+    commands: u64,
+    name: u64,
+}
+
+impl Client {
+    /// Opens the socket from 127.0.0.`last`, in the name of this token.
+    pub fn connect(last: u8, address: SocketAddr, token: &str, name: u64) -> io::Result<Self> {
+        let stream = connect_from(last, address)?;
+        let client = Client::over(stream, &format!("ws://{address}{}", api::CONTROL_PATH), token, name)?;
+        client.socket.get_ref().set_read_timeout(Some(MESSAGE_LIMIT))?;
+        Ok(client)
+    }
+}
+
+impl<S: Read + Write> Client<S> {
+    /// Opens the socket over this connection, and says hello.
+    pub fn over(stream: S, url: &str, token: &str, name: u64) -> io::Result<Self> {
+        let mut request = url.into_client_request().map_err(io::Error::other)?;
+        let header = format!("Bearer {token}").parse().map_err(io::Error::other)?;
+        request.headers_mut().insert("authorization", header);
+        let (socket, _) =
+            tungstenite::client(request, stream).map_err(|error| io::Error::other(error.to_string()))?;
+        let mut client = Self { socket, commands: 0, name };
+        let lease = LeaseToken(Uuid::from_u64_pair(0xa77ac, name));
+        client.send(&ClientMessage::Hello { version: api::VERSION, lease })?;
+        Ok(client)
+    }
+
+    pub fn socket(&mut self) -> &mut WebSocket<S> {
+        &mut self.socket
+    }
+
+    pub fn send(&mut self, message: &ClientMessage) -> io::Result<()> {
+        self.socket.send(Message::Binary(api::encode(message).into())).map_err(io::Error::other)
+    }
+
+    /// Sends a command, and does not wait for its outcome.
+    pub fn command(&mut self, command: Command) -> io::Result<CommandId> {
+        self.commands += 1;
+        let id = CommandId(Uuid::from_u64_pair(self.name, self.commands));
+        self.send(&ClientMessage::Command { id, command }).map(|()| id)
+    }
+
+    /// The next message, if one comes soon.
+    pub fn read(&mut self) -> io::Result<Option<ServerMessage>> {
+        match self.socket.read() {
+            Ok(Message::Binary(bytes)) => api::decode(&bytes).map(Some).map_err(io::Error::other),
+            Ok(_) => Ok(None),
+            Err(tungstenite::Error::Io(error))
+                if matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut) =>
+            {
+                Ok(None)
+            }
+            Err(error) => Err(io::Error::other(error)),
+        }
+    }
+
+    /// Sends a command, and waits for its outcome.
+    pub fn outcome(&mut self, command: Command) -> io::Result<CommandOutcome> {
+        let start = Instant::now();
+        let id = self.command(command)?;
+        while start.elapsed() < super::guarded::ANSWER_LIMIT {
+            if let Some(ServerMessage::Event { event: Event::CommandDone { id: done, outcome }, .. }) =
+                self.read()?
+                && done == id
+            {
+                return Ok(outcome);
+            }
+        }
+        Err(io::ErrorKind::TimedOut.into())
+    }
+}
