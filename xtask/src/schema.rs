@@ -26,8 +26,8 @@ const ROLES: [&str; 4] = ["nobody", "viewer", "operator", "admin"];
 /// What is checked of each answer.
 const CHECKS: &str = "not_a_server_error,status_code_conformance,content_type_conformance,response_schema_conformance,response_headers_conformance";
 
-/// The operation that ends the own token. It is tried last, with one of its own.
-const SIGN_OUT: &str = "signOut";
+/// The operations that end tokens, such as that of the fuzzer, which finds it in the list of tokens. They are tried last, with another one.
+const ENDING_TOKENS: [&str; 2] = ["signOut", "revokeToken"];
 
 /// Operations of the interface, about: their examples are chosen so that the wanted number of requests is exceeded.
 const OPERATIONS: usize = 50;
@@ -109,20 +109,12 @@ fn try_role(server: &Path, role: &str, requests: usize) -> Result<Report> {
     let mut report = Report { requests: 0, is_right: true };
     let examples = requests.div_ceil(OPERATIONS);
     for seed in 1..=ROUNDS {
-        let others = ["--exclude-operation-id", SIGN_OUT];
-        platform.ask(first.as_deref(), &others, examples, seed, &folder, &mut report)?;
+        platform.ask(first.as_deref(), "--exclude-operation-id", examples, seed, &folder, &mut report)?;
         if report.requests >= requests {
             break;
         }
     }
-    platform.ask(
-        last.as_deref(),
-        &["--include-operation-id", SIGN_OUT],
-        examples,
-        1,
-        &folder,
-        &mut report,
-    )?;
+    platform.ask(last.as_deref(), "--include-operation-id", examples, 1, &folder, &mut report)?;
     Ok(report)
 }
 
@@ -175,7 +167,7 @@ impl Platform {
     fn ask(
         &self,
         token: Option<&str>,
-        which: &[&str],
+        which: &str,
         examples: usize,
         seed: u64,
         folder: &Path,
@@ -183,7 +175,8 @@ impl Platform {
     ) -> Result<()> {
         let mut fuzz = fuzzer();
         fuzz.arg("run").arg(format!("http://{}/api/v1/openapi.json", self.address));
-        fuzz.args(which).args(["--phases", "examples,coverage,fuzzing", "--checks", CHECKS]);
+        fuzz.args(ENDING_TOKENS.into_iter().flat_map(|operation| [which, operation]));
+        fuzz.args(["--phases", "examples,coverage,fuzzing", "--checks", CHECKS]);
         fuzz.args(["--continue-on-failure", "--no-shrink", "--no-color", "--request-timeout", "30"]);
         fuzz.args(["--max-examples", &examples.to_string(), "--seed", &seed.to_string()]);
         if let Some(token) = token {
@@ -194,7 +187,7 @@ impl Platform {
         let output =
             fuzz.stdin(Stdio::null()).output().with_context(|| format!("could not start {FUZZER}"))?;
         let text = String::from_utf8_lossy(&output.stdout).into_owned();
-        fs::write(folder.join(format!("{}-{seed}.log", which[0].trim_start_matches('-'))), &text)?;
+        fs::write(folder.join(format!("{}-{seed}.log", which.trim_start_matches('-'))), &text)?;
         let generated = text.lines().filter_map(|line| line.trim().split_once(" generated"));
         let generated: Option<usize> = generated.filter_map(|(count, _)| count.parse().ok()).next_back();
         report.requests += generated.with_context(|| format!("{FUZZER} has made no requests:\n{text}"))?;

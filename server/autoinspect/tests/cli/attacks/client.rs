@@ -4,6 +4,7 @@ use super::guarded::connect_from;
 use api::{ClientMessage, Command, CommandOutcome, Event, LeaseToken, ServerMessage};
 use std::io::{self, Read, Write};
 use std::net::{SocketAddr, TcpStream};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
@@ -13,11 +14,12 @@ use vocab::CommandId;
 /// Longest wait for one message of a client.
 const MESSAGE_LIMIT: Duration = Duration::from_millis(20);
 
+/// Number of the next command. Ids are unique over all clients, because a repeated command has no effect.
+static COMMANDS: AtomicU64 = AtomicU64::new(1);
+
 /// The client.
 pub struct Client<S = TcpStream> {
     socket: WebSocket<S>,
-    commands: u64,
-    name: u64,
 }
 
 impl Client {
@@ -38,7 +40,7 @@ impl<S: Read + Write> Client<S> {
         request.headers_mut().insert("authorization", header);
         let (socket, _) =
             tungstenite::client(request, stream).map_err(|error| io::Error::other(error.to_string()))?;
-        let mut client = Self { socket, commands: 0, name };
+        let mut client = Self { socket };
         let lease = LeaseToken(Uuid::from_u64_pair(0xa77ac, name));
         client.send(&ClientMessage::Hello { version: api::VERSION, lease })?;
         Ok(client)
@@ -54,8 +56,7 @@ impl<S: Read + Write> Client<S> {
 
     /// Sends a command, and does not wait for its outcome.
     pub fn command(&mut self, command: Command) -> io::Result<CommandId> {
-        self.commands += 1;
-        let id = CommandId(Uuid::from_u64_pair(self.name, self.commands));
+        let id = CommandId(Uuid::from_u64_pair(0xa77ac, COMMANDS.fetch_add(1, Ordering::Relaxed)));
         self.send(&ClientMessage::Command { id, command }).map(|()| id)
     }
 
