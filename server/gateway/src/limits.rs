@@ -7,7 +7,8 @@ use std::time::{Duration, Instant};
 pub struct Limits {
     /// TCP connections at a time, WebSockets included. Further ones take a reserved place.
     pub connections: usize,
-    /// Connections beyond those, over which somebody may sign in, ask who is signed in, or stop motion, with one request each. Chosen: more than the 24 sign-ins that may wait in the core.
+    /// Connections beyond those, over which somebody may sign in, ask who is signed in, or stop motion, with one request each. Chosen: under a flood of 4,000 connections a
+    /// second from many addresses each has 64 ms for its request.
     pub reserved_connections: usize,
     /// Control sockets at a time; the same number applies to stream sockets. Further ones are refused with a sentence.
     pub clients: usize,
@@ -31,7 +32,7 @@ impl Default for Limits {
     fn default() -> Self {
         Self {
             connections: 512,
-            reserved_connections: 32,
+            reserved_connections: 256,
             clients: 64,
             connections_of_address: 256,
             clients_of_account: 24,

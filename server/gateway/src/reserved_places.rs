@@ -1,7 +1,7 @@
 //! Places for connections that come when all others are taken, so that somebody can still sign in and stop the robot.
 //!
-//! They are never full for a newcomer: it takes the place of another connection, of the address that has most of them, and of those the oldest. A connection of which the
-//! core handles a sign-in goes last. So one address that floods the server loses its own connections only, and many addresses that send nothing lose theirs.
+//! They are never full for a newcomer: it takes the place of another connection, of the address that has most of them, and of those the oldest. One of which the
+//! core handles a sign-in, or a request of somebody who has signed in, goes last. So one address that floods the server loses its own connections only, and many addresses that send nothing lose theirs.
 
 use std::collections::{BTreeMap, HashMap};
 use std::net::IpAddr;

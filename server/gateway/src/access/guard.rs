@@ -93,6 +93,9 @@ pub(crate) async fn guard(
                 .into_response(),
         };
     }
+    if let (Some(place), Some(_)) = (connection.reserved, identity.role) {
+        app.reserved_places.serve(place);
+    }
     request.extensions_mut().insert(identity.clone());
     scope(&identity, next.run(request)).await
 }
