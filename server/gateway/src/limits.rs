@@ -50,6 +50,8 @@ impl Default for Limits {
 pub(crate) struct FixedLimits {
     /// Age up to which a scan is live. LiDARs scan 2 to 20 times a second.
     pub(crate) max_live_scan_age: Duration,
+    /// Memory of each WebSocket for bytes that it has read, and for bytes that it has not written yet. Longer messages take more while they are there.
+    pub(crate) socket_buffer_bytes: usize,
     /// Longest message on a control socket, bytes: the longest edit of the site.
     pub(crate) max_client_message_bytes: usize,
     /// Longest message from a client on a stream socket, bytes.
@@ -138,6 +140,7 @@ pub(crate) struct FixedLimits {
 /// The bounds in force.
 pub(crate) const FIXED: FixedLimits = FixedLimits {
     max_live_scan_age: Duration::from_secs(1),
+    socket_buffer_bytes: 16 << 10,
     max_client_message_bytes: api::MAX_EDIT_BYTES + (16 << 10),
     max_stream_request_bytes: 16 << 10,
     max_greetings_at_a_time: 16,

@@ -6,8 +6,10 @@ use crate::runs::handlers as runs;
 use crate::site::handlers as site;
 use crate::tls::trust;
 use crate::{blobs, documents, example, maps, stop, uploads};
+use axum::body::Bytes;
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
+use std::sync::OnceLock;
 use utoipa::OpenApi;
 
 #[derive(OpenApi)]
@@ -90,7 +92,10 @@ pub fn description() -> String {
 
 /// Serves the description.
 pub(crate) async fn serve() -> Response {
-    ([(header::CONTENT_TYPE, "application/json"), (header::CACHE_CONTROL, "no-cache")], description())
+    // Made once: readers that are slow share it.
+    static DESCRIPTION: OnceLock<Bytes> = OnceLock::new();
+    let document = DESCRIPTION.get_or_init(|| description().into()).clone();
+    ([(header::CONTENT_TYPE, "application/json"), (header::CACHE_CONTROL, "no-cache")], document)
         .into_response()
 }
 

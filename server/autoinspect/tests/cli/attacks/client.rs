@@ -17,9 +17,13 @@ const MESSAGE_LIMIT: Duration = Duration::from_millis(20);
 /// Number of the next command. Ids are unique over all clients, because a repeated command has no effect.
 static COMMANDS: AtomicU64 = AtomicU64::new(1);
 
+/// Time after which a ping is due.
+const PING_PERIOD: Duration = Duration::from_secs(1);
+
 /// The client.
 pub struct Client<S = TcpStream> {
     socket: WebSocket<S>,
+    pinged: Instant,
 }
 
 impl Client {
@@ -40,7 +44,7 @@ impl<S: Read + Write> Client<S> {
         request.headers_mut().insert("authorization", header);
         let (socket, _) =
             tungstenite::client(request, stream).map_err(|error| io::Error::other(error.to_string()))?;
-        let mut client = Self { socket };
+        let mut client = Self { socket, pinged: Instant::now() };
         let lease = LeaseToken(Uuid::from_u64_pair(0xa77ac, name));
         client.send(&ClientMessage::Hello { version: api::VERSION, lease })?;
         Ok(client)
@@ -52,6 +56,15 @@ impl<S: Read + Write> Client<S> {
 
     pub fn send(&mut self, message: &ClientMessage) -> io::Result<()> {
         self.socket.send(Message::Binary(api::encode(message).into())).map_err(io::Error::other)
+    }
+
+    /// Takes what has come, and says now and then that it is there: the server closes a socket that is silent for 10 s.
+    pub fn keep_alive(&mut self) {
+        if self.pinged.elapsed() >= PING_PERIOD {
+            self.pinged = Instant::now();
+            self.send(&ClientMessage::Ping { token: 1 }).expect("the socket stays open");
+        }
+        while self.read().expect("the socket stays open").is_some() {}
     }
 
     /// Sends a command, and does not wait for its outcome.

@@ -73,6 +73,14 @@ impl GuardedPlatform {
     }
 }
 
+impl Drop for GuardedPlatform {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            eprintln!("the platform said:\n{}", self.platform.complaints());
+        }
+    }
+}
+
 fn add_account(data: &Path, name: &str, role: &str) {
     let mut child = program()
         .args(["account", "--data", text(data), "add", name, "--role", role])

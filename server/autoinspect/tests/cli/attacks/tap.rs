@@ -46,7 +46,7 @@ impl RobotTap {
     }
 
     /// Waits until the robot has been told what `is_met` accepts.
-    pub fn wait(&self, what: &str, is_met: impl Fn(&Told) -> bool) -> Told {
+    fn wait(&self, what: &str, is_met: impl Fn(&Told) -> bool) -> Told {
         let told = self.told.0.lock().expect("no thread panics with it");
         let (told, waited) = self
             .told
@@ -57,9 +57,13 @@ impl RobotTap {
         *told
     }
 
-    /// Waits until the robot is being driven: it was told to move after `since`.
-    pub fn wait_until_driven(&self, since: Instant) {
-        self.wait("to move", |told| told.moving.is_some_and(|moving| moving > since));
+    /// Waits until the robot is being driven: it was told to move after `since`. Does something meanwhile.
+    pub fn wait_until_driven(&self, since: Instant, mut meanwhile: impl FnMut()) {
+        crate::fake_gateway::until("the robot is told to move", || {
+            meanwhile();
+            let told = *self.told.0.lock().expect("no thread panics with it");
+            told.moving.filter(|moving| *moving > since)
+        });
     }
 
     /// Waits until the robot is told to stand after `since`, and returns the time until then.
