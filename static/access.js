@@ -114,6 +114,8 @@ takeSecretOfLink();
 form.addEventListener("submit", submit);
 addEventListener("autoinspect-sign-out", signOut);
 addEventListener("autoinspect-manage-people", () => open("people.html", "_blank", "noopener"));
+// Without a control socket. The client says that the stop may not arrive, and sends it again once it is connected.
+addEventListener("autoinspect-stop", () => fetch("api/v1/stop", { method: "POST" }).catch(() => {}));
 addEventListener("autoinspect-change-password", () => open("password.html", "_blank", "noopener"));
 // The client says so when it has lost its connection: perhaps the session has ended.
 addEventListener("autoinspect-disconnected", () => dialog.hidden && signedIn());

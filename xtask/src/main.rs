@@ -16,6 +16,7 @@ mod fingerprint;
 mod fuzz;
 mod package;
 mod run;
+mod schema;
 mod security;
 mod setup;
 mod shell;
@@ -43,6 +44,10 @@ cargo xtask COMMAND
                              and idles, and damage every file of a data directory in turn (situation `damage`). Prints a table;
                              fails if anything was lost.
   test security              Try the attacks on the platform that stand as tests. Prints a table; fails if one succeeds.
+  test schema [--requests N] [--server PROGRAM]
+                             Make N requests (default: 10,000) as nobody and as each role, of which the description of the HTTP
+                             interface allows some and forbids others (needs the Python program schemathesis). Fails on an error
+                             of the server and on an answer that the description does not have.
   package [--check]          Build a Debian package with a sandboxed service, into target/package. --check (as root): install it in a
                              clean Debian, run its service there as its own user, upgrade and remove it.
   bench NAME [ARGUMENT...]   Run a benchmark; without a name, list them.

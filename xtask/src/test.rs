@@ -8,6 +8,7 @@
 //! - `--release-gate`: the browser tests run on the optimised server and bundle of a release, and the benchmarks with limits must meet them.
 //!
 //! `cargo xtask test security` tries the attacks on the platform and prints what came of each; see `security.rs`.
+//! `cargo xtask test schema` compares the answers of the HTTP interface with its description; see `schema.rs`.
 //! `cargo xtask test crash` is the crash test alone, with many kills; see `crash.rs`.
 
 use std::collections::BTreeMap;
@@ -21,7 +22,7 @@ use anyhow::{Context, Result, bail};
 use crate::stages::{StageReport, Stages, Tests};
 use crate::toolchain::{TARGET, Toolchain};
 use crate::web::{self, Flavour};
-use crate::{bench, crash, security, setup, shell};
+use crate::{bench, crash, schema, security, setup, shell};
 
 /// The module of the integration tests that need a browser, a release server and a bundle.
 const BROWSER_TESTS: &str = "browser::";
@@ -50,6 +51,11 @@ pub(crate) fn command(arguments: Vec<OsString>) -> Result<ExitCode> {
     if arguments == ["security"] {
         return security::command();
     }
+    if let Some((first, rest)) = arguments.split_first()
+        && first == "schema"
+    {
+        return schema::command(rest);
+    }
     let Options { tier, quick, filters } = Options::parse(&arguments)?;
     let mut stages = Stages::new();
     if filters.is_empty() {
@@ -71,6 +77,13 @@ pub(crate) fn command(arguments: Vec<OsString>) -> Result<ExitCode> {
             ("browser bundle (release)", || checked_bundle(Flavour::Release)),
         );
         browser_tests(&mut stages, tier, &shell::target().join("release/autoinspect"));
+        match schema::missing() {
+            None => stages.run("schema", || {
+                schema::run(&shell::target().join("release/autoinspect"), schema::REQUESTS)
+                    .map(|()| StageReport::default())
+            }),
+            Some(reason) => stages.skip("schema", &reason),
+        }
         for (name, benchmark, arguments) in bench::WITH_BARS {
             stages.run(name, || bench::run(benchmark, arguments).map(|()| StageReport::default()));
         }

@@ -3,6 +3,7 @@
 use crate::GatewayConfig;
 use crate::hub::Hub;
 use crate::limits::{FIXED, Limits};
+use crate::reserved_places::ReservedPlaces;
 use crate::tls::Encryption;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -14,6 +15,8 @@ pub(crate) struct App {
     pub(crate) limits: Limits,
     /// How connections are encrypted; none: they are not.
     pub(crate) encryption: Option<Encryption>,
+    /// Places of connections that come when all others are taken.
+    pub(crate) reserved_places: ReservedPlaces,
     pub(crate) data_dir: PathBuf,
     pub(crate) static_dir: PathBuf,
     /// One permit for each file that may be on its way.
@@ -41,6 +44,7 @@ impl App {
         Self {
             hub,
             limits,
+            reserved_places: ReservedPlaces::new(limits.reserved_connections),
             encryption,
             data_dir: config.data_dir.clone(),
             static_dir: config.static_dir.clone(),

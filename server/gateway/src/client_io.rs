@@ -2,6 +2,7 @@
 
 use crate::address_places::AddressPlace;
 use crate::limits::FIXED;
+use crate::reserved_places::{ReservedPlace, ReservedPlaceId};
 use socket2::{SockRef, TcpKeepalive};
 use std::future::Future;
 use std::io;
@@ -13,28 +14,41 @@ use tokio::net::TcpStream;
 use tokio::sync::OwnedSemaphorePermit;
 use tokio::time::Sleep;
 
+/// A connection's place among all. It is given back when it is dropped.
+#[derive(Debug)]
+pub(crate) enum ConnectionPlace {
+    /// One of the server's and one of the address's.
+    Ordinary { _of_server: OwnedSemaphorePermit, _of_address: AddressPlace },
+    /// One of those for when all others are taken.
+    Reserved(ReservedPlace),
+}
+
+impl ConnectionPlace {
+    /// Its name, if it is reserved.
+    pub(crate) fn reserved(&self) -> Option<ReservedPlaceId> {
+        match self {
+            Self::Ordinary { .. } => None,
+            Self::Reserved(place) => Some(place.id()),
+        }
+    }
+}
+
 /// A connection that fails when its peer takes nothing for too long, and holds its place among the connections.
 pub(crate) struct ClientIo {
     stream: TcpStream,
     stall_limit: Duration,
     /// Runs while a write waits.
     stall: Option<Pin<Box<Sleep>>>,
-    _place: OwnedSemaphorePermit,
-    _place_of_address: AddressPlace,
+    _place: ConnectionPlace,
 }
 
 impl ClientIo {
     /// Wraps an accepted connection.
-    pub(crate) fn new(
-        stream: TcpStream,
-        stall_limit: Duration,
-        place: OwnedSemaphorePermit,
-        place_of_address: AddressPlace,
-    ) -> Self {
+    pub(crate) fn new(stream: TcpStream, stall_limit: Duration, place: ConnectionPlace) -> Self {
         if let Err(error) = keep_fresh(&stream) {
             tracing::debug!(%error, "a socket refused an option");
         }
-        Self { stream, stall_limit, stall: None, _place: place, _place_of_address: place_of_address }
+        Self { stream, stall_limit, stall: None, _place: place }
     }
 
     /// Whether the client speaks TLS: its first byte is that of a handshake (RFC 8446, 5.1). Waits for the byte and leaves it there.
@@ -129,9 +143,10 @@ mod tests {
         let theirs =
             TcpStream::connect(listener.local_addr().expect("an address")).await.expect("a connection");
         let (ours, _) = listener.accept().await.expect("accepted");
-        let place = places.clone().try_acquire_owned().expect("a place");
-        let of_address = AddressPlaces::new(1).claim([127, 0, 0, 1].into()).expect("a place");
-        (ClientIo::new(ours, stall_limit, place, of_address), theirs)
+        let _of_server = places.clone().try_acquire_owned().expect("a place");
+        let _of_address = AddressPlaces::new(1).claim([127, 0, 0, 1].into()).expect("a place");
+        let place = ConnectionPlace::Ordinary { _of_server, _of_address };
+        (ClientIo::new(ours, stall_limit, place), theirs)
     }
 
     #[tokio::test]

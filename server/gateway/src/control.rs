@@ -10,7 +10,7 @@ use crate::snapshot::Cursor;
 use crate::socket::{Closing, Incoming, Outgoing, close};
 use crate::texts;
 use crate::wire::ServerMessageRef;
-use api::access::message_privilege;
+use api::access::{event_privilege, message_privilege};
 use api::{
     ClientMessage, Command, CommandOutcome, EditDone, EditOutcome, EditRefusal, Event, LeaseToken, Role, You,
 };
@@ -114,6 +114,8 @@ async fn write_events(sink: &mut Outgoing, seat: &ControlSeat, app: &App, you: &
                     let pong = ServerMessageRef::Pong { token, now: app.hub.robot_now() };
                     sink_message(sink, &pong).await
                 }
+                // Nobody is told what the privilege table keeps from them.
+                Some(OutboxItem::Event(event)) if !event_privilege(&event).admits(Some(you.role)) => continue,
                 Some(OutboxItem::Event(event)) => {
                     sequence += 1;
                     sink_message(sink, &ServerMessageRef::Event { sequence, event: &event }).await

@@ -5,8 +5,11 @@ use std::time::{Duration, Instant};
 /// Bounds on clients. The defaults suit a robot on a site network; tests shorten the waits.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
-    /// TCP connections at a time, WebSockets included. Further ones get 503 and are closed.
+    /// TCP connections at a time, WebSockets included. Further ones take a reserved place.
     pub connections: usize,
+    /// Connections beyond those, over which somebody may sign in, ask who is signed in, or stop motion, with one request each. Chosen: under a flood of 4,000 connections a
+    /// second from many addresses each has 64 ms for its request.
+    pub reserved_connections: usize,
     /// Control sockets at a time; the same number applies to stream sockets. Further ones are refused with a sentence.
     pub clients: usize,
     /// TCP connections at a time from one address, so that one computer does not take all.
@@ -29,6 +32,7 @@ impl Default for Limits {
     fn default() -> Self {
         Self {
             connections: 512,
+            reserved_connections: 256,
             clients: 64,
             connections_of_address: 256,
             clients_of_account: 24,
@@ -47,6 +51,8 @@ impl Default for Limits {
 pub(crate) struct FixedLimits {
     /// Age up to which a scan is live. LiDARs scan 2 to 20 times a second.
     pub(crate) max_live_scan_age: Duration,
+    /// Memory of each WebSocket for bytes that it has read, and for bytes that it has not written yet. Longer messages take more while they are there.
+    pub(crate) socket_buffer_bytes: usize,
     /// Longest message on a control socket, bytes: the longest edit of the site.
     pub(crate) max_client_message_bytes: usize,
     /// Longest message from a client on a stream socket, bytes.
@@ -135,6 +141,7 @@ pub(crate) struct FixedLimits {
 /// The bounds in force.
 pub(crate) const FIXED: FixedLimits = FixedLimits {
     max_live_scan_age: Duration::from_secs(1),
+    socket_buffer_bytes: 16 << 10,
     max_client_message_bytes: api::MAX_EDIT_BYTES + (16 << 10),
     max_stream_request_bytes: 16 << 10,
     max_greetings_at_a_time: 16,

@@ -1,12 +1,15 @@
 //! The description of the HTTP interface (OpenAPI 3.1), made from the handlers' own attributes.
 
 use crate::access::{audit, handlers as access};
+use crate::openapi_access::describe_access;
 use crate::runs::handlers as runs;
 use crate::site::handlers as site;
 use crate::tls::trust;
 use crate::{blobs, documents, example, maps, stop, uploads};
+use axum::body::Bytes;
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
+use std::sync::OnceLock;
 use utoipa::OpenApi;
 
 #[derive(OpenApi)]
@@ -80,14 +83,19 @@ struct Description;
 
 /// The description as pretty JSON, ending in a newline: the content of `docs/api/openapi.json`.
 pub fn description() -> String {
-    let mut json = Description::openapi().to_pretty_json().unwrap_or_default();
+    let mut description = Description::openapi();
+    describe_access(&mut description);
+    let mut json = description.to_pretty_json().unwrap_or_default();
     json.push('\n');
     json
 }
 
 /// Serves the description.
 pub(crate) async fn serve() -> Response {
-    ([(header::CONTENT_TYPE, "application/json"), (header::CACHE_CONTROL, "no-cache")], description())
+    // Made once: readers that are slow share it.
+    static DESCRIPTION: OnceLock<Bytes> = OnceLock::new();
+    let document = DESCRIPTION.get_or_init(|| description().into()).clone();
+    ([(header::CONTENT_TYPE, "application/json"), (header::CACHE_CONTROL, "no-cache")], document)
         .into_response()
 }
 

@@ -144,6 +144,10 @@ where
         let status = rejection.into_response().status();
         ProblemResponse::new(status, texts::PATH_IS_WEBSOCKET)
     })?;
-    let bounded = upgrade.max_message_size(max_message_bytes).max_frame_size(max_message_bytes);
+    let bounded = upgrade
+        .max_message_size(max_message_bytes)
+        .max_frame_size(max_message_bytes)
+        .read_buffer_size(FIXED.socket_buffer_bytes)
+        .write_buffer_size(FIXED.socket_buffer_bytes);
     Ok(bounded.on_upgrade(move |socket| serve(socket, app, identity)).into_response())
 }

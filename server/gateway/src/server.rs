@@ -3,7 +3,7 @@
 use crate::access::{AccessGate, TcpConnection, is_loopback};
 use crate::address_places::AddressPlaces;
 use crate::app::App;
-use crate::client_io::ClientIo;
+use crate::client_io::{ClientIo, ConnectionPlace};
 use crate::core_link;
 use crate::hub::Hub;
 use crate::limits::{FIXED, Limits};
@@ -89,20 +89,36 @@ async fn accept(listener: TcpListener, app: Arc<App>) {
     loop {
         match listener.accept().await {
             Ok((stream, peer)) => {
-                match (places_of_addresses.claim(peer.ip()), places.clone().try_acquire_owned()) {
-                    (Some(place_of_address), Ok(place)) => {
-                        // Without it the connection has ended already.
-                        let Ok(local) = stream.local_addr() else { continue };
-                        let about = TcpConnection {
-                            peer: peer.ip(),
-                            local: local.ip(),
-                            is_tls: false,
-                            lacks_tls: false,
-                        };
-                        let io = ClientIo::new(stream, app.limits.write_stall, place, place_of_address);
-                        tokio::spawn(begin_connection(io, router.clone(), about, app.clone()));
+                // Without it the connection has ended already.
+                let Ok(local) = stream.local_addr() else { continue };
+                let ordinary = (places_of_addresses.claim(peer.ip()), places.clone().try_acquire_owned());
+                let (place, leave) = match ordinary {
+                    (Some(_of_address), Ok(_of_server)) => {
+                        (ConnectionPlace::Ordinary { _of_server, _of_address }, None)
                     }
-                    _ => turn_away(&stream),
+                    _ => match app.reserved_places.claim(peer.ip()) {
+                        Some((place, leave)) => (ConnectionPlace::Reserved(place), Some(leave)),
+                        None => {
+                            turn_away(&stream);
+                            continue;
+                        }
+                    },
+                };
+                let about = TcpConnection {
+                    peer: peer.ip(),
+                    local: local.ip(),
+                    is_tls: false,
+                    lacks_tls: false,
+                    reserved: place.reserved(),
+                };
+                let io = ClientIo::new(stream, app.limits.write_stall, place);
+                let connection = begin_connection(io, router.clone(), about, app.clone());
+                match leave {
+                    None => drop(tokio::spawn(connection)),
+                    // It ends as soon as its place is given to another one.
+                    Some(leave) => drop(tokio::spawn(async {
+                        tokio::select! { () = connection => {}, _ = leave => {} }
+                    })),
                 }
             }
             Err(error) => {
@@ -168,7 +184,9 @@ async fn serve_connection<Io>(io: Io, service: ConnectionService, app: &App)
 where
     Io: AsyncRead + AsyncWrite + Unpin + Send + 'static,
 {
+    let has_one_request = service.about.reserved.is_some();
     let connection = http1::Builder::new()
+        .keep_alive(!has_one_request)
         .timer(TokioTimer::new())
         .header_read_timeout(app.limits.header_timeout)
         .max_headers(FIXED.max_request_headers)

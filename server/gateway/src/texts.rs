@@ -16,6 +16,9 @@ pub(crate) const CORE_LOST_BEFORE_ANSWER: &str = "The robot's core went away bef
 pub(crate) const CORE_LOST: &str =
     "The server has lost the robot's core, so nothing was done. It reconnects by itself; try again.";
 
+/// A request over a reserved connection that is not for one.
+pub(crate) const TOO_MANY_CONNECTIONS: &str = "Too many connections are open, and the last ones are kept for signing in and for stopping motion. Close some, then try again.";
+
 /// Why there is no core; `reason` is a clause after "The robot's core".
 pub(crate) fn core_fault(reason: impl std::fmt::Display) -> String {
     format!("The robot's core {reason}.")

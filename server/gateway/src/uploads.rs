@@ -33,12 +33,12 @@ const PARTIAL: &str = "part";
     (status = 201, description = "Stored; the import command makes a map of it"),
     (status = 400, body = ProblemDocument, content_type = "application/problem+json", description = "The id is malformed, or the file is incomplete"),
     (status = 408, body = ProblemDocument, content_type = "application/problem+json", description = "No bytes came for too long"),
-    (status = 409, body = ProblemDocument, content_type = "application/problem+json", description = "The id is in use"),
+    (status = 409, body = ProblemDocument, content_type = "application/problem+json", description = "The id is in use, too many files wait to be imported, or they are too large together; the detail says what to do",
+        example = json!({ "status": 409, "title": "Conflict", "detail": "4 files wait to be imported already. Import or delete one of them first: GET /api/v1/uploads lists them, DELETE /api/v1/uploads/{id} deletes one, and so does the page below the saved maps." })),
     (status = 411, body = ProblemDocument, content_type = "application/problem+json", description = "The Content-Length header is missing"),
     (status = 413, body = ProblemDocument, content_type = "application/problem+json", description = "Too large"),
     (status = 429, body = ProblemDocument, content_type = "application/problem+json", description = "Another file is being sent"),
-    (status = 507, body = ProblemDocument, content_type = "application/problem+json", description = "Too many files wait to be imported, they are too large together, or the disk is nearly full; the detail says what to do",
-        example = json!({ "status": 507, "title": "Insufficient Storage", "detail": "4 files wait to be imported already. Import or delete one of them first: GET /api/v1/uploads lists them, DELETE /api/v1/uploads/{id} deletes one, and so does the page below the saved maps." })),
+    (status = 507, body = ProblemDocument, content_type = "application/problem+json", description = "The disk is nearly full; the detail says what to do"),
 ))]
 pub(crate) async fn put(
     State(app): State<Arc<App>>,
@@ -140,7 +140,7 @@ async fn check_quota(folder: &FilePath, length: u64, max_bytes: u64) -> Result<(
             bytes += entry.metadata().await.map_or(0, |about| about.len());
         }
     }
-    let full = |text| Err(ProblemResponse::new(StatusCode::INSUFFICIENT_STORAGE, text));
+    let full = |text| Err(ProblemResponse::new(StatusCode::CONFLICT, text));
     if waiting >= FIXED.max_uploads_kept {
         return full(texts::too_many_uploads(waiting));
     }

@@ -58,6 +58,7 @@ impl EffectExecutor {
             ClientEffect::OpenSocket(socket) => self.sockets.open(socket),
             ClientEffect::CloseSocket(socket) => self.sockets.close(socket),
             ClientEffect::Send(message) => self.sockets.send(Socket::Control, &api::encode(&message)),
+            ClientEffect::RequestStop => browser::dispatch("autoinspect-stop"),
             ClientEffect::SendStream(request) => self.send_stream_request(&request),
             ClientEffect::LoadMap(map) => self.downloads.fetch_map(map),
             ClientEffect::FetchTile(hash) => self.downloads.fetch_tile(hash),

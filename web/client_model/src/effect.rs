@@ -45,6 +45,8 @@ pub enum ClientEffect {
     CloseSocket(Socket),
     /// Send a message on the control socket.
     Send(ClientMessage),
+    /// Stop motion by a request of its own: there is no control socket.
+    RequestStop,
     /// Send a message on the stream socket.
     SendStream(StreamRequest),
     /// Fetch tile list and pose graph of a saved map.

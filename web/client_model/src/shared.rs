@@ -138,6 +138,8 @@ impl Context<'_> {
         if self.shared.connection.is_connected() {
             self.effects.push(ClientEffect::command(id, command.clone()));
         } else if command == api::Command::StopMotion {
+            // The server keeps places for it when all sockets are taken.
+            self.effects.push(ClientEffect::RequestStop);
             self.notify(Severity::Error, texts::STOP_NOT_SENT.to_owned());
         }
         let now = self.shared.now;

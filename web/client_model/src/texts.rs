@@ -4,7 +4,7 @@ use api::{Command, GoalKind};
 use site_model::LocalDate;
 
 /// Shown when the stop command could not be sent.
-pub(crate) const STOP_NOT_SENT: &str = "Not connected: the stop has not reached the robot yet. It is sent as soon as the link is back. Use the stop button on the robot.";
+pub(crate) const STOP_NOT_SENT: &str = "Not connected: the stop has not reached the robot yet. It is being asked for another way, and sent again as soon as the link is back. Use the stop button on the robot.";
 
 /// Shown when a message could not be decoded.
 pub(crate) const MESSAGE_UNREADABLE: &str = "The server sent something this page cannot read. Reload the page; if that does not help, server and page are of different versions.";

@@ -1,6 +1,7 @@
 //! Tests of the program from outside: processes, exit codes, files, signals.
 
 mod actions;
+mod attacks;
 mod changes;
 mod core_process;
 mod crash;

@@ -9,7 +9,10 @@ use std::os::unix::process::CommandExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 
-/// A platform with a simulated robot, which is stopped in order when dropped.
+/// Arguments of a platform where nobody has to sign in, with a simulated robot.
+const DEMO: [&str; 5] = ["--demo", "--robot", "sim:b1", "--people", "0"];
+
+/// A platform with a robot, which is stopped in order when dropped.
 pub struct RunningPlatform {
     child: Child,
     address: SocketAddr,
@@ -23,12 +26,12 @@ impl RunningPlatform {
 
     /// Starts it with environment variables.
     pub fn start_with(dir: &Path, variables: &[(&str, &Path)]) -> Self {
-        Self::launch(dir, &["--lidar-columns", "50"], variables)
+        Self::launch(dir, &[&DEMO, &["--lidar-columns", "50"][..]].concat(), variables)
     }
 
     /// Starts it with further arguments of its robot. Returns when browsers can use it.
     pub fn start_with_robot(dir: &Path, robot: &[&str]) -> Self {
-        Self::launch(dir, robot, &[])
+        Self::launch(dir, &[&DEMO, robot].concat(), &[])
     }
 
     /// Where its standard error is written.
@@ -36,7 +39,8 @@ impl RunningPlatform {
         dir.join("stderr.txt")
     }
 
-    fn launch(dir: &Path, robot: &[&str], variables: &[(&str, &Path)]) -> Self {
+    /// Starts it with these arguments: how people sign in, and which robot it has. Its data are in `data` of this directory.
+    pub fn launch(dir: &Path, arguments: &[&str], variables: &[(&str, &Path)]) -> Self {
         let complaints = Self::log(dir);
         let client = dir.join("static");
         fs::create_dir_all(&client).expect("made");
@@ -44,7 +48,6 @@ impl RunningPlatform {
         let mut child = program()
             .args([
                 "up",
-                "--demo",
                 "--data",
                 text(&dir.join("data")),
                 "--static",
@@ -52,8 +55,7 @@ impl RunningPlatform {
                 "--listen",
                 "127.0.0.1:0",
             ])
-            .args(["--robot", "sim:b1", "--people", "0"])
-            .args(robot)
+            .args(arguments)
             .envs(variables.iter().copied())
             .stdout(Stdio::piped())
             .stderr(fs::File::create(&complaints).expect("writable"))
@@ -63,7 +65,7 @@ impl RunningPlatform {
             .expect("starts");
         let mut line = String::new();
         BufReader::new(child.stdout.take().expect("piped")).read_line(&mut line).expect("a line");
-        let address = line.trim().strip_prefix("AutoInspect is running: http://").expect("its address");
+        let (_, address) = line.trim().split_once("://").expect("its address");
         Self { address: address.parse().expect("an address"), child, complaints }
     }
 

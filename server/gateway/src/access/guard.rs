@@ -1,6 +1,6 @@
 //! What stands before every handler: the name of the server, the origin of the page, and the privilege table.
 
-use super::identity::{TcpConnection, scope};
+use super::identity::{TcpConnection, is_for_reserved_places, scope};
 use super::texts;
 use crate::app::App;
 use crate::problem::ProblemResponse;
@@ -74,6 +74,9 @@ pub(crate) async fn guard(
     {
         return ProblemResponse::new(StatusCode::FORBIDDEN, crate::texts::FOREIGN_ORIGIN).into_response();
     }
+    if connection.reserved.is_some() && !is_for_reserved_places(endpoint) {
+        return ProblemResponse::unavailable(crate::texts::TOO_MANY_CONNECTIONS).into_response();
+    }
     let access = &app.hub.access;
     let identity = access.identify(headers, &connection);
     if !endpoint.privilege().admits(identity.role) {
@@ -89,6 +92,9 @@ pub(crate) async fn guard(
                 .with_header(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer"))
                 .into_response(),
         };
+    }
+    if let (Some(place), Some(_)) = (connection.reserved, identity.role) {
+        app.reserved_places.serve(place);
     }
     request.extensions_mut().insert(identity.clone());
     scope(&identity, next.run(request)).await

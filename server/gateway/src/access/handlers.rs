@@ -63,6 +63,9 @@ pub(crate) async fn sign_in(
     body: Body,
 ) -> Answer {
     let SignInDocument { account, password } = parse(body)?;
+    if let Some(place) = connection.reserved {
+        app.reserved_places.serve(place);
+    }
     let password = Secret::new(password);
     begin_session(&app, &connection, &identity, AccountRequest::SignIn { account, password }).await
 }

@@ -1,5 +1,7 @@
 //! Who makes a request.
 
+use crate::reserved_places::ReservedPlaceId;
+use api::access::Endpoint;
 use api::{Caller, LeaseToken, Role};
 use std::net::IpAddr;
 use uuid::Uuid;
@@ -16,6 +18,13 @@ pub(crate) struct TcpConnection {
     pub(crate) is_tls: bool,
     /// Whether it is not encrypted although it could be: only the pages that explain how to trust the server are shown.
     pub(crate) lacks_tls: bool,
+    /// Its reserved place, if all others were taken when it came: it has one request, for [`is_for_reserved_places`].
+    pub(crate) reserved: Option<ReservedPlaceId>,
+}
+
+/// What can be asked for when all connections are taken.
+pub(super) fn is_for_reserved_places(endpoint: Endpoint) -> bool {
+    matches!(endpoint, Endpoint::StopMotion | Endpoint::SignIn | Endpoint::Session | Endpoint::Health)
 }
 
 /// Whose commands those are that came over HTTP without a sign-in.

@@ -152,7 +152,8 @@ async fn huge_heads_are_refused() {
 
 #[tokio::test]
 async fn a_connection_too_many_is_told_so() {
-    let gateway = Gateway::start_with(Limits { connections: 2, ..Limits::default() }).await;
+    let gateway =
+        Gateway::start_with(Limits { connections: 2, reserved_connections: 0, ..Limits::default() }).await;
     let _one = gateway.client(1).await;
     let _two = gateway.client(2).await;
     let mut stream = TcpStream::connect(gateway.address).await.expect("a connection");

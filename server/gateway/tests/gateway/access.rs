@@ -11,7 +11,8 @@ use api::{
 use site_model::{Asset, AssetId, Change, Edit, EditId, Object};
 use vocab::{CommandId, Stamp};
 
-const SECRETS: [(&str, Option<Role>); 7] = [
+/// Who tries, and the role that comes of it.
+pub const SECRETS: [(&str, Option<Role>); 7] = [
     ("", None),
     ("viewer", Some(Role::Viewer)),
     ("operator", Some(Role::Operator)),
@@ -21,7 +22,7 @@ const SECRETS: [(&str, Option<Role>); 7] = [
     ("forged", None),
 ];
 
-fn grant(secret: &str, role: Role, expires: Stamp) -> Grant {
+pub fn grant(secret: &str, role: Role, expires: Stamp) -> Grant {
     let credential = CredentialId(*blake3::hash(secret.as_bytes()).as_bytes());
     Grant { credential, account: secret.to_owned(), role, expires }
 }
@@ -56,7 +57,8 @@ pub async fn with_limited_access(limits: gateway::Limits) -> (Gateway, TestCore)
     }
 }
 
-fn path(endpoint: Endpoint) -> String {
+/// A path of this endpoint with everything filled in.
+pub fn path(endpoint: Endpoint) -> String {
     let id = "11111111-0000-4000-8000-000000000001";
     let hash = "ab".repeat(32);
     endpoint

@@ -2,7 +2,7 @@
 
 use crate::abuse::resident_bytes;
 use crate::access::{welcomed_with, with_access, with_limited_access};
-use crate::support::{Gateway, PATIENCE, TestCore, TestSocket, client_id, lease, soon};
+use crate::support::{Gateway, PATIENCE, TestCore, TestSocket, client_id, lease, raise_file_limit, soon};
 use api::access::{AccountReply, Secret};
 use api::{
     ClientMessage, Command, Control, CoreMessage, Event, GatewayMessage, LeaseToken, Role, ServerMessage,
@@ -10,7 +10,7 @@ use api::{
 use gateway::Limits;
 use std::time::{Duration, Instant};
 use tokio::io::AsyncReadExt;
-use tokio::net::TcpSocket;
+use tokio::net::{TcpSocket, TcpStream};
 use tokio_tungstenite::tungstenite::Message;
 use vocab::{CommandId, Stamp};
 
@@ -88,30 +88,93 @@ async fn a_flood_of_one_account_does_not_delay_the_stop_of_another() {
     gateway.stop().await;
 }
 
-/// Nothing is sent over any of them. Those beyond the share of the address are turned away at once.
+/// The core accepts the next command, which is to stop, or lets the next person in.
+async fn answer_one(core: &mut TestCore) {
+    match core.command().await {
+        GatewayMessage::Command { id, by, command: Command::StopMotion } => {
+            let event = Event::CommandDone { id, outcome: api::CommandOutcome::Accepted };
+            core.send(&CoreMessage::Event { to: Some(by.client), event }).await;
+        }
+        GatewayMessage::Account { number, .. } => {
+            let (secret, expires) = (Secret::new("5ec7e7"), Stamp::from_nanos(i64::MAX));
+            let reply = AccountReply::SignedIn { secret, account: "ada".into(), role: Role::Admin, expires };
+            core.send(&CoreMessage::AccountReply { number, result: Ok(reply) }).await;
+        }
+        other => panic!("another: {other:?}"),
+    }
+}
+
+/// Fails unless motion can be stopped, and somebody can sign in, and nothing else is answered.
+async fn expect_a_stop_and_a_sign_in(gateway: &Gateway, core: &mut TestCore) {
+    let headers = ["authorization: Bearer viewer", "content-length: 0"];
+    let pressed = Instant::now();
+    let (reply, ()) =
+        tokio::join!(gateway.request("POST", api::paths::STOP_PATH, &headers), answer_one(core));
+    assert_eq!(reply.status, 204);
+    assert!(pressed.elapsed() < Duration::from_millis(200), "it took {:?}", pressed.elapsed());
+    let body = br#"{"account": "ada", "password": "correct horse battery"}"#;
+    let length = format!("content-length: {}", body.len());
+    let headers = [length.as_str()];
+    let (reply, ()) =
+        tokio::join!(gateway.send("POST", api::paths::SESSION_PATH, &headers, body), answer_one(core));
+    assert_eq!((reply.status, reply.header("connection")), (200, "close"));
+    gateway.get(api::paths::MAPS_PATH, &["authorization: Bearer viewer"]).await.expect_problem(503);
+}
+
+/// Opens connections from these addresses of this computer by turns, and sends nothing over any of them.
+async fn half_open_connections(gateway: &Gateway, count: usize, addresses: usize) -> Vec<TcpStream> {
+    let mut held = Vec::new();
+    for number in 0..count {
+        let socket = TcpSocket::new_v4().expect("a socket");
+        let last = 2 + (number % addresses) as u8;
+        socket.bind(([127, 0, 0, last], 0).into()).expect("another address of this computer");
+        held.push(soon("a connection", socket.connect(gateway.address)).await.expect("a connection"));
+    }
+    held
+}
+
+/// Those beyond the share of the address end each other.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn ten_thousand_half_open_connections_of_one_address_keep_nobody_out() {
+    raise_file_limit();
     let limits = Limits { header_timeout: 2 * PATIENCE, ..Limits::default() };
     let (gateway, _core) = with_limited_access(limits).await;
     let before = resident_bytes();
-    let mut held = Vec::new();
-    for number in 0..10_000 {
-        let socket = TcpSocket::new_v4().expect("a socket");
-        socket.bind(([127, 0, 0, 2], 0).into()).expect("another address of this computer");
-        let mut stream = soon("a connection", socket.connect(gateway.address)).await.expect("a connection");
-        if number < limits.connections_of_address {
-            held.push(stream);
-            continue;
-        }
-        let mut reply = Vec::new();
-        soon("an end", stream.read_to_end(&mut reply)).await.expect("an answer");
-        assert!(reply.starts_with(b"HTTP/1.1 503"), "{number}: {}", String::from_utf8_lossy(&reply));
-    }
+    let mut held = half_open_connections(&gateway, 10_000, 1).await;
     let reply = gateway.get(api::paths::MAPS_PATH, &["authorization: Bearer viewer"]).await;
     assert_eq!(reply.status, 200, "another address is served");
+    let places = limits.connections_of_address;
+    let pushed_out = &mut held[places];
+    soon("an end", pushed_out.read_to_end(&mut Vec::new())).await.ok();
+    let grown = resident_bytes().saturating_sub(before);
+    assert!(grown < 64 << 20, "{} MB", grown >> 20);
+    gateway.stop().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn ten_thousand_half_open_connections_of_many_addresses_leave_the_stop_and_the_sign_in() {
+    raise_file_limit();
+    let limits = Limits { header_timeout: 2 * PATIENCE, ..Limits::default() };
+    let (gateway, mut core) = with_limited_access(limits).await;
+    let before = resident_bytes();
+    let held = half_open_connections(&gateway, 10_000, 100).await;
+    expect_a_stop_and_a_sign_in(&gateway, &mut core).await;
     let grown = resident_bytes().saturating_sub(before);
     assert!(grown < 64 << 20, "{} MB", grown >> 20);
     drop(held);
+    gateway.stop().await;
+}
+
+#[tokio::test]
+async fn accounts_that_take_all_connections_leave_the_stop_and_the_sign_in() {
+    let limits = Limits { connections: 4, ..Limits::default() };
+    let (gateway, mut core) = with_limited_access(limits).await;
+    let mut seats = Vec::new();
+    for number in 0..4 {
+        seats.push(welcomed_with(&gateway, "operator", lease(number)).await);
+    }
+    expect_a_stop_and_a_sign_in(&gateway, &mut core).await;
+    drop(seats);
     gateway.stop().await;
 }
 
@@ -142,13 +205,8 @@ async fn an_account_that_takes_all_its_seats_leaves_those_of_others_and_a_stop_n
     }
     assert!(!greeted(&gateway, "admin", 20).await.1, "now all are taken");
     let headers = ["authorization: Bearer viewer", "content-length: 0"];
-    let answer = async {
-        let GatewayMessage::Command { id, by, command } = core.command().await else { panic!("another") };
-        assert_eq!(command, Command::StopMotion);
-        let event = Event::CommandDone { id, outcome: api::CommandOutcome::Accepted };
-        core.send(&CoreMessage::Event { to: Some(by.client), event }).await;
-    };
-    let (reply, ()) = tokio::join!(gateway.request("POST", api::paths::STOP_PATH, &headers), answer);
+    let (reply, ()) =
+        tokio::join!(gateway.request("POST", api::paths::STOP_PATH, &headers), answer_one(&mut core));
     assert_eq!(reply.status, 204);
     gateway.stop().await;
 }

@@ -8,6 +8,7 @@ mod core_link;
 mod http;
 mod maps;
 mod nightly;
+mod privilege_matrix;
 mod runs;
 #[allow(dead_code, reason = "other tests use the rest")]
 #[path = "../../../../shared/api/tests/samples/mod.rs"]

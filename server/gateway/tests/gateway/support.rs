@@ -30,6 +30,14 @@ pub async fn soon<F: Future>(what: &str, future: F) -> F::Output {
     }
 }
 
+/// Allows as many open files as the system does: both ends of all connections are in this process.
+pub fn raise_file_limit() {
+    use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+    let limit = getrlimit(Resource::Nofile);
+    let most = Rlimit { current: limit.maximum, maximum: limit.maximum };
+    setrlimit(Resource::Nofile, most).expect("a limit up to the maximum");
+}
+
 /// A running gateway with its folders.
 pub struct Gateway {
     pub address: SocketAddr,

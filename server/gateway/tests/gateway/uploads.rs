@@ -44,7 +44,7 @@ async fn what_cannot_be_kept_is_refused_before_it_is_sent() {
         assert_eq!(gateway.send("PUT", &path(number), &["content-length: 3"], b"abc").await.status, 201);
     }
     let refused = gateway.send("PUT", &path(9), &["content-length: 3"], b"abc").await;
-    refused.expect_problem(507);
+    refused.expect_problem(409);
     let detail = refused.json()["detail"].to_string();
     assert!(detail.contains("4 files") && detail.contains("DELETE /api/v1/uploads/{id}"), "{detail}");
 }
@@ -54,7 +54,7 @@ async fn files_may_not_take_more_than_their_quota_together() {
     let gateway = Gateway::start_with(Limits { uploads_bytes: 10, ..Limits::default() }).await;
     assert_eq!(gateway.send("PUT", &path(1), &["content-length: 6"], b"points").await.status, 201);
     let refused = gateway.send("PUT", &path(2), &["content-length: 6"], b"points").await;
-    refused.expect_problem(507);
+    refused.expect_problem(409);
     assert!(refused.json()["detail"].to_string().contains("GiB"), "{refused:?}");
     assert_eq!(gateway.send("PUT", &path(3), &["content-length: 4"], b"more").await.status, 201);
 }

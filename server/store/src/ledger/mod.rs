@@ -72,6 +72,7 @@ impl Ledger {
     }
 
     fn open_existing(path: &Path) -> Result<(Self, SiteState), Fault> {
+        roll_back(path)?;
         // Read first, so that nothing is written to a damaged file.
         check::check_structure(&open_for_reading(path)?, check::Depth::Quick)?;
         let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
@@ -141,6 +142,17 @@ fn error(path: &Path, fault: Fault) -> StoreError {
     }
 }
 
+/// Lets SQLite undo the transaction of a program that was killed before the ledger had a write-ahead log. Until then nobody can open it for reading.
+fn roll_back(path: &Path) -> Result<(), Fault> {
+    if recovery::with_ending(path, "-journal").exists() {
+        let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+        let connection = Connection::open_with_flags(path, flags)?;
+        connection.busy_timeout(CONFIG.busy_timeout)?;
+        connection.query_row("SELECT count(*) FROM sqlite_schema", [], |_| Ok(()))?;
+    }
+    Ok(())
+}
+
 fn open_for_reading(path: &Path) -> Result<Connection, Fault> {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let connection = Connection::open_with_flags(path, flags)?;
@@ -151,12 +163,16 @@ fn open_for_reading(path: &Path) -> Result<Connection, Fault> {
 /// Makes an empty ledger under another name first, so that a file with the final name is never incomplete.
 fn create(path: &Path) -> Result<(), StoreError> {
     let temporary = files::temporary_path(path);
-    files::remove_file(&temporary)?;
+    for ending in ["", "-wal", "-shm"] {
+        files::remove_file(&recovery::with_ending(&temporary, ending))?;
+    }
     let make = || {
         let mut connection = Connection::open(&temporary)?;
         // Nobody else sees this file, so a crash needs no rollback.
         connection.pragma_update(None, "journal_mode", "MEMORY")?;
         schema::migrate(&mut connection)?;
+        // Here, because a kill while a ledger in use gets its write-ahead log leaves a journal beside it.
+        connection.pragma_update(None, "journal_mode", "WAL")?;
         connection.close().map_err(|(_, source)| source)?;
         Ok(())
     };

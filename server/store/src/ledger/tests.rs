@@ -479,6 +479,22 @@ fn a_wrong_bit_in_what_a_killed_program_has_left_is_told() {
 }
 
 #[test]
+fn a_transaction_that_a_kill_has_left_in_a_journal_is_undone() {
+    let (dir, state) = filled();
+    let path = dir.path().join("ledger.db");
+    let connection = Connection::open(&path).expect("opens");
+    connection.pragma_update(None, "journal_mode", "DELETE").expect("settable");
+    connection.execute_batch("BEGIN; UPDATE edits SET author = 'half of a transaction'").expect("begun");
+    connection.cache_flush().expect("written");
+    let killed = tempfile::tempdir().expect("temporary directory");
+    for file in ["ledger.db", "ledger.db-journal"] {
+        fs::copy(dir.path().join(file), killed.path().join(file)).expect("copied");
+    }
+    let (reopened, is_damaged) = reopen(killed.path());
+    assert_eq!((reopened, is_damaged), (state, false));
+}
+
+#[test]
 fn a_ledger_of_a_later_program_is_left_as_it_is() {
     let (dir, _) = filled();
     let path = dir.path().join("ledger.db");

@@ -54,6 +54,7 @@ fn a_stop_without_a_link_says_that_it_did_not_arrive() {
     let mut client = TestClient::new();
     client.command(ClientCommand::StopMotion);
     assert!(client.model.notices().visible()[0].text.contains("has not reached the robot"));
+    assert!(client.take_effects().contains(&ClientEffect::RequestStop), "all sockets may be taken");
 }
 
 #[test]

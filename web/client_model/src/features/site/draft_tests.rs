@@ -159,3 +159,28 @@ fn fields_that_differ_are_named_with_values_that_people_read() {
     assert_eq!((changes.len(), changes[0].field.as_str(), changes[0].after.as_str()), (1, "to", "N1"));
     assert_eq!(Site::default().objects().len(), 0);
 }
+
+#[test]
+fn an_edit_in_the_middle_outlives_a_session_that_ends() {
+    let (mut robot, mut client) = begun();
+    client.put(1, "half");
+    client.lose_connection();
+    // The page asks to sign in again meanwhile, over the client. Work goes on below it, and nothing is sent.
+    client.put(1, "half typed");
+    client.wait(600.0);
+    assert!(client.take_edits().is_empty());
+    // The same person in a new session: another client for the robot.
+    client.apply(crate::ClientEvent::SocketOpened(crate::Socket::Control));
+    client.server(api::ServerMessage::Welcome {
+        version: api::VERSION,
+        program: "1.2.3".into(),
+        you: api::You::in_demo(crate::testing::OTHER),
+    });
+    client.load(&robot);
+    assert!(client.model.site.is_draft());
+    assert_eq!(client.name(1), Some("half typed"));
+    draft(&mut client, DraftCommand::Publish);
+    client.settle(&mut robot);
+    assert_eq!(client.name(1), Some("half typed"));
+    assert_eq!(client.model.site.site(), Some(&robot.state.site));
+}
