@@ -3,10 +3,6 @@
 use crate::runs::{BatteryConfig, MissionNotice, RunAction, TaskAction, TaskGuard, battery_monitors};
 use site_model::{MissionId, ReachFailure, RunState, Site, SkipReason, TaskFailure, TaskState};
 
-/// Names of the built-in monitors.
-pub(crate) const BATTERY_LOW: &str = "Battery low";
-pub(crate) const BATTERY_RESERVE: &str = "Battery reserve";
-
 pub(crate) const RUN_UNKNOWN: &str = "There is no such run any more. Reload the page.";
 pub(crate) const RUN_EXISTS: &str = "A run with this id exists already. Make another id.";
 pub(crate) const MISSION_UNKNOWN: &str = "There is no such mission. It may have been deleted.";

@@ -1,8 +1,8 @@
 //! The built-in battery monitors. They are of the general kind: a signal, a condition with a hold time and a release, and what to do. A site replaces one by a monitor
 //! of the same id.
 
+use super::battery_texts;
 use crate::graph::{LearnedTimes, Route};
-use crate::texts;
 use site_model::{Monitor, MonitorCondition, MonitorId, MonitorResponse, Resumption};
 use uuid::Uuid;
 use vocab::Span;
@@ -78,8 +78,8 @@ pub fn battery_monitors(config: &BatteryConfig) -> Vec<Monitor> {
         is_enabled: true,
     };
     vec![
-        monitor(LOW_CHARGE, texts::BATTERY_LOW, CHARGE_SIGNAL, config.low, config.release),
-        monitor(RESERVE, texts::BATTERY_RESERVE, RESERVE_SIGNAL, 0.0, config.reserve_release),
+        monitor(LOW_CHARGE, battery_texts::BATTERY_LOW, CHARGE_SIGNAL, config.low, config.release),
+        monitor(RESERVE, battery_texts::BATTERY_RESERVE, RESERVE_SIGNAL, 0.0, config.reserve_release),
     ]
 }
 

@@ -2,6 +2,7 @@
 
 mod advance;
 mod battery;
+mod battery_texts;
 mod commands;
 mod durable;
 mod interface;
