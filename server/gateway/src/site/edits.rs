@@ -16,8 +16,8 @@ use crate::schemas::ProblemDocument;
 use crate::texts;
 use api::{EditOutcome, EditRefusal, SiteState};
 use axum::body::Bytes;
-use axum::extract::State;
 use axum::extract::rejection::BytesRejection;
+use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use serde_json::{Value, json as value};
 use site_model::{
@@ -201,16 +201,34 @@ pub(crate) async fn delete_object(
     responses(
     (status = 200, body = EditResultDocument, description = "The revisions of the changed objects"),
     (status = 400, body = FieldsProblemDocument, content_type = "application/problem+json", description = "The edit is malformed; each field is named"),
+    (status = 408, body = ProblemDocument, content_type = "application/problem+json", description = "The edit came too slowly"),
     (status = 412, body = FieldsProblemDocument, content_type = "application/problem+json", description = "Somebody else has changed objects in the meantime; each is named"),
     (status = 422, body = FieldsProblemDocument, content_type = "application/problem+json", description = "The site cannot be as the edit would make it; each field is named"),
     SiteChangeProblems
 ))]
-pub(crate) async fn post_edit(State(app): State<Arc<App>>, body: Body) -> Answer {
+pub(crate) async fn post_edit(State(app): State<Arc<App>>, request: Request) -> Answer {
+    // Before anything of it is read, because what is read stays in memory.
     let _place = app.editing.acquire().await.map_err(|_| ProblemResponse::unavailable(texts::CORE_BUSY))?;
-    let document = read(body)?;
-    let edit = parse::edit(&document).map_err(malformed)?;
+    let bytes = read_long(request).await?;
+    // A long document takes tenths of a second, for which no connection should wait.
+    let parsed = tokio::task::spawn_blocking(move || {
+        let document = parse::json(&bytes).map_err(malformed)?;
+        parse::edit(&document).map_err(malformed)
+    });
+    let edit = parsed.await.map_err(|_| ProblemResponse::unavailable(texts::CORE_BUSY))??;
     let (revision, changes) = perform(&app, edit).await?;
     Ok(json(EditResultDocument { revision, changes: value!(changes) }))
+}
+
+/// Reads the document of an edit, within a time limit.
+async fn read_long(request: Request) -> Result<Bytes, ProblemResponse> {
+    let reading = axum::body::to_bytes(request.into_body(), FIXED.max_edit_json_bytes);
+    match tokio::time::timeout(FIXED.max_edit_read_time, reading).await {
+        Ok(Ok(bytes)) => Ok(bytes),
+        // Or the client has gone, and gets no answer.
+        Ok(Err(_)) => Err(ProblemResponse::new(StatusCode::PAYLOAD_TOO_LARGE, texts::SITE_DOCUMENT_TOO_LONG)),
+        Err(_) => Err(ProblemResponse::new(StatusCode::REQUEST_TIMEOUT, texts::EDIT_TOO_SLOW)),
+    }
 }
 
 /// Carries out an edit that puts one object, and answers with it.
