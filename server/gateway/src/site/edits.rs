@@ -19,6 +19,7 @@ use axum::body::Bytes;
 use axum::extract::rejection::BytesRejection;
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use futures_util::StreamExt;
 use serde_json::{Value, json as value};
 use site_model::{
     Change, Edit, EditError, Object, ObjectId, ProblemSeverity, RevisionChange, Site, ValidationConfig,
@@ -212,7 +213,11 @@ pub(crate) async fn post_edit(State(app): State<Arc<App>>, request: Request) -> 
     let bytes = read_long(request).await?;
     // A long document takes tenths of a second, for which no connection should wait.
     let parsed = tokio::task::spawn_blocking(move || {
+        if !parse::is_of_bounded_size(&bytes) {
+            return Err(ProblemResponse::new(StatusCode::PAYLOAD_TOO_LARGE, texts::SITE_DOCUMENT_TOO_LONG));
+        }
         let document = parse::json(&bytes).map_err(malformed)?;
+        drop(bytes);
         parse::edit(&document).map_err(malformed)
     });
     let edit = parsed.await.map_err(|_| ProblemResponse::unavailable(texts::CORE_BUSY))??;
@@ -221,14 +226,23 @@ pub(crate) async fn post_edit(State(app): State<Arc<App>>, request: Request) -> 
 }
 
 /// Reads the document of an edit, within a time limit.
-async fn read_long(request: Request) -> Result<Bytes, ProblemResponse> {
-    let reading = axum::body::to_bytes(request.into_body(), FIXED.max_edit_json_bytes);
-    match tokio::time::timeout(FIXED.max_edit_read_time, reading).await {
-        Ok(Ok(bytes)) => Ok(bytes),
-        // Or the client has gone, and gets no answer.
-        Ok(Err(_)) => Err(ProblemResponse::new(StatusCode::PAYLOAD_TOO_LARGE, texts::SITE_DOCUMENT_TOO_LONG)),
-        Err(_) => Err(ProblemResponse::new(StatusCode::REQUEST_TIMEOUT, texts::EDIT_TOO_SLOW)),
-    }
+async fn read_long(request: Request) -> Result<Vec<u8>, ProblemResponse> {
+    let too_long = || ProblemResponse::new(StatusCode::PAYLOAD_TOO_LARGE, texts::SITE_DOCUMENT_TOO_LONG);
+    let mut parts = request.into_body().into_data_stream();
+    let reading = async {
+        let mut bytes = Vec::new();
+        while let Some(part) = parts.next().await {
+            // An error: the client has gone, and gets no answer.
+            let part = part.map_err(|_| too_long())?;
+            if bytes.len() + part.len() > FIXED.max_edit_json_bytes {
+                return Err(too_long());
+            }
+            bytes.extend_from_slice(&part);
+        }
+        Ok(bytes)
+    };
+    let too_slow = |_| ProblemResponse::new(StatusCode::REQUEST_TIMEOUT, texts::EDIT_TOO_SLOW);
+    tokio::time::timeout(FIXED.max_edit_read_time, reading).await.map_err(too_slow)?
 }
 
 /// Carries out an edit that puts one object, and answers with it.
