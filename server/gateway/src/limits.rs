@@ -89,8 +89,12 @@ pub(crate) struct FixedLimits {
     pub(crate) max_object_json_bytes: usize,
     /// Longest JSON document of an edit of the site, bytes.
     pub(crate) max_edit_json_bytes: usize,
-    /// Edits over HTTP that are read at a time.
+    /// Edits over HTTP that are read at a time. One takes three times its length while it is read.
     pub(crate) max_http_edits_at_a_time: usize,
+    /// Values in the document of an edit, with 32 bytes and more for each once it is parsed. An edit of 4 MB has 500,000 numbers at most.
+    pub(crate) max_edit_values: usize,
+    /// Longest time for the document of an edit: 16 MB at 4 Mbit/s.
+    pub(crate) max_edit_read_time: Duration,
     /// Least time between two whole graphs or sites that one client asks for. A client needs one after lost changes, which is rare; 5,000 keyframes are 0.5 MB.
     pub(crate) graph_answer_period: Duration,
     /// Decisions on loops in one event: about 40 kB.
@@ -160,7 +164,9 @@ pub(crate) const FIXED: FixedLimits = FixedLimits {
     max_large_edits: 4,
     max_object_json_bytes: 1 << 20,
     max_edit_json_bytes: 16 << 20,
-    max_http_edits_at_a_time: 4,
+    max_http_edits_at_a_time: 1,
+    max_edit_values: 600_000,
+    max_edit_read_time: Duration::from_secs(30),
     graph_answer_period: Duration::from_secs(5),
     max_loops_per_event: 100,
     max_upload_bytes: 16 << 30,

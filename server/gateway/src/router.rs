@@ -89,7 +89,8 @@ fn handler(endpoint: Endpoint) -> MethodRouter<Arc<App>> {
         Endpoint::PatchObject => patch(site::patch_object).layer(object()),
         Endpoint::DeleteObject => delete(site::delete_object),
         Endpoint::ListRevisions => get(site::list_revisions),
-        Endpoint::PostEdit => post(site::post_edit).layer(DefaultBodyLimit::max(FIXED.max_edit_json_bytes)),
+        // It has limits of its own.
+        Endpoint::PostEdit => post(site::post_edit),
         Endpoint::GetExample => get(example::progress),
         Endpoint::MakeExample => post(example::make).layer(small()),
         Endpoint::CancelExample => delete(example::cancel),

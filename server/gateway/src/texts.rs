@@ -168,6 +168,7 @@ pub(crate) const SITE_DOCUMENT_MALFORMED: &str =
     "The document cannot be understood; each wrong field is named.";
 pub(crate) const SITE_DOCUMENT_TOO_LONG: &str =
     "The document is too long. An object has up to 1 MB of JSON, an edit up to 16 MB.";
+pub(crate) const EDIT_TOO_SLOW: &str = "The edit has not come within 30 s. Send it again in smaller parts.";
 pub(crate) const DOCUMENT_NOT_OBJECT: &str = "Send a JSON object.";
 pub(crate) const OTHER_ID: &str =
     "This is the id of another object than the path names. Leave it out, or send the same.";

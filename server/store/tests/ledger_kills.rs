@@ -3,6 +3,8 @@
 //! The writer is this test's own program, started again. It tells of each commit in a pipe. A kill keeps what the system has in memory, so this shows that nothing is
 //! acknowledged before its commit; what a power cut leaves is up to `synchronous=FULL` and the disk.
 
+#![allow(clippy::print_stdout, reason = "what was tried is for people")]
+
 use geometry::{Rng, RngTree};
 use messages::{FiringRecord, LedgerEvent, Principal};
 use site_model::{Asset, AssetId, Change, Edit, EditId, Object, ScheduleId};

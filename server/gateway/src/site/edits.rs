@@ -16,9 +16,10 @@ use crate::schemas::ProblemDocument;
 use crate::texts;
 use api::{EditOutcome, EditRefusal, SiteState};
 use axum::body::Bytes;
-use axum::extract::State;
 use axum::extract::rejection::BytesRejection;
+use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use futures_util::StreamExt;
 use serde_json::{Value, json as value};
 use site_model::{
     Change, Edit, EditError, Object, ObjectId, ProblemSeverity, RevisionChange, Site, ValidationConfig,
@@ -201,16 +202,47 @@ pub(crate) async fn delete_object(
     responses(
     (status = 200, body = EditResultDocument, description = "The revisions of the changed objects"),
     (status = 400, body = FieldsProblemDocument, content_type = "application/problem+json", description = "The edit is malformed; each field is named"),
+    (status = 408, body = ProblemDocument, content_type = "application/problem+json", description = "The edit came too slowly"),
     (status = 412, body = FieldsProblemDocument, content_type = "application/problem+json", description = "Somebody else has changed objects in the meantime; each is named"),
     (status = 422, body = FieldsProblemDocument, content_type = "application/problem+json", description = "The site cannot be as the edit would make it; each field is named"),
     SiteChangeProblems
 ))]
-pub(crate) async fn post_edit(State(app): State<Arc<App>>, body: Body) -> Answer {
+pub(crate) async fn post_edit(State(app): State<Arc<App>>, request: Request) -> Answer {
+    // Before anything of it is read, because what is read stays in memory.
     let _place = app.editing.acquire().await.map_err(|_| ProblemResponse::unavailable(texts::CORE_BUSY))?;
-    let document = read(body)?;
-    let edit = parse::edit(&document).map_err(malformed)?;
+    let bytes = read_long(request).await?;
+    // A long document takes tenths of a second, for which no connection should wait.
+    let parsed = tokio::task::spawn_blocking(move || {
+        if !parse::is_of_bounded_size(&bytes) {
+            return Err(ProblemResponse::new(StatusCode::PAYLOAD_TOO_LARGE, texts::SITE_DOCUMENT_TOO_LONG));
+        }
+        let document = parse::json(&bytes).map_err(malformed)?;
+        drop(bytes);
+        parse::edit(&document).map_err(malformed)
+    });
+    let edit = parsed.await.map_err(|_| ProblemResponse::unavailable(texts::CORE_BUSY))??;
     let (revision, changes) = perform(&app, edit).await?;
     Ok(json(EditResultDocument { revision, changes: value!(changes) }))
+}
+
+/// Reads the document of an edit, within a time limit.
+async fn read_long(request: Request) -> Result<Vec<u8>, ProblemResponse> {
+    let too_long = || ProblemResponse::new(StatusCode::PAYLOAD_TOO_LARGE, texts::SITE_DOCUMENT_TOO_LONG);
+    let mut parts = request.into_body().into_data_stream();
+    let reading = async {
+        let mut bytes = Vec::new();
+        while let Some(part) = parts.next().await {
+            // An error: the client has gone, and gets no answer.
+            let part = part.map_err(|_| too_long())?;
+            if bytes.len() + part.len() > FIXED.max_edit_json_bytes {
+                return Err(too_long());
+            }
+            bytes.extend_from_slice(&part);
+        }
+        Ok(bytes)
+    };
+    let too_slow = |_| ProblemResponse::new(StatusCode::REQUEST_TIMEOUT, texts::EDIT_TOO_SLOW);
+    tokio::time::timeout(FIXED.max_edit_read_time, reading).await.map_err(too_slow)?
 }
 
 /// Carries out an edit that puts one object, and answers with it.

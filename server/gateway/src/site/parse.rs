@@ -1,6 +1,7 @@
 //! Objects of the site from JSON documents, with every field that is wrong.
 
 use super::fields::{FieldProblem, parse_problem, unknown_fields};
+use crate::limits::FIXED;
 use crate::texts;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -75,6 +76,14 @@ pub(crate) fn json(bytes: &[u8]) -> Result<Value, Vec<FieldProblem>> {
 /// Where it is no JSON, or the field that is wrong.
 pub(crate) fn read_document<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Vec<FieldProblem>> {
     serde_path_to_error::deserialize(&json(bytes)?).map_err(|error| vec![parse_problem(&error)])
+}
+
+/// Whether a JSON document takes little more memory than its length once it is parsed: it has not too many values, and no string that is longer than an object may be.
+/// Commas and brackets within strings count too.
+pub(crate) fn is_of_bounded_size(json: &[u8]) -> bool {
+    let values = json.iter().filter(|byte| matches!(byte, b',' | b'[' | b'{')).count();
+    let longest = json.split(|byte| *byte == b'"').map(<[u8]>::len).max().unwrap_or(0);
+    values <= FIXED.max_edit_values && longest <= FIXED.max_object_json_bytes
 }
 
 fn understood<T: DeserializeOwned + Serialize>(document: &Value) -> Result<T, Vec<FieldProblem>> {

@@ -64,7 +64,12 @@ impl<S: Read + Write> Client<S> {
             self.pinged = Instant::now();
             self.send(&ClientMessage::Ping { token: 1 }).expect("the socket stays open");
         }
-        while self.read().expect("the socket stays open").is_some() {}
+        // Events may come without an end.
+        for _ in 0..20 {
+            if self.read().expect("the socket stays open").is_none() {
+                return;
+            }
+        }
     }
 
     /// Sends a command, and does not wait for its outcome.
@@ -77,6 +82,9 @@ impl<S: Read + Write> Client<S> {
     pub fn read(&mut self) -> io::Result<Option<ServerMessage>> {
         match self.socket.read() {
             Ok(Message::Binary(bytes)) => api::decode(&bytes).map(Some).map_err(io::Error::other),
+            Ok(Message::Close(reason)) => {
+                Err(io::Error::other(format!("the server closed the socket: {reason:?}")))
+            }
             Ok(_) => Ok(None),
             Err(tungstenite::Error::Io(error))
                 if matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut) =>

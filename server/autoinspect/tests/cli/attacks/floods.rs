@@ -243,7 +243,7 @@ fn upload(shared: &Shared, token: &str) {
     let path = api::paths::UPLOAD_PATH.replace("{id}", &id.to_string());
     let body = vec![number as u8; 4 << 20];
     let request = request_bytes("PUT", &path, &bearer(token), &body);
-    let sent = if number % 2 == 0 { request.len() } else { request.len() / 2 };
+    let sent = if number.is_multiple_of(2) { request.len() } else { request.len() / 2 };
     if let Ok(mut stream) = connect_from(FIRST_ADDRESS, shared.address)
         && stream.write_all(&request[..sent]).is_ok()
         && sent == request.len()
@@ -259,7 +259,7 @@ fn malformed(shared: &Shared, token: &str) {
     let number = shared.count();
     let noise = blake3::hash(&number.to_le_bytes());
     let last = FIRST_ADDRESS + (number % u64::from(ADDRESSES)) as u8;
-    if number % 2 == 0 {
+    if number.is_multiple_of(2) {
         if let Ok(mut client) = Client::connect(last, shared.address, token, 200 + number) {
             let bytes = [&[0xff], noise.as_bytes().as_slice()].concat();
             let _ = client.socket().send(Message::Binary(bytes.into()));

@@ -1,6 +1,7 @@
 //! Attacks on a whole platform with a robot: a robot that is driven stops within 200 ms of a press on Stop motion throughout, an operator can sign in, and the processes
 //! stay small. Times are taken where the robot gets its commands. `cargo xtask test security` runs the short form; all of it, with a table:
 //! `cargo nextest run -p autoinspect --no-capture -E 'test(attacks::nightly)'`.
+#![allow(clippy::print_stdout, reason = "the table is for people")]
 
 mod client;
 mod floods;
