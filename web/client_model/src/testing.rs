@@ -38,11 +38,15 @@ impl TestClient {
     }
 
     pub(crate) fn welcome(&mut self) {
+        self.welcome_as(ME);
+    }
+
+    pub(crate) fn welcome_as(&mut self, client: ClientId) {
         self.sequence = 0;
         self.server(ServerMessage::Welcome {
             version: api::VERSION,
             program: "1.2.3".into(),
-            you: api::You::in_demo(ME),
+            you: api::You::in_demo(client),
         });
     }
 

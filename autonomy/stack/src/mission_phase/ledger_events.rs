@@ -176,7 +176,8 @@ fn result_record(
     about["utc"] = json!(event.utc);
     about["time_zone"] =
         json!(site.settings().map(|settings| settings.time_zone.as_str()).unwrap_or_default());
-    about["result_pose"] = json!(result_pose);
+    // The key that the rows of earlier programs have.
+    about["whereabouts"] = json!(result_pose);
     about["revisions"] = json!(run.plan.as_ref().map(|plan| pinned(&plan.revisions)));
     LedgerEvent::Result(ResultRecord { run: run.id, step, attempt, kind, blob, body: about.to_string() })
 }

@@ -108,7 +108,7 @@ fn a_task_is_a_row_for_each_step_and_its_result_has_one_of_its_own() {
     let [result] = results[..] else { panic!("{results:?}") };
     assert_eq!((result.kind.as_str(), result.blob), ("photo", Some([0xab; 32])));
     let body = json(&result.body);
-    assert_eq!(body["result_pose"]["is_localised"], true);
+    assert_eq!(body["whereabouts"]["is_localised"], true);
     assert_eq!(body["value"]["files"][1]["blob"], "no hash");
     assert_eq!(body["revisions"][0]["revision"], 7);
 }

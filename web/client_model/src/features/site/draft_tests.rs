@@ -171,11 +171,7 @@ fn an_edit_in_the_middle_outlives_a_session_that_ends() {
     assert!(client.take_edits().is_empty());
     // The same person in a new session: another client for the robot.
     client.apply(crate::ClientEvent::SocketOpened(crate::Socket::Control));
-    client.server(api::ServerMessage::Welcome {
-        version: api::VERSION,
-        program: "1.2.3".into(),
-        you: api::You::in_demo(crate::testing::OTHER),
-    });
+    client.welcome_as(crate::testing::OTHER);
     client.load(&robot);
     assert!(client.model.site.is_draft());
     assert_eq!(client.name(1), Some("half typed"));
