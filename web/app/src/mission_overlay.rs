@@ -1,4 +1,4 @@
-//! The route of the mission that is edited, as lines and markers over the scene.
+//! The route of the mission that is edited, or else the one that the robot follows, as lines and markers over the scene.
 
 use crate::vector::vector;
 use client_model::{Model, PlannedStop};
@@ -32,17 +32,19 @@ pub(crate) struct MissionOverlay {
 }
 
 impl MissionOverlay {
-    /// Of the mission that is edited; nothing on other screens, or while the site belongs to another map than the one on the screen.
+    /// Of the mission that is edited, on its screen; on the others of the route that the robot follows. Nothing while the site belongs to another map than the one on
+    /// the screen.
     pub(crate) fn of(model: &Model) -> Self {
         let mut overlay = Self::default();
-        let Some((site, plan)) = panels::shown_mission(model) else { return overlay };
         let tokens = Tokens::of(model.view_settings().theme);
-        for route in plan.stops.iter().map(|stop| &stop.route).chain([&plan.end.route]) {
-            let points: Vec<DVec3> = route.iter().filter_map(|node| place(model, site, *node)).collect();
-            if points.len() > 1 {
-                let colour = solid(tokens.accent);
-                overlay.lines.push(Polyline { points, colour, width: CONFIG.line_width_px, dash: 0.0 });
+        let Some((site, plan)) = panels::shown_mission(model) else {
+            if let Some(site) = model.site.site().filter(|_| model.is_site_on_screen()) {
+                overlay.add_route(model, site, &model.runs.route_nodes(site), &tokens);
             }
+            return overlay;
+        };
+        for route in plan.stops.iter().map(|stop| &stop.route).chain([&plan.end.route]) {
+            overlay.add_route(model, site, route, &tokens);
         }
         for stop in &plan.stops {
             let Some(position) = stop.node.and_then(|node| place(model, site, node)) else { continue };
@@ -57,6 +59,15 @@ impl MissionOverlay {
             });
         }
         overlay
+    }
+
+    /// A line over these nodes.
+    fn add_route(&mut self, model: &Model, site: &Site, route: &[NodeId], tokens: &Tokens) {
+        let points: Vec<DVec3> = route.iter().filter_map(|node| place(model, site, *node)).collect();
+        if points.len() > 1 {
+            let colour = solid(tokens.accent);
+            self.lines.push(Polyline { points, colour, width: CONFIG.line_width_px, dash: 0.0 });
+        }
     }
 }
 

@@ -15,8 +15,8 @@ use crate::shared::{Context, SliceChange};
 use crate::{ClientCommand, ClientEffect, ClientEvent, ClientTime};
 use api::Command;
 use site_model::{
-    InspectionPointId, LocalDateTime, MissionCommandKind, MissionStatus, RouteStatus, RunCause, RunId,
-    RunState, RunStatus, ScheduleId, SkipReason, StartMode, Utc,
+    InspectionPointId, LocalDateTime, MissionCommandKind, MissionStatus, NodeId, RouteStatus, RunCause,
+    RunId, RunState, RunStatus, ScheduleId, Site, SkipReason, StartMode, Utc,
 };
 use std::collections::BTreeMap;
 
@@ -98,6 +98,14 @@ impl Runs {
     /// Where the robot is on the topological map, and its route.
     pub fn route(&self) -> &RouteStatus {
         &self.route
+    }
+
+    /// The nodes of the route that the robot follows, from the beginning of its present edge on; none without a route. It ends before an edge that the site has not.
+    pub fn route_nodes(&self, site: &Site) -> Vec<NodeId> {
+        let edges = self.route.route.iter().flat_map(|route| &route.edges);
+        let mut edges = edges.map_while(|edge| site.edge(*edge)).peekable();
+        let first = edges.peek().map(|edge| edge.from);
+        first.into_iter().chain(edges.map(|edge| edge.to)).collect()
     }
 
     /// Runs that have ended, the newest first: those that ended a moment ago, then those that the robot has listed.

@@ -4,8 +4,8 @@ use super::*;
 use crate::testing::TestClient;
 use api::Event;
 use site_model::{
-    EdgeStage, EndedRun, LocalDate, LocalTime, MissionId, RouteActionPlace, RouteProgress, TaskId, TaskState,
-    TaskStatus,
+    EdgeId, EdgeStage, EndedRun, LocalDate, LocalTime, MissionId, RouteActionPlace, RouteProgress, TaskId,
+    TaskState, TaskStatus,
 };
 use uuid::Uuid;
 use vocab::GoalId;
@@ -323,4 +323,28 @@ fn results_of_the_active_run_are_fetched_as_they_are_stored() {
         }
     }));
     assert_eq!(client.take_effects(), [], "nobody looks at that run");
+}
+
+#[test]
+fn the_route_leads_from_its_present_edge_over_the_ends_of_the_others() {
+    let [a, b, c] = [1, 2, 3].map(|number| NodeId(Uuid::from_u128(number)));
+    let [first, second, unknown] = [11, 12, 13].map(|number| EdgeId(Uuid::from_u128(number)));
+    let mut site = Site::default();
+    for (number, (id, from, to)) in (21..).zip([(first, a, b), (second, b, c)]) {
+        let object = site_model::Object::Edge(site_model::Edge::walk(id, from, to));
+        let edit = site.put(site_model::EditId(Uuid::from_u128(number)), object);
+        site.apply(&edit, edit.id).expect("of this site");
+    }
+    let mut client = TestClient::connected();
+    assert!(client.model.runs.route_nodes(&site).is_empty());
+    let route = RouteProgress {
+        goal: GoalId(Uuid::nil()),
+        target: c,
+        edges: vec![first, second, unknown],
+        remaining_s: 20.0,
+        remaining_m: 15.0,
+        waits_for: None,
+    };
+    client.event(Event::Route(RouteStatus { route: Some(route), ..RouteStatus::default() }));
+    assert_eq!(client.model.runs.route_nodes(&site), [a, b, c]);
 }
