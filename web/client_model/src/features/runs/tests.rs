@@ -101,7 +101,7 @@ fn the_remaining_time_counts_what_is_left() {
     assert_eq!(estimate.remaining_s(&run(RunState::Running), &route), 60.0 + 60.0 + 30.0);
     route.route = Some(RouteProgress {
         goal: GoalId(Uuid::nil()),
-        target: site_model::NodeId(Uuid::nil()),
+        target: NodeId(Uuid::nil()),
         edges: Vec::new(),
         remaining_s: 20.0,
         remaining_m: 15.0,
