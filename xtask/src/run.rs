@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 
 use crate::shell;
-use crate::web::{self, Flavour};
+use crate::web::{self, Flavour, SizeLimit};
 
 struct Options {
     site: String,
@@ -18,7 +18,7 @@ struct Options {
 
 pub(crate) fn command(arguments: Vec<OsString>) -> Result<()> {
     let options = options(arguments)?;
-    web::build_if_stale(options.flavour)?;
+    web::build_if_stale(options.flavour, SizeLimit::Ignored)?;
     shell::run(shell::cargo().args(["build", "--quiet", "--release", "-p", "autoinspect"]))?;
 
     let address = format!("127.0.0.1:{}", options.port);

@@ -21,7 +21,7 @@ use anyhow::{Context, Result, bail};
 
 use crate::stages::{StageReport, Stages, Tests};
 use crate::toolchain::{TARGET, Toolchain};
-use crate::web::{self, Flavour};
+use crate::web::{self, Flavour, SizeLimit};
 use crate::{bench, crash, schema, security, setup, shell};
 
 /// The module of the integration tests that need a browser, a release server and a bundle.
@@ -158,7 +158,7 @@ impl Options {
 }
 
 fn checked_bundle(least: Flavour) -> Result<StageReport> {
-    web::build_if_stale(least).map(|()| StageReport::default())
+    web::build_if_stale(least, SizeLimit::Enforced).map(|()| StageReport::default())
 }
 
 fn browser_tests(stages: &mut Stages, tier: Tier, autoinspect: &Path) {

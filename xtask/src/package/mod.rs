@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 
 use crate::shell;
-use crate::web::{self, Flavour};
+use crate::web::{self, Flavour, SizeLimit};
 
 /// Version of the workspace.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -50,7 +50,7 @@ pub(crate) fn command(arguments: Vec<OsString>) -> Result<()> {
             );
         }
     }
-    web::build_if_stale(Flavour::Release)?;
+    web::build_if_stale(Flavour::Release, SizeLimit::Enforced)?;
     shell::run(shell::cargo().args(["build", "--release", "-p", "autoinspect"]))?;
 
     let folder = folder();
