@@ -4,10 +4,10 @@ use super::goal_request;
 use crate::{Running, Stack};
 use geometry::Isometry;
 use messages::{
-    BootRecord, Command, CommandKind, GoalKind, GoalStatus, GoalUpdate, Input, Principal, Publication,
-    RobotProfile, SiteSnapshot, StackEffect, TICK_PERIOD,
+    BootRecord, Command, CommandKind, GoalKind, GoalStatus, GoalUpdate, Input, LedgerEvent, Principal,
+    Publication, RobotProfile, SiteSnapshot, StackEffect, TICK_PERIOD,
 };
-use site_model::{Edge, EdgeBlock, EdgeId, EditId, Node, NodeId, NodeKind, Object, PoseTolerance, Site};
+use site_model::{Edge, EdgeBlock, EdgeId, EditId, Node, NodeId, NodeKind, Object, PoseTolerance};
 use uuid::Uuid;
 use vocab::{ClientId, CommandId, GoalId, Pose, Span, Stamp, Vec3};
 
@@ -50,6 +50,8 @@ pub(super) struct Rig {
     /// All other effects.
     pub effects: Vec<StackEffect>,
     commands: u128,
+    /// The newest commit that is durable.
+    committed: Option<u64>,
 }
 
 impl Rig {
@@ -61,6 +63,7 @@ impl Rig {
             updates: Vec::new(),
             effects: Vec::new(),
             commands: 0,
+            committed: None,
         };
         let profile = RobotProfile { standing_height_m: 0.5, ..RobotProfile::default() };
         rig.step(Input::Boot(Box::new(BootRecord { profile, ..BootRecord::default() })));
@@ -95,16 +98,41 @@ impl Rig {
         self.give_objects(vec![Object::EdgeBlock(block)]);
     }
 
+    /// The pose in the map of the site is this from now until the next tick, or is not known.
+    pub fn look_at_place(&mut self, map_from_base: Option<Pose>) {
+        let (at, mut effects) = (self.at, Vec::new());
+        self.running().look_at_place(at, map_from_base, &mut effects);
+        self.handle_effects(effects);
+    }
+
     /// The robot is seen at node 1.
     pub fn stand_at_first_node(&mut self) {
-        let at = self.at;
-        let missions = &mut self.running().missions;
-        let site: std::sync::Arc<Site> = missions.site.clone();
-        let Some(runner) = &mut missions.runner else { panic!("no site") };
-        let graph = runner.route_graph(at).clone();
-        missions.localiser.update(&site, &graph, &Pose::IDENTITY);
+        self.look_at_place(Some(Pose::IDENTITY));
         self.run(0.3);
         assert_eq!(self.running().missions.place().at, Some(node_id(1)));
+    }
+
+    /// Every commit becomes durable. Returns whether there was one.
+    pub fn commit_all(&mut self) -> bool {
+        let newest = self.effects.iter().rev().find_map(|effect| match effect {
+            StackEffect::Commit { seq, .. } => Some(*seq),
+            _ => None,
+        });
+        let Some(seq) = newest.filter(|seq| self.committed.is_none_or(|committed| *seq > committed)) else {
+            return false;
+        };
+        self.committed = Some(seq);
+        self.step(Input::Committed { seq });
+        true
+    }
+
+    /// What the stack wants to write to the ledger, in its order.
+    pub fn ledger_events(&self) -> impl Iterator<Item = &LedgerEvent> {
+        let commits = self.effects.iter().filter_map(|effect| match effect {
+            StackEffect::Commit { events, .. } => Some(events),
+            _ => None,
+        });
+        commits.flatten()
     }
 
     pub fn running(&mut self) -> &mut Running {

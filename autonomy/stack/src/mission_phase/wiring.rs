@@ -12,7 +12,7 @@ use messages::{Command, Input, Publication, Severity, StackEffect};
 use missions::{CHARGE_SIGNAL, MissionEffect, MissionInput, MissionSituation};
 use site_model::{MissionCommand, MissionCommandKind, Utc};
 use std::sync::Arc;
-use vocab::{Covariance6, Stamp};
+use vocab::{Covariance6, Pose, Stamp};
 
 impl Running {
     /// An input that concerns missions only: the calendar time, actions, the site. Others change nothing.
@@ -88,9 +88,21 @@ impl Running {
         if self.missions.runner.is_none() || self.missions.looked_at.is_some_and(|last| at - last < period) {
             return;
         }
-        self.missions.looked_at = Some(at);
         let is_localised = self.is_localised_in_site();
-        self.missions.map_from_base = is_localised.then(|| pose_from_isometry(&frames.map_from_base()));
+        let map_from_base = is_localised.then(|| pose_from_isometry(&frames.map_from_base()));
+        self.look_at_place(at, map_from_base, effects);
+    }
+
+    /// What follows from the pose in the map of the site, or from not knowing it.
+    pub(super) fn look_at_place(
+        &mut self,
+        at: Stamp,
+        map_from_base: Option<Pose>,
+        effects: &mut Vec<StackEffect>,
+    ) {
+        self.missions.looked_at = Some(at);
+        self.missions.map_from_base = map_from_base;
+        let is_localised = map_from_base.is_some();
         let Some(runner) = &mut self.missions.runner else { return };
         // Zones are areas of the map of the site.
         let zones = runner.active_zones().filter(|_| is_localised).filter_map(map_zone);

@@ -1,15 +1,17 @@
 //! The mission runner in the stack: what it hears, what becomes of what it wants, and what people are told.
 
-use super::super::testing::{Rig, client, node_id};
+use super::super::testing::{AHEAD, Rig, client, node_id};
 use super::*;
-use messages::{CommandKind, Notice, RegisteredAction};
+use executive::Situation;
+use messages::{ActionOutcome, CommandKind, ExecutiveEvent, GoalKind, LedgerEvent, Notice, RegisteredAction};
 use missions::MissionNotice;
 use site_model::{
-    ActionRequest, Change, Edit, EditId, FailurePolicy, Mission, MissionEnd, MissionId, Object, Parameters,
-    RunId, StartMode, Task, TaskId, TaskOrder, TaskPlace,
+    ActionRequest, Change, Edge, Edit, EditId, FailurePolicy, Mission, MissionEnd, MissionEvent,
+    MissionEventKind, MissionId, Object, Parameters, RouteActionEnd, RouteActionStep, RunId, RunPlan,
+    StartMode, Task, TaskId, TaskOrder, TaskPlace, TaskStep, Zone, ZoneEffect, ZoneId,
 };
 use uuid::Uuid;
-use vocab::{ActionCallId, CommandId, Span};
+use vocab::{ActionCallId, CommandId, Pose, Span, Vec3};
 
 const RUN: RunId = RunId(Uuid::from_u128(50));
 const MISSION: MissionId = MissionId(Uuid::from_u128(51));
@@ -50,17 +52,6 @@ fn mission(id: MissionId) -> Object {
         order_constraints: Vec::new(),
         end: MissionEnd::Stay,
     })
-}
-
-/// Every commit becomes durable.
-fn commit_all(rig: &mut Rig) {
-    let newest = rig.effects.iter().rev().find_map(|effect| match effect {
-        StackEffect::Commit { seq, .. } => Some(*seq),
-        _ => None,
-    });
-    if let Some(seq) = newest {
-        rig.step(Input::Committed { seq });
-    }
 }
 
 #[test]
@@ -166,20 +157,20 @@ fn commands_are_answered_once_their_commits_are_durable_and_one_message_settles_
     }
     let is_accepted = |effect: &StackEffect| matches!(effect, StackEffect::Answer { refused: None, .. });
     assert_eq!(count(&rig, is_accepted), 0, "nothing is durable yet");
-    commit_all(&mut rig);
+    rig.commit_all();
     assert_eq!(count(&rig, is_accepted), 2);
 }
 
 #[test]
 fn runs_of_earlier_programs_are_restored_with_the_site() {
     let mut rig = Rig::booted();
-    let queued = site_model::MissionEventKind::RunQueued {
+    let queued = MissionEventKind::RunQueued {
         run: RUN,
         mission: MISSION,
         cause: site_model::RunCause::Command(CommandId(Uuid::nil())),
         priority: 0,
     };
-    let event = site_model::MissionEvent { utc: None, command: None, kind: queued };
+    let event = MissionEvent { utc: None, command: None, kind: queued };
     rig.step(Input::MissionsRestored(vec![event]));
     rig.give_objects(vec![mission(MISSION)]);
     let queue = rig.running().missions.runner.as_ref().map(|runner| runner.records().queue());
@@ -238,7 +229,7 @@ fn people_are_told_once_of_a_run_that_waits_for_localisation() {
     assert_eq!(count(&rig, is_told), 0, "no run waits");
     let start = MissionCommandKind::Start { run: RUN, mission: MISSION, mode: StartMode::Queue };
     rig.command(1, CommandKind::Mission(start));
-    commit_all(&mut rig);
+    rig.commit_all();
     rig.run(3.0);
     assert_eq!(count(&rig, is_told), 1, "{:?}", rig.effects);
 }
@@ -252,4 +243,167 @@ fn the_state_of_missions_is_published_when_it_changes() {
     rig.step(registered());
     rig.run(1.0);
     assert_eq!(count(&rig, is_status), 1, "the state is the same");
+}
+
+/// The run as it is written when it begins.
+fn plan(rig: &Rig) -> Option<&RunPlan> {
+    rig.ledger_events().find_map(|event| match event {
+        LedgerEvent::Mission(MissionEvent { kind: MissionEventKind::RunBegan { plan, .. }, .. }) => {
+            Some(plan)
+        }
+        _ => None,
+    })
+}
+
+/// A mission with a photo at node 2, on a robot that stands at node 1 with a pose in the map. All that the run waits for becomes durable.
+fn begin_run(rig: &mut Rig, edge: Edge) {
+    let Object::Mission(mission) = mission(MISSION) else { panic!("another object") };
+    let request = Some(photo());
+    let tasks = mission.tasks.into_iter();
+    let tasks = tasks
+        .map(|task| Task { place: TaskPlace::Node { node: node_id(2), request: request.clone() }, ..task });
+    let mission = Mission { tasks: tasks.collect(), ..mission };
+    rig.give_objects(vec![Object::Edge(edge), Object::Mission(mission)]);
+    rig.look_at_place(Some(Pose::IDENTITY));
+    let start = MissionCommandKind::Start { run: RUN, mission: MISSION, mode: StartMode::Queue };
+    assert_eq!(rig.command(1, CommandKind::Mission(start)), None);
+    while rig.commit_all() {}
+}
+
+fn photo() -> ActionRequest {
+    ActionRequest { action: "photo".to_owned(), parameters: Parameters::new() }
+}
+
+fn walk_ahead() -> Edge {
+    Edge::walk(AHEAD, node_id(1), node_id(2))
+}
+
+#[test]
+fn actions_that_are_registered_after_the_site_are_those_of_the_next_run() {
+    for is_registered in [false, true] {
+        let mut rig = Rig::new();
+        if is_registered {
+            rig.step(registered());
+        }
+        begin_run(&mut rig, walk_ahead());
+        let Some(plan) = plan(&rig) else { panic!("the run has not begun: {:?}", rig.effects) };
+        assert_eq!(plan.tasks.iter().map(|task| task.is_idempotent).collect::<Vec<_>>(), [is_registered]);
+    }
+}
+
+#[test]
+fn the_place_on_the_graph_follows_the_pose() {
+    let mut rig = Rig::new();
+    for (x, node) in [(0.0, 1), (10.0, 2)] {
+        rig.look_at_place(Some(Pose { position: Vec3::new(x, 0.0, 0.0), ..Pose::IDENTITY }));
+        assert_eq!(rig.running().missions.place().at, Some(node_id(node)));
+    }
+}
+
+#[test]
+fn zones_hold_while_the_pose_in_the_map_is_known() {
+    for (map_from_base, is_kept_out) in [(None, false), (Some(Pose::IDENTITY), true)] {
+        let mut rig = Rig::new();
+        rig.give_objects(vec![Object::Zone(Zone {
+            id: ZoneId(Uuid::from_u128(81)),
+            name: "Pit".to_owned(),
+            corners_m: vec![[4.0, -1.0], [6.0, -1.0], [6.0, 1.0], [4.0, 1.0]],
+            height_m: None,
+            effect: ZoneEffect::KeepOut,
+            daily: None,
+        })]);
+        rig.look_at_place(map_from_base);
+        assert_eq!(rig.begin(1, GoalKind::GoToNode(node_id(2))), Ok(()));
+        let map = rig.running().executive.surroundings().elevation_map();
+        assert_eq!(map.zones().is_kept_out([5.0, 0.0]), is_kept_out);
+    }
+}
+
+#[test]
+fn a_route_waits_while_the_robot_searches_for_its_pose() {
+    let mut rig = Rig::new();
+    rig.see_floor();
+    rig.look_at_place(Some(Pose::IDENTITY));
+    assert_eq!(rig.begin(1, GoalKind::GoToNode(node_id(2))), Ok(()));
+    let leg = rig.running().executive.leg();
+    assert!(leg.is_some());
+    let notify = |rig: &mut Rig, event| {
+        let (at, mut effects) = (rig.at, Vec::new());
+        let running = rig.running();
+        let situation = Situation { is_in_saved_map: true, ..running.situation(running.frames(None)) };
+        running.executive.handle_event(at, event, &situation, &mut effects);
+    };
+    notify(&mut rig, ExecutiveEvent::PoseLost);
+    assert!(rig.running().executive.is_recovering());
+    rig.give_objects(vec![Object::Edge(Edge { is_enabled: false, ..walk_ahead() })]);
+    rig.look_at_place(None);
+    assert_eq!(rig.running().executive.leg(), leg, "the route has not seen that its edge is closed");
+    notify(&mut rig, ExecutiveEvent::PoseFound);
+    rig.look_at_place(Some(Pose::IDENTITY));
+    assert_eq!(rig.running().executive.leg(), None);
+}
+
+#[test]
+fn a_result_says_whether_the_pose_was_known() {
+    for is_localised in [false, true] {
+        let mut rig = Rig::new();
+        begin_run(&mut rig, walk_ahead());
+        rig.look_at_place(is_localised.then_some(Pose::IDENTITY));
+        let step = TaskStep::Succeeded { result: Some("{}".to_owned()) };
+        let task = TaskId(Uuid::from_u128(52));
+        let kind = MissionEventKind::Task { run: RUN, task, attempt: 1, step };
+        let events = vec![MissionEvent { utc: None, command: None, kind }];
+        let effects = handle(&mut rig, MissionEffect::Commit { number: 99, events });
+        let Some(StackEffect::Commit { events, .. }) = effects.first() else { panic!("{effects:?}") };
+        let body = events.iter().find_map(|event| match event {
+            LedgerEvent::Result(result) => Some(&result.body),
+            _ => None,
+        });
+        let Some(body) = body else { panic!("no result: {events:?}") };
+        assert!(body.contains(&format!(r#""is_localised":{is_localised}"#)), "{body}");
+    }
+}
+
+/// How actions on the way of the run ended, as they are written.
+fn ends_of_route_actions(rig: &Rig) -> Vec<&RouteActionEnd> {
+    let ends = rig.ledger_events().filter_map(|event| match event {
+        LedgerEvent::Mission(MissionEvent { kind: MissionEventKind::RouteAction { step, .. }, .. }) => {
+            Some(step)
+        }
+        _ => None,
+    });
+    let ends = ends.filter_map(|step| match step {
+        RouteActionStep::Ended(end) => Some(end),
+        RouteActionStep::Began { .. } => None,
+    });
+    ends.collect()
+}
+
+/// A run whose way begins with an action, which is called.
+fn with_route_action() -> (Rig, ActionCallId) {
+    let mut rig = Rig::new();
+    rig.see_floor();
+    begin_run(&mut rig, Edge { on_enter: vec![photo()], ..walk_ahead() });
+    let calls = rig.running().missions.calls.keys().copied().collect::<Vec<_>>();
+    let [call] = calls[..] else { panic!("{calls:?} {:?}", rig.effects) };
+    assert!(ends_of_route_actions(&rig).is_empty());
+    (rig, call)
+}
+
+#[test]
+fn the_end_of_an_action_on_the_way_of_a_run_is_written() {
+    let (mut rig, call) = with_route_action();
+    let result = "{}".to_owned();
+    rig.step(Input::ActionDone { call, outcome: ActionOutcome::Succeeded { result: result.clone() } });
+    assert_eq!(ends_of_route_actions(&rig), [&RouteActionEnd::Succeeded { result: Some(result) }]);
+}
+
+#[test]
+fn an_action_on_the_way_that_is_cancelled_while_the_body_turns_has_ended() {
+    let (mut rig, call) = with_route_action();
+    rig.step(Input::ActionDone { call, outcome: ActionOutcome::NeedsTurn { turn_rad: 0.4 } });
+    let (at, mut effects) = (rig.at, Vec::new());
+    rig.running().cancel_action(at, call, &mut effects);
+    rig.step(Input::Tick);
+    assert_eq!(ends_of_route_actions(&rig), [&RouteActionEnd::Cancelled]);
 }
