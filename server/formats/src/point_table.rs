@@ -138,7 +138,7 @@ impl<'a> PointTable<'a> {
             let end = field.scalar.size().saturating_mul(field.count).saturating_add(field.offset);
             if end > point_step {
                 return Err(FormatError::Malformed {
-                    what: "point cloud",
+                    what: texts::POINT_CLOUD,
                     place: format!("field '{}'", texts::shown(&field.name)),
                     problem: texts::field_beyond_point(end, point_step),
                 });
@@ -147,7 +147,7 @@ impl<'a> PointTable<'a> {
         let row = point_step.saturating_mul(width);
         if height > 1 && row_step < row {
             return Err(FormatError::Malformed {
-                what: "point cloud",
+                what: texts::POINT_CLOUD,
                 place: "row_step".into(),
                 problem: texts::row_too_short(row_step, width, point_step),
             });
@@ -158,7 +158,7 @@ impl<'a> PointTable<'a> {
         };
         if needed > data.len() || (needed == 0 && point_step == 0 && width > 0 && height > 0) {
             return Err(FormatError::Truncated {
-                what: "point cloud",
+                what: texts::POINT_CLOUD,
                 at: data.len() as u64,
                 missing: (needed - data.len().min(needed)) as u64,
             });
@@ -300,7 +300,7 @@ impl<'a> PointTable<'a> {
 
     fn coordinate(&self, name: &'static str) -> Result<&PointField, FormatError> {
         self.field(name).filter(|field| field.count > 0).ok_or_else(|| FormatError::Malformed {
-            what: "point cloud",
+            what: texts::POINT_CLOUD,
             place: format!("field '{name}'"),
             problem: texts::coordinate_missing(&self.field_names()),
         })

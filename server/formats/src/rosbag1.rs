@@ -113,7 +113,7 @@ fn check_magic(file: &mut (impl Read + Seek), size: u64) -> Result<(), FormatErr
         true => texts::OLD_BAG.to_owned(),
         false => texts::NO_BAG.to_owned(),
     };
-    Err(FormatError::WrongKind { expected: "a ROS 1 bag of version 2.0", found })
+    Err(FormatError::WrongKind { expected: texts::ROS1_BAG, found })
 }
 
 /// The first record: position and counts of the index.

@@ -61,7 +61,7 @@ impl Database {
         )?;
         if tables != 2 {
             return Err(FormatError::WrongKind {
-                expected: "a rosbag2 database",
+                expected: texts::ROS2_BAG,
                 found: texts::NO_ROSBAG2_TABLES.into(),
             });
         }

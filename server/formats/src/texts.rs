@@ -16,6 +16,15 @@ pub(crate) fn shown(word: &str) -> String {
     legible(word, MAX_SHOWN_CHARS)
 }
 
+// What a file is, or should be.
+
+pub(crate) const POINT_CLOUD: &str = "point cloud";
+pub(crate) const E57_FILE: &str = "E57 file";
+pub(crate) const KITTI_SCAN: &str = "KITTI scan (x y z intensity, 16 bytes a point)";
+pub(crate) const ROS1_BAG: &str = "a ROS 1 bag of version 2.0";
+pub(crate) const ROS2_BAG: &str = "a rosbag2 database";
+pub(crate) const IMPORTABLE_MAP: &str = "a map that can be imported";
+
 // Any format of text lines.
 
 /// A word that should be a number of things.

@@ -8,7 +8,7 @@ use crate::core_link;
 use crate::hub::Hub;
 use crate::limits::{FIXED, Limits};
 use crate::tls::Encryption;
-use crate::{GatewayConfig, GatewayError, router, uploads};
+use crate::{GatewayConfig, GatewayError, router, texts, uploads};
 use axum::Router;
 use hyper::Request;
 use hyper::body::Incoming;
@@ -22,11 +22,6 @@ use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{Semaphore, mpsc, watch};
 use watchdog::Heartbeat;
-
-/// Answer to a connection beyond the limit, written without reading anything from it.
-const TOO_MANY: &[u8] = b"HTTP/1.1 503 Service Unavailable\r\ncontent-type: application/problem+json\r\n\
-    retry-after: 5\r\nconnection: close\r\n\r\n\
-    {\"status\":503,\"title\":\"Service Unavailable\",\"detail\":\"Too many connections are open. Close some, then try again.\"}";
 
 /// As [`crate::serve`], with limits of the caller's choice.
 ///
@@ -129,9 +124,15 @@ async fn accept(listener: TcpListener, app: Arc<App>) {
     }
 }
 
+/// Answers a connection beyond the limit, without reading anything from it.
 fn turn_away(stream: &TcpStream) {
+    let detail = texts::NO_PLACE_FOR_CONNECTION;
+    let answer = format!(
+        "HTTP/1.1 503 Service Unavailable\r\ncontent-type: application/problem+json\r\nretry-after: 5\r\nconnection: close\r\n\r\n\
+         {{\"status\":503,\"title\":\"Service Unavailable\",\"detail\":\"{detail}\"}}"
+    );
     // A new connection's send buffer is empty, so this goes out whole or not at all.
-    stream.try_write(TOO_MANY).ok();
+    stream.try_write(answer.as_bytes()).ok();
 }
 
 /// Tells handlers which connection a request came over.

@@ -16,6 +16,12 @@ pub(crate) const CORE_LOST_BEFORE_ANSWER: &str = "The robot's core went away bef
 pub(crate) const CORE_LOST: &str =
     "The server has lost the robot's core, so nothing was done. It reconnects by itself; try again.";
 
+/// Reasons why a file of a certificate or its key is not used; clauses after its name.
+pub(crate) const NO_CERTIFICATE: &str = "it holds no certificate";
+pub(crate) const OTHER_KEY: &str = "it is not the key of the certificate";
+
+/// A connection beyond the limit.
+pub(crate) const NO_PLACE_FOR_CONNECTION: &str = "Too many connections are open. Close some, then try again.";
 /// A request over a reserved connection that is not for one.
 pub(crate) const TOO_MANY_CONNECTIONS: &str = "Too many connections are open, and the last ones are kept for signing in and for stopping motion. Close some, then try again.";
 

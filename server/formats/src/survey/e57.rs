@@ -53,7 +53,7 @@ fn read_scan(
 ) -> Result<(), FormatError> {
     if scan.records > 0 && scan.prototype.iter().all(|record| is_constant(&record.data_type)) {
         return Err(FormatError::Malformed {
-            what: "E57 file",
+            what: texts::E57_FILE,
             place: texts::scan_place(&legible(
                 scan.name.as_deref().unwrap_or(texts::UNNAMED_SCAN),
                 MAX_SHOWN_NAME_CHARS,
@@ -118,7 +118,7 @@ fn pose(scan: &PointCloud) -> Option<Pose> {
 
 fn malformed(error: ::e57::Error) -> FormatError {
     FormatError::Malformed {
-        what: "E57 file",
+        what: texts::E57_FILE,
         place: texts::WHILE_READING.into(),
         problem: texts::library_error(legible(&error.to_string(), MAX_SHOWN_ERROR_CHARS)),
     }

@@ -49,10 +49,7 @@ pub fn read(path: &Path, limits: SurveyLimits, progress: &mut dyn FnMut(f64)) ->
         let bytes = file.metadata()?.len();
         return ptx::read(BufReader::new(file), bytes, limits, progress);
     }
-    Err(FormatError::WrongKind {
-        expected: "a map that can be imported",
-        found: texts::NO_SURVEY_FORMAT.into(),
-    })
+    Err(FormatError::WrongKind { expected: texts::IMPORTABLE_MAP, found: texts::NO_SURVEY_FORMAT.into() })
 }
 
 /// Runs a decoder of a library, which may panic on damage that it does not check for.

@@ -1,6 +1,7 @@
 //! A certificate and its key from files, read again when they change, so that a certificate is renewed without a restart.
 
 use super::error::TlsError;
+use crate::texts;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -78,12 +79,12 @@ fn read(certificates: &Path, key: &Path) -> Result<CertifiedKey, TlsError> {
     let chain = CertificateDer::pem_file_iter(certificates).and_then(Iterator::collect::<Result<Vec<_>, _>>);
     let chain = chain.map_err(|error| failed(certificates, error.to_string()))?;
     if chain.is_empty() {
-        return Err(failed(certificates, "it holds no certificate".to_owned()));
+        return Err(failed(certificates, texts::NO_CERTIFICATE.to_owned()));
     }
     let private = PrivateKeyDer::from_pem_file(key).map_err(|error| failed(key, error.to_string()))?;
     let private = any_supported_type(&private).map_err(|error| failed(key, error.to_string()))?;
     let certified = CertifiedKey::new(chain, private);
-    certified.keys_match().map_err(|_| failed(key, "it is not the key of the certificate".to_owned()))?;
+    certified.keys_match().map_err(|_| failed(key, texts::OTHER_KEY.to_owned()))?;
     Ok(certified)
 }
 
