@@ -1,4 +1,5 @@
-//! The route of the mission that is edited, or else the one that the robot follows, as lines and markers over the scene.
+//! The route of the mission that is edited, or else the one that the robot follows, as lines and markers over the scene. Where the robot follows one, arrows on the other
+//! edges show its policy: from each node the edge that leads on to where it goes.
 
 use crate::vector::vector;
 use client_model::{Model, PlannedStop};
@@ -19,10 +20,12 @@ struct MissionOverlayConfig {
     stop_radius_px: f32,
     /// Width of the route, logical px.
     line_width_px: f32,
+    /// Radius of an arrow on an edge, logical px.
+    arrow_radius_px: f32,
 }
 
 const CONFIG: MissionOverlayConfig =
-    MissionOverlayConfig { height_m: 0.16, stop_radius_px: 10.0, line_width_px: 5.0 };
+    MissionOverlayConfig { height_m: 0.16, stop_radius_px: 10.0, line_width_px: 5.0, arrow_radius_px: 9.0 };
 
 /// Lines and markers of the route.
 #[derive(Default)]
@@ -39,7 +42,9 @@ impl MissionOverlay {
         let tokens = Tokens::of(model.view_settings().theme);
         let Some((site, plan)) = panels::shown_mission(model) else {
             if let Some(site) = model.site.site().filter(|_| model.is_site_on_screen()) {
-                overlay.add_route(model, site, &model.runs.route_nodes(site), &tokens);
+                let route = model.runs.route_nodes(site);
+                overlay.add_route(model, site, &route, &tokens);
+                overlay.add_arrows(model, site, &route, &tokens);
             }
             return overlay;
         };
@@ -59,6 +64,25 @@ impl MissionOverlay {
             });
         }
         overlay
+    }
+
+    /// Arrows on the edges of the route, in its colour, and on the other edges of the policy, in yellow.
+    fn add_arrows(&mut self, model: &Model, site: &Site, route: &[NodeId], tokens: &Tokens) {
+        let on_route: BTreeSet<[NodeId; 2]> = route.windows(2).map(|step| [step[0], step[1]]).collect();
+        let others = model.runs.policy().iter().filter(|step| !on_route.contains(*step));
+        let steps = others.map(|step| (step, tokens.warn));
+        for (step, colour) in steps.chain(on_route.iter().map(|step| (step, tokens.accent))) {
+            let [Some(from), Some(to)] = step.map(|node| place(model, site, node)) else { continue };
+            self.markers.push(Marker {
+                id: None,
+                position: from.midpoint(to),
+                ahead: to - from,
+                shape: MarkerShape::Arrow,
+                radius: CONFIG.arrow_radius_px,
+                fill: solid(colour),
+                rim: solid(tokens.ground),
+            });
+        }
     }
 
     /// A line over these nodes.

@@ -6,7 +6,7 @@ use crate::{
     ViewSettings,
 };
 use api::SimulatedFault;
-use site_model::{InspectionPointId, LocalDate, MissionCommandKind, MissionId, NodeId, RunId};
+use site_model::{DockId, InspectionPointId, LocalDate, MissionCommandKind, MissionId, NodeId, RunId};
 use std::collections::BTreeSet;
 use vocab::{BlobHash, GoalId, MapId, Pose, SessionId, Twist, UploadId, Vec3};
 
@@ -127,6 +127,12 @@ pub enum ClientCommand {
     SetScanOverlay(ScanOverlay),
     /// The velocity that joystick or keys command; `None` on release.
     SetVelocity(Option<Twist>),
+    /// Go to this node of the topological map.
+    GoToNode(NodeId),
+    /// Go into this dock and charge.
+    GoToDock(DockId),
+    /// Leave the dock.
+    LeaveDock,
     /// Walk to this point of the map, metres.
     WalkTo(Vec3),
     /// Cancel a goal.

@@ -62,6 +62,7 @@ impl Model {
         self.shared.map_views.plan(now, effects);
         let conditions = self.plan_conditions();
         self.missions.update(&self.site, &conditions);
+        self.runs.update(&self.site, conditions.now);
     }
 
     /// What plans of missions depend on besides the site.

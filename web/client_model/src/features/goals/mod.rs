@@ -108,6 +108,9 @@ impl Feature for Goals {
                 cx.shared.selected.leave(PointerMode::PickGoal);
                 start(GoalKind::WalkTo(*point), cx);
             }
+            ClientCommand::GoToNode(node) => start(GoalKind::GoToNode(*node), cx),
+            ClientCommand::GoToDock(dock) => start(GoalKind::GoToDock(*dock), cx),
+            ClientCommand::LeaveDock => start(GoalKind::Undock, cx),
             ClientCommand::Relocalise => start(GoalKind::Relocalise, cx),
             ClientCommand::CancelGoal(goal) => cx.send_in_control(api::Command::CancelGoal(*goal)),
             ClientCommand::DismissGoal(goal) => {

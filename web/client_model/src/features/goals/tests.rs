@@ -3,6 +3,7 @@
 use crate::testing::*;
 use crate::*;
 use api::{CancelCause, Command, Control, Goal, GoalFailure, GoalKind, GoalProgress, GoalStatus, WaitReason};
+use site_model::{DockId, NodeId};
 use uuid::Uuid;
 use vocab::{GoalId, Pose, Span, Stamp, Vec3};
 
@@ -47,6 +48,25 @@ fn walking_and_relocalising_are_goals_that_can_be_cancelled() {
     assert_ne!(walk, search);
     client.command(ClientCommand::CancelGoal(search));
     assert_eq!(client.take_commands(), [Command::CancelGoal(search)]);
+}
+
+#[test]
+fn places_of_the_topological_map_are_goals() {
+    let mut client = TestClient::connected();
+    client.event(api::Event::Control(Control { owner: Some(ME), name: String::new(), request: None }));
+    let (node, dock) = (NodeId(Uuid::from_u128(5)), DockId(Uuid::from_u128(6)));
+    client.command(ClientCommand::GoToNode(node));
+    client.command(ClientCommand::GoToDock(dock));
+    client.command(ClientCommand::LeaveDock);
+    let commands = client.take_commands();
+    let kinds: Vec<_> = commands
+        .iter()
+        .map(|command| match command {
+            Command::StartGoal { kind, .. } => *kind,
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    assert_eq!(kinds, [GoalKind::GoToNode(node), GoalKind::GoToDock(dock), GoalKind::Undock]);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Runs of missions: those under way and in the queue, how far they are, those that ended, and what the operator asks of them.
 
 mod estimate;
+mod policy;
 mod result_file;
 mod stored;
 
@@ -11,14 +12,17 @@ pub use stored::{
 };
 
 use super::Feature;
+use super::site::SiteFeature;
 use crate::shared::{Context, SliceChange};
 use crate::{ClientCommand, ClientEffect, ClientEvent, ClientTime};
 use api::Command;
+use policy::RoutePolicy;
 use site_model::{
     InspectionPointId, LocalDateTime, MissionCommandKind, MissionStatus, NodeId, RouteStatus, RunCause,
     RunId, RunState, RunStatus, ScheduleId, Site, SkipReason, StartMode, Utc,
 };
 use std::collections::BTreeMap;
+use vocab::Stamp;
 
 /// Parameters of the runs that are kept.
 struct RunsConfig {
@@ -38,6 +42,7 @@ type Previous = Result<Option<StoredResult>, String>;
 pub struct Runs {
     status: Option<MissionStatus>,
     route: RouteStatus,
+    policy: RoutePolicy,
     /// The last report of each run that this client has seen, also of those that ended since.
     seen: BTreeMap<RunId, RunStatus>,
     /// What became of slots of schedules. A slot that this client was not told of is missing.
@@ -98,6 +103,16 @@ impl Runs {
     /// Where the robot is on the topological map, and its route.
     pub fn route(&self) -> &RouteStatus {
         &self.route
+    }
+
+    /// From each node from which the robot would get there, the step to the next node on the cheapest route to where it goes; none without a route.
+    pub fn policy(&self) -> &[[NodeId; 2]] {
+        self.policy.steps()
+    }
+
+    /// Follows site and route.
+    pub(crate) fn update(&mut self, site: &SiteFeature, now: Option<Stamp>) {
+        self.policy.update(site, self.route.route.as_ref(), now);
     }
 
     /// The nodes of the route that the robot follows, from the beginning of its present edge on; none without a route. It ends before an edge that the site has not.

@@ -7,6 +7,7 @@ use site_model::{
     EdgeId, EdgeStage, EndedRun, LocalDate, LocalTime, MissionId, RouteActionPlace, RouteProgress, TaskId,
     TaskState, TaskStatus,
 };
+use std::collections::BTreeSet;
 use uuid::Uuid;
 use vocab::GoalId;
 
@@ -293,7 +294,7 @@ fn results_of_the_active_run_are_fetched_as_they_are_stored() {
             kind: "photo".to_owned(),
             blob: None,
             body: "{}".to_owned(),
-            at: vocab::Stamp::EPOCH,
+            at: Stamp::EPOCH,
         })
     };
     let result = |number| StoredResult {
@@ -337,14 +338,48 @@ fn the_route_leads_from_its_present_edge_over_the_ends_of_the_others() {
     }
     let mut client = TestClient::connected();
     assert!(client.model.runs.route_nodes(&site).is_empty());
+    client.event(route_to(c, vec![first, second, unknown]));
+    assert_eq!(client.model.runs.route_nodes(&site), [a, b, c]);
+}
+
+/// A route to this node, over these edges.
+fn route_to(target: NodeId, edges: Vec<EdgeId>) -> Event {
     let route = RouteProgress {
         goal: GoalId(Uuid::nil()),
-        target: c,
-        edges: vec![first, second, unknown],
+        target,
+        edges,
         remaining_s: 20.0,
         remaining_m: 15.0,
         waits_for: None,
     };
-    client.event(Event::Route(RouteStatus { route: Some(route), ..RouteStatus::default() }));
-    assert_eq!(client.model.runs.route_nodes(&site), [a, b, c]);
+    Event::Route(RouteStatus { route: Some(route), ..RouteStatus::default() })
+}
+
+#[test]
+fn the_policy_leads_from_every_node_to_where_the_robot_goes_and_follows_site_and_route() {
+    let mut client = TestClient::connected();
+    client.event(Event::SitePart(api::SiteParts::new(Default::default()).next_part()));
+    let map = vocab::MapId(Uuid::nil());
+    let mut nodes = Vec::new();
+    for x in [0.0, 5.0, 10.0] {
+        let (node, edit) =
+            client.model.site.adding_node(vocab::Vec3::new(x, 0.0, 0.5), map, nodes.last().copied());
+        client.command(ClientCommand::EditSite(edit));
+        nodes.push(node);
+    }
+    let [a, b, c] = nodes[..] else { panic!("{nodes:?}") };
+    assert!(client.model.runs.policy().is_empty(), "the robot follows no route");
+    let steps = |client: &TestClient| client.model.runs.policy().iter().copied().collect::<BTreeSet<_>>();
+    client.event(route_to(c, Vec::new()));
+    assert_eq!(steps(&client), [[a, b], [b, c]].into());
+    client.event(route_to(a, Vec::new()));
+    assert_eq!(steps(&client), [[c, b], [b, a]].into());
+    let site = client.model.site.site().expect("a site");
+    let edge = site.edges().find(|edge| (edge.from, edge.to) == (c, b)).expect("joined").id;
+    client.command(ClientCommand::EditSite(
+        client.model.site.changing_edge(edge, |edge| edge.is_enabled = false),
+    ));
+    assert_eq!(steps(&client), [[b, a]].into(), "no way leads from there");
+    client.event(Event::Route(RouteStatus::default()));
+    assert!(client.model.runs.policy().is_empty());
 }

@@ -1,8 +1,11 @@
-//! Goals: what the robot is doing, how far it is, what it waits for, and what came of it.
+//! Goals: what the robot is doing, how far it is, what it waits for, what came of it, and where it can be sent.
 
+mod destinations;
 #[cfg(test)]
 mod tests;
 mod texts;
+
+pub(crate) use destinations::show_send_button;
 
 use crate::button::{Button, Kind};
 use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
@@ -45,6 +48,8 @@ impl FeaturePanel for GoalsPanel {
         show_state_chip(ui, tokens, executive.state);
         if let Some(goal) = model.goals.active() {
             show_active(ui, cx, goal);
+        } else {
+            destinations::show(ui, cx);
         }
         if let Some(outcome) = model.goals.outcome() {
             show_outcome(ui, cx, outcome);
@@ -97,7 +102,7 @@ fn show_state_chip(ui: &mut Ui, tokens: &Tokens, state: ExecutiveState) {
 
 fn show_active(ui: &mut Ui, cx: &mut PanelContext<'_>, goal: &Goal) {
     let (model, tokens) = (cx.model, cx.tokens);
-    fact(ui, tokens, texts::GOAL, &texts::goal(goal.kind));
+    fact(ui, tokens, texts::GOAL, &texts::goal(goal.kind, model.site.site()));
     if let GoalStatus::Running(progress) = &goal.status {
         if let Some(remaining_m) = progress.remaining_m {
             fact(ui, tokens, texts::REMAINING, &format::distance(remaining_m));

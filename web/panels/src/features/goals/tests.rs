@@ -2,13 +2,15 @@
 
 use crate::test_support::{ME, TestClient, click, value};
 use api::{
-    ExecutiveState, ExecutiveStatus, Goal, GoalAttempt, GoalFailure, GoalKind, GoalProgress, GoalStatus,
-    WaitReason,
+    Event, ExecutiveState, ExecutiveStatus, Goal, GoalAttempt, GoalFailure, GoalKind, GoalProgress,
+    GoalStatus, Motion, SiteParts, SiteState, WaitReason,
 };
 use client_model::{ClientCommand, ClientEvent, ClientTime};
 use egui_kittest::kittest::Queryable;
+use site_model::{DockId, NodeId};
+use std::sync::Arc;
 use uuid::Uuid;
-use vocab::{GoalId, Span, Stamp, Vec3};
+use vocab::{GoalId, MapId, Span, Stamp, Vec3};
 
 const GOAL: GoalId = GoalId(Uuid::from_u128(4));
 
@@ -21,7 +23,7 @@ fn report(client: TestClient, state: ExecutiveState, status: GoalStatus) -> Test
         status,
     };
     let executive = ExecutiveStatus { state, ..ExecutiveStatus::default() };
-    client.event(api::Event::Executive(executive)).event(api::Event::Goals(vec![goal]))
+    client.event(Event::Executive(executive)).event(Event::Goals(vec![goal]))
 }
 
 fn running(remaining_m: f64, waits_for: Option<WaitReason>) -> GoalStatus {
@@ -69,8 +71,76 @@ fn every_state_of_the_executive_has_a_word() {
         (ExecutiveState::Idle, "Idle"),
     ] {
         let executive = ExecutiveStatus { state, ..ExecutiveStatus::default() };
-        let client = TestClient::connected().event(api::Event::Executive(executive));
+        let client = TestClient::connected().event(Event::Executive(executive));
         let harness = client.shown(1440.0, 900.0);
         assert_eq!(value(&harness, "Executive"), word);
+    }
+}
+
+/// A client of a robot that is idle, with a site of two nodes, of which the second one is a dock.
+fn with_dock() -> (TestClient, DockId) {
+    let part = SiteParts::new(Arc::new(SiteState::default())).next_part();
+    let status = ExecutiveStatus { state: ExecutiveState::Idle, ..ExecutiveStatus::default() };
+    let mut client = TestClient::connected().event(Event::SitePart(part)).event(Event::Executive(status));
+    let mut last = None;
+    for x in [0.0, 3.0] {
+        let map = MapId(Uuid::from_u128(9));
+        let (node, edit) = client.model.site.adding_node(Vec3::new(x, 0.0, 0.5), map, last);
+        client = client.command(ClientCommand::EditSite(edit));
+        last = Some(node);
+    }
+    let edit = client.model.site.making_dock(last.expect("added"));
+    let client = client.command(ClientCommand::EditSite(edit));
+    let dock = client.model.site.site().and_then(|site| site.docks().next()).expect("made").id;
+    (client, dock)
+}
+
+#[test]
+fn the_robot_is_sent_to_a_dock_or_a_node_by_its_name() {
+    let (client, dock) = with_dock();
+    let site = client.model.site.site().expect("a site");
+    let node = site.nodes().find(|node| node.name == "N1").expect("the first one").id;
+    let name = site.docks().next().map(|dock| format!("Dock {}", dock.name)).expect("a dock");
+    let mut harness = client.shown(1440.0, 900.0);
+    for (name, command) in
+        [(name.as_str(), ClientCommand::GoToDock(dock)), ("N1", ClientCommand::GoToNode(node))]
+    {
+        click(&mut harness, "Go to");
+        click(&mut harness, name);
+        assert!(harness.state().emitted(&command), "{name}");
+    }
+    assert!(harness.query_by_label("Leave the dock").is_none(), "it is in none");
+}
+
+#[test]
+fn a_robot_in_a_dock_can_leave_it() {
+    let (client, dock) = with_dock();
+    let route = site_model::RouteStatus { docked: Some(dock), ..site_model::RouteStatus::default() };
+    let mut harness = client.event(Event::Route(route)).shown(1440.0, 900.0);
+    click(&mut harness, "Leave the dock");
+    assert!(harness.state().emitted(&ClientCommand::LeaveDock));
+}
+
+#[test]
+fn nobody_sends_a_robot_whose_motion_is_stopped() {
+    let (client, _) = with_dock();
+    let client = client.event(Event::Motion(Motion::Stopped { by: None }));
+    let harness = client.shown(1440.0, 900.0);
+    assert!(harness.query_by_label("Go to").is_none());
+}
+
+#[test]
+fn a_goal_on_the_topological_map_has_the_name_of_its_place() {
+    let (client, dock) = with_dock();
+    let node = client.model.site.site().and_then(|site| site.nodes().next()).expect("a node").clone();
+    for (kind, words) in [
+        (GoalKind::GoToNode(node.id), format!("Going to {}", node.name)),
+        (GoalKind::GoToNode(NodeId(Uuid::nil())), "Going to a node".to_owned()),
+        (GoalKind::GoToDock(dock), "Going to dock ".to_owned()),
+    ] {
+        let goal = Goal { id: GOAL, kind, by: ME, accepted: Stamp::EPOCH, status: running(6.0, None) };
+        let (client, _) = with_dock();
+        let harness = client.event(Event::Goals(vec![goal])).shown(1440.0, 900.0);
+        assert!(value(&harness, "Doing").starts_with(&words), "{words}");
     }
 }

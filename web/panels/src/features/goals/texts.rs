@@ -2,10 +2,16 @@
 
 use crate::format;
 use api::{CancelCause, ExecutiveState, Goal, GoalAttempt, GoalKind, GoalStatus, WaitReason};
+use site_model::Site;
 
 pub(super) const WALK_TO_POINT: &str = "Walk to a point";
 pub(super) const CANCEL_WALK: &str = "Cancel walk";
 pub(super) const PICK_HINT: &str = "Click the floor where the robot shall walk.";
+pub(super) const GO_TO: &str = "Go to";
+pub(super) const CHOOSE_DESTINATION: &str = "Choose a place";
+pub(super) const LEAVE_DOCK: &str = "Leave the dock";
+pub(super) const SEND_TO_NODE: &str = "Send the robot here";
+pub(super) const SEND_TO_DOCK: &str = "Send the robot to charge";
 pub(super) const HEAD: &str = "Goal";
 pub(super) const STATE: &str = "Executive";
 pub(super) const GOAL: &str = "Doing";
@@ -28,12 +34,24 @@ pub(super) fn state(state: ExecutiveState) -> &'static str {
     }
 }
 
-pub(super) fn goal(kind: GoalKind) -> String {
+/// A dock among other places.
+pub(super) fn dock(name: &str) -> String {
+    format!("Dock {name}")
+}
+
+/// What the robot does. `site` has the names of nodes and docks.
+pub(super) fn goal(kind: GoalKind, site: Option<&Site>) -> String {
     match kind {
         GoalKind::WalkTo(point) => format!("Walking to {}", format::position(&point)),
         GoalKind::Relocalise => "Relocalising".to_owned(),
-        GoalKind::GoToNode(_) => "Going to a node".to_owned(),
-        GoalKind::GoToDock(_) => "Going to a dock".to_owned(),
+        GoalKind::GoToNode(id) => match site.and_then(|site| site.node(id)) {
+            Some(node) => format!("Going to {}", node.name),
+            None => "Going to a node".to_owned(),
+        },
+        GoalKind::GoToDock(id) => match site.and_then(|site| site.docks().find(|dock| dock.id == id)) {
+            Some(dock) => format!("Going to dock {}", dock.name),
+            None => "Going to a dock".to_owned(),
+        },
         GoalKind::Undock => "Leaving the dock".to_owned(),
     }
 }

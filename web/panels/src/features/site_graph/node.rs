@@ -4,6 +4,7 @@ use super::facts::{both_directions, length_m, missing_name, name_of, needed_by};
 use super::texts;
 use crate::button::{Button, Kind};
 use crate::feature_panel::PanelContext;
+use crate::features::goals::show_send_button;
 use crate::heading::{heading_deg, orientation_of};
 use crate::icon;
 use crate::name_field::NameField;
@@ -35,6 +36,7 @@ impl NodeSection {
             widgets::choice(ui, tokens, kinds, node.kind, |kind| change(cx, node, |node| node.kind = kind));
         }
         show_dock(ui, cx, site, node);
+        show_send_button(ui, cx, site, node.id);
         self.show_place(ui, cx, node);
         // Of a pair of edges the one that leads away stands for both.
         let leads_here_only = |edge: &Edge| edge.to == node.id && both_directions(site, edge).count() == 1;
