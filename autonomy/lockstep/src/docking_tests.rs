@@ -24,14 +24,16 @@ fn hall() -> sim::SimulatedSite {
     sim::SimulatedSite::new(SiteName::B1)
 }
 
-/// A robot that stands beside the approach node of the dock, on a site that may differ from the map.
-fn day(site: sim::SimulatedSite, seed: u64, contact_failure_share: f64) -> Day {
+/// A robot that stands beside the approach node of the dock, on a site that may differ from the map. `contact_failures`: at so many attempts in a row no
+/// current flows, before one works.
+fn day(site: sim::SimulatedSite, seed: u64, contact_failures: u32) -> Day {
     let start = Start { position: Vec3::new(18.9, 23.1, 0.0), yaw: 0.4 };
     let config = SimConfig {
         lidar_columns: 200,
         people: 0,
         start: Some(start),
-        dock_contact_failure_share: contact_failure_share,
+        dock_contact_failure_share: 1.0,
+        max_dock_contact_failures: contact_failures,
         ..SimConfig::new(site, seed)
     };
     Day::of(config, None)
@@ -77,7 +79,7 @@ fn the_robot_docks_although_the_map_is_a_little_wrong() {
     put(&mut wrong, Object::Node(Node { map_from_node: Pose { position, ..dock.map_from_node }, ..dock }));
     let hall = hall();
     let dock = hall.docks()[0];
-    let mut day = localised(day(hall, 61, 0.0), wrong);
+    let mut day = localised(day(hall, 61, 0), wrong);
     assert_docked(&mut day, &dock);
     let again = replay(day.lockstep.log().iter().cloned(), &mut Stack::new());
     assert_eq!(again.hex(), day.lockstep.digest().hex());
@@ -88,23 +90,18 @@ fn a_dock_that_was_moved_is_found_and_people_are_told() {
     let (_, _, origin) = first();
     let moved = hall().with_moved_dock(0, 0.06, 0.137, 8.0_f64.to_radians());
     let dock = moved.docks()[0];
-    let mut day = localised(day(moved, 62, 0.0), site(origin));
+    let mut day = localised(day(moved, 62, 0), site(origin));
     assert_docked(&mut day, &dock);
     assert!(day.notices.iter().any(|text| text.contains("from its place on the map")), "{:?}", day.notices);
 }
 
-#[test]
-fn contacts_that_fail_once_work_at_the_second_attempt() {
-    let (_, _, origin) = first();
-    let hall = hall();
-    let dock = hall.docks()[0];
-    let mut day = localised(day(hall, 63, 1.0), site(origin));
+/// Whether the robot was in the dock or out of it, one after the other, until the goal had its outcome.
+fn visits(day: &mut Day, dock: &sim::SimulatedDock) -> Vec<bool> {
     day.start_goal(GoalKind::GoToDock(DOCK));
-    // Whether it was in the dock or out of it, one after the other.
     let mut visits = Vec::new();
-    for _ in 0..240 {
+    for _ in 0..480 {
         day.run(0.5);
-        let (off_m, _) = error(&mut day, &dock);
+        let (off_m, _) = error(day, dock);
         let place = if off_m < 0.03 { Some(true) } else { (off_m > 0.8).then_some(false) };
         if place.is_some() && place != visits.last().copied() {
             visits.extend(place);
@@ -113,9 +110,37 @@ fn contacts_that_fail_once_work_at_the_second_attempt() {
             break;
         }
     }
-    assert!(matches!(day.outcomes.as_slice(), [GoalStatus::Succeeded(_)]), "{:?}", day.outcomes);
-    assert_eq!(visits, [false, true, false, true]);
-    assert_eq!(day.route.docked, Some(DOCK));
+    visits
+}
+
+#[test]
+fn contacts_that_fail_once_or_twice_work_at_the_next_attempt() {
+    let (_, _, origin) = first();
+    for contact_failures in [1, 2] {
+        let hall = hall();
+        let dock = hall.docks()[0];
+        let mut day = localised(day(hall, 63, contact_failures), site(origin));
+        let visits = visits(&mut day, &dock);
+        assert!(matches!(day.outcomes.as_slice(), [GoalStatus::Succeeded(_)]), "{:?}", day.outcomes);
+        assert_eq!(visits, [false, true].repeat(1 + contact_failures as usize));
+        assert_eq!(day.route.docked, Some(DOCK));
+    }
+}
+
+#[test]
+fn after_three_attempts_without_current_the_goal_fails_and_people_are_told() {
+    let (_, _, origin) = first();
+    let hall = hall();
+    let dock = hall.docks()[0];
+    let mut day = localised(day(hall, 65, 3), site(origin));
+    let visits = visits(&mut day, &dock);
+    let outcomes = day.outcomes.as_slice();
+    assert!(matches!(outcomes, [GoalStatus::Failed { reason: GoalFailure::NotDocked, .. }]), "{outcomes:?}");
+    assert_eq!(visits.iter().filter(|is_inside| **is_inside).count(), 3, "{visits:?}");
+    assert_eq!(day.route.docked, None);
+    let notices =
+        day.notices.iter().filter(|text| text.contains("was not charged in the dock after all attempts"));
+    assert_eq!(notices.count(), 1, "{:?}", day.notices);
 }
 
 #[test]
@@ -123,7 +148,7 @@ fn without_its_dock_the_robot_says_so_and_a_mission_ends_in_the_other_one() {
     let (_, _, origin) = first();
     let other = sim::SimulatedDock { position: Vec3::new(OTHER_PLACE[0], OTHER_PLACE[1], 0.0), yaw: NORTH };
     let hall = hall().without_dock(0).with_dock(other);
-    let mut day = localised(day(hall, 64, 0.0), with_other_dock(origin));
+    let mut day = localised(day(hall, 64, 0), with_other_dock(origin));
     let outcome = go_to_dock(&mut day, DOCK);
     assert!(matches!(outcome, GoalStatus::Failed { reason: GoalFailure::DockNotSeen, .. }), "{outcome:?}");
     let notices = day.notices.iter().filter(|text| text.contains("saw no dock"));

@@ -2,7 +2,7 @@
 
 use crate::site::SimulatedSite;
 use geometry::{Isometry, Rng};
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 
 /// The contacts between robot and docks.
 #[derive(Clone, Debug)]
@@ -12,15 +12,23 @@ pub(crate) struct DockContact {
     rng: Rng,
     /// The dock at which the robot tries, and whether current can flow.
     attempt: Option<(usize, bool)>,
-    /// Docks whose contacts failed at the last attempt. They do not fail twice in a row: the failed attempt has rubbed them clean.
-    failed: BTreeSet<usize>,
+    /// Most failed attempts in a row. After that an attempt works: the failed ones have rubbed the contacts clean.
+    max_failures_in_a_row: u32,
+    /// For each dock whose contacts failed at the last attempt: the number of failed attempts in a row.
+    failed: BTreeMap<usize, u32>,
 }
 
 impl DockContact {
     /// A robot that begins in this pose. Where that is a dock, it is charged.
-    pub(crate) fn new(failure_share: f64, rng: Rng, site: &SimulatedSite, site_from_base: &Isometry) -> Self {
+    pub(crate) fn new(
+        failure_share: f64,
+        max_failures_in_a_row: u32,
+        rng: Rng,
+        site: &SimulatedSite,
+        site_from_base: &Isometry,
+    ) -> Self {
         let attempt = site.dock_in_contact(site_from_base).map(|dock| (dock, true));
-        Self { failure_share, rng, attempt, failed: BTreeSet::new() }
+        Self { failure_share, rng, attempt, max_failures_in_a_row, failed: BTreeMap::new() }
     }
 
     /// Takes the present pose. Returns whether the contacts carry current.
@@ -31,11 +39,11 @@ impl DockContact {
             Some(attempt) => attempt,
             None => {
                 // Drawn in any case, so that the numbers of later attempts do not depend on this one.
-                let (is_bad, has_failed) =
-                    (self.rng.uniform() < self.failure_share, self.failed.remove(&dock));
-                let is_failure = is_bad && !has_failed;
+                let (is_bad, failures) =
+                    (self.rng.uniform() < self.failure_share, self.failed.remove(&dock).unwrap_or(0));
+                let is_failure = is_bad && failures < self.max_failures_in_a_row;
                 if is_failure {
-                    self.failed.insert(dock);
+                    self.failed.insert(dock, failures + 1);
                 }
                 *self.attempt.insert((dock, !is_failure))
             }
@@ -58,7 +66,7 @@ mod tests {
     }
 
     fn contact(site: &SimulatedSite, failure_share: f64, begins: &Isometry) -> DockContact {
-        DockContact::new(failure_share, RngTree::new(1).rng(), site, begins)
+        DockContact::new(failure_share, 1, RngTree::new(1).rng(), site, begins)
     }
 
     #[test]
@@ -103,5 +111,13 @@ mod tests {
         );
         // A robot that begins in a dock is charged.
         assert!(self::contact(&site, 1.0, &docked).update(&site, &docked));
+    }
+    #[test]
+    fn contacts_may_fail_several_times_in_a_row() {
+        let site = SimulatedSite::new(SiteName::B1);
+        let (away, docked) = (base(1.0, 0.0, 0.0), base(0.0, 0.0, 0.0));
+        let mut contact = DockContact::new(1.0, 2, RngTree::new(1).rng(), &site, &away);
+        let charges = [(); 6].map(|()| !contact.update(&site, &away) && contact.update(&site, &docked));
+        assert_eq!(charges, [false, false, true, false, false, true]);
     }
 }

@@ -59,8 +59,10 @@ pub struct SimConfig {
     pub start: Option<Start>,
     /// Faults, and when they happen.
     pub faults: Vec<ScheduledFault>,
-    /// Share of the attempts to dock at which no current flows although the contacts touch, 0 to 1. The next attempt at that dock always works.
+    /// Share of the attempts to dock at which no current flows although the contacts touch, 0 to 1.
     pub dock_contact_failure_share: f64,
+    /// Most such attempts in a row at one dock. The next one works.
+    pub max_dock_contact_failures: u32,
     /// The instant at which the simulation begins.
     pub epoch: Stamp,
     /// Whether sensors are without noise, bias, drift and dropouts, for tests.
@@ -78,6 +80,7 @@ impl SimConfig {
             start: None,
             faults: Vec::new(),
             dock_contact_failure_share: 0.03,
+            max_dock_contact_failures: 1,
             epoch: Stamp::from_parts(1_767_225_600, 0),
             ideal: false,
         }
@@ -205,7 +208,13 @@ impl Simulator {
         let contact_rng = tree.child("dock contact").rng();
         let place = body.motion().at(0);
         Self {
-            dock_contact: DockContact::new(config.dock_contact_failure_share, contact_rng, &site, place),
+            dock_contact: DockContact::new(
+                config.dock_contact_failure_share,
+                config.max_dock_contact_failures,
+                contact_rng,
+                &site,
+                place,
+            ),
             epoch: config.epoch,
             body,
             people: People::new(&site, config.people, tree.child("people")),
