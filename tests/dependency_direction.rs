@@ -82,6 +82,7 @@ const OURS: &[(&str, &[&str])] = &[
         &[
             "accounts",
             "api",
+            "changes",
             "geometry",
             "map_codec",
             "messages",
