@@ -83,6 +83,7 @@ const OURS: &[(&str, &[&str])] = &[
         &[
             "accounts",
             "api",
+            "changes",
             "geometry",
             "map_codec",
             "messages",

@@ -68,6 +68,8 @@ pub struct ChangesConfig {
     pub box_fit: BoxFitConfig,
     /// Two objects may be one that was moved if each side differs at most by this share, or by [`Self::same_surface_m`].
     pub same_size_share: f64,
+    /// Side of the cells of which the cloud of what has not changed has one point each, metres: enough for people to see where they are.
+    pub unchanged_cell_m: f64,
     /// Points that a normal of a surface needs around it. Chosen: twice the three that a plane needs.
     pub min_normal_points: f64,
 }
@@ -105,6 +107,7 @@ impl Default for ChangesConfig {
             min_ground_points: 10,
             box_fit: BoxFitConfig::default(),
             same_size_share: 0.1,
+            unchanged_cell_m: 0.1,
             min_normal_points: 6.0,
         }
     }

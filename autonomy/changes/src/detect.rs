@@ -7,7 +7,8 @@ use crate::ray_image::{Passing, RayImage};
 use crate::surfaces::Surfaces;
 use crate::{ChangesConfig, UprightBox, Visit};
 use geometry::Vector3;
-use std::collections::BTreeMap;
+use points::hash::CellKey;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What became of an object.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,6 +42,8 @@ pub struct ChangedObject {
 pub struct Changes {
     /// Objects, those with most points first.
     pub objects: Vec<ChangedObject>,
+    /// What both visits saw: points of the later one on surfaces of the earlier one, one for each cell of [`ChangesConfig::unchanged_cell_m`], metres, map frame.
+    pub unchanged: Vec<[f32; 3]>,
 }
 
 /// Compares two visits in one map frame. Cost: `O(n log n)` in the points, and for each point without a surface of the other visit near it a step for each view of both
@@ -54,7 +57,20 @@ pub fn detect_changes(before: &Visit, after: &Visit, config: &ChangesConfig) -> 
     let pairs = moves(&gone, &new, |from, to| {
         is_same_size(&gone[from], &new[to], config.same_size_share, config.same_surface_m / 2.0)
     });
-    merged(removed, appeared, &pairs)
+    let unchanged = unchanged(&sides[0], &sides[1], config);
+    Changes { unchanged, ..merged(removed, appeared, &pairs) }
+}
+
+/// Points of the later visit on surfaces of the earlier one, the first of each cell. `O(n log n)`.
+fn unchanged(before: &Side<'_>, after: &Side<'_>, config: &ChangesConfig) -> Vec<[f32; 3]> {
+    let per_m = 1.0 / config.unchanged_cell_m as f32;
+    let mut cells = BTreeSet::new();
+    let points = after.surfaces.points().iter();
+    let mut is_wanted = |point: &&[f32; 3]| {
+        let cell = CellKey::of_point(point, per_m);
+        !cells.contains(&cell) && before.surfaces.is_near(point) && cells.insert(cell)
+    };
+    points.filter(|point| is_wanted(point)).copied().collect()
 }
 
 /// The changes of objects that are gone and that are new, of which these pairs (gone, new) are one object each.
@@ -78,7 +94,7 @@ pub(crate) fn merged(removed: Vec<Differing>, appeared: Vec<Differing>, pairs: &
         .map(|(_, object)| of(object, Change::Removed));
     let mut objects: Vec<ChangedObject> = new.chain(gone).collect();
     objects.sort_by_key(|object| std::cmp::Reverse(object.points.len()));
-    Changes { objects }
+    Changes { objects, unchanged: Vec::new() }
 }
 
 /// A visit, prepared for questions.

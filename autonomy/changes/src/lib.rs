@@ -8,6 +8,7 @@
 //! 4. `upright_box`: the place, size and heading of an object, down to the ground it stands on;
 //! 5. `moves`: an object that is gone from one place and one of its size that is new at another are one that was moved.
 //!
+//! [`find_recurrences`] says which of the changes that were found are known already from earlier comparisons.
 //! [`detect_depth_changes`] compares two images of one depth camera that did not move, pixel by pixel (`depth`).
 //!
 //! Everything is a pure function: the same input gives the same bits. Source of the idea: Rowell and others, *LiSTA: Geometric Object-Based Change Detection in Cluttered
@@ -20,6 +21,7 @@ mod detect;
 mod moves;
 mod penetration;
 mod ray_image;
+mod recurrence;
 mod surfaces;
 mod upright_box;
 mod visit;
@@ -30,5 +32,6 @@ pub use depth::{
     detect_depth_changes,
 };
 pub use detect::{Change, ChangedObject, Changes, detect_changes};
+pub use recurrence::{ObservedChange, RecurrenceConfig, find_recurrences};
 pub use upright_box::UprightBox;
 pub use visit::{SensorView, Visit};

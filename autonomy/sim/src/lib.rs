@@ -12,6 +12,7 @@
 //! - `camera`: pictures in visible light and of temperatures, taken on request;
 //! - `instruments`: temperature and humidity of the air, and gamma spectra, read on request;
 //! - `faults`: sensor faults and their times;
+//! - `random_changes`: loose objects that change between two visits of a site;
 //! - `simulator`: the whole simulation in blocks of 10 ms; `route_follower` drives it along a route for recordings.
 
 mod battery;
@@ -30,6 +31,7 @@ mod lidar;
 mod locomotion;
 mod low_pass;
 mod people;
+mod random_changes;
 mod ray_packet;
 mod route;
 mod route_follower;
@@ -54,13 +56,14 @@ pub use instruments::{
     Nuclide,
 };
 pub use lidar::{FULL_COLUMNS, RINGS};
+pub use random_changes::LooseObjectsConfig;
 pub use ray_packet::{LANES, Lane, NO_HIT, RayPacket};
 pub use route::{SiteRoute, Start};
 pub use route_follower::RouteFollower;
 pub use shape::{Clearance, Material, Shape, Solid, UnknownMaterial};
 pub use simulator::{SimConfig, SimEvent, Simulator};
 pub use site::{
-    BuildingModel, BuildingModelConfig, BuildingModelError, Mobility, ModelPart, ModelTriangle,
-    SimulatedDock, SimulatedSite, SiteName, TessellationConfig, UnknownSite,
+    BuildingModel, BuildingModelConfig, BuildingModelError, LooseObject, Mobility, ModelPart, ModelTriangle,
+    ObjectChange, SimulatedDock, SimulatedSite, SiteName, TessellationConfig, UnknownSite,
 };
 pub use timing::{IMU_HZ, SWEEP_HZ};

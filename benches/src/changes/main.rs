@@ -1,21 +1,26 @@
-//! Changes between two visits: sessions of a recorded hall into which boxes are put, for many seeds, and depth images of a table.
+//! Changes between two visits: sessions of a recorded hall into which boxes are put, for many seeds, depth images of a table, and visits of simulated sites.
 
 #![allow(clippy::print_stdout, reason = "the table is this program's output")]
 
 mod score;
 mod sessions;
+mod simulated;
 mod table;
+mod visit_cache;
+mod visit_score;
 
 use anyhow::{Result, ensure};
 use changes::{ChangesConfig, detect_changes};
 use clap::Parser;
 use score::{POINTS_REQUIRED, Score, score};
+use sim::SiteName;
 use std::path::PathBuf;
 
 /// Changes between two visits, scored by what is known to have changed.
 ///
 /// Examples: cargo xtask bench changes
 ///           cargo xtask bench changes --seeds 30 --explain
+///           cargo xtask bench changes --simulated --visits 20 --sites b1,torus,plant
 #[derive(Parser)]
 struct Arguments {
     /// Folder with the data sets hilti-uzh-run2 and change-rgbd-tabletop.
@@ -30,6 +35,30 @@ struct Arguments {
     /// Name what was not found and what should not have been named.
     #[arg(long)]
     explain: bool,
+    /// Walk simulated sites instead.
+    #[arg(long)]
+    simulated: bool,
+    /// Visits of each simulated site.
+    #[arg(long, default_value_t = 5)]
+    visits: u32,
+    /// Simulated sites.
+    #[arg(long, value_delimiter = ',', default_value = "b1,torus,plant")]
+    sites: Vec<SiteName>,
+    /// Changes between two simulated visits; 0 counts what is named although nothing has changed.
+    #[arg(long, default_value_t = 5)]
+    changes: usize,
+    /// LiDAR columns per sweep of the simulated robot.
+    #[arg(long, default_value_t = 2_000)]
+    columns: u32,
+    /// People who walk on simulated sites.
+    #[arg(long, default_value_t = 3)]
+    people: u32,
+    /// Time of a simulated walk, seconds.
+    #[arg(long, default_value_t = 300.0)]
+    walk_s: f64,
+    /// Folder in which the clouds of simulated walks are kept, so that they are walked once.
+    #[arg(long)]
+    cache: Option<PathBuf>,
     /// Fail if less than 90 % of the boxes that have to be found are, or an unchanged box is named.
     #[arg(long)]
     bar: bool,
@@ -37,6 +66,9 @@ struct Arguments {
 
 fn main() -> Result<()> {
     let arguments = Arguments::parse();
+    if arguments.simulated {
+        return simulated(&arguments);
+    }
     let total = lidar(&arguments)?;
     let tabletop = table::score(&arguments.data.join("change-rgbd-tabletop"))?;
     println!("\n| data set | have to be found | found | named | of them right | unchanged and named |");
@@ -57,6 +89,38 @@ fn main() -> Result<()> {
     );
     let is_met = 10 * total.required_found >= 9 * total.required && total.unchanged_named == 0;
     ensure!(is_met || !arguments.bar, "the bar is missed");
+    Ok(())
+}
+
+/// The visits of all simulated sites.
+fn simulated(arguments: &Arguments) -> Result<()> {
+    let total = simulated::run(&simulated::Plan {
+        sites: arguments.sites.clone(),
+        visits: arguments.visits,
+        changes: arguments.changes,
+        seed: arguments.first_seed,
+        columns: arguments.columns,
+        people: arguments.people,
+        walk_s: arguments.walk_s,
+        explain: arguments.explain,
+        cache: arguments.cache.clone(),
+    })?;
+    let share = |found: usize, of: usize| {
+        format!("{found} of {of} ({:.1} %)", 100.0 * found as f64 / of.max(1) as f64)
+    };
+    println!(
+        "\n| comparisons | found of 0.3 m and more | named ones that are right | found of 0.15 m | moved ones matched | wrong a visit |"
+    );
+    println!("| --- | --- | --- | --- | --- | --- |");
+    println!(
+        "| {} | {} | {} | {} | {} | {:.2} |",
+        total.visits,
+        share(total.large_found, total.large),
+        share(total.right, total.right + total.wrong),
+        share(total.small_found, total.small),
+        share(total.matched, total.moved),
+        total.wrong as f64 / total.visits.max(1) as f64
+    );
     Ok(())
 }
 

@@ -5,6 +5,7 @@
 pub enum LimitedCommand {
     Import,
     Align,
+    Changes,
 }
 
 impl LimitedCommand {
@@ -13,6 +14,7 @@ impl LimitedCommand {
         match self {
             Self::Import => "import",
             Self::Align => "align",
+            Self::Changes => "changes",
         }
     }
 }

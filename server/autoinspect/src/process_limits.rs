@@ -1,5 +1,5 @@
-//! Limits of an import and of an alignment: memory and processor time. The work is done in a child process with these limits, so that its parent can say
-//! which one it has reached. Neither may take the memory that the robot's core needs.
+//! Limits of an import, an alignment and a comparison: memory and processor time. The work is done in a child process with these limits, so that its parent can say
+//! which one it has reached. None may take the memory that the robot's core needs.
 
 use crate::failure::Failure;
 use crate::limited_command::LimitedCommand;

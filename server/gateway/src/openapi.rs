@@ -63,6 +63,7 @@ use utoipa::OpenApi;
         site::delete_object,
         site::list_revisions,
         site::post_edit,
+        site::list_scene_changes,
         example::make,
         example::progress,
         example::cancel,

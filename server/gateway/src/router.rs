@@ -105,6 +105,7 @@ fn handler(endpoint: Endpoint) -> MethodRouter<Arc<App>> {
         Endpoint::DownloadRun => get(runs::download),
         Endpoint::ListPointResults => get(runs::point_results),
         Endpoint::ListSlots => get(runs::slots),
+        Endpoint::ListSceneChanges => get(site::list_scene_changes),
     }
 }
 

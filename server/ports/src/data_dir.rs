@@ -75,6 +75,11 @@ impl DataDir {
         self.root.join("run-clouds")
     }
 
+    /// Clouds of a run.
+    pub fn clouds_of_run(&self, run: RunId) -> PathBuf {
+        self.run_clouds().join(run.to_string())
+    }
+
     /// List of the clouds of a run, one JSON object a line.
     pub fn run_cloud_index(&self, run: RunId) -> PathBuf {
         self.run_clouds().join(run.to_string()).join("index.jsonl")

@@ -11,9 +11,10 @@ use messages::{
     VerifiedLoop,
 };
 use site_model::{
-    ActionRequest, Change, DockId, EdgeId, EdgeStage, Edit, EditId, MissionCommandKind, MissionEvent,
-    MissionEventKind, MutexHold, MutexHoldId, NodeId, Object, ObjectId, Parameters, PoseTolerance, Revision,
-    RouteActionPlace, RouteActionStep, RunId, RunState, SiteSettings, Utc, Versioned,
+    ActionRequest, Change, DockId, EarlierVisit, EdgeId, EdgeStage, Edit, EditId, MissionCommandKind,
+    MissionEvent, MissionEventKind, MutexHold, MutexHoldId, NodeId, Object, ObjectId, OrientedBox,
+    Parameters, PoseTolerance, ReviewState, Revision, RouteActionPlace, RouteActionStep, RunId, RunState,
+    SceneChange, SceneChangeId, SceneChangeKind, SiteSettings, Utc, Versioned,
 };
 use std::fmt::Write;
 use uuid::Uuid;
@@ -104,6 +105,25 @@ fn inputs() -> Vec<Input> {
     };
     let held = MutexHold { id: MutexHoldId(id(14)), group: "Lift".to_owned(), holder: "Forklift".to_owned() };
     let hold = Change::Put { base: None, object: Object::MutexHold(held) };
+    let moved_box =
+        OrientedBox { centre_m: Vec3::new(1.0, 2.0, 0.5), size_m: [1.0, 0.5, 0.25], yaw_rad: 0.5 };
+    let scene_change = SceneChange {
+        id: SceneChangeId(id(16)),
+        map,
+        kind: SceneChangeKind::Moved { from: moved_box },
+        place: moved_box,
+        points: 150,
+        confidence: 0.75,
+        before: EarlierVisit::Map(map),
+        after: run,
+        first_seen: Utc(5),
+        last_seen: Utc(6),
+        times_seen: 2,
+        review: ReviewState::Dismissed { reason: "ours".to_owned() },
+        comment: "why".to_owned(),
+        clouds: None,
+    };
+    let found = Change::Put { base: None, object: Object::SceneChange(scene_change) };
     let place = RouteActionPlace::Edge { edge: EdgeId(id(15)), stage: EdgeStage::Enter, index: 0 };
     let request = ActionRequest { action: "open".to_owned(), parameters: Parameters::new() };
     let step = RouteActionStep::Began { place, request, is_idempotent: false, task: None };
@@ -135,6 +155,7 @@ fn inputs() -> Vec<Input> {
         Input::ActionsRegistered(vec![photo]),
         Input::SiteEdited(Box::new(Edit { id: EditId(id(13)), changes: vec![hold] })),
         Input::MissionsRestored(vec![MissionEvent { utc: None, command: None, kind: route_action }]),
+        Input::SiteEdited(Box::new(Edit { id: EditId(id(17)), changes: vec![found] })),
     ];
     [Input::Boot(Box::new(boot)), Input::Tick].into_iter().chain(kinds.map(command)).chain(others).collect()
 }

@@ -15,6 +15,7 @@ use crate::map_usage::MapUsage;
 use crate::node_following::NodeFollower;
 use crate::recording::RecorderQueue;
 use crate::run_clouds::RunCloudQueue;
+use crate::scene_changes::SceneChangeQueue;
 use crate::session_journal::SessionJournalQueue;
 use crate::state_publisher::StatePublisher;
 use crate::texts;
@@ -109,6 +110,7 @@ pub struct ControlLoop {
     pub actions: ActionQueue,
     pub node_follower: NodeFollower,
     pub run_clouds: RunCloudQueue,
+    pub scene_changes: SceneChangeQueue,
     /// Which maps are in use.
     pub map_usage: Arc<MapUsage>,
     /// Results of jobs that failed at once. The next turn of the loop feeds all of them, so they are never more than one turn starts.
@@ -359,6 +361,7 @@ impl ControlLoop {
                 self.actions.watch(&publication);
                 self.node_follower.watch(&publication);
                 self.run_clouds.watch(&publication);
+                self.scene_changes.watch(&publication);
                 self.recorder.watch(self.clock.now(), &publication);
                 self.mailbox.post(publication);
             }

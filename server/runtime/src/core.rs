@@ -20,6 +20,7 @@ use crate::pose_persistence::{PosePersistence, PosePersistenceConfig};
 use crate::publisher::{PublisherConfig, PublisherWorker};
 use crate::recording::RecordingTarget;
 use crate::run_clouds::{RunCloudQueue, RunCloudQueueConfig, RunCloudWorker};
+use crate::scene_changes::{SceneChangeQueue, SceneChangeWorker};
 use crate::session_journal::{SessionJournalConfig, SessionJournalQueue, SessionJournalWorker};
 use crate::start_error::StartError;
 use crate::state_publisher::StatePublisher;
@@ -32,7 +33,7 @@ use crate::topomap_generation::TopomapGenerator;
 use api::ProcessRestart;
 use crossbeam_channel::Sender;
 use messages::RobotProfile;
-use ports::{ExampleMaker, MapImporter, RobotLink};
+use ports::{ChangeFinder, ExampleMaker, MapImporter, RobotLink};
 use stack::Stack;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -68,6 +69,8 @@ pub struct CoreConfig {
     pub importer: Option<Box<dyn MapImporter>>,
     /// Makes the example, with `importer`; `None` refuses it.
     pub example_maker: Option<Box<dyn ExampleMaker>>,
+    /// Compares runs of missions with earlier ones; `None` compares none.
+    pub change_finder: Option<Box<dyn ChangeFinder>>,
     /// Watches the threads. Whoever starts a core ends it when one of them fails.
     pub watchdog: Watchdog,
     /// Why this process was started again, if it was.
@@ -103,6 +106,7 @@ pub struct Core {
     disk: Option<JoinHandle<()>>,
     compute: Option<JoinHandle<()>>,
     imports: Option<JoinHandle<()>>,
+    scene_changes: Option<JoinHandle<()>>,
     stored_data_check: Option<JoinHandle<()>>,
     recorder: Option<JoinHandle<()>>,
     gateway: Option<GatewayLink>,
@@ -121,6 +125,7 @@ impl Core {
             socket,
             importer,
             example_maker,
+            change_finder,
             watchdog,
             restart,
             robot_restart,
@@ -314,6 +319,22 @@ impl Core {
                 )
             }
         };
+        let (scene_changes, ended_runs) = SceneChangeQueue::new();
+        let scene_changes_thread = match change_finder {
+            None => None,
+            Some(finder) => {
+                let worker = SceneChangeWorker {
+                    finder,
+                    store: Arc::clone(&store),
+                    ledger: Arc::clone(&inbox),
+                    runs: ended_runs,
+                    mailbox: Arc::clone(&mailbox),
+                    clock: Arc::clone(&clock),
+                    stop: stopped.clone(),
+                };
+                Some(spawn(&watchdog, "scene-changes", THREAD_LIMITS.lane, move |beat| worker.run(beat))?)
+            }
+        };
         let stored_data_check = StoredDataCheckWorker {
             config: StoredDataCheckConfig::default(),
             store: Arc::clone(&store),
@@ -383,6 +404,7 @@ impl Core {
             actions,
             node_follower,
             run_clouds,
+            scene_changes,
             map_usage,
             refused_jobs: Vec::new(),
             problems,
@@ -391,6 +413,7 @@ impl Core {
             stop: Some(stop),
             mailbox,
             imports: imports_thread,
+            scene_changes: scene_changes_thread,
             stored_data_check: Some(spawn(&watchdog, "data-check", THREAD_LIMITS.disk, move |beat| {
                 stored_data_check.run(beat);
             })?),
@@ -444,6 +467,7 @@ impl Drop for Core {
         join(self.disk.take());
         join(self.compute.take());
         join(self.imports.take());
+        join(self.scene_changes.take());
         join(self.stored_data_check.take());
         join(self.recorder.take());
     }

@@ -132,6 +132,7 @@ fn bench_of(
         socket: socket.clone(),
         importer,
         example_maker: None,
+        change_finder: None,
         watchdog,
         restart: Some(restart),
         robot_restart: Some(RobotRestart { restart: of_robot, is_new: true }),

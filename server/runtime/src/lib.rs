@@ -12,6 +12,7 @@
 //! | `actions` | actions that the stack calls: asks the robot for them, and stores what they gather | the loop, the robot |
 //! | `publisher` | tiles, live scans, state for clients | the loop |
 //! | `imports` | maps of uploaded files, made by another process | a client |
+//! | `scene-changes` | has runs of missions compared with earlier ones by another process | the loop |
 //! | `accounts` | who may use the platform: checks passwords, publishes sessions and tokens that are valid | a client, the ledger |
 //! | `gateway-accept`, `-read`, `-write` | one gateway at a time on a Unix socket | the gateway |
 //!
@@ -44,6 +45,7 @@ mod pose_persistence;
 mod publisher;
 mod recording;
 mod run_clouds;
+mod scene_changes;
 mod session_journal;
 mod start_error;
 mod state_publisher;

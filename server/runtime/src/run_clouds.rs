@@ -12,7 +12,7 @@ use crossbeam_channel::{Receiver, RecvTimeoutError, Sender};
 use geometry::Vector3;
 use messages::{CorrectedScan, LocalisationState, Publication, Severity};
 use ports::error_with_causes;
-use site_model::{LocalisationQuality, MissionStatus, ReportPlace, RunId, RunState, TaskState};
+use site_model::{LocalisationQuality, MissionId, MissionStatus, ReportPlace, RunId, RunState, TaskState};
 use std::sync::Arc;
 use store::{RunCloudCause, RunCloudEntry, RunCloudsConfig, Store};
 use vocab::{BlobHash, Covariance6, Vec3};
@@ -36,6 +36,7 @@ impl Default for RunCloudQueueConfig {
 /// A cloud that is to be kept.
 struct ChosenCloud {
     run: RunId,
+    mission: MissionId,
     cause: RunCloudCause,
     step: Option<u32>,
     scan: CorrectedScan,
@@ -46,7 +47,7 @@ struct ChosenCloud {
 pub struct RunCloudQueue {
     config: RunCloudQueueConfig,
     clouds: Sender<ChosenCloud>,
-    run: Option<RunId>,
+    run: Option<(RunId, MissionId)>,
     /// Where the last cloud of the run was kept, metres, map frame.
     last: Option<Vector3>,
     /// The task whose action is performed, by number and attempt, and whether its cloud is still to be kept.
@@ -101,7 +102,7 @@ impl RunCloudQueue {
     fn follow_run(&mut self, status: &MissionStatus) {
         let is_active = |state| matches!(state, RunState::Running | RunState::Ending);
         let run = status.runs.iter().find(|run| is_active(run.state));
-        let id = run.map(|run| run.run);
+        let id = run.map(|run| (run.run, run.mission));
         if id != self.run {
             (self.run, self.last, self.task, self.is_task_wanted) = (id, None, None, false);
         }
@@ -115,7 +116,7 @@ impl RunCloudQueue {
     }
 
     fn choose(&mut self, scan: &CorrectedScan) {
-        let Some(run) = self.run else { return };
+        let Some((run, mission)) = self.run else { return };
         let LocalisationState::Localised { map, degradation } = self.localisation else { return };
         let at = geometry::vec_from_plain(scan.map_from_base.position);
         let is_far = self.last.is_none_or(|last| (at - last).norm() >= self.config.distance_m);
@@ -131,7 +132,7 @@ impl RunCloudQueue {
             covariance: self.covariance,
             quality: if good { LocalisationQuality::Good } else { LocalisationQuality::Degraded },
         };
-        let chosen = ChosenCloud { run, cause, step, scan: scan.clone(), place };
+        let chosen = ChosenCloud { run, mission, cause, step, scan: scan.clone(), place };
         if self.clouds.try_send(chosen).is_ok() {
             (self.last, self.is_task_wanted) = (Some(at), false);
         }
@@ -162,7 +163,7 @@ impl RunCloudWorker {
     }
 
     fn keep(&self, chosen: ChosenCloud) -> Result<(), String> {
-        let ChosenCloud { run, cause, step, scan, place } = chosen;
+        let ChosenCloud { run, mission, cause, step, scan, place } = chosen;
         let age_ns = (self.clock.now() - scan.stamp).nanos().max(0);
         let Vec3 { x, y, z } = self.base_from_lidar_m;
         let entry = RunCloudEntry {
@@ -172,6 +173,7 @@ impl RunCloudWorker {
             robot_time: scan.stamp,
             utc_ns: CalendarTime::read_of_schedules().utc.nanos().saturating_sub(age_ns),
             cause,
+            mission: Some(mission),
             step,
             place,
             base_from_sensor_m: [x, y, z],
@@ -190,11 +192,12 @@ impl RunCloudWorker {
 mod tests {
     use super::*;
     use messages::Cloud;
-    use site_model::{MissionId, RunCause, RunStatus, TaskId, TaskStatus};
+    use site_model::{RunCause, RunStatus, TaskId, TaskStatus};
     use uuid::Uuid;
     use vocab::{CommandId, MapId, Pose, Stamp};
 
     const RUN: RunId = RunId(Uuid::from_u128(7));
+    const MISSION: MissionId = MissionId(Uuid::from_u128(8));
     const MAP: MapId = MapId(Uuid::from_u128(1));
 
     /// A run of two tasks, of which the second is in this state.
@@ -209,7 +212,7 @@ mod tests {
         };
         let run = RunStatus {
             run: RUN,
-            mission: MissionId(Uuid::from_u128(8)),
+            mission: MISSION,
             cause: RunCause::Command(CommandId(Uuid::from_u128(9))),
             state,
             outcome: None,
@@ -274,6 +277,6 @@ mod tests {
         assert_eq!(places[3], (14.9, RunCloudCause::Task, Some(1)));
         let cloud = store.run_cloud(RUN, kept[3].cloud).expect("read");
         assert_eq!((cloud.xyz.len(), cloud.entry.base_from_sensor_m), (2, [0.1, 0.0, 0.25]));
-        assert_eq!(cloud.entry.place.map, Some(MAP));
+        assert_eq!((cloud.entry.place.map, cloud.entry.mission), (Some(MAP), Some(MISSION)));
     }
 }

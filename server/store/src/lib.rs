@@ -62,7 +62,10 @@ pub use mapping::line_of_sight::{LineOfSightConfig, OccupiedVoxels};
 pub use maps::MapList;
 pub use recordings::{RecordedRun, RecordingSpace, Recordings, RecordingsConfig};
 pub use recovered_sessions::InterruptedSessions;
-pub use run_clouds::{RunCloud, RunCloudCause, RunCloudEntry, RunCloudsConfig};
+pub use run_clouds::{
+    RunCloud, RunCloudCause, RunCloudEntry, RunCloudsConfig, is_run_clouds_folder, read_run_clouds,
+    read_run_index,
+};
 pub use saved::SavedMap;
 pub use session_journal::SessionJournal;
 pub use session_records::SessionRecord;

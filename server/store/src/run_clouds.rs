@@ -6,15 +6,17 @@
 
 use crate::{Store, StoreError, files, texts};
 use serde::{Deserialize, Serialize};
-use site_model::{ReportPlace, RunId};
+use site_model::{MissionId, ReportPlace, RunId};
 use std::fs::{self, OpenOptions};
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 use vocab::{BlobHash, Stamp};
 
 const MAGIC: [u8; 4] = *b"AIrc";
 const VERSION: u32 = 1;
+/// Name of the index in the folder of a run.
+const INDEX: &str = "index.jsonl";
 /// Bytes before the JSON.
 const FIXED_HEADER_BYTES: usize = 12;
 
@@ -58,6 +60,9 @@ pub struct RunCloudEntry {
     pub utc_ns: i64,
     /// Why it was kept.
     pub cause: RunCloudCause,
+    /// The mission of the run; none of clouds of earlier programs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mission: Option<MissionId>,
     /// Number of the task in the run, from 0, of one that was kept because of a task.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step: Option<u32>,
@@ -133,12 +138,7 @@ impl Store {
     /// # Errors
     /// When the disk fails.
     pub fn run_clouds(&self, run: RunId) -> Result<Vec<RunCloudEntry>, StoreError> {
-        let index = self.dir().run_cloud_index(run);
-        if !index.exists() {
-            return Ok(Vec::new());
-        }
-        let text = fs::read_to_string(&index).map_err(|source| StoreError::io("read", &index, source))?;
-        Ok(text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect())
+        read_index(&self.dir().run_cloud_index(run))
     }
 
     /// A cloud of a run.
@@ -146,9 +146,16 @@ impl Store {
     /// # Errors
     /// When there is no such cloud, or it is damaged.
     pub fn run_cloud(&self, run: RunId, cloud: BlobHash) -> Result<RunCloud, StoreError> {
-        let path = self.dir().run_cloud(run, cloud);
-        let bytes = fs::read(&path).map_err(|source| StoreError::io("read", &path, source))?;
-        decode(cloud, &bytes).ok_or(StoreError::Broken { path, what: texts::BROKEN_RUN_CLOUD })
+        read_cloud(self.dir().run_cloud(run, cloud), cloud)
+    }
+
+    /// All runs but `current` of which clouds are kept, the newest first.
+    ///
+    /// # Errors
+    /// When the disk fails.
+    pub fn other_runs_with_clouds(&self, current: RunId) -> Result<Vec<RunId>, StoreError> {
+        let of_folder = |(_, path): (_, PathBuf)| path.file_name()?.to_str()?.parse().ok();
+        Ok(self.runs_with_clouds(current)?.into_iter().filter_map(of_folder).collect())
     }
 
     /// Removes the clouds of the oldest runs but `current` until there is room. Returns whether there is.
@@ -179,13 +186,51 @@ impl Store {
         let is_other = |path: &PathBuf| path.is_dir() && !path.ends_with(current.to_string());
         let folders = files::entries(&self.dir().run_clouds())?.into_iter().filter(is_other);
         let changed = |path: &PathBuf| {
-            let index = fs::metadata(path.join("index.jsonl")).or_else(|_| fs::metadata(path));
+            let index = fs::metadata(path.join(INDEX)).or_else(|_| fs::metadata(path));
             index.and_then(|metadata| metadata.modified()).unwrap_or(SystemTime::UNIX_EPOCH)
         };
         let mut runs: Vec<_> = folders.map(|path| (changed(&path), path)).collect();
         runs.sort_by(|a, b| b.cmp(a));
         Ok(runs)
     }
+}
+
+/// Whether a folder is that of the clouds of a run.
+pub fn is_run_clouds_folder(folder: &Path) -> bool {
+    folder.join(INDEX).is_file()
+}
+
+/// The clouds in the folder of a run, in the order in which they were seen, one at a time.
+///
+/// # Errors
+/// When the index cannot be read. Each cloud: when it is missing or damaged.
+pub fn read_run_clouds(
+    folder: &Path,
+) -> Result<impl Iterator<Item = Result<RunCloud, StoreError>>, StoreError> {
+    let folder = folder.to_owned();
+    let entries = read_run_index(&folder)?;
+    Ok(entries.into_iter().map(move |entry| read_cloud(folder.join(entry.cloud.to_string()), entry.cloud)))
+}
+
+/// What is known of the clouds in the folder of a run, in the order in which they were seen.
+///
+/// # Errors
+/// When the index cannot be read.
+pub fn read_run_index(folder: &Path) -> Result<Vec<RunCloudEntry>, StoreError> {
+    read_index(&folder.join(INDEX))
+}
+
+fn read_index(index: &Path) -> Result<Vec<RunCloudEntry>, StoreError> {
+    if !index.exists() {
+        return Ok(Vec::new());
+    }
+    let text = fs::read_to_string(index).map_err(|source| StoreError::io("read", index, source))?;
+    Ok(text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect())
+}
+
+fn read_cloud(path: PathBuf, cloud: BlobHash) -> Result<RunCloud, StoreError> {
+    let bytes = fs::read(&path).map_err(|source| StoreError::io("read", &path, source))?;
+    decode(cloud, &bytes).ok_or(StoreError::Broken { path, what: texts::BROKEN_RUN_CLOUD })
 }
 
 fn decode(cloud: BlobHash, bytes: &[u8]) -> Option<RunCloud> {
@@ -213,6 +258,7 @@ mod tests {
             robot_time: Stamp::from_parts(at_s, 0),
             utc_ns: 5,
             cause: RunCloudCause::Distance,
+            mission: None,
             step: None,
             place: ReportPlace {
                 map: Some(MapId(Uuid::from_u128(1))),
@@ -255,6 +301,10 @@ mod tests {
         bytes[40] ^= 1;
         fs::write(&path, bytes).expect("written");
         assert!(matches!(store.run_cloud(run(1), first.cloud), Err(StoreError::Broken { .. })));
+        let folder = store.dir().run_clouds().join(run(1).to_string());
+        assert!(is_run_clouds_folder(&folder));
+        let read: Vec<_> = read_run_clouds(&folder).expect("read").map(|cloud| cloud.is_ok()).collect();
+        assert_eq!(read, [false, true]);
         // A crash has cut the last line.
         let index = store.dir().run_cloud_index(run(1));
         let text = fs::read_to_string(&index).expect("read");
@@ -276,6 +326,7 @@ mod tests {
         let used = files::bytes_below(&store.dir().run_clouds()).expect("read");
         let full = RunCloudsConfig { max_bytes: used + 10, min_free_bytes: 0 };
         put(&store, run(3), 30, &full).expect("the oldest made room");
+        assert_eq!(store.other_runs_with_clouds(run(3)).expect("read"), [run(2)]);
         let counts = [1, 2, 3].map(|number| store.run_clouds(run(number)).expect("read").len());
         assert_eq!(counts, [0, 1, 1]);
         let tiny = RunCloudsConfig { max_bytes: 10, min_free_bytes: 0 };

@@ -63,6 +63,8 @@ pub const RUN_DOWNLOAD_PATH: &str = "/api/v1/runs/{run}/download";
 pub const POINT_RESULTS_PATH: &str = "/api/v1/inspection-points/{id}/results";
 /// GET: a page of the slots of schedules that were decided, those due last first.
 pub const SLOTS_PATH: &str = "/api/v1/slots";
+/// GET: a page of the changes of the scene, the last found first. One of them is read and edited as an object of the site.
+pub const SCENE_CHANGES_PATH: &str = "/api/v1/scene-changes";
 /// GET: 200 while core and gateway are connected, 503 otherwise.
 pub const HEALTH_PATH: &str = "/api/v1/health";
 /// GET: the description of this interface, OpenAPI 3.1.

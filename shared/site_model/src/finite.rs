@@ -1,6 +1,9 @@
 //! Whether the numbers of objects are finite. Nothing else is ever stored.
 
-use crate::{ActionRequest, EdgeCost, MonitorCondition, Object, Parameter, TaskPlace, Traversal, ZoneEffect};
+use crate::{
+    ActionRequest, EdgeCost, MonitorCondition, Object, OrientedBox, Parameter, SceneChangeKind, TaskPlace,
+    Traversal, ZoneEffect,
+};
 use vocab::Pose;
 
 /// Whether all numbers of an object are finite.
@@ -54,12 +57,25 @@ pub(crate) fn is_finite(object: &Object) -> bool {
             TaskPlace::Node { request: Some(request), .. } => is_request_finite(request),
             _ => true,
         }),
+        Object::SceneChange(change) => {
+            let from = match &change.kind {
+                SceneChangeKind::Moved { from } => is_box_finite(from),
+                SceneChangeKind::Appeared | SceneChangeKind::Removed => true,
+            };
+            from && is_box_finite(&change.place) && change.confidence.is_finite()
+        }
         Object::Monitor(monitor) => match monitor.condition {
             MonitorCondition::Below { threshold, release }
             | MonitorCondition::Above { threshold, release } => threshold.is_finite() && release.is_finite(),
             MonitorCondition::Silent(_) => true,
         },
     }
+}
+
+fn is_box_finite(place: &OrientedBox) -> bool {
+    place.centre_m.is_finite()
+        && place.yaw_rad.is_finite()
+        && place.size_m.iter().all(|side| side.is_finite())
 }
 
 fn is_request_finite(request: &ActionRequest) -> bool {

@@ -50,6 +50,10 @@ uuid_id! {
     MutexHoldId
 }
 uuid_id! {
+    /// An object that changed between two visits.
+    SceneChangeId
+}
+uuid_id! {
     /// An edit, named by the client, so that an edit sent twice is applied once.
     EditId
 }
@@ -82,6 +86,8 @@ pub enum ObjectId {
     Monitor(MonitorId),
     /// A [`crate::MutexHold`].
     MutexHold(MutexHoldId),
+    /// A [`crate::SceneChange`].
+    SceneChange(SceneChangeId),
 }
 
 /// Kind of an object.
@@ -101,11 +107,12 @@ pub enum ObjectKind {
     Schedule,
     Monitor,
     MutexHold,
+    SceneChange,
 }
 
 impl ObjectKind {
     /// All kinds, in the order of [`ObjectId`].
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Settings,
         Self::Node,
         Self::Edge,
@@ -118,6 +125,7 @@ impl ObjectKind {
         Self::Schedule,
         Self::Monitor,
         Self::MutexHold,
+        Self::SceneChange,
     ];
 
     /// Its name in JSON, such as `inspection_point`.
@@ -135,6 +143,7 @@ impl ObjectKind {
             Self::Schedule => "schedule",
             Self::Monitor => "monitor",
             Self::MutexHold => "mutex_hold",
+            Self::SceneChange => "scene_change",
         }
     }
 
@@ -160,6 +169,7 @@ impl ObjectId {
             ObjectKind::Schedule => Self::Schedule(ScheduleId(id)),
             ObjectKind::Monitor => Self::Monitor(MonitorId(id)),
             ObjectKind::MutexHold => Self::MutexHold(MutexHoldId(id)),
+            ObjectKind::SceneChange => Self::SceneChange(SceneChangeId(id)),
         }
     }
 
@@ -178,6 +188,7 @@ impl ObjectId {
             Self::Schedule(_) => ObjectKind::Schedule,
             Self::Monitor(_) => ObjectKind::Monitor,
             Self::MutexHold(_) => ObjectKind::MutexHold,
+            Self::SceneChange(_) => ObjectKind::SceneChange,
         }
     }
 
@@ -195,6 +206,7 @@ impl ObjectId {
             Self::Schedule(id) => id.0,
             Self::Monitor(id) => id.0,
             Self::MutexHold(id) => id.0,
+            Self::SceneChange(id) => id.0,
         }
     }
 }
@@ -215,6 +227,7 @@ impl fmt::Display for ObjectId {
             Self::Schedule(id) => ("schedule", id),
             Self::Monitor(id) => ("monitor", id),
             Self::MutexHold(id) => ("hold of edges", id),
+            Self::SceneChange(id) => ("change", id),
         };
         write!(f, "{kind} {id}")
     }

@@ -1,4 +1,5 @@
-//! The documents of a site that people edit: its topological map, inspection points, missions, schedules and monitors.
+//! The documents of a site that people edit: its topological map, inspection points, missions, schedules and monitors; and what the
+//! robot reports for them to decide on: blocked edges and changes of the scene.
 //!
 //! A [`Site`] is a set of [`Object`]s. Each object has an id that never changes and a revision of its own. People and programs change a site by
 //! [`Edit`]s: lists of objects to put and to remove, each with the revision that it replaces. An edit is applied as a whole or not at all, and applying it
@@ -27,6 +28,7 @@ mod problem;
 mod route_action;
 mod run;
 mod run_event;
+mod scene_change;
 mod schedule;
 mod settings;
 mod site;
@@ -47,7 +49,7 @@ pub use compare::{MergeConflict, Merged, diff, merge};
 pub use edit::{Applied, Change, Edit, EditError, RevisionChange};
 pub use ids::{
     AssetId, DockId, EdgeId, EditId, InspectionPointId, MissionId, MonitorId, MutexHoldId, NodeId, ObjectId,
-    ObjectKind, ScheduleId, TaskId, ZoneId,
+    ObjectKind, SceneChangeId, ScheduleId, TaskId, ZoneId,
 };
 pub use mission::{AskDefault, FailurePolicy, FailureStep, Mission, MissionEnd, Task, TaskOrder, TaskPlace};
 pub use mission_status::{
@@ -67,6 +69,9 @@ pub use run::{
 pub use run_event::{
     MissionEvent, MissionEventKind, ReachFailure, RunChangeReason, SkipReason, SlotDecision, TaskFailure,
     TaskStep,
+};
+pub use scene_change::{
+    EarlierVisit, OrientedBox, ReviewState, SceneChange, SceneChangeClouds, SceneChangeKind,
 };
 pub use schedule::{
     LocalDate, LocalDateTime, LocalTime, MissedSlots, OverlapPolicy, Recurrence, Schedule, Weekday, Weekdays,

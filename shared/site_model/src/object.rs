@@ -1,8 +1,8 @@
 //! An object of any kind, and its revision.
 
 use crate::{
-    Asset, Dock, Edge, EdgeBlock, InspectionPoint, Mission, Monitor, MutexHold, Node, ObjectId, Schedule,
-    SiteSettings, Zone,
+    Asset, Dock, Edge, EdgeBlock, InspectionPoint, Mission, Monitor, MutexHold, Node, ObjectId, SceneChange,
+    Schedule, SiteSettings, Zone,
 };
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -24,6 +24,7 @@ pub enum Object {
     Schedule(Schedule),
     Monitor(Monitor),
     MutexHold(MutexHold),
+    SceneChange(SceneChange),
 }
 
 impl Object {
@@ -42,6 +43,7 @@ impl Object {
             Self::Schedule(schedule) => ObjectId::Schedule(schedule.id),
             Self::Monitor(monitor) => ObjectId::Monitor(monitor.id),
             Self::MutexHold(hold) => ObjectId::MutexHold(hold.id),
+            Self::SceneChange(change) => ObjectId::SceneChange(change.id),
         }
     }
 
@@ -57,7 +59,7 @@ impl Object {
             Self::Mission(mission) => Some(&mission.name),
             Self::Schedule(schedule) => Some(&schedule.name),
             Self::Monitor(monitor) => Some(&monitor.name),
-            Self::Edge(_) | Self::EdgeBlock(_) | Self::MutexHold(_) => None,
+            Self::Edge(_) | Self::EdgeBlock(_) | Self::MutexHold(_) | Self::SceneChange(_) => None,
         }
     }
 }

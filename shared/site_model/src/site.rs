@@ -4,7 +4,7 @@ use crate::finite::is_finite;
 use crate::{
     Applied, Change, Dock, Edge, EdgeBlock, EdgeId, Edit, EditError, EditId, InspectionPoint,
     InspectionPointId, Mission, MissionId, Monitor, MutexHold, Node, NodeId, Object, ObjectId, Revision,
-    RevisionChange, Schedule, ScheduleId, SiteSettings, Task, TaskPlace, Versioned, Zone,
+    RevisionChange, SceneChange, Schedule, ScheduleId, SiteSettings, Task, TaskPlace, Versioned, Zone,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -154,6 +154,14 @@ impl Site {
     pub fn mutex_holds(&self) -> impl Iterator<Item = &MutexHold> {
         self.objects().filter_map(|versioned| match &versioned.object {
             Object::MutexHold(hold) => Some(hold),
+            _ => None,
+        })
+    }
+
+    /// All changes of the scene, in the order of their ids.
+    pub fn scene_changes(&self) -> impl Iterator<Item = &SceneChange> {
+        self.objects().filter_map(|versioned| match &versioned.object {
+            Object::SceneChange(change) => Some(change),
             _ => None,
         })
     }

@@ -2,8 +2,8 @@
 
 use crate::{
     Dock, Edge, EdgeCost, InspectionPoint, Mission, MissionEnd, Monitor, MonitorCondition, MonitorResponse,
-    Node, NodeId, NodeKind, Object, ObjectId, ProblemKind, Recurrence, Schedule, Site, SiteProblem, TaskId,
-    TaskPlace, Traversal, Zone, ZoneEffect,
+    Node, NodeId, NodeKind, Object, ObjectId, OrientedBox, ProblemKind, Recurrence, ReviewState, SceneChange,
+    SceneChangeKind, Schedule, Site, SiteProblem, TaskId, TaskPlace, Traversal, Zone, ZoneEffect,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use std::mem::{Discriminant, discriminant};
@@ -108,12 +108,27 @@ impl ProblemFinder<'_> {
                 Object::Mission(mission) => self.check_mission(id, mission),
                 Object::Schedule(schedule) => self.check_schedule(id, schedule),
                 Object::Monitor(monitor) => self.check_monitor(id, monitor),
+                Object::SceneChange(change) => self.check_scene_change(id, change),
                 Object::MutexHold(hold) => {
                     for (field, name) in [("group", &hold.group), ("holder", &hold.holder)] {
                         self.check_range(id, field, !name.trim().is_empty(), || "a name".to_owned());
                     }
                 }
             }
+        }
+    }
+
+    fn check_scene_change(&mut self, id: ObjectId, change: &SceneChange) {
+        let is_size = |place: &OrientedBox| place.size_m.iter().all(|side| *side > 0.0);
+        let from = match &change.kind {
+            SceneChangeKind::Moved { from } => is_size(from),
+            SceneChangeKind::Appeared | SceneChangeKind::Removed => true,
+        };
+        self.check_range(id, "size_m", from && is_size(&change.place), || "greater than 0 m".to_owned());
+        let is_share = (0.0..=1.0).contains(&change.confidence);
+        self.check_range(id, "confidence", is_share, || "from 0 to 1".to_owned());
+        if let ReviewState::Dismissed { reason } = &change.review {
+            self.check_range(id, "reason", !reason.trim().is_empty(), || "a text".to_owned());
         }
     }
 

@@ -10,6 +10,8 @@ mod browser;
 #[cfg(target_arch = "wasm32")]
 mod camera_inset;
 #[cfg(target_arch = "wasm32")]
+mod change_overlay;
+#[cfg(target_arch = "wasm32")]
 mod client_app;
 #[cfg(target_arch = "wasm32")]
 mod decode_queue;

@@ -1,5 +1,6 @@
 //! Passes changes of the model to the renderer of the 3D scene.
 
+use crate::change_overlay;
 use crate::graph_overlay::{GraphOverlay, GraphTarget};
 use crate::graph_preview::GraphPreview;
 use crate::mission_overlay::MissionOverlay;
@@ -206,6 +207,7 @@ impl SceneSync {
         lines.extend(self.graph_overlay.lines.iter().cloned());
         let mission = MissionOverlay::of(model);
         lines.extend(mission.lines);
+        change_overlay::add(model, &mut lines);
         let above_floor_m = model.platform.standing_height_m() - marker_height / 4.0;
         let docks = model.docks().map(|map_from_base| dock_marker(map_from_base, &colours, above_floor_m));
         let picked = model.alignment().zip(model.viewed_map());

@@ -243,6 +243,11 @@ pub fn is_graph_covered(model: &Model) -> bool {
     has_nodes && model.is_site_on_screen() && model.view.screen() != Some(screens::MAP)
 }
 
+/// Whether the boxes of what has changed between visits are shown: on the screen of runs.
+pub fn shows_changes(model: &Model) -> bool {
+    model.view.screen() == Some(screens::RUNS)
+}
+
 /// The mission that is edited and the site that it is of, while its way is drawn: on its screen, and in the map of the site.
 pub fn shown_mission(model: &Model) -> Option<(&site_model::Site, &client_model::MissionPlan)> {
     let is_shown = model.view.screen() == Some(screens::MISSIONS) && model.is_site_on_screen();

@@ -5,6 +5,7 @@ mod changes;
 mod dock;
 mod error;
 pub(crate) mod generated;
+mod loose_objects;
 mod model;
 mod parts;
 mod plan;
@@ -27,6 +28,7 @@ use vocab::Vec3;
 use walkable::WalkableFloor;
 
 pub use error::BuildingModelError;
+pub use loose_objects::{LooseObject, ObjectChange};
 pub use model::{BuildingModel, BuildingModelConfig, Mobility, ModelPart, ModelTriangle};
 pub use plan::SimulatedDock;
 pub use tessellation::TessellationConfig;
@@ -145,8 +147,31 @@ impl SimulatedSite {
     fn from_plan(name: String, plan: SitePlan) -> Self {
         // Those of docks follow from the docks, so that a dock can be moved.
         let docks = plan.docks.iter().flat_map(dock::solids);
-        let solids: Vec<Solid> = plan.solids.iter().copied().chain(docks).collect();
+        let loose = plan.loose_objects.iter().map(LooseObject::solid);
+        let solids: Vec<Solid> = plan.solids.iter().copied().chain(docks).chain(loose).collect();
         Self { name, bvh: Bvh::new(&solids), plan, walkable: None }
+    }
+
+    /// The objects that stand loose on it.
+    pub fn loose_objects(&self) -> &[LooseObject] {
+        &self.plan.loose_objects
+    }
+
+    /// The site after these changes. A change of an object that is not there adds what it ends with.
+    pub fn with_changes(&self, changes: &[ObjectChange]) -> Self {
+        let mut plan = self.plan.clone();
+        for change in changes {
+            let (gone, new) = match *change {
+                ObjectChange::Put(object) => (None, Some(object)),
+                ObjectChange::Taken(object) => (Some(object), None),
+                ObjectChange::Moved { from, to } | ObjectChange::Turned { from, to } => {
+                    (Some(from), Some(to))
+                }
+            };
+            plan.loose_objects.retain(|object| Some(*object) != gone);
+            plan.loose_objects.extend(new);
+        }
+        Self { walkable: self.walkable.clone(), ..Self::from_plan(self.name.clone(), plan) }
     }
 
     /// Name of the site.
@@ -216,7 +241,7 @@ impl SimulatedSite {
     }
 
     /// Whether a point is inside the ground plan: a ray along x crosses an odd number of edges.
-    fn is_inside(&self, point: &Vector3) -> bool {
+    pub(crate) fn is_inside(&self, point: &Vector3) -> bool {
         let outline = &self.plan.outline;
         let next = outline.iter().cycle().skip(1);
         let crossed = outline.iter().zip(next).filter(|(a, b)| {

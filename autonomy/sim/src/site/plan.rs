@@ -1,5 +1,6 @@
 //! The description of a site from which it is built.
 
+use super::loose_objects::LooseObject;
 use crate::route::{SiteRoute, Start};
 use crate::shape::Solid;
 use geometry::Vector3;
@@ -27,7 +28,7 @@ pub(super) struct DoorLeaf {
 /// The contents of a site.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SitePlan {
-    /// All solids but those of the docks.
+    /// All solids but those of the docks and of the loose objects.
     pub(super) solids: Vec<Solid>,
     pub(super) docks: Vec<SimulatedDock>,
     /// Start of the robot where there is no dock.
@@ -40,4 +41,5 @@ pub(super) struct SitePlan {
     /// The solids of each piece of furniture.
     pub(super) furniture: Vec<Range<usize>>,
     pub(super) door_leaves: Vec<DoorLeaf>,
+    pub(super) loose_objects: Vec<LooseObject>,
 }

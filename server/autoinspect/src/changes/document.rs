@@ -3,34 +3,54 @@
 use crate::texts;
 use changes::{Change, Changes, UprightBox};
 use geometry::Isometry;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What changed, in the frame of the map of both visits.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, Deserialize)]
 pub struct Document {
-    objects: Vec<Object>,
+    pub objects: Vec<Object>,
 }
 
 /// An object. Lengths are metres, angles radians.
-#[derive(Debug, Serialize)]
-struct Object {
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Object {
     /// Number from 1, the objects with most points first.
-    id: usize,
-    kind: &'static str,
+    pub id: usize,
+    pub kind: Kind,
     #[serde(flatten)]
-    place: Place,
-    points: usize,
-    confidence: f64,
+    pub place: Place,
+    pub points: usize,
+    pub confidence: f64,
     /// Where it was before it was moved.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    from: Option<Place>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<Place>,
 }
 
-#[derive(Debug, Serialize)]
-struct Place {
-    centre_m: [f64; 3],
-    size_m: [f64; 3],
-    yaw_rad: f64,
+/// What became of an object.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    Appeared,
+    Removed,
+    Moved,
+}
+
+impl Kind {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Appeared => "appeared",
+            Self::Removed => "removed",
+            Self::Moved => "moved",
+        }
+    }
+}
+
+/// A box that stands upright.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Place {
+    pub centre_m: [f64; 3],
+    pub size_m: [f64; 3],
+    pub yaw_rad: f64,
 }
 
 impl Place {
@@ -51,9 +71,9 @@ impl Document {
     pub fn in_frame(changes: &Changes, frame_from_boxes: &Isometry) -> Self {
         let object = |(id, object): (usize, &changes::ChangedObject)| {
             let (kind, from) = match &object.change {
-                Change::Appeared => ("appeared", None),
-                Change::Removed => ("removed", None),
-                Change::Moved { from } => ("moved", Some(Place::new(from, frame_from_boxes))),
+                Change::Appeared => (Kind::Appeared, None),
+                Change::Removed => (Kind::Removed, None),
+                Change::Moved { from } => (Kind::Moved, Some(Place::new(from, frame_from_boxes))),
             };
             Object {
                 id,
@@ -75,7 +95,7 @@ impl Document {
         let line = |object: &Object| {
             let place = &object.place;
             texts::changed_object(
-                object.kind,
+                object.kind.name(),
                 place.centre_m,
                 place.size_m,
                 object.from.as_ref().map(|from| from.centre_m),

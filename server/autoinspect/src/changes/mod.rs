@@ -2,38 +2,48 @@
 
 mod depth_images;
 mod document;
+mod run_visits;
 mod texts;
+mod view;
 mod visits;
 
 use crate::failure::Failure;
+use crate::limited_command::LimitedCommand;
+use crate::process_limits::ProcessLimits;
+use crate::progress::run_in_background;
 use crate::{output, texts as shared_texts};
 use changes::{Changes, ChangesConfig, DepthChangesConfig, detect_changes, detect_depth_changes};
 use clap::Args;
-use document::Document;
+pub use document::{Document, Kind, Place};
 use formats::ply;
 use std::fs::{self, File};
-use std::io::BufWriter;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 /// Name of the result in the folder that is written.
-const RESULT: &str = "changes.json";
+pub const RESULT: &str = "changes.json";
+/// Name of the cloud of all objects.
+pub const CHANGED: &str = "changed.ply";
+/// Name of the cloud of what both visits saw.
+pub const UNCHANGED: &str = "unchanged.ply";
 
 /// Find the objects that appeared, were removed or moved between two visits.
 #[derive(Args, Debug)]
 #[command(
     after_help = "BEFORE and AFTER are recordings that carry the robot's poses in the map (nav_msgs/Odometry), or folders of maps, as of `autoinspect map --out` and a data
-directory's maps/. Both have one frame, with the third axis up: align maps first with `autoinspect align`. A place that one of the visits has not looked at is
+directory's maps/, or of the clouds of runs, as of its run-clouds/. Both have one frame, with the third axis up: align maps first with `autoinspect align`. A place that one of the visits has not looked at is
 unknown, and nothing is reported there.
 
 Two organised PCD files of one depth camera that has not moved, with the camera's third axis forward, are compared pixel by pixel. The largest plane that they show,
 such as a table, says where up is. Results are in the camera's frame: the height of an object is along the plane's normal, and its heading counts from the camera's
 first axis.
 
-DIR gets changes.json, and a cloud for each object: object-1.ply, object-2.ply and so on.
+DIR gets changes.json, a cloud for each object: object-1.ply, object-2.ply and so on; changed.ply with all of them, and unchanged.ply with what both visits saw.
 
 EXAMPLES:
   autoinspect changes monday.mcap tuesday.mcap --out changed
   autoinspect changes maps/monday maps/tuesday --json
+  autoinspect changes data/run-clouds/1f0c… data/run-clouds/77ab… --out changed
   autoinspect changes table-monday.pcd table-tuesday.pcd --out changed"
 )]
 pub struct ChangesArgs {
@@ -47,10 +57,22 @@ pub struct ChangesArgs {
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
+    /// Limits, which hold with --background.
+    #[command(flatten)]
+    limits: ProcessLimits,
+    /// Run with low priority and within limits of memory and processor time.
+    #[arg(long)]
+    background: bool,
 }
 
 /// Runs `autoinspect changes`.
 pub fn run(args: &ChangesArgs) -> Result<(), Failure> {
+    if args.background {
+        if let Some(result) = args.limits.enter(LimitedCommand::Changes) {
+            return result;
+        }
+        run_in_background();
+    }
     let (document, changes) = compare(args)?;
     if let Some(out) = &args.out {
         write(out, &document, &changes)?;
@@ -76,8 +98,7 @@ fn compare(args: &ChangesArgs) -> Result<(Document, Changes), Failure> {
             })?;
         return Ok((Document::in_frame(&found.changes, &found.camera_from_support), found.changes));
     }
-    let before = visits::read(&args.before)?;
-    let after = visits::read(&args.after)?;
+    let [before, after] = visits::read_both(&args.before, &args.after)?;
     let changes = detect_changes(&before, &after, &ChangesConfig::default());
     Ok((Document::new(&changes), changes))
 }
@@ -90,17 +111,23 @@ fn write(out: &Path, document: &Document, changes: &Changes) -> Result<(), Failu
         fs::remove_file(&file).map_err(|error| Failure::failed(shared_texts::cannot_write(&file, &error)))?;
     }
     for (number, object) in (1..).zip(&changes.objects) {
-        let path = object_file(out, number);
-        let failure = |error| Failure::failed(shared_texts::cannot_write(&path, &error));
-        let mut file = BufWriter::new(File::create(&path).map_err(failure)?);
-        ply::write(&mut file, &object.points, &[]).map_err(failure)?;
+        write_cloud(&object_file(out, number), &object.points)?;
     }
+    let changed: Vec<[f32; 3]> = changes.objects.iter().flat_map(|object| &object.points).copied().collect();
+    write_cloud(&out.join(CHANGED), &changed)?;
+    write_cloud(&out.join(UNCHANGED), &changes.unchanged)?;
     let path = out.join(RESULT);
     let text = serde_json::to_string_pretty(document).map_err(Failure::failed)?;
     fs::write(&path, text).map_err(|error| Failure::failed(shared_texts::cannot_write(&path, &error)))
 }
 
+fn write_cloud(path: &Path, points: &[[f32; 3]]) -> Result<(), Failure> {
+    let failure = |error: std::io::Error| Failure::failed(shared_texts::cannot_write(path, &error));
+    let mut file = BufWriter::new(File::create(path).map_err(failure)?);
+    ply::write(&mut file, points, &[]).and_then(|()| file.flush()).map_err(failure)
+}
+
 /// The cloud of the object with this number, from 1.
-fn object_file(out: &Path, number: usize) -> PathBuf {
+pub fn object_file(out: &Path, number: usize) -> PathBuf {
     out.join(format!("object-{number}.ply"))
 }

@@ -1,14 +1,16 @@
 //! Reads visits: what was seen from where.
 
+use super::run_visits;
+use super::view::view;
 use crate::failure::Failure;
 use crate::texts;
-use changes::{SensorView, Visit};
-use geometry::{Isometry, Vector3, isometry_from_pose, se3};
+use changes::Visit;
+use geometry::{Isometry, isometry_from_pose, se3};
 use messages::Sensor;
 use recorder::{Recording, TopicSelection};
 use std::path::Path;
-use store::map_clouds_and_sensors;
-use vocab::{Pose, Span, Stamp};
+use store::{SavedMap, is_run_clouds_folder, map_clouds_and_sensors};
+use vocab::{MapId, Pose, Span, Stamp};
 
 /// How poses are found at the times of scans.
 #[derive(Clone, Copy, Debug)]
@@ -19,9 +21,37 @@ struct VisitPosesConfig {
 
 const CONFIG: VisitPosesConfig = VisitPosesConfig { max_gap: Span::from_millis(500) };
 
+/// Reads both visits, in one frame.
+pub fn read_both(before: &Path, after: &Path) -> Result<[Visit; 2], Failure> {
+    match [before, after].map(is_run_clouds_folder) {
+        [false, false] => Ok([read(before)?, read(after)?]),
+        [true, true] => run_visits::of_runs(before, after),
+        [true, false] => {
+            let map = map_of(after, before)?;
+            Ok([run_visits::of_run(before, map)?, of_map(after)?])
+        }
+        [false, true] => {
+            let map = map_of(before, after)?;
+            Ok([of_map(before)?, run_visits::of_run(after, map)?])
+        }
+    }
+}
+
+/// The map in the folder `path`, with which the run in `run` is compared.
+fn map_of(path: &Path, run: &Path) -> Result<MapId, Failure> {
+    if !is_map(path) {
+        return Err(Failure::usage(texts::run_and_recording(run, path)));
+    }
+    Ok(SavedMap::read(path).map_err(Failure::usage)?.summary.id)
+}
+
+fn is_map(path: &Path) -> bool {
+    path.join("graph.json").is_file()
+}
+
 /// Reads the visit of a recording or of the folder of a map.
-pub fn read(path: &Path) -> Result<Visit, Failure> {
-    if path.join("graph.json").is_file() { of_map(path) } else { of_recording(path) }
+fn read(path: &Path) -> Result<Visit, Failure> {
+    if is_map(path) { of_map(path) } else { of_recording(path) }
 }
 
 /// The keyframes of a map.
@@ -69,14 +99,6 @@ fn of_recording(path: &Path) -> Result<Visit, Failure> {
         return Err(Failure::usage(texts::no_poses_in(path)));
     }
     Ok(visit)
-}
-
-/// The view from a sensor (metres, in a frame whose pose in the map is given) at points (metres, the same frame).
-fn view(map_from_frame: &Isometry, sensor: &[f32; 3], points: &[[f32; 3]]) -> SensorView {
-    let in_map = |point: &[f32; 3]| map_from_frame * nalgebra::Point3::from(point.map(f64::from));
-    let sensor: Vector3 = in_map(sensor).coords;
-    let points = points.iter().map(|point| in_map(point).coords.map(|at| at as f32).into()).collect();
-    SensorView { sensor, points }
 }
 
 /// The pose at an instant, between those before and after it.

@@ -20,3 +20,20 @@ pub fn changed_object(kind: &str, centre_m: [f64; 3], size_m: [f64; 3], from_m: 
     let from = from_m.map(|from| format!(", from {}", place(from))).unwrap_or_default();
     format!("{kind} at {}, {length:.2} x {width:.2} x {height:.2} m{from}", place(centre_m))
 }
+
+/// Clouds of a run and a recording.
+pub fn run_and_recording(run: &Path, recording: &Path) -> String {
+    format!(
+        "{} has the clouds of a run, and {} is a recording, whose frame is not known; give the clouds of another run, or the folder of the map",
+        run.display(),
+        recording.display()
+    )
+}
+
+/// A run during which the robot was not localised well in that map.
+pub fn no_clouds_in_map(path: &Path) -> String {
+    format!(
+        "{} holds no clouds that were seen while the robot was localised well in the map of the other visit; compare visits of one site with one map",
+        path.display()
+    )
+}

@@ -1,4 +1,4 @@
-//! Texts of imports and alignments that run within limits of memory and processor time.
+//! Texts of imports, alignments and comparisons that run within limits of memory and processor time.
 
 use crate::limited_command::LimitedCommand;
 use api::ImportStage;
@@ -23,6 +23,7 @@ fn limited_command(command: LimitedCommand) -> (&'static str, &'static str) {
             "thin the survey to a point every 2 or 3 cm in the program that made it, or cut it into parts; ",
         ),
         LimitedCommand::Align => ("the alignment", ""),
+        LimitedCommand::Changes => ("the comparison", ""),
     }
 }
 
@@ -50,6 +51,9 @@ pub fn limited_command_ended(command: LimitedCommand, status: &dyn Display) -> S
             "the file is damaged in a way that this program does not expect; export it again"
         }
         LimitedCommand::Align => "a map is damaged in a way that this program does not expect; make it again",
+        LimitedCommand::Changes => {
+            "a visit is damaged in a way that this program does not expect; compare others"
+        }
     };
     format!("{name} ended before it was done ({status}): {remedy}")
 }
@@ -66,6 +70,16 @@ pub const ALIGN_OUT_OF_MEMORY: &str = "It needs more memory than an alignment ma
 pub const ALIGN_OUT_OF_TIME: &str =
     "It needs more time than an alignment may take on the robot. Pick points in both maps, which takes less.";
 
+/// The same of a comparison of visits.
+pub const COMPARISON_OUT_OF_MEMORY: &str = "It needs more memory than a comparison may take on the robot. Compare the clouds of the runs on another computer with autoinspect changes.";
+
+pub const COMPARISON_OUT_OF_TIME: &str = "It needs more time than a comparison may take on the robot. Compare the clouds of the runs on another computer with autoinspect changes.";
+
+/// A comparison whose outcome cannot be read.
+pub fn comparison_not_read(error: &dyn Display) -> String {
+    format!("Its result could not be read ({error}).")
+}
+
 /// Names of the file of an import, and of the map that it is aligned with, in its errors.
 pub const UPLOADED_FILE: &str = "The file";
 pub const FRAME_OF_IMPORT: &str = "that map";
@@ -75,14 +89,14 @@ pub const IMPORT_CANCELLED: &str = "It was cancelled.";
 
 /// It ended without an error message.
 pub const IMPORT_ENDED_EARLY: &str =
-    "The import ended before it was done: the file may be too large for this computer.";
+    "It ended before it was done: there may be too little memory on this computer.";
 
 /// The process did not start.
 pub fn import_not_started(error: &dyn Display) -> String {
-    format!("The import cannot be started: {error}.")
+    format!("It cannot be started: {error}.")
 }
 
 /// The system does not say how the process ended.
 pub fn import_outcome_unknown(error: &dyn Display) -> String {
-    format!("What became of the import is not known: {error}.")
+    format!("What became of it is not known: {error}.")
 }

@@ -1,6 +1,7 @@
 //! The core's process: link to the robot, store, recorder and control loop.
 
 use super::access::AccessArgs;
+use super::changes_process::ChangesProcess;
 use super::child_report::ChildReport;
 use super::example_process::ExampleProcess;
 use super::import_process::ImportProcess;
@@ -127,6 +128,7 @@ pub fn run_core(args: &CoreArgs) -> Result<(), Failure> {
         recording,
         socket: args.socket.clone(),
         importer: Some(Box::new(ImportProcess)),
+        change_finder: Some(Box::new(ChangesProcess)),
         example_maker: Some(Box::new(ExampleProcess { minutes: args.trial.example_minutes })),
         watchdog,
         restart: args.supervision.restart(ProcessRole::Core),

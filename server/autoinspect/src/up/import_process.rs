@@ -1,5 +1,6 @@
 //! Runs imports in a separate process, so that broken or very large files cannot harm the core.
 
+use super::child_complaint::complaint;
 use crate::limited_command::LimitedCommand;
 use crate::process_limits::{Limit, WITHIN_LIMITS, limit_reached};
 use crate::texts;
@@ -10,7 +11,7 @@ use std::ffi::OsString;
 use std::io::{BufRead, BufReader};
 use std::ops::ControlFlow;
 use std::path::Path;
-use std::process::{ChildStderr, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::thread;
 use vocab::Vec3;
 
@@ -100,6 +101,10 @@ pub(super) fn run(
             (Some(Limit::Time), Some(LimitedCommand::Import)) => texts::IMPORT_OUT_OF_TIME.to_owned(),
             (Some(Limit::Memory), Some(LimitedCommand::Align)) => texts::ALIGN_OUT_OF_MEMORY.to_owned(),
             (Some(Limit::Time), Some(LimitedCommand::Align)) => texts::ALIGN_OUT_OF_TIME.to_owned(),
+            (Some(Limit::Memory), Some(LimitedCommand::Changes)) => {
+                texts::COMPARISON_OUT_OF_MEMORY.to_owned()
+            }
+            (Some(Limit::Time), Some(LimitedCommand::Changes)) => texts::COMPARISON_OUT_OF_TIME.to_owned(),
             (None, _) | (_, None) => named
                 .iter()
                 .fold(complaint, |text, (path, name)| text.replace(&path.display().to_string(), name)),
@@ -119,16 +124,6 @@ fn follow(
         }
     }
     ControlFlow::Continue(())
-}
-
-/// The last line of standard error, as a sentence.
-fn complaint(errors: Option<ChildStderr>) -> String {
-    let lines = errors.into_iter().flat_map(|errors| BufReader::new(errors).lines().map_while(Result::ok));
-    let last = lines.filter_map(|line| line.strip_prefix("error: ").map(str::to_owned)).last();
-    last.map_or_else(
-        || texts::IMPORT_ENDED_EARLY.to_owned(),
-        |sentence| format!("{}.", sentence.trim_end_matches('.')),
-    )
 }
 
 #[cfg(test)]

@@ -5,6 +5,8 @@
 //! stops them in order.
 
 mod access;
+mod changes_process;
+mod child_complaint;
 mod child_report;
 mod core_process;
 mod example_process;

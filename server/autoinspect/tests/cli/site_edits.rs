@@ -304,8 +304,11 @@ fn ten_clients_that_edit_at_once_disturb_no_mission_end_with_the_same_site_and_u
 }
 
 /// The pages of the interface. Their examples follow each other, each page on a robot of its own whose site is empty.
-const PAGES: [&str; 2] =
-    [include_str!("../../../../docs/api/site.md"), include_str!("../../../../docs/api/missions.md")];
+const PAGES: [&str; 3] = [
+    include_str!("../../../../docs/api/site.md"),
+    include_str!("../../../../docs/api/missions.md"),
+    include_str!("../../../../docs/api/scene-changes.md"),
+];
 
 /// A page whose robot is localised in a map of its own.
 const SESSION: &str = include_str!("../../../../docs/api/mission-session.md");

@@ -8,6 +8,7 @@ mod parse;
 mod paths;
 mod requests;
 mod revisions;
+mod scene_changes;
 pub(crate) mod schemas;
 
 pub(crate) use action_parameters::ActionSchemas;
@@ -22,4 +23,5 @@ pub(crate) mod handlers {
     pub(crate) use super::edits::*;
     pub(crate) use super::objects::*;
     pub(crate) use super::revisions::*;
+    pub(crate) use super::scene_changes::*;
 }

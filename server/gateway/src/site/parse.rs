@@ -24,6 +24,7 @@ macro_rules! with_type {
             ObjectKind::Schedule => $use!(Schedule),
             ObjectKind::Monitor => $use!(Monitor),
             ObjectKind::MutexHold => $use!(MutexHold),
+            ObjectKind::SceneChange => $use!(SceneChange),
         }
     };
 }

@@ -26,6 +26,7 @@ pub(crate) fn kind_path(kind: ObjectKind) -> &'static str {
         ObjectKind::Schedule => "schedules",
         ObjectKind::Monitor => "monitors",
         ObjectKind::MutexHold => "mutex-holds",
+        ObjectKind::SceneChange => "scene-changes",
     }
 }
 

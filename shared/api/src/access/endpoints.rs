@@ -135,4 +135,5 @@ endpoints! {
     DownloadRun: Get paths::RUN_DOWNLOAD_PATH, VIEWER;
     ListPointResults: Get paths::POINT_RESULTS_PATH, VIEWER;
     ListSlots: Get paths::SLOTS_PATH, VIEWER;
+    ListSceneChanges: Get paths::SCENE_CHANGES_PATH, VIEWER;
 }

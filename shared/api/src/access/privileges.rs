@@ -99,7 +99,8 @@ pub fn object_privilege(kind: ObjectKind) -> Privilege {
         | ObjectKind::InspectionPoint
         | ObjectKind::Mission
         | ObjectKind::Schedule
-        | ObjectKind::Monitor => OPERATOR,
+        | ObjectKind::Monitor
+        | ObjectKind::SceneChange => OPERATOR,
     }
 }
 

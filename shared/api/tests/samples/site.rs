@@ -5,7 +5,7 @@ use api::*;
 use site_model::*;
 use std::collections::BTreeMap;
 use uuid::Uuid;
-use vocab::{GoalId, KeyframeId, MapId, Stamp};
+use vocab::{BlobHash, GoalId, KeyframeId, MapId, Stamp};
 
 const ID: Uuid = Uuid::from_u128(20);
 const OTHER: Uuid = Uuid::from_u128(21);
@@ -130,6 +130,30 @@ fn monitor(condition: MonitorCondition, response: MonitorResponse) -> Object {
     })
 }
 
+fn place() -> OrientedBox {
+    OrientedBox { centre_m: AT, size_m: [1.0, 0.5, 0.75], yaw_rad: 0.25 }
+}
+
+fn scene_change(kind: SceneChangeKind, before: EarlierVisit, review: ReviewState) -> Object {
+    let cloud = BlobHash([7; 32]);
+    Object::SceneChange(SceneChange {
+        id: SceneChangeId(ID),
+        map: MapId(ID),
+        kind,
+        place: place(),
+        points: 150,
+        confidence: 0.75,
+        before,
+        after: RUN,
+        first_seen: Utc(5),
+        last_seen: Utc(6),
+        times_seen: 2,
+        review,
+        comment: name(),
+        clouds: Some(SceneChangeClouds { object: cloud, changed: cloud, unchanged: cloud }),
+    })
+}
+
 fn objects() -> Vec<Object> {
     let (date, time) = (local().date, local().time);
     let interrupt = |afterwards| MonitorResponse::Interrupt { mission: MissionId(ID), afterwards };
@@ -163,6 +187,14 @@ fn objects() -> Vec<Object> {
         zone(ZoneEffect::Action(request())),
         Object::Dock(Dock { id: DockId(ID), name: name(), node: NodeId(ID), approach: NodeId(OTHER) }),
         Object::MutexHold(MutexHold { id: MutexHoldId(ID), group: name(), holder: name() }),
+        scene_change(SceneChangeKind::Appeared, EarlierVisit::Map(MapId(ID)), ReviewState::New),
+        scene_change(SceneChangeKind::Removed, EarlierVisit::Run(RUN), ReviewState::Acknowledged),
+        scene_change(
+            SceneChangeKind::Moved { from: place() },
+            EarlierVisit::Run(RUN),
+            ReviewState::Dismissed { reason: name() },
+        ),
+        scene_change(SceneChangeKind::Appeared, EarlierVisit::Run(RUN), ReviewState::Watched),
         Object::Asset(Asset { id: AssetId(ID), name: name(), tags: [name()].into() }),
         Object::InspectionPoint(InspectionPoint {
             id: InspectionPointId(ID),

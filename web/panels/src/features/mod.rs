@@ -16,6 +16,7 @@
 pub(crate) mod account;
 pub(crate) mod action_form;
 pub(crate) mod alignment;
+pub(crate) mod changes;
 pub(crate) mod connection;
 pub(crate) mod control;
 pub(crate) mod driving;
@@ -89,6 +90,8 @@ panels_of! {
     mapping: mapping::MappingPanel,
     /// Runs of missions.
     runs: runs::RunsPanel,
+    /// What has changed between visits.
+    changes: changes::ChangesPanel,
     /// The robot's state.
     robot: robot::RobotPanel,
     /// Goals and their outcomes.

@@ -8,6 +8,7 @@ use crate::screens::{self, SCREENS, ScreenDescription};
 use crate::theme;
 use client_model::{ClientCommand, Screen};
 use egui::{Align, Context, Direction, Order, Ui, Vec2, vec2};
+use site_model::ReviewState;
 
 /// Distance between buttons, points.
 const BUTTON_SPACING: f32 = 4.0;
@@ -45,12 +46,28 @@ fn show_entry(
     size: Vec2,
 ) {
     let is_shown = cx.screen() == screen;
-    let button =
-        Button::new(description.name).icon(description.icon).kind(Kind::Quiet).on(is_shown).stacked();
+    let text = text_of(cx, screen, description);
+    let button = Button::new(description.name)
+        .text(&text)
+        .icon(description.icon)
+        .kind(Kind::Quiet)
+        .on(is_shown)
+        .stacked();
     if button.size(size.x, size.y).show(ui, cx.tokens).clicked() {
         // On a narrow window a second click on the same entry closes its sheet. A drawer would cover half of what a screen shows instead of the scene.
         let is_covering = cx.layout.width == Width::Medium && screens::covers_scene(screen);
         cx.frame.drawer_open = !(is_covering || is_shown && cx.is_covered_by_sheet());
         cx.commands.push(ClientCommand::ShowScreen(screen));
+    }
+}
+
+/// The name of a screen; that of runs with the number of changes that nobody has looked at yet.
+fn text_of(cx: &PanelContext<'_>, screen: Screen, description: &ScreenDescription) -> String {
+    let changes = cx.model.site.site().into_iter().flat_map(|site| site.scene_changes());
+    let new = changes.filter(|change| change.review == ReviewState::New).count();
+    if screen == screens::RUNS && new > 0 {
+        texts::with_count(description.name, new)
+    } else {
+        description.name.to_owned()
     }
 }

@@ -27,3 +27,8 @@ pub(super) const SHORTCUTS: [(&str, &str); 12] = [
     ("Redo", "Ctrl Shift Z"),
     ("These shortcuts", "?"),
 ];
+
+/// The name of a screen with the number of things on it that nobody has looked at yet.
+pub(super) fn with_count(name: &str, count: usize) -> String {
+    format!("{name} {count}")
+}

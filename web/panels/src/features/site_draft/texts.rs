@@ -50,6 +50,7 @@ pub(super) fn object(kind: ObjectKind, name: &str) -> String {
         ObjectKind::Schedule => "Schedule",
         ObjectKind::Monitor => "Monitor",
         ObjectKind::MutexHold => "Hold of edges",
+        ObjectKind::SceneChange => "Change",
     };
     format!("{kind} {name}").trim_end().to_owned()
 }

@@ -1,0 +1,165 @@
+//! Compares what a comparison of two visits found with what was changed.
+
+use changes::{Change, ChangedObject, UprightBox};
+use sim::{LooseObject, ObjectChange};
+
+/// An object is found if its middle is at most this far off, metres.
+const MAX_CENTRE_M: f64 = 0.3;
+/// What is found within this distance of the side of a changed object is that object, though perhaps wrong, metres.
+const NEAR_M: f64 = 0.5;
+/// Objects with a side of at least this length are large, metres.
+const LARGE_M: f64 = 0.3;
+
+/// Numbers of objects.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct VisitScore {
+    /// Comparisons.
+    pub visits: usize,
+    /// Objects of at least 0.3 m that were put, taken or moved, and those of them that are found: both ends of a moved one.
+    pub large: usize,
+    pub large_found: usize,
+    /// The same of smaller ones.
+    pub small: usize,
+    pub small_found: usize,
+    /// Large ones that were moved, and those of them that are named as moved from there.
+    pub moved: usize,
+    pub matched: usize,
+    /// Large ones that were turned where they stand, and those of them of which something is named.
+    pub turned: usize,
+    pub turned_found: usize,
+    /// Named objects at a changed one, and those where nothing has changed.
+    pub right: usize,
+    pub wrong: usize,
+}
+
+impl VisitScore {
+    /// Adds another score.
+    pub fn add(&mut self, other: &Self) {
+        self.visits += other.visits;
+        self.large += other.large;
+        self.large_found += other.large_found;
+        self.small += other.small;
+        self.small_found += other.small_found;
+        self.moved += other.moved;
+        self.matched += other.matched;
+        self.turned += other.turned;
+        self.turned_found += other.turned_found;
+        self.right += other.right;
+        self.wrong += other.wrong;
+    }
+}
+
+/// Scores the objects of a comparison. What was not found or is wrong is said to `explain`.
+pub fn score_visit(
+    objects: &[ChangedObject],
+    truth: &[ObjectChange],
+    mut explain: impl FnMut(String),
+) -> VisitScore {
+    let mut score = VisitScore { visits: 1, ..VisitScore::default() };
+    let is_gone_from = |at: &UprightBox| {
+        objects.iter().any(|object| match &object.change {
+            Change::Removed => is_at(&object.place, at),
+            Change::Moved { from } => is_at(from, at),
+            Change::Appeared => false,
+        })
+    };
+    let is_new_at = |at: &UprightBox| {
+        objects.iter().any(|object| object.change != Change::Removed && is_at(&object.place, at))
+    };
+    for change in truth {
+        let (object, is_found) = match change {
+            ObjectChange::Put(object) => (object, is_new_at(&place(object))),
+            ObjectChange::Taken(object) => (object, is_gone_from(&place(object))),
+            ObjectChange::Moved { from, to } => (from, is_gone_from(&place(from)) && is_new_at(&place(to))),
+            ObjectChange::Turned { from, .. } => {
+                let at = place(from);
+                score.turned += 1;
+                score.turned_found += usize::from(objects.iter().any(|object| is_near(&object.place, &at)));
+                continue;
+            }
+        };
+        let is_large = object.size_m.into_iter().fold(0.0, f64::max) >= LARGE_M;
+        let (count, found) = if is_large {
+            (&mut score.large, &mut score.large_found)
+        } else {
+            (&mut score.small, &mut score.small_found)
+        };
+        *count += 1;
+        *found += usize::from(is_found);
+        if let (ObjectChange::Moved { from, to }, true) = (change, is_large) {
+            let (from, to) = (place(from), place(to));
+            let is_matched = objects.iter().any(|object| {
+                matches!(&object.change, Change::Moved { from: was } if is_at(was, &from))
+                    && is_at(&object.place, &to)
+            });
+            score.moved += 1;
+            score.matched += usize::from(is_matched);
+        }
+        if !is_found {
+            let at = place(object);
+            explain(format!(
+                "not found: {} at {:.2?}, {:.2?}",
+                name(change),
+                at.centre_m.as_slice(),
+                at.size_m
+            ));
+        }
+    }
+    let ends: Vec<UprightBox> = truth.iter().flat_map(ends).map(|object| place(&object)).collect();
+    for object in objects {
+        let from = match &object.change {
+            Change::Moved { from } => Some(from),
+            Change::Appeared | Change::Removed => None,
+        };
+        let is_right = [Some(&object.place), from]
+            .into_iter()
+            .flatten()
+            .all(|at| ends.iter().any(|end| is_near(at, end)));
+        if is_right {
+            score.right += 1;
+        } else {
+            score.wrong += 1;
+            explain(format!(
+                "wrong: {} at {:.2?}, {:.2?}, {} points, confidence {:.4}",
+                match object.change {
+                    Change::Appeared => "appeared",
+                    Change::Removed => "removed",
+                    Change::Moved { .. } => "moved",
+                },
+                object.place.centre_m.as_slice(),
+                object.place.size_m,
+                object.points.len(),
+                object.confidence
+            ));
+        }
+    }
+    score
+}
+
+fn name(change: &ObjectChange) -> &'static str {
+    match change {
+        ObjectChange::Put(_) => "put",
+        ObjectChange::Taken(_) => "taken",
+        ObjectChange::Moved { .. } => "moved",
+        ObjectChange::Turned { .. } => "turned",
+    }
+}
+
+fn ends(change: &ObjectChange) -> Vec<LooseObject> {
+    match *change {
+        ObjectChange::Put(object) | ObjectChange::Taken(object) => vec![object],
+        ObjectChange::Moved { from, to } | ObjectChange::Turned { from, to } => vec![from, to],
+    }
+}
+
+fn place(object: &LooseObject) -> UprightBox {
+    UprightBox { centre_m: object.middle(), size_m: object.size_m, yaw_rad: object.yaw_rad }
+}
+
+fn is_at(found: &UprightBox, truth: &UprightBox) -> bool {
+    (found.centre_m - truth.centre_m).norm() <= MAX_CENTRE_M
+}
+
+fn is_near(found: &UprightBox, truth: &UprightBox) -> bool {
+    truth.holds(&found.centre_m, NEAR_M)
+}

@@ -1,0 +1,31 @@
+//! Sentences about changes between visits.
+
+use std::fmt::Display;
+
+/// Objects that were found for the first time, and known ones that were found again.
+pub fn changes_found(new: usize, known: usize, is_against_map: bool) -> String {
+    let with = if is_against_map { "the map" } else { "an earlier run" };
+    let things = |count: usize| if count == 1 { "1 thing".to_owned() } else { format!("{count} things") };
+    let again = if known == 0 { String::new() } else { format!(", and {} again", things(known)) };
+    format!("Compared with {with}, the run shows {} changed for the first time{again}.", things(new))
+}
+
+/// More objects than are kept.
+pub fn too_many_changes(found: usize, kept: usize) -> String {
+    format!(
+        "The comparison of the run found {found} changes, of which the {kept} largest are kept. Check whether the robot was localised well on the run."
+    )
+}
+
+/// No comparison was made, for `reason`, a sentence.
+pub fn not_compared(reason: &dyn Display) -> String {
+    format!("The run was not compared with earlier ones. {reason}")
+}
+
+/// The files of a comparison were not kept, for `reason`, a clause.
+pub fn clouds_not_kept(reason: &dyn Display) -> String {
+    format!("The clouds of the changes were not kept: {reason}.")
+}
+
+/// The site did not take the changes.
+pub const CORE_ENDS: &str = "The platform was ending.";

@@ -1,0 +1,238 @@
+//! The thread that has runs compared, and the queue of runs that have ended.
+//!
+//! | what waits | policy |
+//! | --- | --- |
+//! | runs that have ended | one that finds the queue full is compared after the next start |
+
+use super::baseline::{Baseline, BaselineConfig, find_baseline};
+use super::site_edit::{Comparison, SiteChangesConfig, edit_with_changes};
+use super::texts;
+use crate::clock::RobotClock;
+use crate::ledger::{LedgerInbox, SiteWork};
+use crate::mailbox::Mailbox;
+use api::EditOutcome;
+use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TryRecvError};
+use messages::{Principal, Publication, Severity};
+use ports::{ChangeFinder, FoundChange, FoundChanges, error_with_causes};
+use serde::Serialize;
+use site_model::{EarlierVisit, MissionId, RunId, SceneChangeClouds, Utc};
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+use store::{BlobsConfig, Store};
+use uuid::Uuid;
+use vocab::{BlobHash, ClientId};
+use watchdog::{BEAT_PERIOD, Heartbeat};
+
+/// Parameters of the comparisons.
+/// Where a field names no source, its value was chosen.
+#[derive(Clone, Copy, Debug)]
+struct SceneChangesConfig {
+    /// Runs that may wait: more than the stack remembers of those that have ended.
+    max_waiting: usize,
+    /// Objects of one comparison that are kept, the largest. A robot that was localised wrongly sees everything changed.
+    max_objects: usize,
+    /// A comparison that takes longer hangs.
+    max_duration: Duration,
+}
+
+const CONFIG: SceneChangesConfig =
+    SceneChangesConfig { max_waiting: 256, max_objects: 200, max_duration: Duration::from_secs(3_600) };
+
+/// Name of the folder of a comparison, in that of the clouds of its run.
+const FOLDER: &str = "comparison";
+/// Name of the file that says that a run was compared.
+const MARKER: &str = "compared.json";
+
+/// The control loop's end: notes the runs that have ended.
+pub struct SceneChangeQueue {
+    runs: Sender<(RunId, MissionId)>,
+    handed_in: BTreeSet<RunId>,
+}
+
+/// The thread's end.
+pub struct SceneChangeWorker {
+    pub finder: Box<dyn ChangeFinder>,
+    pub store: Arc<Store>,
+    pub ledger: Arc<LedgerInbox>,
+    pub runs: Receiver<(RunId, MissionId)>,
+    pub mailbox: Arc<Mailbox>,
+    pub clock: Arc<RobotClock>,
+    /// Disconnected when the core ends.
+    pub stop: Receiver<()>,
+}
+
+/// That a run was compared, and with what. It is not compared again.
+#[derive(Debug, Serialize)]
+struct Compared {
+    format_version: u32,
+    before: Option<EarlierVisit>,
+    /// Objects that were found.
+    found: usize,
+    /// Why there was no comparison.
+    problem: Option<String>,
+}
+
+impl SceneChangeQueue {
+    /// Both ends.
+    pub fn new() -> (Self, Receiver<(RunId, MissionId)>) {
+        let (runs, inbox) = crossbeam_channel::bounded(CONFIG.max_waiting);
+        (Self { runs, handed_in: BTreeSet::new() }, inbox)
+    }
+
+    /// Follows what the stack publishes. Never blocks.
+    pub fn watch(&mut self, publication: &Publication) {
+        let Publication::Missions(status) = publication else { return };
+        // The newest are first.
+        for run in status.ended.iter().rev() {
+            if !self.handed_in.contains(&run.run) && self.runs.try_send((run.run, run.mission)).is_ok() {
+                self.handed_in.insert(run.run);
+            }
+        }
+        // Memory does not grow with the runs of months.
+        self.handed_in.retain(|run| status.ended.iter().any(|ended| ended.run == *run));
+    }
+}
+
+impl SceneChangeWorker {
+    /// Works until the core ends.
+    pub fn run(self, heartbeat: &Heartbeat) {
+        while !self.is_ending() {
+            heartbeat.beat();
+            match self.runs.recv_timeout(BEAT_PERIOD) {
+                Ok((run, mission)) => {
+                    let _job = heartbeat.begin_long_job(CONFIG.max_duration);
+                    self.compare(run, mission);
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return,
+            }
+        }
+    }
+
+    fn is_ending(&self) -> bool {
+        matches!(self.stop.try_recv(), Err(TryRecvError::Disconnected))
+    }
+
+    /// Compares a run, unless that was done, and says so.
+    fn compare(&self, run: RunId, mission: MissionId) {
+        let folder = self.store.dir().clouds_of_run(run);
+        if !folder.exists() || folder.join(MARKER).exists() {
+            return;
+        }
+        let baseline = find_baseline(&self.store, run, mission, &BaselineConfig::default());
+        let compared = match baseline.map_err(|error| format!("{}.", error_with_causes(&error))) {
+            Ok(None) => Ok(None),
+            Ok(Some(baseline)) => {
+                let out = folder.join(FOLDER);
+                let found = self.compare_with(run, &baseline, &folder, &out);
+                // A folder that cannot be removed goes with the clouds of the run.
+                let _ = fs::remove_dir_all(&out);
+                found.map(|found| Some((baseline.before, found)))
+            }
+            Err(reason) => Err(reason),
+        };
+        if self.is_ending() {
+            // It is compared after the next start.
+            return;
+        }
+        if let Err(reason) = &compared {
+            self.tell(Severity::Warning, texts::not_compared(reason));
+        }
+        let (before, found) = compared.as_ref().ok().and_then(|compared| *compared).unzip();
+        let found = found.unwrap_or(0);
+        let marker = Compared { format_version: 1, before, found, problem: compared.err() };
+        if let Err(error) = store::write_json(&folder.join(MARKER), &marker) {
+            tracing::warn!("{}", error_with_causes(&error));
+        }
+    }
+
+    /// Compares a run with an earlier visit and puts what changed into the site. Returns the number of objects, or a sentence.
+    fn compare_with(
+        &self,
+        run: RunId,
+        baseline: &Baseline,
+        folder: &Path,
+        out: &Path,
+    ) -> Result<usize, String> {
+        let before = match baseline.before {
+            EarlierVisit::Run(earlier) => self.store.dir().clouds_of_run(earlier),
+            EarlierVisit::Map(map) => self.store.dir().map(map),
+        };
+        let mut found = self.finder.compare(&before, folder, out, &mut || self.is_ending())?;
+        let count = found.objects.len();
+        if count > CONFIG.max_objects {
+            self.tell(Severity::Warning, texts::too_many_changes(count, CONFIG.max_objects));
+            found.objects.truncate(CONFIG.max_objects);
+        }
+        if count == 0 {
+            return Ok(0);
+        }
+        let clouds = self.keep_clouds(&found).unwrap_or_else(|reason| {
+            self.tell(Severity::Warning, texts::clouds_not_kept(&reason));
+            vec![None; found.objects.len()]
+        });
+        let comparison = Comparison {
+            run,
+            map: baseline.map,
+            before: baseline.before,
+            at: Utc(baseline.ended_utc_ns),
+            found: found.objects.into_iter().zip(clouds).collect(),
+        };
+        self.edit_site(comparison)?;
+        Ok(count)
+    }
+
+    /// Stores the clouds of a comparison. Fails with a clause.
+    fn keep_clouds(&self, found: &FoundChanges) -> Result<Vec<Option<SceneChangeClouds>>, String> {
+        let keep = |file: &Path| -> Result<BlobHash, String> {
+            let bytes = fs::read(file).map_err(|error| error.to_string())?;
+            self.store.put_blob(&bytes, &BlobsConfig::default()).map_err(|error| error_with_causes(&error))
+        };
+        let (changed, unchanged) = (keep(&found.changed)?, keep(&found.unchanged)?);
+        let of_object = |object: &FoundChange| {
+            keep(&object.cloud).map(|object| Some(SceneChangeClouds { object, changed, unchanged }))
+        };
+        found.objects.iter().map(of_object).collect()
+    }
+
+    /// Waits until the changes are in the ledger. Fails with a sentence.
+    fn edit_site(&self, comparison: Comparison) -> Result<(), String> {
+        let (outcome, applied) = crossbeam_channel::bounded(1);
+        let is_against_map = matches!(comparison.before, EarlierVisit::Map(_));
+        let found = comparison.found.len();
+        let counted = Arc::new(Mutex::new(0));
+        let of_edit = Arc::clone(&counted);
+        self.ledger.change_site(SiteWork {
+            by: Principal::operator(ClientId(Uuid::nil())),
+            make: Box::new(move |site| {
+                let (edit, new) = edit_with_changes(site, &comparison, &SiteChangesConfig::default());
+                *of_edit.lock().unwrap_or_else(PoisonError::into_inner) = new;
+                edit
+            }),
+            done: Box::new(move |result| {
+                // Whoever waited may have given up.
+                let _ = outcome.send(result);
+            }),
+        })?;
+        match applied.recv() {
+            Ok(EditOutcome::Applied { .. }) => {
+                let new = *counted.lock().unwrap_or_else(PoisonError::into_inner);
+                self.tell(Severity::Info, texts::changes_found(new, found - new, is_against_map));
+                Ok(())
+            }
+            Ok(EditOutcome::Refused(refusal)) => Err(format!("{refusal:?}.")),
+            Err(_) => Err(texts::CORE_ENDS.to_owned()),
+        }
+    }
+
+    fn tell(&self, severity: Severity, text: String) {
+        self.mailbox.notice(self.clock.now(), severity, text);
+    }
+}
+
+#[cfg(test)]
+#[path = "worker_tests.rs"]
+mod tests;

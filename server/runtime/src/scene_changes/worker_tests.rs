@@ -1,0 +1,155 @@
+//! Runs end, and what a comparison finds comes into the site once.
+
+use super::*;
+use crate::ledger::{LedgerConfig, LedgerQueue, LedgerWorker, SiteKeeper};
+use crate::state_publisher::StatePublisher;
+use messages::Input;
+use site_model::{
+    EndedRun, LocalisationQuality, MissionStatus, Object, OrientedBox, ReportPlace, RunState, SceneChange,
+    SceneChangeKind,
+};
+use store::{RunCloudCause, RunCloudEntry, RunCloudsConfig};
+use vocab::{Covariance6, MapId, Pose, Stamp, Vec3};
+
+const MAP: MapId = MapId(Uuid::from_u128(1));
+const MISSION: MissionId = MissionId(Uuid::from_u128(3));
+const RUN: RunId = RunId(Uuid::from_u128(10));
+
+/// Finds one object that appeared, or fails.
+struct FakeFinder {
+    is_working: bool,
+}
+
+impl ChangeFinder for FakeFinder {
+    fn compare(
+        &self,
+        before: &Path,
+        after: &Path,
+        out: &Path,
+        _: &mut dyn FnMut() -> bool,
+    ) -> Result<FoundChanges, String> {
+        assert!(before.ends_with(MAP.to_string()) && after.ends_with(RUN.to_string()));
+        if !self.is_working {
+            return Err("It needs more memory.".to_owned());
+        }
+        fs::create_dir_all(out).expect("made");
+        let file = |name: &str| {
+            fs::write(out.join(name), name).expect("written");
+            out.join(name)
+        };
+        let place = OrientedBox { centre_m: Vec3::new(4.0, 0.0, 0.5), size_m: [0.6, 0.4, 1.0], yaw_rad: 0.2 };
+        let kind = SceneChangeKind::Appeared;
+        let cloud = file("object-1.ply");
+        let objects = vec![FoundChange { kind, place, points: 80, confidence: 0.99, cloud }];
+        Ok(FoundChanges { objects, changed: file("changed.ply"), unchanged: file("unchanged.ply") })
+    }
+}
+
+fn keep_cloud(store: &Store) {
+    let entry = RunCloudEntry {
+        cloud: BlobHash([0; 32]),
+        bytes: 0,
+        robot_time: Stamp::EPOCH,
+        utc_ns: 77,
+        cause: RunCloudCause::Distance,
+        mission: Some(MISSION),
+        step: None,
+        place: ReportPlace {
+            map: Some(MAP),
+            map_from_base: Pose::IDENTITY,
+            covariance: Covariance6::default(),
+            quality: LocalisationQuality::Good,
+        },
+        base_from_sensor_m: [0.0, 0.0, 0.25],
+        points: 1,
+    };
+    let config = RunCloudsConfig { min_free_bytes: 0, ..RunCloudsConfig::default() };
+    store.put_run_cloud(RUN, entry, &[[1.0, 2.0, 3.0]], &[], &config).expect("written");
+}
+
+/// The changes that come into the site, and what people are told, when a run has ended and the platform is started twice.
+fn changes_of_two_starts(is_working: bool) -> (Vec<SceneChange>, Vec<String>) {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let store = Arc::new(Store::open(dir.path()).expect("opens"));
+    keep_cloud(&store);
+    let mailbox = Arc::<Mailbox>::default();
+    let ended = vec![EndedRun { run: RUN, mission: MISSION, outcome: RunState::Succeeded }];
+    let status = Publication::Missions(Arc::new(MissionStatus { ended, ..MissionStatus::default() }));
+    let mut changes = Vec::new();
+    for _ in 0..2 {
+        let clock = Arc::<RobotClock>::default();
+        let (queue, inbox) = LedgerQueue::new(LedgerConfig::default());
+        let (inputs, stack) = crossbeam_channel::bounded(16);
+        let site = SiteKeeper::open(
+            Arc::clone(&store),
+            Arc::<StatePublisher>::default(),
+            inputs.clone(),
+            Arc::clone(&mailbox),
+            Arc::clone(&clock),
+            Duration::from_millis(1),
+        );
+        let ledger = LedgerWorker {
+            store: Arc::clone(&store),
+            inbox: Arc::clone(&inbox),
+            site,
+            inputs,
+            mailbox: Arc::clone(&mailbox),
+            clock: Arc::clone(&clock),
+        };
+        let (mut ended_runs, runs) = SceneChangeQueue::new();
+        ended_runs.watch(&status);
+        ended_runs.watch(&status);
+        drop(ended_runs);
+        let (_running, stop) = crossbeam_channel::bounded(0);
+        let worker = SceneChangeWorker {
+            finder: Box::new(FakeFinder { is_working }),
+            store: Arc::clone(&store),
+            ledger: inbox,
+            runs,
+            mailbox: Arc::clone(&mailbox),
+            clock,
+            stop,
+        };
+        std::thread::scope(|scope| {
+            scope.spawn(|| ledger.run(&Heartbeat::unwatched()));
+            worker.run(&Heartbeat::unwatched());
+            drop(queue);
+        });
+        for input in stack.try_iter() {
+            let Input::SiteEdited(edit) = input else { continue };
+            changes.extend(edit.changes.into_iter().filter_map(|change| match change {
+                site_model::Change::Put { object: Object::SceneChange(change), .. } => Some(change),
+                _ => None,
+            }));
+        }
+    }
+    let folder = store.dir().clouds_of_run(RUN);
+    assert!(folder.join(MARKER).exists() && !folder.join(FOLDER).exists());
+    for clouds in changes.iter().filter_map(|change| change.clouds) {
+        assert_eq!(fs::read(store.dir().blob(clouds.object)).expect("kept"), b"object-1.ply");
+        assert_eq!(fs::read(store.dir().blob(clouds.unchanged)).expect("kept"), b"unchanged.ply");
+    }
+    let mail = mailbox.wait(std::time::Instant::now());
+    let told = mail.ordered.into_iter().filter_map(|publication| match publication {
+        Publication::Notice(notice) => Some(notice.text),
+        _ => None,
+    });
+    (changes, told.collect())
+}
+
+#[test]
+fn a_run_that_has_ended_is_compared_once() {
+    let (changes, told) = changes_of_two_starts(true);
+    assert_eq!(changes.len(), 1, "{changes:?}");
+    let SceneChange { map, before, after, first_seen, times_seen, clouds, .. } = &changes[0];
+    assert_eq!((*map, *before, *after), (MAP, EarlierVisit::Map(MAP), RUN));
+    assert_eq!((*first_seen, *times_seen, clouds.is_some()), (Utc(77), 1, true));
+    assert_eq!(told, ["Compared with the map, the run shows 1 thing changed for the first time."]);
+}
+
+#[test]
+fn a_comparison_that_fails_is_told_once_and_changes_nothing() {
+    let (changes, told) = changes_of_two_starts(false);
+    assert_eq!(changes, []);
+    assert_eq!(told, ["The run was not compared with earlier ones. It needs more memory."]);
+}

@@ -1,0 +1,137 @@
+//! What has changed in the scene between two visits.
+
+use crate::{RunId, SceneChangeId, Utc};
+use serde::{Deserialize, Serialize};
+use vocab::{BlobHash, MapId, Vec3};
+
+/// An object that appeared, was removed or was moved between two visits, and what people say of it. The robot puts it after a mission. The same change that is found again later
+/// is the same object.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SceneChange {
+    /// Its id.
+    pub id: SceneChangeId,
+    /// The map in whose frame the places are.
+    pub map: MapId,
+    /// What became of the object.
+    pub kind: SceneChangeKind,
+    /// Where it is, or was if it is gone.
+    pub place: OrientedBox,
+    /// Points of it that were seen last.
+    pub points: u32,
+    /// Probability that it changed, 0 to 1 (docs/maths/changes.md).
+    pub confidence: f64,
+    /// What the visit that found it last was compared with.
+    pub before: EarlierVisit,
+    /// The run that found it last.
+    pub after: RunId,
+    /// When the run that found it first had ended.
+    pub first_seen: Utc,
+    /// When the run that found it last had ended.
+    pub last_seen: Utc,
+    /// Comparisons that found it.
+    pub times_seen: u32,
+    /// What people have decided of it.
+    #[serde(default)]
+    pub review: ReviewState,
+    /// What people say of it.
+    #[serde(default)]
+    pub comment: String,
+    /// Clouds of the comparison that found it last; none if the disk had no room.
+    #[serde(default)]
+    pub clouds: Option<SceneChangeClouds>,
+}
+
+/// What became of an object.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SceneChangeKind {
+    /// It is there after, and was not before.
+    Appeared,
+    /// It was there before, and is not after.
+    Removed,
+    /// It was there, and is elsewhere after.
+    Moved {
+        /// Where it was.
+        from: OrientedBox,
+    },
+}
+
+impl SceneChangeKind {
+    /// Its name in JSON, such as `appeared`.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Appeared => "appeared",
+            Self::Removed => "removed",
+            Self::Moved { .. } => "moved",
+        }
+    }
+}
+
+/// A box with a heading that stands upright, in the frame of a map.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OrientedBox {
+    /// Its middle, metres.
+    pub centre_m: Vec3,
+    /// Length along the heading, width and height, metres.
+    pub size_m: [f64; 3],
+    /// Heading of its length, radians, anticlockwise from the first axis of the map.
+    pub yaw_rad: f64,
+}
+
+impl OrientedBox {
+    /// Its longest side, metres.
+    pub fn longest_side_m(&self) -> f64 {
+        self.size_m.into_iter().fold(0.0, f64::max)
+    }
+}
+
+/// What a visit is compared with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EarlierVisit {
+    /// The clouds of an earlier run of the mission.
+    Run(RunId),
+    /// The map.
+    Map(MapId),
+}
+
+/// What people have decided of a change.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ReviewState {
+    /// Nobody has looked at it yet.
+    #[default]
+    New,
+    /// It was seen, and counts.
+    Acknowledged,
+    /// It does not matter.
+    Dismissed {
+        /// Why.
+        reason: String,
+    },
+    /// It is to be looked at again.
+    Watched,
+}
+
+impl ReviewState {
+    /// Its name in JSON, such as `acknowledged`.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::New => "new",
+            Self::Acknowledged => "acknowledged",
+            Self::Dismissed { .. } => "dismissed",
+            Self::Watched => "watched",
+        }
+    }
+}
+
+/// Clouds of a comparison: PLY files in the frame of the map, under `/api/v1/blobs/{hash}`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SceneChangeClouds {
+    /// The object.
+    pub object: BlobHash,
+    /// All objects of the comparison.
+    pub changed: BlobHash,
+    /// What both visits saw.
+    pub unchanged: BlobHash,
+}

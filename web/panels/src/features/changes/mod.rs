@@ -1,0 +1,120 @@
+//! What has changed between visits: a list to decide on.
+
+#[cfg(test)]
+mod tests;
+mod texts;
+
+use crate::button::Button;
+use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
+use crate::name_field::NameField;
+use crate::widgets::{self, fact};
+use crate::{format, icon, screens};
+use client_model::{CameraMove, ClientCommand, SiteEdit};
+use egui::Ui;
+use site_model::{Object, ObjectId, ReviewState, SceneChange, SceneChangeId, SceneChangeKind};
+use vocab::Stamp;
+
+/// The tab of changes.
+const CHANGES: Tab = Tab { screen: screens::RUNS, name: texts::TAB, scrolls: true, row_spacing: 8.0 };
+/// Changes that are listed at once.
+const MAX_ROWS: usize = 100;
+/// Least longest sides of the filter by size, metres.
+const MIN_SIZES_M: [f64; 3] = [0.0, 0.3, 1.0];
+
+/// What the panel keeps between frames.
+#[derive(Debug, Default)]
+pub(crate) struct ChangesPanel {
+    /// The filters, by their places in the texts.
+    review: usize,
+    kind: usize,
+    size: usize,
+    /// The change that is unfolded.
+    open: Option<SceneChangeId>,
+    reason: NameField,
+    comment: NameField,
+}
+
+impl FeaturePanel for ChangesPanel {
+    fn tabs(&self) -> &'static [Tab] {
+        &[CHANGES]
+    }
+
+    fn show_section(&mut self, _tab: Tab, ui: &mut Ui, cx: &mut PanelContext<'_>) {
+        let tokens = cx.tokens;
+        widgets::section_head(ui, tokens, texts::HEAD);
+        widgets::choice(ui, tokens, &texts::REVIEWS, self.review, |on| self.review = on);
+        widgets::choice(ui, tokens, &texts::KINDS, self.kind, |on| self.kind = on);
+        widgets::choice(ui, tokens, &texts::SIZES, self.size, |on| self.size = on);
+        let changes = cx.model.site.site().into_iter().flat_map(|site| site.scene_changes());
+        let mut changes: Vec<&SceneChange> = changes.filter(|change| self.admits(change)).collect();
+        changes.sort_by_key(|change| (-change.last_seen.0, change.id));
+        if changes.is_empty() {
+            widgets::remark(ui, tokens, texts::EMPTY);
+        }
+        for change in changes.into_iter().take(MAX_ROWS) {
+            let is_open = self.open == Some(change.id);
+            let row = texts::row(change);
+            let button = Button::new(&row).on(is_open).wide(ui).left();
+            if ui.push_id(change.id, |ui| button.show(ui, tokens)).inner.clicked() {
+                self.open = (!is_open).then_some(change.id);
+            }
+            if is_open {
+                widgets::tinted_box(ui, tokens, tokens.accent, |ui| self.show_change(ui, cx, change));
+            }
+        }
+    }
+}
+
+impl ChangesPanel {
+    fn admits(&self, change: &SceneChange) -> bool {
+        let kind = match change.kind {
+            SceneChangeKind::Appeared => 1,
+            SceneChangeKind::Removed => 2,
+            SceneChangeKind::Moved { .. } => 3,
+        };
+        let is_of_state = match self.review {
+            0 => change.review == ReviewState::New,
+            1 => change.review == ReviewState::Watched,
+            _ => true,
+        };
+        let is_open = self.open == Some(change.id);
+        (is_of_state || is_open)
+            && [0, kind].contains(&self.kind)
+            && change.place.longest_side_m() >= MIN_SIZES_M[self.size]
+    }
+
+    fn show_change(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, change: &SceneChange) {
+        let tokens = cx.tokens;
+        let first_seen = Stamp::from_nanos(change.first_seen.0);
+        fact(ui, tokens, texts::PLACE, &format::position(&change.place.centre_m));
+        fact(ui, tokens, texts::SIZE, &texts::size(change));
+        fact(ui, tokens, texts::CONFIDENCE, &format::percent(change.confidence as f32));
+        fact(ui, tokens, texts::FIRST_SEEN, &format::date(first_seen, cx.utc_offset_s));
+        fact(ui, tokens, texts::TIMES_SEEN, &format::count(change.times_seen.into()));
+        fact(ui, tokens, texts::STATE, &texts::state(&change.review));
+        if Button::new(texts::SHOW).icon(icon::EYE).wide(ui).show(ui, tokens).clicked() {
+            cx.commands.push(ClientCommand::MoveCamera(CameraMove::Point(change.place.centre_m)));
+        }
+        let mut decided = None;
+        for (name, icon, review) in [
+            (texts::ACKNOWLEDGE, icon::CHECK, ReviewState::Acknowledged),
+            (texts::WATCH, icon::FLAG, ReviewState::Watched),
+        ] {
+            let is_so = change.review == review;
+            if Button::new(name).icon(icon).on(is_so).wide(ui).show(ui, tokens).clicked() && !is_so {
+                decided = Some(SceneChange { review, ..change.clone() });
+            }
+        }
+        let object = ObjectId::SceneChange(change.id);
+        if let Some(reason) = self.reason.show(ui, cx, &texts::REASON_FIELD, object, "") {
+            decided = Some(SceneChange { review: ReviewState::Dismissed { reason }, ..change.clone() });
+        }
+        if let Some(comment) = self.comment.show(ui, cx, &texts::COMMENT_FIELD, object, &change.comment) {
+            decided = Some(SceneChange { comment, ..change.clone() });
+        }
+        if let Some(decided) = decided {
+            let put = vec![Object::SceneChange(decided)];
+            cx.commands.push(ClientCommand::EditSite(SiteEdit { put, removed: Vec::new() }));
+        }
+    }
+}
