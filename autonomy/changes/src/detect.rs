@@ -55,7 +55,7 @@ pub fn detect_changes(before: &Visit, after: &Visit, config: &ChangesConfig) -> 
     let boxes = |objects: &[Differing]| objects.iter().map(|object| object.place).collect::<Vec<_>>();
     let (gone, new) = (boxes(&removed), boxes(&appeared));
     let pairs = moves(&gone, &new, |from, to| {
-        is_same_size(&gone[from], &new[to], config.same_size_share, config.same_surface_m / 2.0)
+        is_same_size(&gone[from], &new[to], config.same_size_share, config.same_size_m)
     });
     let unchanged = unchanged(&sides[0], &sides[1], config);
     Changes { unchanged, ..merged(removed, appeared, &pairs) }
@@ -124,6 +124,18 @@ impl<'a> Side<'a> {
             },
         )
     }
+
+    /// Whether what was at a place was there for a part of the visit only, such as a person: from most of the views that tell of the place, most rays went through it. Views count,
+    /// not rays, because a person who stands beside the robot for a moment meets more rays than all others.
+    fn is_moving(&self, place: &[f32; 3], normal: Option<&[f32; 3]>, config: &ChangesConfig) -> bool {
+        let (mut free, mut telling) = (0, 0);
+        for image in &self.images {
+            let Passing { through, ended } = image.passing(place, normal, config);
+            free += usize::from(through > ended);
+            telling += usize::from(through + ended > 0);
+        }
+        free as f64 > config.moving_share * telling as f64
+    }
 }
 
 /// An object of one visit that the other one does not have.
@@ -143,9 +155,8 @@ fn differing(visit: &Side<'_>, other: &Side<'_>, config: &ChangesConfig) -> Vec<
         let is_free = passing.through >= config.min_free_rays
             && passing.through as f64 >= config.min_free_share * (passing.through + passing.ended) as f64;
         if is_free {
-            let own = visit.passing(point, normal.as_ref(), config);
-            let is_moving = own.through as f64 > config.moving_share * (own.through + own.ended) as f64;
-            if is_moving { &mut unknown } else { &mut changed }.push(*point);
+            if visit.is_moving(point, normal.as_ref(), config) { &mut unknown } else { &mut changed }
+                .push(*point);
         } else {
             unknown.push(*point);
         }
