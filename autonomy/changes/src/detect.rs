@@ -1,6 +1,7 @@
 //! The comparison of two visits.
 
 use crate::clusters::clusters;
+use crate::columns::Columns;
 use crate::moves::{is_same_size, moves};
 use crate::penetration::{evidence_of_absence, explains_absence, penetration};
 use crate::ray_image::{Passing, RayImage};
@@ -101,15 +102,19 @@ pub(crate) fn merged(removed: Vec<Differing>, appeared: Vec<Differing>, pairs: &
 struct Side<'a> {
     visit: &'a Visit,
     surfaces: Surfaces,
+    /// The points of the surfaces.
+    columns: Columns,
     images: Vec<RayImage>,
 }
 
 impl<'a> Side<'a> {
     fn new(visit: &'a Visit, config: &ChangesConfig) -> Self {
         let points = visit.points_within(config.min_range_m, config.max_range_m);
+        let surfaces = Surfaces::new(points, config.same_surface_m as f32);
         Self {
             visit,
-            surfaces: Surfaces::new(points, config.same_surface_m as f32),
+            columns: Columns::new(surfaces.points().iter().copied()),
+            surfaces,
             images: visit.views.iter().map(|view| RayImage::new(view, config)).collect(),
         }
     }
@@ -163,6 +168,7 @@ fn differing(visit: &Side<'_>, other: &Side<'_>, config: &ChangesConfig) -> Vec<
     }
     let mut groups = clusters(&changed, config.gap_m as f32);
     groups.sort_by_key(|group| std::cmp::Reverse(group.len()));
+    let (unknown, of_changed) = (Columns::new(unknown), Columns::new(changed.iter().copied()));
     let mut objects: Vec<Differing> = Vec::new();
     for group in groups.iter().take_while(|group| group.len() >= config.min_points) {
         // A part of an object that was grown to it already.
@@ -171,7 +177,8 @@ fn differing(visit: &Side<'_>, other: &Side<'_>, config: &ChangesConfig) -> Vec<
             objects.iter().any(|object| object.place.holds(&at, config.same_surface_m))
         };
         if 2 * group.iter().filter(|place| is_part(place)).count() <= group.len() {
-            objects.extend(object(group, &changed, &unknown, [visit, other], config));
+            let core: Vec<[f32; 3]> = group.iter().map(|place| changed[*place]).collect();
+            objects.extend(object(&core, &of_changed, &unknown, [visit, other], config));
         }
     }
     objects
@@ -179,13 +186,13 @@ fn differing(visit: &Side<'_>, other: &Side<'_>, config: &ChangesConfig) -> Vec<
 
 /// The object of a group of changed points; none if it is too small, or if the rays of the other visit do not say that it was not there.
 fn object(
-    group: &[usize],
-    changed: &[[f32; 3]],
-    unknown: &[[f32; 3]],
+    core: &[[f32; 3]],
+    changed: &Columns,
+    unknown: &Columns,
     sides: [&Side<'_>; 2],
     config: &ChangesConfig,
 ) -> Option<Differing> {
-    let (points, place) = grown(group, changed, unknown, sides, config)?;
+    let (points, place) = grown(core, changed, unknown, sides, config)?;
     let mut sorted = place.size_m;
     sorted.sort_by(f64::total_cmp);
     if sorted[1] < config.min_size_m {
@@ -194,31 +201,28 @@ fn object(
     let place = ground_below(&place, config.stands_within_m, sides, config)
         .filter(|ground_m| place.bottom_m() - ground_m <= config.stands_within_m)
         .map_or(place, |ground_m| place.down_to(ground_m));
+    if same_share(&place, sides, config) > config.max_same_share {
+        return None;
+    }
     let [own, met] = sides.map(|side| penetration(&place, side.visit, config));
     let evidence = evidence_of_absence(own, met, config);
     let is_gone = evidence >= config.min_evidence && explains_absence(met, config);
-    if !is_gone || same_share(&place, sides, config) > config.max_same_share {
-        return None;
-    }
     let confidence = 1.0 / (1.0 + (-evidence).exp());
-    Some(Differing { place, points, confidence })
+    is_gone.then_some(Differing { place, points, confidence })
 }
 
 /// The points of an object and its box: the group, points of unknown places near its box, and all that differs above and below it, again and again, without those of the ground. None
 /// without points.
 fn grown(
-    group: &[usize],
-    changed: &[[f32; 3]],
-    unknown: &[[f32; 3]],
+    core: &[[f32; 3]],
+    changed: &Columns,
+    unknown: &Columns,
     sides: [&Side<'_>; 2],
     config: &ChangesConfig,
 ) -> Option<(Vec<[f32; 3]>, UprightBox)> {
-    let core: Vec<[f32; 3]> = group.iter().map(|place| changed[*place]).collect();
-    let mut others = changed.to_vec();
-    for place in group.iter().rev() {
-        others.swap_remove(*place);
-    }
-    let mut place = UprightBox::around(&core, &config.box_fit)?;
+    let bits = |point: &[f32; 3]| point.map(f32::to_bits);
+    let of_core: BTreeSet<[u32; 3]> = core.iter().map(bits).collect();
+    let mut place = UprightBox::around(core, &config.box_fit)?;
     let mut points = Vec::new();
     for _ in 0..config.grow_rounds {
         let ground_m =
@@ -229,10 +233,11 @@ fn grown(
         let at = |point: &[f32; 3]| Vector3::from(point.map(f64::from));
         let is_stacked = |point: &&[f32; 3]| column.holds(&at(point), config.same_surface_m);
         let is_near = |point: &&[f32; 3]| place.holds(&at(point), config.grow_m) || is_stacked(point);
+        let is_other = |point: &&[f32; 3]| !of_core.contains(&bits(point));
         let next: Vec<[f32; 3]> = core
             .iter()
-            .chain(others.iter().filter(is_stacked))
-            .chain(unknown.iter().filter(is_near))
+            .chain(changed.around(&place, config.same_surface_m).filter(is_other).filter(is_stacked))
+            .chain(unknown.around(&place, config.grow_m).filter(is_near))
             .filter(is_above)
             .copied()
             .collect();
@@ -245,21 +250,21 @@ fn grown(
     Some((points, place))
 }
 
-/// Share of the points in a box, above its lower end, that have a surface of the other visit near them: a thing is gone as a whole. Linear in the points.
+/// Share of the points in a box, above its lower end, that have a surface of the other visit near them: a thing is gone as a whole. Linear in the points around.
 fn same_share(place: &UprightBox, [visit, other]: [&Side<'_>; 2], config: &ChangesConfig) -> f64 {
     let is_inside = |point: &&[f32; 3]| {
         let at = Vector3::from(point.map(f64::from));
         at.z > place.bottom_m() + config.same_surface_m && place.holds(&at, 0.0)
     };
     let (mut inside, mut same) = (0_usize, 0_usize);
-    for point in visit.surfaces.points().iter().filter(is_inside) {
+    for point in visit.columns.around(place, 0.0).filter(is_inside) {
         inside += 1;
         same += usize::from(other.surfaces.is_near(point));
     }
     same as f64 / inside.max(1) as f64
 }
 
-/// Height of the level surface below a box, metres: the most common one of the points round it, down to a distance below its lower end. Linear in the points of both visits.
+/// Height of the level surface below a box, metres: the most common one of the points round it, down to a distance below its lower end. Linear in the points of both visits around.
 fn ground_below(
     place: &UprightBox,
     down_to_m: f64,
@@ -271,7 +276,7 @@ fn ground_below(
     // The footprint at all heights: what stands there is no ground.
     let column = UprightBox { size_m: [place.size_m[0], place.size_m[1], f64::INFINITY], ..*place };
     let mut bins: BTreeMap<i64, (usize, f64)> = BTreeMap::new();
-    for point in sides.into_iter().flat_map(|side| side.surfaces.points()) {
+    for point in sides.into_iter().flat_map(|side| side.columns.around(place, config.ground_reach_m)) {
         let at = Vector3::from(point.map(f64::from));
         let is_around = column.holds(&at, config.ground_reach_m) && !column.holds(&at, config.grow_m);
         if (lowest_m..=highest_m).contains(&at.z) && is_around {
