@@ -63,7 +63,7 @@ pub fn detect_changes(before: &Visit, after: &Visit, config: &ChangesConfig) -> 
 }
 
 /// Points of the later visit on surfaces of the earlier one, the first of each cell. `O(n log n)`.
-fn unchanged(before: &Side<'_>, after: &Side<'_>, config: &ChangesConfig) -> Vec<[f32; 3]> {
+fn unchanged(before: &Side, after: &Side, config: &ChangesConfig) -> Vec<[f32; 3]> {
     let per_m = 1.0 / config.unchanged_cell_m as f32;
     let mut cells = BTreeSet::new();
     let points = after.surfaces.points().iter();
@@ -99,20 +99,18 @@ pub(crate) fn merged(removed: Vec<Differing>, appeared: Vec<Differing>, pairs: &
 }
 
 /// A visit, prepared for questions.
-struct Side<'a> {
-    visit: &'a Visit,
+struct Side {
     surfaces: Surfaces,
     /// The points of the surfaces.
     columns: Columns,
     images: Vec<RayImage>,
 }
 
-impl<'a> Side<'a> {
-    fn new(visit: &'a Visit, config: &ChangesConfig) -> Self {
+impl Side {
+    fn new(visit: &Visit, config: &ChangesConfig) -> Self {
         let points = visit.points_within(config.min_range_m, config.max_range_m);
         let surfaces = Surfaces::new(points, config.same_surface_m as f32);
         Self {
-            visit,
             columns: Columns::new(surfaces.points().iter().copied()),
             surfaces,
             images: visit.views.iter().map(|view| RayImage::new(view, config)).collect(),
@@ -151,7 +149,7 @@ pub(crate) struct Differing {
 }
 
 /// The objects of a visit that the other one does not have.
-fn differing(visit: &Side<'_>, other: &Side<'_>, config: &ChangesConfig) -> Vec<Differing> {
+fn differing(visit: &Side, other: &Side, config: &ChangesConfig) -> Vec<Differing> {
     let mut changed: Vec<[f32; 3]> = Vec::new();
     let mut unknown: Vec<[f32; 3]> = Vec::new();
     for point in visit.surfaces.points().iter().filter(|point| !other.surfaces.is_near(point)) {
@@ -189,7 +187,7 @@ fn object(
     core: &[[f32; 3]],
     changed: &Columns,
     unknown: &Columns,
-    sides: [&Side<'_>; 2],
+    sides: [&Side; 2],
     config: &ChangesConfig,
 ) -> Option<Differing> {
     let (points, place) = grown(core, changed, unknown, sides, config)?;
@@ -204,7 +202,7 @@ fn object(
     if same_share(&place, sides, config) > config.max_same_share {
         return None;
     }
-    let [own, met] = sides.map(|side| penetration(&place, side.visit, config));
+    let [own, met] = sides.map(|side| penetration(&place, &side.images, config));
     let evidence = evidence_of_absence(own, met, config);
     let is_gone = evidence >= config.min_evidence && explains_absence(met, config);
     let confidence = 1.0 / (1.0 + (-evidence).exp());
@@ -217,7 +215,7 @@ fn grown(
     core: &[[f32; 3]],
     changed: &Columns,
     unknown: &Columns,
-    sides: [&Side<'_>; 2],
+    sides: [&Side; 2],
     config: &ChangesConfig,
 ) -> Option<(Vec<[f32; 3]>, UprightBox)> {
     let bits = |point: &[f32; 3]| point.map(f32::to_bits);
@@ -251,7 +249,7 @@ fn grown(
 }
 
 /// Share of the points in a box, above its lower end, that have a surface of the other visit near them: a thing is gone as a whole. Linear in the points around.
-fn same_share(place: &UprightBox, [visit, other]: [&Side<'_>; 2], config: &ChangesConfig) -> f64 {
+fn same_share(place: &UprightBox, [visit, other]: [&Side; 2], config: &ChangesConfig) -> f64 {
     let is_inside = |point: &&[f32; 3]| {
         let at = Vector3::from(point.map(f64::from));
         at.z > place.bottom_m() + config.same_surface_m && place.holds(&at, 0.0)
@@ -268,7 +266,7 @@ fn same_share(place: &UprightBox, [visit, other]: [&Side<'_>; 2], config: &Chang
 fn ground_below(
     place: &UprightBox,
     down_to_m: f64,
-    sides: [&Side<'_>; 2],
+    sides: [&Side; 2],
     config: &ChangesConfig,
 ) -> Option<f64> {
     let bottom_m = place.bottom_m();
