@@ -6,7 +6,7 @@
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChangesConfig {
     /// A surface of the other visit within this distance of a point is the same surface, metres. Chosen: three standard deviations of a pose error of 2 cm and of the noise
-    /// of a LiDAR (1 cm) together, and the distance between the points of the other visit.
+    /// of a LiDAR (1 cm) together, and 1 cm for the points' resolution in the clouds of runs. With 0.15 m, a thing of 0.15 m on the floor is not seen.
     pub same_surface_m: f64,
     /// Points farther from the sensor than this are left out, metres, because few rays meet an object there.
     pub max_range_m: f64,
@@ -27,7 +27,7 @@ pub struct ChangesConfig {
     pub min_free_rays: usize,
     /// Share of the rays that passed a place or ended there that have to have gone through it.
     pub min_free_share: f64,
-    /// Share of the rays of its own visit that went through the place of a point from which on it belonged to something that moves, such as a person.
+    /// Share of the views of its own visit from which most rays went through the place of a point, from which on it belonged to something that moves, such as a person.
     pub moving_share: f64,
     /// Largest distance between neighbouring points of an object, metres.
     pub gap_m: f64,
@@ -66,8 +66,10 @@ pub struct ChangesConfig {
     pub min_ground_points: usize,
     /// How boxes are fitted.
     pub box_fit: BoxFitConfig,
-    /// Two objects may be one that was moved if each side differs at most by this share, or by [`Self::same_surface_m`].
+    /// Two objects may be one that was moved if each side differs at most by this share, or by [`Self::same_size_m`].
     pub same_size_share: f64,
+    /// See [`Self::same_size_share`], metres. Chosen: a side is seen by points that are some centimetres from each other.
+    pub same_size_m: f64,
     /// Side of the cells of which the cloud of what has not changed has one point each, metres: enough for people to see where they are.
     pub unchanged_cell_m: f64,
     /// Points that a normal of a surface needs around it. Chosen: twice the three that a plane needs.
@@ -77,7 +79,7 @@ pub struct ChangesConfig {
 impl Default for ChangesConfig {
     fn default() -> Self {
         Self {
-            same_surface_m: 0.15,
+            same_surface_m: 0.08,
             max_range_m: 20.0,
             min_range_m: 0.5,
             cell_rad: [0.007, 0.052],
@@ -107,6 +109,7 @@ impl Default for ChangesConfig {
             min_ground_points: 10,
             box_fit: BoxFitConfig::default(),
             same_size_share: 0.1,
+            same_size_m: 0.075,
             unchanged_cell_m: 0.1,
             min_normal_points: 6.0,
         }

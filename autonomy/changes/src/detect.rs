@@ -1,6 +1,7 @@
 //! The comparison of two visits.
 
 use crate::clusters::clusters;
+use crate::columns::Columns;
 use crate::moves::{is_same_size, moves};
 use crate::penetration::{evidence_of_absence, explains_absence, penetration};
 use crate::ray_image::{Passing, RayImage};
@@ -55,14 +56,14 @@ pub fn detect_changes(before: &Visit, after: &Visit, config: &ChangesConfig) -> 
     let boxes = |objects: &[Differing]| objects.iter().map(|object| object.place).collect::<Vec<_>>();
     let (gone, new) = (boxes(&removed), boxes(&appeared));
     let pairs = moves(&gone, &new, |from, to| {
-        is_same_size(&gone[from], &new[to], config.same_size_share, config.same_surface_m / 2.0)
+        is_same_size(&gone[from], &new[to], config.same_size_share, config.same_size_m)
     });
     let unchanged = unchanged(&sides[0], &sides[1], config);
     Changes { unchanged, ..merged(removed, appeared, &pairs) }
 }
 
 /// Points of the later visit on surfaces of the earlier one, the first of each cell. `O(n log n)`.
-fn unchanged(before: &Side<'_>, after: &Side<'_>, config: &ChangesConfig) -> Vec<[f32; 3]> {
+fn unchanged(before: &Side, after: &Side, config: &ChangesConfig) -> Vec<[f32; 3]> {
     let per_m = 1.0 / config.unchanged_cell_m as f32;
     let mut cells = BTreeSet::new();
     let points = after.surfaces.points().iter();
@@ -98,18 +99,20 @@ pub(crate) fn merged(removed: Vec<Differing>, appeared: Vec<Differing>, pairs: &
 }
 
 /// A visit, prepared for questions.
-struct Side<'a> {
-    visit: &'a Visit,
+struct Side {
     surfaces: Surfaces,
+    /// The points of the surfaces.
+    columns: Columns,
     images: Vec<RayImage>,
 }
 
-impl<'a> Side<'a> {
-    fn new(visit: &'a Visit, config: &ChangesConfig) -> Self {
+impl Side {
+    fn new(visit: &Visit, config: &ChangesConfig) -> Self {
         let points = visit.points_within(config.min_range_m, config.max_range_m);
+        let surfaces = Surfaces::new(points, config.same_surface_m as f32);
         Self {
-            visit,
-            surfaces: Surfaces::new(points, config.same_surface_m as f32),
+            columns: Columns::new(surfaces.points().iter().copied()),
+            surfaces,
             images: visit.views.iter().map(|view| RayImage::new(view, config)).collect(),
         }
     }
@@ -124,6 +127,18 @@ impl<'a> Side<'a> {
             },
         )
     }
+
+    /// Whether what was at a place was there for a part of the visit only, such as a person: from most of the views that tell of the place, most rays went through it. Views count,
+    /// not rays, because a person who stands beside the robot for a moment meets more rays than all others.
+    fn is_moving(&self, place: &[f32; 3], normal: Option<&[f32; 3]>, config: &ChangesConfig) -> bool {
+        let (mut free, mut telling) = (0, 0);
+        for image in &self.images {
+            let Passing { through, ended } = image.passing(place, normal, config);
+            free += usize::from(through > ended);
+            telling += usize::from(through + ended > 0);
+        }
+        free as f64 > config.moving_share * telling as f64
+    }
 }
 
 /// An object of one visit that the other one does not have.
@@ -134,7 +149,7 @@ pub(crate) struct Differing {
 }
 
 /// The objects of a visit that the other one does not have.
-fn differing(visit: &Side<'_>, other: &Side<'_>, config: &ChangesConfig) -> Vec<Differing> {
+fn differing(visit: &Side, other: &Side, config: &ChangesConfig) -> Vec<Differing> {
     let mut changed: Vec<[f32; 3]> = Vec::new();
     let mut unknown: Vec<[f32; 3]> = Vec::new();
     for point in visit.surfaces.points().iter().filter(|point| !other.surfaces.is_near(point)) {
@@ -143,15 +158,15 @@ fn differing(visit: &Side<'_>, other: &Side<'_>, config: &ChangesConfig) -> Vec<
         let is_free = passing.through >= config.min_free_rays
             && passing.through as f64 >= config.min_free_share * (passing.through + passing.ended) as f64;
         if is_free {
-            let own = visit.passing(point, normal.as_ref(), config);
-            let is_moving = own.through as f64 > config.moving_share * (own.through + own.ended) as f64;
-            if is_moving { &mut unknown } else { &mut changed }.push(*point);
+            if visit.is_moving(point, normal.as_ref(), config) { &mut unknown } else { &mut changed }
+                .push(*point);
         } else {
             unknown.push(*point);
         }
     }
     let mut groups = clusters(&changed, config.gap_m as f32);
     groups.sort_by_key(|group| std::cmp::Reverse(group.len()));
+    let (unknown, of_changed) = (Columns::new(unknown), Columns::new(changed.iter().copied()));
     let mut objects: Vec<Differing> = Vec::new();
     for group in groups.iter().take_while(|group| group.len() >= config.min_points) {
         // A part of an object that was grown to it already.
@@ -160,7 +175,8 @@ fn differing(visit: &Side<'_>, other: &Side<'_>, config: &ChangesConfig) -> Vec<
             objects.iter().any(|object| object.place.holds(&at, config.same_surface_m))
         };
         if 2 * group.iter().filter(|place| is_part(place)).count() <= group.len() {
-            objects.extend(object(group, &changed, &unknown, [visit, other], config));
+            let core: Vec<[f32; 3]> = group.iter().map(|place| changed[*place]).collect();
+            objects.extend(object(&core, &of_changed, &unknown, [visit, other], config));
         }
     }
     objects
@@ -168,13 +184,13 @@ fn differing(visit: &Side<'_>, other: &Side<'_>, config: &ChangesConfig) -> Vec<
 
 /// The object of a group of changed points; none if it is too small, or if the rays of the other visit do not say that it was not there.
 fn object(
-    group: &[usize],
-    changed: &[[f32; 3]],
-    unknown: &[[f32; 3]],
-    sides: [&Side<'_>; 2],
+    core: &[[f32; 3]],
+    changed: &Columns,
+    unknown: &Columns,
+    sides: [&Side; 2],
     config: &ChangesConfig,
 ) -> Option<Differing> {
-    let (points, place) = grown(group, changed, unknown, sides, config)?;
+    let (points, place) = grown(core, changed, unknown, sides, config)?;
     let mut sorted = place.size_m;
     sorted.sort_by(f64::total_cmp);
     if sorted[1] < config.min_size_m {
@@ -183,31 +199,28 @@ fn object(
     let place = ground_below(&place, config.stands_within_m, sides, config)
         .filter(|ground_m| place.bottom_m() - ground_m <= config.stands_within_m)
         .map_or(place, |ground_m| place.down_to(ground_m));
-    let [own, met] = sides.map(|side| penetration(&place, side.visit, config));
-    let evidence = evidence_of_absence(own, met, config);
-    let is_gone = evidence >= config.min_evidence && explains_absence(met, config);
-    if !is_gone || same_share(&place, sides, config) > config.max_same_share {
+    if same_share(&place, sides, config) > config.max_same_share {
         return None;
     }
+    let [own, met] = sides.map(|side| penetration(&place, &side.images, config));
+    let evidence = evidence_of_absence(own, met, config);
+    let is_gone = evidence >= config.min_evidence && explains_absence(met, config);
     let confidence = 1.0 / (1.0 + (-evidence).exp());
-    Some(Differing { place, points, confidence })
+    is_gone.then_some(Differing { place, points, confidence })
 }
 
 /// The points of an object and its box: the group, points of unknown places near its box, and all that differs above and below it, again and again, without those of the ground. None
 /// without points.
 fn grown(
-    group: &[usize],
-    changed: &[[f32; 3]],
-    unknown: &[[f32; 3]],
-    sides: [&Side<'_>; 2],
+    core: &[[f32; 3]],
+    changed: &Columns,
+    unknown: &Columns,
+    sides: [&Side; 2],
     config: &ChangesConfig,
 ) -> Option<(Vec<[f32; 3]>, UprightBox)> {
-    let core: Vec<[f32; 3]> = group.iter().map(|place| changed[*place]).collect();
-    let mut others = changed.to_vec();
-    for place in group.iter().rev() {
-        others.swap_remove(*place);
-    }
-    let mut place = UprightBox::around(&core, &config.box_fit)?;
+    let bits = |point: &[f32; 3]| point.map(f32::to_bits);
+    let of_core: BTreeSet<[u32; 3]> = core.iter().map(bits).collect();
+    let mut place = UprightBox::around(core, &config.box_fit)?;
     let mut points = Vec::new();
     for _ in 0..config.grow_rounds {
         let ground_m =
@@ -218,10 +231,11 @@ fn grown(
         let at = |point: &[f32; 3]| Vector3::from(point.map(f64::from));
         let is_stacked = |point: &&[f32; 3]| column.holds(&at(point), config.same_surface_m);
         let is_near = |point: &&[f32; 3]| place.holds(&at(point), config.grow_m) || is_stacked(point);
+        let is_other = |point: &&[f32; 3]| !of_core.contains(&bits(point));
         let next: Vec<[f32; 3]> = core
             .iter()
-            .chain(others.iter().filter(is_stacked))
-            .chain(unknown.iter().filter(is_near))
+            .chain(changed.around(&place, config.same_surface_m).filter(is_other).filter(is_stacked))
+            .chain(unknown.around(&place, config.grow_m).filter(is_near))
             .filter(is_above)
             .copied()
             .collect();
@@ -234,25 +248,25 @@ fn grown(
     Some((points, place))
 }
 
-/// Share of the points in a box, above its lower end, that have a surface of the other visit near them: a thing is gone as a whole. Linear in the points.
-fn same_share(place: &UprightBox, [visit, other]: [&Side<'_>; 2], config: &ChangesConfig) -> f64 {
+/// Share of the points in a box, above its lower end, that have a surface of the other visit near them: a thing is gone as a whole. Linear in the points around.
+fn same_share(place: &UprightBox, [visit, other]: [&Side; 2], config: &ChangesConfig) -> f64 {
     let is_inside = |point: &&[f32; 3]| {
         let at = Vector3::from(point.map(f64::from));
         at.z > place.bottom_m() + config.same_surface_m && place.holds(&at, 0.0)
     };
     let (mut inside, mut same) = (0_usize, 0_usize);
-    for point in visit.surfaces.points().iter().filter(is_inside) {
+    for point in visit.columns.around(place, 0.0).filter(is_inside) {
         inside += 1;
         same += usize::from(other.surfaces.is_near(point));
     }
     same as f64 / inside.max(1) as f64
 }
 
-/// Height of the level surface below a box, metres: the most common one of the points round it, down to a distance below its lower end. Linear in the points of both visits.
+/// Height of the level surface below a box, metres: the most common one of the points round it, down to a distance below its lower end. Linear in the points of both visits around.
 fn ground_below(
     place: &UprightBox,
     down_to_m: f64,
-    sides: [&Side<'_>; 2],
+    sides: [&Side; 2],
     config: &ChangesConfig,
 ) -> Option<f64> {
     let bottom_m = place.bottom_m();
@@ -260,7 +274,7 @@ fn ground_below(
     // The footprint at all heights: what stands there is no ground.
     let column = UprightBox { size_m: [place.size_m[0], place.size_m[1], f64::INFINITY], ..*place };
     let mut bins: BTreeMap<i64, (usize, f64)> = BTreeMap::new();
-    for point in sides.into_iter().flat_map(|side| side.surfaces.points()) {
+    for point in sides.into_iter().flat_map(|side| side.columns.around(place, config.ground_reach_m)) {
         let at = Vector3::from(point.map(f64::from));
         let is_around = column.holds(&at, config.ground_reach_m) && !column.holds(&at, config.grow_m);
         if (lowest_m..=highest_m).contains(&at.z) && is_around {

@@ -15,6 +15,7 @@
 //! Environments*, 2024. Differences: rays instead of volumes say what was free, and objects get boxes.
 
 mod clusters;
+mod columns;
 mod config;
 mod depth;
 mod detect;

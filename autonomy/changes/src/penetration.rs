@@ -1,6 +1,7 @@
 //! Whether the rays of a visit went through an object that stands in another visit.
 
-use crate::{ChangesConfig, UprightBox, Visit};
+use crate::ray_image::RayImage;
+use crate::{ChangesConfig, UprightBox};
 use geometry::Vector3;
 
 /// Rays of a visit that met the place of an object.
@@ -12,8 +13,8 @@ pub(crate) struct Penetration {
     pub ended: usize,
 }
 
-/// Counts the rays of a visit that would have ended at an object if it had been there. The part next to the ground is left out, because rays end at the ground there. Linear in the rays.
-pub(crate) fn penetration(place: &UprightBox, visit: &Visit, config: &ChangesConfig) -> Penetration {
+/// Counts the rays of a visit that would have ended at an object if it had been there. The part next to the ground is left out, because rays end at the ground there. Linear in the rays towards it.
+pub(crate) fn penetration(place: &UprightBox, images: &[RayImage], config: &ChangesConfig) -> Penetration {
     let raised_m = (place.bottom_m() + config.same_surface_m).min(place.centre_m.z);
     let mut tested = place.down_to(raised_m);
     // Of an object that was seen from one side only, the box is as thin as the noise.
@@ -21,14 +22,15 @@ pub(crate) fn penetration(place: &UprightBox, visit: &Visit, config: &ChangesCon
         *side = side.max(2.0 * config.free_margin_m);
     }
     let mut counted = Penetration::default();
-    for view in &visit.views {
-        for point in &view.points {
-            let offset = Vector3::from(point.map(f64::from)) - view.sensor;
-            let range_m = offset.norm();
+    let [length, width, height] = tested.size_m;
+    let reach_m = length.hypot(width).hypot(height) / 2.0;
+    for image in images {
+        for (along, range_m) in image.rays_near(&tested.centre_m, reach_m) {
+            let (along, range_m) = (Vector3::from(along.map(f64::from)), f64::from(*range_m));
             if range_m < config.min_range_m {
                 continue;
             }
-            let Some([enters_m, leaves_m]) = tested.crossed_by(&view.sensor, &(offset / range_m)) else {
+            let Some([enters_m, leaves_m]) = tested.crossed_by(image.sensor(), &along) else {
                 continue;
             };
             let margin_m = config.free_margin_m + config.free_margin_share * enters_m;

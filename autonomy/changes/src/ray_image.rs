@@ -103,6 +103,37 @@ impl RayImage {
         passing
     }
 
+    /// All rays that come within a distance of a place, metres, map frame, and some others: unit direction and range, metres. Linear in the rays of the cells around its direction.
+    pub(crate) fn rays_near(&self, place: &Vector3, within_m: f64) -> impl Iterator<Item = &([f32; 3], f32)> {
+        let offset = place - self.sensor;
+        let distance_m = offset.norm();
+        let (rows, columns, middle) = if distance_m <= within_m {
+            (0..self.rows, self.columns, 0)
+        } else {
+            let (azimuth, elevation) =
+                (offset.y.atan2(offset.x), (offset.z / distance_m).clamp(-1.0, 1.0).asin());
+            let reach_rad = (within_m / distance_m).asin();
+            let (column, row) = self.cell(azimuth, elevation);
+            let rows = (reach_rad / self.cell_rad).ceil() as usize;
+            let cosine = (elevation.abs() + reach_rad).cos().max(0.05);
+            let columns = 2 * (reach_rad / (self.cell_rad * cosine)).ceil() as usize + 1;
+            let columns = columns.min(self.columns);
+            let first = column + self.columns - columns / 2;
+            (row.saturating_sub(rows)..(row + rows + 1).min(self.rows), columns, first)
+        };
+        rows.flat_map(move |row| {
+            (0..columns).flat_map(move |step| {
+                let cell = row * self.columns + (middle + step) % self.columns;
+                &self.rays[self.starts[cell] as usize..self.starts[cell + 1] as usize]
+            })
+        })
+    }
+
+    /// Place of the sensor, metres, map frame.
+    pub(crate) fn sensor(&self) -> &Vector3 {
+        &self.sensor
+    }
+
     /// Counts a ray if it passed the place at an offset from the sensor.
     fn count(
         &self,
@@ -185,6 +216,32 @@ mod tests {
         assert_eq!(at([-3.0, 0.2, 0.1]), (false, false), "no rays");
         assert_eq!(at([0.2, 0.0, 0.0]), (false, false), "the robot itself");
         assert_eq!(at([f32::NAN, 0.0, 0.0]), (false, false));
+    }
+
+    #[test]
+    fn all_rays_near_a_place_are_found() {
+        let mut all = 0;
+        let image = wall();
+        let count = |place: Vector3, within_m: f64| {
+            let is_near = |(along, _): &&([f32; 3], f32)| {
+                let along = Vector3::from(along.map(f64::from));
+                along.dot(&place) > 0.0 && place.cross(&along).norm() <= within_m
+            };
+            (
+                image.rays_near(&place, within_m).filter(is_near).count(),
+                image.rays.iter().filter(is_near).count(),
+            )
+        };
+        for place in [Vector3::new(3.0, 0.2, 0.1), Vector3::new(2.0, -0.9, -0.4), Vector3::new(0.3, 0.3, 0.2)]
+        {
+            for within_m in [0.05, 0.4, 0.8] {
+                let (found, expected) = count(place, within_m);
+                assert_eq!(found, expected, "{place:?} {within_m}");
+                all += expected;
+            }
+        }
+        assert!(all > 100);
+        assert!(image.rays_near(&Vector3::new(3.0, 0.2, 0.1), 0.1).count() * 10 < image.rays.len());
     }
 
     #[test]

@@ -32,10 +32,15 @@ impl Surfaces {
     pub(crate) fn is_near(&self, place: &[f32; 3]) -> bool {
         let middle = CellKey::of_point(place, 1.0 / self.radius_m).cell();
         let square = self.radius_m * self.radius_m;
-        (-1..=1).flat_map(|x| (-1..=1).flat_map(move |y| (-1..=1).map(move |z| [x, y, z]))).any(|offset| {
-            let cell = CellKey::new(std::array::from_fn(|axis| middle[axis] + offset[axis]));
-            self.of_cell(cell).iter().any(|point| squared_distance(point, place) <= square)
-        })
+        // The cell itself first: most places have a surface there.
+        let steps = [0, -1, 1];
+        steps
+            .into_iter()
+            .flat_map(|x| steps.into_iter().flat_map(move |y| steps.map(move |z| [x, y, z])))
+            .any(|offset| {
+                let cell = CellKey::new(std::array::from_fn(|axis| middle[axis] + offset[axis]));
+                self.of_cell(cell).iter().any(|point| squared_distance(point, place) <= square)
+            })
     }
 
     /// Unit normal of the surface at a place: the direction in which the points of the 27 cells around spread least. None with fewer points than that. Linear in those points.

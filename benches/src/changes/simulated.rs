@@ -42,9 +42,9 @@ pub struct Plan {
 /// Walks all visits. Prints a row for each comparison.
 pub fn run(plan: &Plan) -> Result<VisitScore> {
     println!(
-        "| site | visit | clouds | points | changed | found | of 0.15 m | found | moved | matched | turned | found | false | compared in |"
+        "| site | visit | clouds | points | changed | found | of 0.15 m | found | moved | matched | turned | found | unseen | wrong | compared in |"
     );
-    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
     let mut total = VisitScore::default();
     for name in &plan.sites {
         let mut of_site = VisitScore::default();
@@ -75,7 +75,7 @@ fn visit_site(name: SiteName, plan: &Plan, score: &mut VisitScore) -> Result<()>
             let found = detect_changes(before, &after, &ChangesConfig::default());
             let seconds = begun.elapsed().as_secs_f64();
             let mut notes = Vec::new();
-            let of_visit = score_visit(&found.objects, &truth, |note| notes.push(note));
+            let of_visit = score_visit(&found.objects, &truth, [before, &after], |note| notes.push(note));
             let (clouds, points) = (after.views.len().to_string(), after.len().to_string());
             print_row(
                 &name.to_string(),
@@ -105,11 +105,12 @@ fn print_row(site: &str, visit: &str, clouds: &str, points: &str, score: &VisitS
         matched,
         turned,
         turned_found,
+        unseen,
         wrong,
         ..
     } = score;
     println!(
-        "| {site} | {visit} | {clouds} | {points} | {large} | {large_found} | {small} | {small_found} | {moved} | {matched} | {turned} | {turned_found} | {wrong} | {compared} |"
+        "| {site} | {visit} | {clouds} | {points} | {large} | {large_found} | {small} | {small_found} | {moved} | {matched} | {turned} | {turned_found} | {unseen} | {wrong} | {compared} |"
     );
 }
 

@@ -1,6 +1,7 @@
 //! Compares what a comparison of two visits found with what was changed.
 
-use changes::{Change, ChangedObject, UprightBox};
+use changes::{Change, ChangedObject, UprightBox, Visit};
+use geometry::Vector3;
 use sim::{LooseObject, ObjectChange};
 
 /// An object is found if its middle is at most this far off, metres.
@@ -21,6 +22,8 @@ pub struct VisitScore {
     /// The same of smaller ones.
     pub small: usize,
     pub small_found: usize,
+    /// Changed ones, at an end of which no ray of its visit ended: the walk was not there. They are not counted otherwise.
+    pub unseen: usize,
     /// Large ones that were moved, and those of them that are named as moved from there.
     pub moved: usize,
     pub matched: usize,
@@ -40,6 +43,7 @@ impl VisitScore {
         self.large_found += other.large_found;
         self.small += other.small;
         self.small_found += other.small_found;
+        self.unseen += other.unseen;
         self.moved += other.moved;
         self.matched += other.matched;
         self.turned += other.turned;
@@ -53,6 +57,7 @@ impl VisitScore {
 pub fn score_visit(
     objects: &[ChangedObject],
     truth: &[ObjectChange],
+    visits: [&Visit; 2],
     mut explain: impl FnMut(String),
 ) -> VisitScore {
     let mut score = VisitScore { visits: 1, ..VisitScore::default() };
@@ -78,6 +83,11 @@ pub fn score_visit(
                 continue;
             }
         };
+        let seen = points_of(change, visits);
+        if seen == 0 && !is_found {
+            score.unseen += 1;
+            continue;
+        }
         let is_large = object.size_m.into_iter().fold(0.0, f64::max) >= LARGE_M;
         let (count, found) = if is_large {
             (&mut score.large, &mut score.large_found)
@@ -98,7 +108,7 @@ pub fn score_visit(
         if !is_found {
             let at = place(object);
             explain(format!(
-                "not found: {} at {:.2?}, {:.2?}",
+                "not found: {} at {:.2?}, {:.2?}, {seen} points",
                 name(change),
                 at.centre_m.as_slice(),
                 at.size_m
@@ -142,6 +152,23 @@ fn name(change: &ObjectChange) -> &'static str {
         ObjectChange::Taken(_) => "taken",
         ObjectChange::Moved { .. } => "moved",
         ObjectChange::Turned { .. } => "turned",
+    }
+}
+
+/// Points that the visits have of a changed object, above its lower end; of a moved one at the end that has fewer. The first visit is the earlier one.
+fn points_of(change: &ObjectChange, [before, after]: [&Visit; 2]) -> usize {
+    let count = |object: &LooseObject, visit: &Visit| {
+        let place = place(object);
+        let above = place.down_to(place.bottom_m() + 0.05);
+        let points = visit.views.iter().flat_map(|view| &view.points);
+        points.filter(|point| above.holds(&Vector3::from(point.map(f64::from)), 0.02)).count()
+    };
+    match change {
+        ObjectChange::Put(object) => count(object, after),
+        ObjectChange::Taken(object) => count(object, before),
+        ObjectChange::Moved { from, to } | ObjectChange::Turned { from, to } => {
+            count(from, before).min(count(to, after))
+        }
     }
 }
 

@@ -54,6 +54,10 @@ uuid_id! {
     SceneChangeId
 }
 uuid_id! {
+    /// One execution of a mission. A client makes it for a run that it asks for; that of a schedule follows from schedule and slot.
+    RunId
+}
+uuid_id! {
     /// An edit, named by the client, so that an edit sent twice is applied once.
     EditId
 }

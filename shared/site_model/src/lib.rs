@@ -35,6 +35,7 @@ mod site;
 mod thermal_scale;
 mod topological_map;
 mod undo;
+mod utc;
 mod validation;
 
 pub use action::ActionRequest;
@@ -49,7 +50,7 @@ pub use compare::{MergeConflict, Merged, diff, merge};
 pub use edit::{Applied, Change, Edit, EditError, RevisionChange};
 pub use ids::{
     AssetId, DockId, EdgeId, EditId, InspectionPointId, MissionId, MonitorId, MutexHoldId, NodeId, ObjectId,
-    ObjectKind, SceneChangeId, ScheduleId, TaskId, ZoneId,
+    ObjectKind, RunId, SceneChangeId, ScheduleId, TaskId, ZoneId,
 };
 pub use mission::{AskDefault, FailurePolicy, FailureStep, Mission, MissionEnd, Task, TaskOrder, TaskPlace};
 pub use mission_status::{
@@ -63,8 +64,8 @@ pub use plan_file::{PLAN_FILE_VERSION, PlanFile, PlanFileError};
 pub use problem::{ProblemKind, ProblemSeverity, SiteProblem};
 pub use route_action::{EdgeStage, RouteActionEnd, RouteActionPlace, RouteActionStep};
 pub use run::{
-    EndPlace, MissionCommand, MissionCommandKind, PlannedTask, QuestionAnswer, RunCause, RunId, RunPlan,
-    RunState, StartMode, TaskState, Utc,
+    EndPlace, MissionCommand, MissionCommandKind, PlannedTask, QuestionAnswer, RunCause, RunPlan, RunState,
+    StartMode, TaskState,
 };
 pub use run_event::{
     MissionEvent, MissionEventKind, ReachFailure, RunChangeReason, SkipReason, SlotDecision, TaskFailure,
@@ -84,6 +85,7 @@ pub use topological_map::{
     PoseTolerance, ReadingLimits, TravelDirection, Traversal, Zone, ZoneEffect,
 };
 pub use undo::UndoHistory;
+pub use utc::Utc;
 pub use validation::ValidationConfig;
 
 #[cfg(test)]

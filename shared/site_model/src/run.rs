@@ -2,19 +2,10 @@
 
 use crate::{
     ActionRequest, FailurePolicy, LocalDateTime, MissionEnd, MissionId, MonitorId, NodeId, ObjectId,
-    Revision, ScheduleId, TaskId,
+    Revision, RunId, ScheduleId, TaskId,
 };
 use serde::{Deserialize, Serialize};
-use vocab::{CommandId, uuid_id};
-
-uuid_id! {
-    /// One execution of a mission. A client makes it for a run that it asks for; that of a schedule follows from schedule and slot.
-    RunId
-}
-
-/// An instant of the calendar clock: nanoseconds since 1970-01-01 UTC. Time-outs never use it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-pub struct Utc(pub i64);
+use vocab::CommandId;
 
 /// State of a run. The last five are outcomes: nothing comes after them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
