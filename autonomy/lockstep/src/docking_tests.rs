@@ -24,8 +24,8 @@ fn hall() -> sim::SimulatedSite {
     sim::SimulatedSite::new(SiteName::B1)
 }
 
-/// A robot that stands beside the approach node of the dock, on a site that may differ from the map. `contact_failures`: at so many attempts in a row no
-/// current flows, before one works.
+/// A robot that stands beside the approach node of the dock, on a site that may differ from the map. `contact_failures`: attempts in a row in which no current
+/// flows, before one works.
 fn day(site: sim::SimulatedSite, seed: u64, contact_failures: u32) -> Day {
     let start = Start { position: Vec3::new(18.9, 23.1, 0.0), yaw: 0.4 };
     let config = SimConfig {

@@ -53,7 +53,7 @@ impl Default for LooseObjectsConfig {
 
 /// Distance between the points of a route that objects keep clear of, metres.
 const ROUTE_STEP_M: f64 = 0.2;
-/// Every so many of them is a viewpoint: 2 m.
+/// Steps of the walk between two viewpoints: 2 m.
 const STEPS_OF_VIEWPOINT: usize = 10;
 /// Greatest step between two points of a route, metres: a stair.
 const MAX_STEP_M: f64 = 0.4;

@@ -2,9 +2,9 @@
 //! go the way of those of a person: the store adopts the map, and the ledger applies one edit.
 
 use crate::imports::{ImportWorker, store_reason};
-use crate::ledger::SiteWork;
+use crate::ledger::{SiteWork, refusal_reason};
 use crate::texts;
-use api::{EditOutcome, EditRefusal, ImportStage, MapSummary};
+use api::{EditOutcome, ImportStage, MapSummary};
 use crossbeam_channel::RecvTimeoutError;
 use messages::{Command, CommandKind, Principal};
 use ports::ExampleRequest;
@@ -89,13 +89,7 @@ impl ImportWorker {
         self.ledger.change_site(work).map_err(str::to_owned)?;
         match outcome.recv_timeout(CONFIG.ledger_timeout) {
             Ok(EditOutcome::Applied { .. }) => Ok(()),
-            Ok(EditOutcome::Refused(EditRefusal::Invalid(errors))) => {
-                let reason = errors.first().map_or_else(String::new, ToString::to_string);
-                Err(texts::example_not_stored(&reason))
-            }
-            Ok(EditOutcome::Refused(EditRefusal::Rejected(reason) | EditRefusal::Unavailable(reason))) => {
-                Err(texts::example_not_stored(&reason))
-            }
+            Ok(EditOutcome::Refused(refusal)) => Err(texts::example_not_stored(&refusal_reason(refusal))),
             // The ledger's thread has ended, or its disk hangs.
             Err(RecvTimeoutError::Timeout) => Err(texts::example_not_stored(texts::DISK_TOO_SLOW)),
             Err(RecvTimeoutError::Disconnected) => Err(texts::PLATFORM_ENDING.to_owned()),

@@ -2,7 +2,7 @@
 //! becomes the map of the site. It is one edit in the platform's name, which people are told of and can undo.
 
 use crate::clock::{CalendarTime, RobotClock};
-use crate::ledger::{LedgerInbox, SiteWork};
+use crate::ledger::{LedgerInbox, SiteWork, refusal_reason};
 use crate::mailbox::Mailbox;
 use crate::texts;
 use api::EditOutcome;
@@ -71,7 +71,7 @@ impl NodeFollower {
                         (Severity::Info, texts::site_follows_map(nodes, distance_m))
                     }
                     (EditOutcome::Refused(refusal), Some(_)) => {
-                        (Severity::Warning, texts::site_does_not_follow(&format!("{refusal:?}")))
+                        (Severity::Warning, texts::site_does_not_follow(&refusal_reason(refusal)))
                     }
                 };
                 mailbox.notice(clock.now(), severity, text);

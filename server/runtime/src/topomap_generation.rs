@@ -2,12 +2,10 @@
 //!
 //! One is made at a time. The edit is made of the site at the moment when it is applied, so that no edit of a person comes between.
 
-use crate::ledger::{LedgerInbox, SiteWork};
+use crate::ledger::{LedgerInbox, SiteWork, refusal_reason};
 use crate::state_publisher::StatePublisher;
 use crate::texts;
-use api::{
-    EditOutcome, EditRefusal, Event, MAX_BLOCKED_SEGMENTS, TopomapGeneration, TopomapStage, TopomapSummary,
-};
+use api::{EditOutcome, Event, MAX_BLOCKED_SEGMENTS, TopomapGeneration, TopomapStage, TopomapSummary};
 use messages::{Principal, RobotProfile};
 use ports::error_with_causes;
 use site_model::{Edit, EditId, Site};
@@ -120,7 +118,7 @@ impl TopomapGenerator {
                     this.end(TopomapGeneration::Done { map, edit: id, summary });
                 }
                 EditOutcome::Refused(refusal) => {
-                    this.fail(map, texts::topomap_not_stored(&reason_of(refusal)))
+                    this.fail(map, texts::topomap_not_stored(&refusal_reason(refusal)))
                 }
             }),
         });
@@ -140,13 +138,6 @@ impl TopomapGenerator {
 
     fn publish(&self, state: TopomapGeneration) {
         self.shared.state_publisher.publish(Event::TopomapGeneration(state));
-    }
-}
-
-fn reason_of(refusal: EditRefusal) -> String {
-    match refusal {
-        EditRefusal::Invalid(errors) => errors.first().map_or_else(String::new, ToString::to_string),
-        EditRefusal::Rejected(reason) | EditRefusal::Unavailable(reason) => reason,
     }
 }
 

@@ -354,3 +354,11 @@ impl LedgerWorker {
         self.site.apply(edits);
     }
 }
+
+/// Why an edit was refused, for people: the first reason, a clause or a sentence.
+pub fn refusal_reason(refusal: EditRefusal) -> String {
+    match refusal {
+        EditRefusal::Invalid(errors) => errors.first().map_or_else(String::new, ToString::to_string),
+        EditRefusal::Rejected(reason) | EditRefusal::Unavailable(reason) => reason,
+    }
+}

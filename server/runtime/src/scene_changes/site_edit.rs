@@ -77,7 +77,7 @@ pub fn edit_with_changes(site: &Site, comparison: &Comparison, config: &SiteChan
     (edit, new)
 }
 
-/// Removals of old changes on which people have decided, as far as the site would have too many.
+/// Removals of old changes on which people have decided: as many as the site would have too many.
 fn removals(site: &Site, new: usize, edit: &Edit, config: &SiteChangesConfig) -> Vec<Change> {
     let excess = (site.scene_changes().count() + new).saturating_sub(config.max_changes);
     if excess == 0 {

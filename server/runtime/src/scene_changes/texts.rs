@@ -6,8 +6,16 @@ use std::fmt::Display;
 pub fn changes_found(new: usize, known: usize, is_against_map: bool) -> String {
     let with = if is_against_map { "the map" } else { "an earlier run" };
     let things = |count: usize| if count == 1 { "1 thing".to_owned() } else { format!("{count} things") };
-    let again = if known == 0 { String::new() } else { format!(", and {} again", things(known)) };
-    format!("Compared with {with}, the run shows {} changed for the first time{again}.", things(new))
+    match (new, known) {
+        (new, 0) => format!("Compared with {with}, {} changed. Look at Changes on Runs.", things(new)),
+        (0, known) => format!("Compared with {with}, nothing new changed; {} known before.", things(known)),
+        (new, known) => {
+            format!(
+                "Compared with {with}, {} changed, and {known} known before. Look at Changes on Runs.",
+                things(new)
+            )
+        }
+    }
 }
 
 /// More objects than are kept.
@@ -27,5 +35,10 @@ pub fn clouds_not_kept(reason: &dyn Display) -> String {
     format!("The clouds of the changes were not kept: {reason}.")
 }
 
-/// The site did not take the changes.
+/// The site did not take the changes, for `reason`, a clause or a sentence.
+pub fn site_refused(reason: &str) -> String {
+    format!("The site does not take the changes: {}.", reason.trim_end_matches('.'))
+}
+
+/// The comparison is made after the next start.
 pub const CORE_ENDS: &str = "The platform was ending.";

@@ -8,7 +8,7 @@ use super::baseline::{Baseline, BaselineConfig, find_baseline};
 use super::site_edit::{Comparison, SiteChangesConfig, edit_with_changes};
 use super::texts;
 use crate::clock::RobotClock;
-use crate::ledger::{LedgerInbox, SiteWork};
+use crate::ledger::{LedgerInbox, SiteWork, refusal_reason};
 use crate::mailbox::Mailbox;
 use api::EditOutcome;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TryRecvError};
@@ -223,7 +223,7 @@ impl SceneChangeWorker {
                 self.tell(Severity::Info, texts::changes_found(new, found - new, is_against_map));
                 Ok(())
             }
-            Ok(EditOutcome::Refused(refusal)) => Err(format!("{refusal:?}.")),
+            Ok(EditOutcome::Refused(refusal)) => Err(texts::site_refused(&refusal_reason(refusal))),
             Err(_) => Err(texts::CORE_ENDS.to_owned()),
         }
     }

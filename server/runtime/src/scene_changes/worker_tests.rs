@@ -144,7 +144,7 @@ fn a_run_that_has_ended_is_compared_once() {
     let SceneChange { map, before, after, first_seen, times_seen, clouds, .. } = &changes[0];
     assert_eq!((*map, *before, *after), (MAP, EarlierVisit::Map(MAP), RUN));
     assert_eq!((*first_seen, *times_seen, clouds.is_some()), (Utc(77), 1, true));
-    assert_eq!(told, ["Compared with the map, the run shows 1 thing changed for the first time."]);
+    assert_eq!(told, ["Compared with the map, 1 thing changed. Look at Changes on Runs."]);
 }
 
 #[test]

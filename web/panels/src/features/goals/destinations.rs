@@ -18,7 +18,7 @@ fn may_send(model: &Model) -> bool {
 /// Docks first, then nodes by name.
 fn destinations(site: &Site) -> Vec<(String, ClientCommand)> {
     let is_of_dock = |node| site.docks().any(|dock| dock.node == node);
-    let docks = site.docks().map(|dock| (texts::dock(&dock.name), ClientCommand::GoToDock(dock.id)));
+    let docks = site.docks().map(|dock| (dock.name.clone(), ClientCommand::GoToDock(dock.id)));
     let others = nodes(site).into_iter().filter(|node| !is_of_dock(node.id));
     docks.chain(others.map(|node| (node.name.clone(), ClientCommand::GoToNode(node.id)))).collect()
 }

@@ -100,7 +100,7 @@ fn the_robot_is_sent_to_a_dock_or_a_node_by_its_name() {
     let (client, dock) = with_dock();
     let site = client.model.site.site().expect("a site");
     let node = site.nodes().find(|node| node.name == "N1").expect("the first one").id;
-    let name = site.docks().next().map(|dock| format!("Dock {}", dock.name)).expect("a dock");
+    let name = site.docks().next().map(|dock| dock.name.clone()).expect("a dock");
     let mut harness = client.shown(1440.0, 900.0);
     for (name, command) in
         [(name.as_str(), ClientCommand::GoToDock(dock)), ("N1", ClientCommand::GoToNode(node))]
@@ -136,7 +136,7 @@ fn a_goal_on_the_topological_map_has_the_name_of_its_place() {
     for (kind, words) in [
         (GoalKind::GoToNode(node.id), format!("Going to {}", node.name)),
         (GoalKind::GoToNode(NodeId(Uuid::nil())), "Going to a node".to_owned()),
-        (GoalKind::GoToDock(dock), "Going to dock ".to_owned()),
+        (GoalKind::GoToDock(dock), "Going to Dock".to_owned()),
     ] {
         let goal = Goal { id: GOAL, kind, by: ME, accepted: Stamp::EPOCH, status: running(6.0, None) };
         let (client, _) = with_dock();

@@ -34,11 +34,6 @@ pub(super) fn state(state: ExecutiveState) -> &'static str {
     }
 }
 
-/// A dock among other places.
-pub(super) fn dock(name: &str) -> String {
-    format!("Dock {name}")
-}
-
 /// What the robot does. `site` has the names of nodes and docks.
 pub(super) fn goal(kind: GoalKind, site: Option<&Site>) -> String {
     match kind {
@@ -49,7 +44,7 @@ pub(super) fn goal(kind: GoalKind, site: Option<&Site>) -> String {
             None => "Going to a node".to_owned(),
         },
         GoalKind::GoToDock(id) => match site.and_then(|site| site.docks().find(|dock| dock.id == id)) {
-            Some(dock) => format!("Going to dock {}", dock.name),
+            Some(dock) => format!("Going to {}", dock.name),
             None => "Going to a dock".to_owned(),
         },
         GoalKind::Undock => "Leaving the dock".to_owned(),
