@@ -9,7 +9,7 @@ use site_model::{OrientedBox, ReviewState, SceneChangeKind};
 /// What appeared, and what was moved to its place.
 const APPEARED: Colour = [222, 60, 48, 255];
 /// What is gone.
-const REMOVED: Colour = [110, 135, 165, 255];
+const REMOVED: Colour = [150, 176, 208, 255];
 /// Width of the lines, logical px.
 const WIDTH_PX: f32 = 2.0;
 

@@ -7,6 +7,7 @@ mod texts;
 use crate::button::Button;
 use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
 use crate::name_field::NameField;
+use crate::select::show_caption;
 use crate::widgets::{self, fact};
 use crate::{format, icon, screens};
 use client_model::{CameraMove, ClientCommand, SiteEdit};
@@ -106,9 +107,11 @@ impl ChangesPanel {
             }
         }
         let object = ObjectId::SceneChange(change.id);
+        show_caption(ui, tokens, texts::REASON_FIELD.field);
         if let Some(reason) = self.reason.show(ui, cx, &texts::REASON_FIELD, object, "") {
             decided = Some(SceneChange { review: ReviewState::Dismissed { reason }, ..change.clone() });
         }
+        show_caption(ui, tokens, texts::COMMENT_FIELD.field);
         if let Some(comment) = self.comment.show(ui, cx, &texts::COMMENT_FIELD, object, &change.comment) {
             decided = Some(SceneChange { comment, ..change.clone() });
         }

@@ -89,7 +89,7 @@ fn the_list_is_filtered_by_state_kind_and_size() {
         [APPEARED, REMOVED].map(|row| harness.query_by_label(row).is_some())
     };
     assert_eq!(listed(&harness), [true, true]);
-    press(&mut harness, "0.3 m and more");
+    press(&mut harness, "From 0.3 m");
     assert_eq!(listed(&harness), [true, false]);
     press(&mut harness, "Any size");
     press(&mut harness, "Moved");

@@ -13,7 +13,7 @@ pub(super) const REVIEWS: [(&str, usize); 3] = [("New", 0), ("Watched", 1), ("An
 /// By which kind.
 pub(super) const KINDS: [(&str, usize); 4] = [("Any kind", 0), ("Appeared", 1), ("Removed", 2), ("Moved", 3)];
 /// By which size.
-pub(super) const SIZES: [(&str, usize); 3] = [("Any size", 0), ("0.3 m and more", 1), ("1 m and more", 2)];
+pub(super) const SIZES: [(&str, usize); 3] = [("Any size", 0), ("From 0.3 m", 1), ("From 1 m", 2)];
 pub(super) const PLACE: &str = "Middle";
 pub(super) const SIZE: &str = "Size";
 pub(super) const CONFIDENCE: &str = "Confidence";
