@@ -1,9 +1,8 @@
 //! Where the robot is on the graph: at a node, on an edge, and which node is nearest. With hysteresis, so that a pose that is noisy does not make these flicker.
 
 use super::RouteGraph;
-use super::zones::is_inside;
 use crate::poses::{heading_rad, turn_between_rad};
-use site_model::{EdgeId, Node, NodeId, Site};
+use site_model::{EdgeId, Node, NodeId, Site, is_in_polygon};
 use vocab::{Pose, Vec3};
 
 /// Parameters of [`GraphLocaliser`].
@@ -99,7 +98,7 @@ impl GraphLocaliser {
         if self.is_on_other_floor(node.map_from_node.position, pose.position) {
             return false;
         }
-        if is_inside(&node.influence_area_m, [x, y]) {
+        if is_in_polygon(&node.influence_area_m, [x, y]) {
             return true;
         }
         let along_m = node.tolerance.along_m * ratio + margin_m;

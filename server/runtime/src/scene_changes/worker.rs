@@ -168,6 +168,8 @@ impl SceneChangeWorker {
             found.objects.truncate(CONFIG.max_objects);
         }
         if count == 0 {
+            let is_against_map = matches!(baseline.before, EarlierVisit::Map(_));
+            self.tell(Severity::Info, texts::nothing_changed(is_against_map));
             return Ok(0);
         }
         let clouds = self.keep_clouds(&found).unwrap_or_else(|reason| {
