@@ -8,16 +8,16 @@ use navigation::ElevationMap;
 use vocab::Span;
 
 /// Parameters of stepping back in front of a pose that something seems to stand in.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BackUpConfig {
     /// The robot steps back when it was not allowed to make its last steps for this time. Above the time in which a person walks past, 2 s.
     pub held_time: Span,
     /// Distance that it steps back at most, metres. Above the distance from which the elevation map clears thin traces, 2 m, and the robot is beside the trace.
     pub distance_m: f64,
-    /// Shorter ways back than this show nothing new, metres.
+    /// Shorter ways back than this show nothing new, metres. Chosen: a third of [`Self::distance_m`].
     pub min_distance_m: f64,
-    /// Distance around the robot in which cells are not asked, metres: it may be too near to the thing. The footprint is 0.36 m. Beyond it, a path has to be free.
+    /// Distance around the robot in which cells are not asked, metres: it may be too near to the thing. Chosen: a little more than the radius of the footprint of the
+    /// default robot, 0.38 m. Beyond it, a path has to be free.
     pub footprint_m: f64,
     /// Distance between the cells that are asked on the way, metres: a cell of the elevation map.
     pub sample_m: f64,
