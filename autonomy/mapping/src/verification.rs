@@ -65,9 +65,10 @@ pub struct VerificationConfig {
     pub tilt_std_rad: f64,
     /// A direction with a larger standard deviation is degenerate, metres. Chosen: ten times the least deviation of a registration.
     pub max_observed_std_m: f64,
-    /// Standard deviation that submaps and motion correction leave however many points agree: rotation, radians.
+    /// Standard deviation that submaps and motion correction leave however many points agree: rotation, radians. Its default is that of registrations
+    /// ([`RegistrationFloor`]).
     pub floor_rotation_std_rad: f64,
-    /// The same for translation, metres.
+    /// The same for translation, metres. Its default is that of registrations ([`RegistrationFloor`]).
     pub floor_translation_std_m: f64,
     /// Share of the submaps' own covariance that is added to the result. Registration averages over it. Chosen: half.
     pub submap_covariance_share: f64,

@@ -223,9 +223,9 @@ impl Default for TrackingConfig {
 /// Configuration of an [`Odometry`](crate::Odometry).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OdometryConfig {
-    /// Sources that may be used.
+    /// Sources that may be used. The default is all of them; the caller leaves some out.
     pub sources: Sources,
-    /// Poses of the sensors.
+    /// Poses of the sensors. Given by the boot record.
     pub mounting: Mounting,
     /// Points nearer to the LiDAR than this are dropped, metres. Chosen: about the radius of a robot's footprint, 0.38 m.
     pub min_range_m: f32,
