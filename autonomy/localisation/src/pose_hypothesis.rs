@@ -22,7 +22,7 @@ impl PoseHypothesis {
 }
 
 /// Greatest difference of two poses that count as one.
-/// Where a field names no source, its value was chosen.
+/// The field of a configuration that has this type says where both values come from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HypothesisTolerance {
     /// Distance of the positions, metres.

@@ -21,14 +21,15 @@ use std::time::Instant;
 use vocab::{GoalId, KeyframeId, SessionId, Stamp};
 
 /// Bounds of a [`Mailbox`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MailboxConfig {
-    /// Publications that may wait in order. Compacted they are some 600 at most.
+    /// Publications that may wait in order. Compacted they are some 600 at most. Chosen: three times that.
     pub max_publications: usize,
-    /// Bytes that they may take, clouds and graphs included: some 60 keyframes, a minute of a walk over new ground.
+    /// Bytes that they may take, clouds and graphs included: some 60 keyframes, a minute of a walk over new ground. Chosen: it bounds the memory while the publisher
+    /// waits for the disk.
     pub max_bytes: usize,
-    /// Sessions of which a compacted mailbox keeps the state of mapping. The files of an older one stay until the next start.
+    /// Sessions of which a compacted mailbox keeps the state of mapping. The files of an older one stay until the next start. Chosen: a person begins few sessions while
+    /// the disk does not write.
     pub max_sessions: usize,
 }
 

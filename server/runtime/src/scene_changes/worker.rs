@@ -27,14 +27,13 @@ use vocab::{BlobHash, ClientId};
 use watchdog::{BEAT_PERIOD, Heartbeat};
 
 /// Parameters of the comparisons.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct SceneChangesConfig {
-    /// Runs that may wait: more than the stack remembers of those that have ended.
+    /// Runs that may wait: more than the stack remembers of those that have ended. Chosen: four times that.
     max_waiting: usize,
-    /// Objects of one comparison that are kept, the largest. A robot that was localised wrongly sees everything changed.
+    /// Objects of one comparison that are kept, the largest. A robot that was localised wrongly sees everything changed. Chosen: nobody looks through more.
     max_objects: usize,
-    /// A comparison that takes longer hangs.
+    /// A comparison that takes longer hangs. Chosen: a comparison takes seconds to minutes (docs/benchmarks/changes.md), with low priority.
     max_duration: Duration,
 }
 
