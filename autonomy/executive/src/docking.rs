@@ -55,7 +55,7 @@ pub struct DockingConfig {
     /// On the way in, the robot goes on only with errors below this multiple of those. Above 1, so that noise does not stop it. Chosen: twice the errors are still
     /// corrected on the way in.
     pub entering_ratio: f64,
-    /// Pose in which contacts touch. Those of common docks allow for 3 cm and 3 degrees. Chosen after them.
+    /// Pose in which contacts touch. Those of common docks allow for 3 cm and 3 degrees. Chosen for this reason.
     pub contact: PoseTolerance,
     /// Share of it within which the robot ends. The rest is for the errors of detection. Chosen: a third.
     pub contact_share: f64,

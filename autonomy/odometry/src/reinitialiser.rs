@@ -18,7 +18,7 @@ pub struct ReinitialiserConfig {
     /// A start with a lower score than this is not followed. Chosen: below it, two fifths of what usually fits fit nowhere.
     pub min_score: f64,
     /// A rotated start has to fit this many times as well as the best candidate. Behind a door most of the seen surfaces are new and fit at no pose,
-    /// so a rotated start may fit slightly better by chance. Chosen after that.
+    /// so a rotated start may fit slightly better by chance. Chosen for this reason.
     pub min_improvement: f64,
     /// Weight of one scan in the running mean of scores. Chosen: ten scans.
     pub learning_rate: f64,

@@ -16,7 +16,7 @@ use vocab::Vec3;
 struct ViewConfig {
     /// Shortest distance between node and plate, metres: the head tilts by 80 degrees at most, and the robot must not touch the wall.
     min_distance_m: f64,
-    /// Longest distance, metres: at the greatest zoom in use the plate still has 100 pixels. Chosen after that.
+    /// Longest distance, metres: at the greatest zoom in use the plate still has 100 pixels. Chosen for this reason.
     max_distance_m: f64,
     /// Least cosine of the angle between the line to the node and the normal of the plate: 60 degrees. Chosen: at 60 degrees a dial looks half as wide as it is.
     min_facing: f64,
@@ -24,7 +24,7 @@ struct ViewConfig {
     slack_m: f64,
     /// Width of the picture in the plane of the plate, metres: a gauge fills a fifth of it. Chosen: some surroundings of the gauge are seen too.
     picture_width_m: f64,
-    /// Greatest zoom in use. More would leave nothing of the surroundings when the aim is off by a degree. Chosen after that.
+    /// Greatest zoom in use. More would leave nothing of the surroundings when the aim is off by a degree. Chosen for this reason.
     zoom_max: f64,
     /// Counting time of a spectrum, seconds. Chosen: the lines of the sources stand out from the background, and the tour does not take long.
     gamma_s: i64,
