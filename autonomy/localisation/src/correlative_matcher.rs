@@ -29,7 +29,7 @@ pub struct CorrelativeMatcherConfig {
     pub min_height_m: f64,
     /// Greatest height over the floor of points that are projected, metres. It includes walls and racks, but no ceiling. Chosen: as high as a door.
     pub max_height_m: f64,
-    /// Height of the base over the floor if the scan does not show the floor, metres: that of a quadruped. Chosen after that; heights from [`Self::min_height_m`] to
+    /// Height of the base over the floor if the scan does not show the floor, metres: that of a quadruped. Chosen: heights from [`Self::min_height_m`] to
     /// [`Self::max_height_m`] leave room for an error of some decimetres.
     pub default_base_height_m: f64,
     /// Parameters of the floor detection. Points nearer than its `min_range_m` are not projected either.

@@ -31,7 +31,7 @@ pub struct MapQualityConfig {
     pub flatness_share: f64,
     /// Cells of one unvisited area are at most this many cells apart. Chosen: shadows of posts and furniture do not part an area.
     pub max_gap_cells: i32,
-    /// Least number of cells of an unvisited area: a small room. Chosen after that; less sends people to corners.
+    /// Least number of cells of an unvisited area: a small room. Chosen: less sends people to corners.
     pub min_area_cells: usize,
     /// The target of an area is the cell with most cells of the area within this many cells. Chosen: the middle of a room of 8 m.
     pub target_radius_cells: i32,

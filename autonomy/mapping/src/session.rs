@@ -26,7 +26,7 @@ pub struct SessionConfig {
     /// number: less trusts slipping feet, more lets the next loop bend that part of the walk.
     pub dead_reckoning_std_share: f64,
     /// Greatest number of entries of the trajectory, 68 B each: a pose for each scan of the last hour and a half at 10 Hz, and fewer of the walk
-    /// before. Chosen after memory: 9 MB.
+    /// before. Chosen: they take 9 MB.
     pub max_trajectory_entries: usize,
     /// Degenerate scans at most this far apart belong to one segment. Chosen: five scans at 10 Hz.
     pub max_segment_gap: Span,

@@ -29,9 +29,9 @@ pub struct TopomapConfig {
     /// the robot walks [`Self::max_range_m`] towards it: 13 s at 0.9 m/s.
     pub lasting_s: f64,
     /// Half the width of the body as a share of the radius of the robot's turning circle. Default: 0.25 m of 0.38 m, robots of the proportions of Spot and
-    /// ANYmal. Where the robot has walked, this much room is enough, because it has passed there; elsewhere there has to be the radius. Chosen after those robots.
+    /// ANYmal. Where the robot has walked, this much room is enough, because it has passed there; elsewhere there has to be the radius. Chosen for those robots.
     pub half_width_share: f64,
-    /// Half the width that the feet need as a share of the same radius: the ground is checked this far to both sides. Default: 0.18 m of 0.38 m. Chosen after the same
+    /// Half the width that the feet need as a share of the same radius: the ground is checked this far to both sides. Default: 0.18 m of 0.38 m. Chosen for the same
     /// robots.
     pub half_stance_share: f64,
     /// Longest distance without known ground along an edge, metres: a hole in the data, shorter than any opening that a robot falls into. Chosen: the width of a door

@@ -26,7 +26,7 @@ pub struct FramePacingConfig {
     pub max_decrease: f32,
     /// Factor by which one frame in time raises the quality. Chosen: twelve frames double the quality, so that it does not swing.
     pub increase: f32,
-    /// Resolution for each unit of quality: points are reduced first, and pixels from a quality of 0.4 down. Chosen after that: one divided by 0.4.
+    /// Resolution for each unit of quality: points are reduced first, and pixels from a quality of 0.4 down. Chosen: one divided by 0.4.
     pub resolution_per_quality: f32,
     /// Lowest resolution. Chosen: half; letters of labels are drawn apart.
     pub min_resolution: f32,

@@ -49,7 +49,7 @@ pub struct AccountsConfig {
     pub passwords: PasswordConfig,
     /// How often somebody may try to sign in.
     pub throttle: ThrottleConfig,
-    /// Time without use after which a session ends: a shift with its breaks. OWASP ASVS 5, 7.3.1 leaves it to the site. Chosen after a shift.
+    /// Time without use after which a session ends: a shift with its breaks. OWASP ASVS 5, 7.3.1 leaves it to the site. Chosen for such a shift.
     pub session_idle: Span,
     /// Time after which a session ends in any case: a week. Chosen as a round number: less makes people sign in more often, more leaves a stolen one valid for longer.
     pub max_session: Span,

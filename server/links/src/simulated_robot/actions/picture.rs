@@ -7,7 +7,7 @@ use site_model::{Reading, ThermalScale};
 
 /// Parameters of the files of pictures.
 struct PictureEncodingConfig {
-    /// Quality of photos, 1 to 100. Letters of a few pixels stay legible; a picture has 60 to 120 kB. Chosen after that; with more, files grow, with less, print smears.
+    /// Quality of photos, 1 to 100. Letters of a few pixels stay legible; a picture has 60 to 120 kB. Chosen: with more, files grow; with less, letters smear.
     jpeg_quality: u8,
 }
 
