@@ -30,7 +30,8 @@ pub struct ChangesConfig {
     pub free_margin_share: f64,
     /// Rays that have to have gone through a place. One may be a stray one. With 4 the first three seeds of docs/benchmarks/changes.md gave the same result.
     pub min_free_rays: usize,
-    /// Share of the rays that passed a place or ended there that have to have gone through it. Chosen: the majority decides.
+    /// Share of the rays that passed a place or ended there that have to have gone through it. Chosen: the majority decides. With less, errors of poses make edges
+    /// appear; with more, thin things that are gone are missed.
     pub min_free_share: f64,
     /// Share of the views of its own visit from which most rays went through the place of a point, from which on it belonged to something that moves, such as a person.
     /// Chosen: the majority of the views decides. With 0.3 the first three seeds of docs/benchmarks/changes.md gave the same result.

@@ -55,9 +55,10 @@ pub struct DockingConfig {
     /// On the way in, the robot goes on only with errors below this multiple of those. Above 1, so that noise does not stop it. Chosen: twice the errors are still
     /// corrected on the way in.
     pub entering_ratio: f64,
-    /// Pose in which contacts touch. Those of common docks allow for 3 cm and 3 degrees. Chosen for this reason.
+    /// Pose in which contacts touch. Those of common docks allow for 3 cm and 3 degrees.
     pub contact: PoseTolerance,
-    /// Share of it within which the robot ends. The rest is for the errors of detection. Chosen: a third.
+    /// Share of it within which the robot ends. The rest is for the errors of detection. Chosen: a third. With more, fewer dockings charge; with less, the robot moves to
+    /// and fro at the end for longer.
     pub contact_share: f64,
     /// Share of it beyond which a robot that has come to rest in the pose moves again. Between `contact_share` and 1. Chosen: below 1, so that the robot moves before the
     /// contacts part.

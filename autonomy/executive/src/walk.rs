@@ -24,8 +24,8 @@ pub struct WalkConfig {
     /// A robot that has moved less than this within `blocked_timeout` is held by what stands beside its path, metres: the walk fails. Below the slowest walk. Chosen: a
     /// cell of the elevation map.
     pub held_distance_m: f64,
-    /// A robot that has moved less than this distance for this time waits for a free path, as people are told. Half a turn in place takes 3.5 s. Chosen: a little longer
-    /// than that.
+    /// A robot that has moved less than this distance for this time waits for a free path, as people are told. Half a turn in place takes 3.5 s. Chosen: half a second
+    /// longer, so that a turn is not reported.
     pub held_report_time: Span,
     /// Parameters of path planning.
     pub planner: PlannerConfig,

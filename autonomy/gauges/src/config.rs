@@ -67,7 +67,7 @@ pub struct GaugeConfig {
     pub rival_share: f64,
     /// Difference of direction from which two needles are different ones, radians. Chosen: 20 degrees, half the width of a wedge near the axis.
     pub rival_direction_rad: f64,
-    /// Error of the edges of the needle in a picture, pixels: half of one, as an image of any camera is. Chosen for this reason.
+    /// Error of the edges of the needle in a picture, pixels: half of one, as an image of any camera is.
     pub edge_error_px: f64,
     /// Error of the given centre and ends of the scale, radians: 1 degree, as found by hand. Chosen: what a person misses who marks a dial of a hundred pixels by a
     /// pixel.

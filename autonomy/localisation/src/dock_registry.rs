@@ -14,7 +14,7 @@ pub struct DockRegistryConfig {
     /// A robot that moves farther while it is charged is not at a dock, and a dock that moves less is not learnt again, metres. Chosen: a little more than contacts allow
     /// for, 3 cm.
     pub position_tolerance_m: f64,
-    /// Number of docks kept, the newest; a site has a handful for each of its maps. Chosen: far more than that.
+    /// Number of docks kept, the newest; a site has a handful for each of its maps. Chosen: far more than that, so that it only bounds the memory.
     pub max_docks: usize,
 }
 

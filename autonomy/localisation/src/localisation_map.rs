@@ -20,7 +20,8 @@ pub struct LocalisationMapConfig {
 pub struct FreeSpaceCheckConfig {
     /// Greatest distance of a compared keyframe from the robot, metres. Chosen: as the submaps' ([`mapping::submap::SubmapConfig::radius_m`]).
     pub radius_m: f64,
-    /// Greatest height difference of a compared keyframe from the robot, metres. Less than a storey. Chosen: half a storey.
+    /// Greatest height difference of a compared keyframe from the robot, metres. Less than a storey. Chosen: half a storey, so that a ramp is compared and another floor
+    /// is not.
     pub max_height_difference_m: f64,
     /// Number of compared keyframes, the nearest. Chosen: views from several sides; the time is in proportion.
     pub max_keyframes: usize,

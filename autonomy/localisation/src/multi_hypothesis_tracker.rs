@@ -37,7 +37,7 @@ pub struct MultiHypothesisConfig {
     /// A found pose this near to a rejected hypothesis is that hypothesis. Chosen: twice [`AcceptanceConfig::same_pose`](crate::AcceptanceConfig), because a rejected
     /// hypothesis may have drifted.
     pub rejected_pose: HypothesisTolerance,
-    /// An injected hypothesis starts this far behind the best score. Chosen: half of [`Self::rejection_margin`].
+    /// An injected hypothesis starts this far behind the best score. Chosen: half of [`Self::rejection_margin`], so that neither is decided by the start.
     pub injection_handicap: f64,
     /// All hypotheses are given up after evidence against each of them for this time ... Chosen: a little more than the monitor's `lost_after`.
     pub abandon_after: Span,

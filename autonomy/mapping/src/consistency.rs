@@ -26,7 +26,7 @@ pub struct LoopConsistencyConfig {
     /// Least extent of their keyframes, metres. A spread of several loops, not the width of one view as
     /// [`CandidateConfig::max_offset_m`](crate::candidates::CandidateConfig::max_offset_m). Chosen: loops at one place repeat the same error.
     pub min_extent_m: f64,
-    /// Number of loops that must agree where they contradict the expectation. Chosen: twice [`Self::min_support`].
+    /// Number of loops that must agree where they contradict the expectation. Chosen: twice [`Self::min_support`], because a wrong one would bend the map.
     pub min_contradicting_support: usize,
     /// Least extent of those keyframes, metres: more than a room. Source: docs/maths/loops.md, section 6: loops between two equal rooms all agree, and reach as far as
     /// the room.

@@ -10,7 +10,7 @@ use std::ops::Add;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CovarianceGraphConfig {
     /// Lever at which a rotation variance is converted to a translation variance where one number stands for a covariance, metres. Half of
-    /// the range that an XT-32 overlooks indoors. Chosen for this reason.
+    /// the range that an XT-32 overlooks indoors.
     pub rotation_lever_m: f64,
 }
 

@@ -23,7 +23,7 @@ pub struct DynamicPointsConfig {
     /// Least number of free-space votes for a dynamic voxel. Chosen: one may be an error of a range image. docs/maths/loops.md, section 12, has the shares that are
     /// removed.
     pub min_free_votes: u32,
-    /// Least number of surface votes for a static voxel. Chosen: one more than [`Self::min_free_votes`].
+    /// Least number of surface votes for a static voxel. Chosen: one more than [`Self::min_free_votes`], because a point that is added to a map stays.
     pub min_surface_votes: u32,
 }
 

@@ -5,7 +5,7 @@ use geometry::Vector3;
 /// Parameters of [`estimate_base_height`]: the floor is the horizontal slice below the base with the most points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FloorDetectionConfig {
-    /// Least depth of the floor below the base, metres. Chosen: robots with low legs.
+    /// Least depth of the floor below the base, metres. Chosen: the base of the lowest legged robots is higher.
     pub min_depth_m: f64,
     /// Greatest depth of the floor below the base, metres: that of a LiDAR carried by hand.
     pub max_depth_m: f64,

@@ -19,7 +19,7 @@ pub struct OptimiserConfig {
     /// Least information of an odometry edge, 1/rad² and 1/m²: a standard deviation of a kilometre or radian. It keeps the graph connected where
     /// the filter knows nothing.
     pub min_odometry_information: f64,
-    /// Greatest number of further updates while linearisation points still move. A loop over 3 m of drift takes two. Chosen: twice that.
+    /// Greatest number of further updates while linearisation points still move. A loop over 3 m of drift takes two. Chosen: twice that, which bounds the time of a step.
     pub max_further_updates: usize,
     /// Thresholds of the solver. With 0.01 rad, errors of the order of the square of that angle times the distance to the next keyframe stay below
     /// a tenth of a millimetre. Source: docs/maths/factors.md; five times finer than the default, because the map is what is saved.

@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 pub struct GroundConfig {
     /// Edge of a column, metres. Chosen: half the width that the feet of a robot need, and points of a map (0.05 m apart) fill a column.
     pub column_m: f32,
-    /// Height of a layer, metres. Chosen: half a step of stairs.
+    /// Height of a layer, metres. Chosen: half a step of stairs, so that a step is two layers ([`Self::step_layers`]).
     pub layer_m: f32,
     /// Free layers required above the ground: a robot's height and a margin, 1.2 m.
     pub headroom_layers: i32,

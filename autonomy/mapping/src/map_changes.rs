@@ -27,7 +27,7 @@ pub struct MapChangesConfig {
     /// Edge of the cells in which the map counts as occupied, metres. A point in a neighbouring cell belongs to the same object. Chosen: as the voxels that scans decide
     /// on ([`DynamicPointsConfig::voxel_m`]).
     pub occupied_cell_m: f32,
-    /// Of the added points, one in each cell of this edge is taken, metres. As fine as the clouds of keyframes. Chosen for this reason.
+    /// Of the added points, one in each cell of this edge is taken, metres. As fine as the clouds of keyframes.
     pub added_cell_m: f32,
     /// How scans vote.
     pub votes: DynamicPointsConfig,

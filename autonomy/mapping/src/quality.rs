@@ -19,7 +19,7 @@ pub struct MapQualityConfig {
     pub cell_m: f64,
     /// Least height difference of two floors, metres. Chosen: less than a storey, more than a platform that a robot steps onto.
     pub floor_spacing_m: f64,
-    /// Floor seen from at most this distance is covered, metres. There, the rings of a spinning LiDAR are a step apart. Chosen for this reason.
+    /// Floor seen from at most this distance is covered, metres. There, the rings of a spinning LiDAR are a step apart.
     pub covered_range_m: f64,
     /// Range within which floor is searched, metres. Chosen: there the floor is seen at 3 degrees, and its height is uncertain.
     pub max_range_m: f64,

@@ -70,7 +70,8 @@ pub struct VerificationConfig {
     pub floor_rotation_std_rad: f64,
     /// The same for translation, metres. Its default is that of registrations ([`RegistrationFloor`]).
     pub floor_translation_std_m: f64,
-    /// Share of the submaps' own covariance that is added to the result. Registration averages over it. Chosen: half.
+    /// Share of the submaps' own covariance that is added to the result. Registration averages over it. Chosen: half; with none, loops of bent submaps count too much,
+    /// with all, too little.
     pub submap_covariance_share: f64,
     /// Standard deviation of a coarse registration when it is compared with the graph: rotation, radians. Chosen: about a degree, which the fine registration corrects.
     pub coarse_rotation_std_rad: f64,

@@ -12,7 +12,7 @@ pub struct VerificationQueueConfig {
     /// Greatest number of comparisons that run at a time. They share the compute lane with relocalisation and map quality. Chosen: relocalisation waits for four of them
     /// at most.
     pub max_running: usize,
-    /// Greatest number of comparisons that wait: what a walk through an old corridor proposes in half a minute. Chosen for this reason.
+    /// Greatest number of comparisons that wait: what a walk through an old corridor proposes in half a minute.
     pub max_waiting: usize,
 }
 

@@ -27,7 +27,7 @@ pub struct ViewpointConfig {
     pub elevations_rad: [f32; 2],
     /// Edge of a pixel of the depth image, radians. Chosen: 1.5 degrees; at 3 m a point of [`Self::point_width_m`] fills one.
     pub pixel_rad: f32,
-    /// Width of the surface that a point stands for, metres. Neighbours of a thinned cloud are nearly this far apart. Chosen for this reason.
+    /// Width of the surface that a point stands for, metres. Neighbours of a thinned cloud are nearly this far apart.
     pub point_width_m: f32,
     /// Limit of that width in the depth image, pixels to each side. Chosen: it bounds the cost of points within 0.4 m.
     pub max_point_pixels: i32,

@@ -52,9 +52,9 @@ pub struct ElevationMapConfig {
     /// A point less than this above the lowest beam may hang in the air, metres: its foot would be below the field of view. Chosen: the noise of the lowest beam's height
     /// and a tread that is not level.
     pub footless_margin_m: f64,
-    /// Growth of that margin with the distance from the robot, metres for each metre. Chosen: a tilt of 2.3 degrees.
+    /// Growth of that margin with the distance from the robot, metres for each metre. Chosen: a tilt of the robot by 2.3 degrees.
     pub footless_margin_slope: f64,
-    /// Steepest slope of ground, metres for each metre: steep stairs. Chosen: 42 degrees.
+    /// Steepest slope of ground, metres for each metre: steep stairs. Chosen: 42 degrees, about the steepest stairs that robots climb.
     pub max_slope: f64,
     /// Ground that is higher than a step must have a neighbour one step lower within this number of cells: the depth of a tread. Chosen: treads are 0.25 to 0.3 m deep.
     pub tread_cells: i32,

@@ -26,7 +26,8 @@ pub struct PathFollowerConfig {
     /// Shares of that distance that are tried, the greatest first. With the last one, 0.2 m, the robot turns at a corner of the path and then walks along its next part.
     /// Chosen: two smaller ones; each that is tried costs a check of the motion.
     pub look_ahead_shares: [f64; 3],
-    /// A shorter distance is taken only if the robot may walk faster with it by this factor, so that it does not swing between two of them. Chosen: a fifth.
+    /// A shorter distance is taken only if the robot may walk faster with it by this factor, so that it does not swing between two of them. Chosen: a fifth, more than
+    /// the speed varies from one step of control to the next.
     pub min_look_ahead_gain: f64,
     /// Speed at the end of the path, m/s. Each metre before the end adds 1 m/s, so that the robot does not overshoot. Chosen: at the deceleration of
     /// [`crate::MotionGuardConfig`] the robot stops from it within 3 cm.

@@ -86,7 +86,7 @@ pub struct SynchronisationConfig {
     pub max_clock_difference: Span,
     /// Number of consecutive scans with such stamps after which the IMU is not used any more. Chosen: a single wrong stamp decides nothing.
     pub clock_mismatches: usize,
-    /// An IMU that has sent nothing during more scans than this has stopped. Chosen: 0.3 s at 10 Hz.
+    /// An IMU that has sent nothing during more scans than this has stopped. Chosen: 0.3 s at 10 Hz, longer than a pause of a driver.
     pub silent_imu_scans: usize,
     /// Greatest number of waiting scans. If there are more, the oldest is processed without waiting. Chosen: four seconds at 10 Hz; it bounds the memory.
     pub max_waiting_scans: usize,
@@ -163,7 +163,8 @@ pub struct TrackingConfig {
     /// Without an IMU, a sweep is registered in this many parts, so that the estimate can follow the bounce of a walk. Source: docs/maths/odometry.md: it reduced the
     /// error of the LiDAR alone from 46 to 5 mm. More parts see fewer directions each.
     pub sweep_parts: usize,
-    /// Without an IMU, this many scans at the start are registered whole, because a part needs a map of everything that it sees. Chosen: 0.8 s at 10 Hz.
+    /// Without an IMU, this many scans at the start are registered whole, because a part needs a map of everything that it sees. Chosen: 0.8 s at 10 Hz, in which a robot
+    /// mostly stands.
     pub first_whole_sweeps: usize,
     /// Without an IMU, each part is corrected and registered this many times. Source: docs/maths/odometry.md; the second pass uses the motion that the first has found.
     pub part_passes: usize,
@@ -174,15 +175,16 @@ pub struct TrackingConfig {
     pub inlier_share_learning_rate: f64,
     /// Tracking is lost after this time in which scans had points and none fitted. Chosen: longer than people stand close round the robot in passing.
     pub lost_after: Span,
-    /// After this time in which no scan entered the map (LiDAR outage), the next scan has to fit as scans usually do, because the
-    /// robot may be elsewhere. Chosen: ten scans at 10 Hz.
+    /// After this time in which no scan entered the map (LiDAR outage), the next scan has to fit as scans usually do, because the robot may be elsewhere. Chosen: ten
+    /// scans at 10 Hz. With less, a covered LiDAR for a moment is an outage; with more, a robot that was carried quickly is believed.
     pub outage_after: Span,
     /// After a LiDAR outage, a scan within this many standard deviations of its prediction may fit less well. Chosen: one right prediction in thousands is farther off.
     pub outage_gate_deviations: f64,
     /// After an outage with consistent legs and IMU, a scan is accepted if at most this share of its points is matched, because it sees new surfaces. Chosen: a tenth, so
     /// few that their fit says nothing.
     pub max_new_area_matched_share: f64,
-    /// After an outage with consistent legs and IMU, a scan is accepted if this share of its matched points are inliers. Chosen: half.
+    /// After an outage with consistent legs and IMU, a scan is accepted if this share of its matched points are inliers. Chosen: half, more than
+    /// [`Self::min_inlier_share`], because the place has to be recognised.
     pub min_known_area_inlier_share: f64,
     /// A robot on legs that seems to be faster than this is not believed when the estimate begins anew, m/s. Chosen: more than twice the greatest speed by hand of the
     /// default robot, 1.2 m/s.
@@ -233,7 +235,7 @@ pub struct OdometryConfig {
     pub max_range_m: f32,
     /// Box around the robot's own body, base frame, metres. Points inside are dropped (self-filter). It is that of the robot's profile.
     pub self_filter: Option<Aabb>,
-    /// Variance of the published pose before the estimate begins, rad² and m². Far larger than that of any estimate. Chosen: a kilometre.
+    /// Variance of the published pose before the estimate begins, rad² and m². Far larger than that of any estimate. Chosen: a standard deviation of a kilometre.
     pub unknown_pose_variance: f64,
     /// Motion correction.
     pub sweep: SweepConfig,

@@ -36,9 +36,10 @@ pub struct FilterConfig {
     pub external_share_per_sqrt_s: f64,
     /// Standard deviation of an external velocity at standstill, m/s, when an IMU is used as well. Chosen: as that of the legs.
     pub min_external_velocity_m_s: f64,
-    /// Added to the squared turn rate of the external odometry, (rad/s)², so that its error is not zero at standstill. Chosen: the square of 0.22 rad/s.
+    /// Added to the squared turn rate of the external odometry, (rad/s)², so that its error is not zero at standstill. Chosen: the square of 0.22 rad/s, a slow turn.
+    /// With less, a standing robot that is pushed is not followed; with more, its pose drifts.
     pub min_external_turn_rate_squared_rad2_s2: f64,
-    /// Added to the squared velocity of the external odometry, (m/s)², so that its error is not zero at standstill. Chosen: the square of 0.22 m/s.
+    /// Added to the squared velocity of the external odometry, (m/s)², so that its error is not zero at standstill. Chosen: the square of 0.22 m/s, for the same reasons.
     pub min_external_velocity_squared_m2_s2: f64,
     /// Random walk of the velocity when nothing measures it, m/s/√s. Chosen: with [`DecayConfig::velocity_time_constant_s`] it makes 1.5 m/s, the speed of walkers.
     pub velocity_walk_m_s_per_sqrt_s: f64,

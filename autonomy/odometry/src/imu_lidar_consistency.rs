@@ -16,7 +16,7 @@ pub struct ImuLidarConsistencyConfig {
     pub shift_step: Span,
     /// Length of the history of the integrated turn rate. Chosen: several times the greatest shift and a sweep together.
     pub history: Span,
-    /// Scans evaluated together. Chosen: ten seconds at 10 Hz.
+    /// Scans evaluated together. Chosen: ten seconds at 10 Hz: the noise of the scans averages out, and a lag is known soon.
     pub batch_scans: usize,
     /// Batches with less rotation than this (root of the sum of squares, radians) are not evaluated. Chosen: 9 degrees; with less, the noise of the scans hides a lag.
     pub min_rotation_rad: f64,

@@ -44,7 +44,7 @@ pub struct InitialAlignmentConfig {
     pub stationary: InitialDeviations,
     /// Initial standard deviations after a start in motion. Chosen: the speed of a walk, a bias that is not known yet, and a tilt of 3.5 degrees.
     pub moving: InitialDeviations,
-    /// Initial standard deviation of the velocity without an IMU, m/s. Chosen: a vehicle may drive.
+    /// Initial standard deviation of the velocity without an IMU, m/s. Chosen: the speed of a vehicle in a yard, because nothing else says how fast it is.
     pub no_imu_velocity_deviation_m_s: f64,
     /// Initial standard deviation of the turn rate without an IMU, rad/s. Chosen: a usual turning speed.
     pub no_imu_turn_rate_deviation_rad_s: f64,

@@ -43,7 +43,7 @@ pub struct LocalMapConfig {
     pub initial_adaptation_exponent: f32,
     /// Greatest number of adaptations for the first scan. Chosen: it bounds the time of the first scan.
     pub initial_adaptations: usize,
-    /// Least ratio of the number of points to the target that ends the adaptation for the first scan. Chosen: a fifth fewer points.
+    /// Least ratio of the number of points to the target that ends the adaptation for the first scan. Chosen: a fifth fewer points change neither time nor accuracy much.
     pub min_target_ratio: f32,
     /// Ratio of the number of points to the target, from which the adaptation for the first scan goes on. Chosen: the inverse of [`Self::min_target_ratio`].
     pub max_target_ratio: f32,

@@ -45,7 +45,7 @@ pub struct TopomapConfig {
     pub max_line_end_height_m: f64,
     /// A line follows the walked path if all of it is within this distance of samples of the path, metres. Chosen: less than the radius of a robot.
     pub walked_within_m: f64,
-    /// Columns to each side of an obstacle in which the ground below it is searched: walls of half a metre. Chosen for this reason.
+    /// Columns to each side of an obstacle in which the ground below it is searched: walls of half a metre.
     pub obstacle_ground_columns: i32,
     /// Greatest width of a corridor to either side, metres: room to walk round a person, as the default of [`site_model::Corridor`].
     pub max_corridor_m: f64,
@@ -67,11 +67,11 @@ pub struct TopomapConfig {
     pub floor_separation_m: f64,
     /// Slope from which on ground is stairs: 20 degrees. EN ISO 14122-1 recommends ramps up to 20 degrees, and stairs from 20 to 45 degrees.
     pub min_stairs_slope: f64,
-    /// Length over which the slope is measured, metres: three treads. Chosen for this reason.
+    /// Length over which the slope is measured, metres: three treads.
     pub stairs_window_m: f64,
     /// Least height of stairs, metres: two steps. Lower ones are walked over. Chosen: steps of 0.17 m.
     pub min_stairs_rise_m: f64,
-    /// Distance of the nodes of stairs from the first and the last step, metres: half the length of a robot, so that it stands on level ground. Chosen for this reason.
+    /// Distance of the nodes of stairs from the first and the last step, metres: half the length of a robot, so that it stands on level ground.
     pub stairs_margin_m: f64,
     /// Level ground between stairs that is no longer than this is a landing, and no floor of its own, metres. Chosen: landings of buildings are shorter, floors longer.
     pub max_landing_m: f64,
@@ -122,7 +122,7 @@ pub struct TopomapConfig {
     /// In surveys: largest shift by which a path is moved to the middle of a passage, metres: half the diagonal of a column.
     pub max_survey_shift_m: f64,
     /// In surveys: the room to both sides of a place is measured along this distance before and behind it, metres. Together half a column, so that only
-    /// obstacles beside the place count. Chosen for this reason.
+    /// obstacles beside the place count.
     pub survey_room_half_length_m: f64,
     /// Tolerances of the nodes.
     pub tolerances: NodeToleranceConfig,

@@ -111,7 +111,7 @@ pub(crate) struct FixedLimits {
     pub(crate) space_check_bytes: u64,
     /// Longest JSON document from a client, bytes. The longest regular one holds a name. Chosen: far above that.
     pub(crate) max_json_bytes: usize,
-    /// Entries of one page of a list over HTTP: a few hundred kB. Chosen for this reason.
+    /// Entries of one page of a list over HTTP: a few hundred kB.
     pub(crate) max_page_entries: usize,
     /// Commands over HTTP that wait for the core's answer. Chosen: half of the sockets' clients.
     pub(crate) max_http_commands: usize,

@@ -31,7 +31,7 @@ struct JobsConfig {
     max_queued: usize,
     /// Greatest number of finished jobs that wait for the control loop. Chosen: the control loop takes them every 50 ms.
     max_finished: usize,
-    /// A lane that works at one job for longer hangs. Saving a map of a day's walk takes minutes. Chosen: an hour, far above that.
+    /// A lane that works at one job for longer hangs. Saving a map of a day's walk takes minutes. Chosen: an hour, so that no saving is taken for a hang.
     max_job_duration: Duration,
 }
 

@@ -24,7 +24,7 @@ use watchdog::Heartbeat;
 /// Parameters of the [`PublisherWorker`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PublisherConfig {
-    /// Shortest time between two estimates for clients. 20 Hz look smooth. Chosen for this reason.
+    /// Shortest time between two estimates for clients. 20 Hz look smooth.
     pub estimate_period: Duration,
     /// Time between two reports on the resources of the server. Chosen: people read no faster.
     pub platform_period: Duration,

@@ -18,9 +18,9 @@ pub struct ThreadLimits {
     /// The control loop; the main threads of the gateway and of the simulated robot have the same limit. Supervisors judge them much earlier by the
     /// heartbeats that they get. Chosen: it is judged earlier where that is possible, and this is for what they do not see.
     pub control: Duration,
-    /// The publisher, which reads the list of tiles of a large map within seconds. Chosen: far longer than that.
+    /// The publisher, which reads the list of tiles of a large map within seconds. Chosen: two minutes, far longer than that.
     pub publisher: Duration,
-    /// Threads that write to the disk. A new start mends no disk, so they are given much time. Chosen: ten minutes.
+    /// Threads that write to the disk. A new start mends no disk, so they are given much time. Chosen: ten minutes; disks that come back do so within it.
     pub disk: Duration,
     /// Threads that wait for a job. Jobs have a limit of their own. Chosen: as [`Self::control`].
     pub lane: Duration,

@@ -21,7 +21,7 @@ const SAVING_FORMAT_VERSIONS: Versions = Versions { first_checked: 2, newest: 2 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct SessionRecoveryConfig {
     /// Clouds without a keyframe in the journal from which on the journal has lost records. A cloud may be written up to a second before the pose of its
-    /// keyframe, and a session makes at most this many keyframes in a second: one a metre, at the greatest speed of a legged robot, 4 m/s. Chosen for this reason.
+    /// keyframe, and a session makes at most this many keyframes in a second: one a metre, at the greatest speed of a legged robot, 4 m/s.
     pub(crate) min_clouds_without_keyframe: usize,
 }
 

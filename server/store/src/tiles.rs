@@ -12,7 +12,7 @@ use std::time::{Duration, SystemTime};
 /// Parameters of the store of tiles.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TilesConfig {
-    /// Age from which a tile that no saved map refers to is removed. A day: whoever removes or restores a map by hand has that long to notice. Chosen for this reason.
+    /// Age from which a tile that no saved map refers to is removed. A day: whoever removes or restores a map by hand has that long to notice.
     pub(crate) unused_grace: Duration,
 }
 

@@ -15,7 +15,7 @@ struct SightConfig {
     radius_m: f64,
     /// Things nearer to the target than this belong to it, m. Chosen: a little less than on the robot (0.3 m), which has to do with the error of its pose too.
     target_m: f64,
-    /// Size of the picture in which a line of sight is looked along that is not shown, px: that of the panel. Chosen for this reason.
+    /// Size of the picture in which a line of sight is looked along that is not shown, px: that of the panel.
     checked_px: [u32; 2],
 }
 

@@ -22,7 +22,8 @@ pub struct FramePacingConfig {
     pub refinement_gain: f32,
     /// Lowest quality. Chosen: the shape of a room is still seen.
     pub min_quality: f32,
-    /// Smallest factor by which one frame lowers the quality: one slow frame may be an outlier. Chosen: about a third.
+    /// Smallest factor by which one frame lowers the quality: one slow frame may be an outlier. Chosen: about a third; a machine that is ten times too slow is followed
+    /// within three frames.
     pub max_decrease: f32,
     /// Factor by which one frame in time raises the quality. Chosen: twelve frames double the quality, so that it does not swing.
     pub increase: f32,

@@ -11,7 +11,7 @@ pub(crate) struct LevelOfDetailConfig {
     pub(crate) min_spacing_px: f64,
     /// Spacing of a level relative to the next finer one: an octree halves it. Source: the levels of `map_codec`.
     pub(crate) level_spacing_ratio: f64,
-    /// Assumed spacing of a tile of unknown spacing, m. It is large, so that the tile is drawn as early as a coarse level. Chosen for this reason.
+    /// Assumed spacing of a tile of unknown spacing, m. It is large, so that the tile is drawn as early as a coarse level.
     pub(crate) default_spacing_m: f64,
     /// Shorter distances count as this one, m, so that the size of a tile around the camera is finite. Chosen: twice the nearest distance of the camera, 0.1 m.
     pub(crate) min_distance_m: f64,

@@ -11,7 +11,7 @@ use glam::{DVec2, DVec3};
 pub struct ColumnsConfig {
     /// Side of a column, m. Chosen: half a column of the ground of topological maps.
     pub column_m: f64,
-    /// Largest area that columns cover along each side, m. Chosen: 640,000 columns.
+    /// Largest area that columns cover along each side, m. Chosen: 640,000 columns, which bounds the memory; edges are far shorter.
     pub max_side_m: f64,
     /// Half the width of the robot's body, m. Source: the robots of `topomap::TopomapConfig::half_width_share`.
     pub half_width_m: f64,
@@ -27,7 +27,7 @@ pub struct ColumnsConfig {
     pub end_margin_m: f64,
     /// Radius around a place within which points tell its floor, m. Chosen: a place between two rings of a LiDAR has points within it.
     pub floor_radius_m: f64,
-    /// Greatest difference between a floor and the height that it is looked for at, m. Less than a table or a storey. Chosen for this reason.
+    /// Greatest difference between a floor and the height that it is looked for at, m. Less than a table or a storey.
     pub floor_reach_m: f64,
     /// Thickness of a floor: noise of a LiDAR and unevenness, m. Source: the layers of `mapping::ground_surface::GroundConfig`.
     pub floor_thickness_m: f64,

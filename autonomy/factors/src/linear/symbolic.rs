@@ -35,11 +35,11 @@ pub struct Forest {
 /// ACM TOMS 35, 2008); the values are chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct ClusterMergeConfig {
-    /// Most columns of a narrow cluster. Chosen: four poses of six columns.
+    /// Most columns of a narrow cluster. Chosen: four poses of six columns; such fronts are small whatever they hold.
     max_narrow_columns: usize,
     /// Share of zeros that a narrow cluster may have. Chosen: half, because small fronts cost more to gather than to compute.
     max_narrow_zeros_share: f64,
-    /// Most columns of a medium cluster. Chosen: twice [`Self::max_narrow_columns`].
+    /// Most columns of a medium cluster. Chosen: twice [`Self::max_narrow_columns`], a class between both.
     max_medium_columns: usize,
     /// Share of zeros that a medium cluster may have. Chosen: between the shares of narrow and of wide clusters.
     max_medium_zeros_share: f64,

@@ -20,8 +20,8 @@ pub struct GraphLocaliserConfig {
     pub edge_distance_m: f64,
     /// An edge has to be nearer than the present one by this distance to replace it, metres. Chosen: as [`Self::nearest_margin_m`].
     pub edge_margin_m: f64,
-    /// An edge along which the robot would walk backwards counts as farther away by this, metres. More than the margin, so that of a pair the edge ahead is taken. Chosen
-    /// after that.
+    /// An edge along which the robot would walk backwards counts as farther away by this, metres. More than the margin, so that of a pair the edge ahead is taken.
+    /// Chosen: 0.2 m more.
     pub backwards_penalty_m: f64,
     /// A node or edge that is higher or lower than the robot by more than this is on another floor, metres: less than half a storey. Its default is that of generated
     /// maps.

@@ -14,7 +14,8 @@ pub struct RouteConfig {
     pub usual_speed_m_s: f64,
     /// Factor on that speed on stairs. Chosen: legged robots climb at a third of their walking speed.
     pub stairs_speed_ratio: f64,
-    /// Factor on that speed on edges that are walked slowly, and through doors. Chosen: half.
+    /// Factor on that speed on edges that are walked slowly, and through doors. Chosen: half, the time to look at a door or to place the feet; it is replaced by what was
+    /// learned.
     pub slow_speed_ratio: f64,
     /// Time to align with a dock and to get onto it, seconds. Chosen: the walk in takes 3 s, and aligning and looking take some seconds each; it is replaced by what was
     /// learned.

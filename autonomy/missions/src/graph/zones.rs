@@ -7,7 +7,7 @@ use vocab::Vec3;
 /// Parameters of zones with actions.
 struct ZoneEntryConfig {
     /// Distance beyond the border of a zone at which the robot has left it, metres. Three times the error of localisation, so that a robot that walks along the border does not
-    /// enter again and again. Chosen for this reason.
+    /// enter again and again.
     leave_margin_m: f64,
 }
 

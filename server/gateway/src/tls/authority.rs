@@ -21,7 +21,8 @@ use tokio_rustls::rustls::sign::CertifiedKey;
 
 /// Parameters of the authority and its certificates.
 struct AuthorityConfig {
-    /// For how long the authority is valid, days: as long as the robot serves, since replacing it means telling all browsers again. Chosen: ten years.
+    /// For how long the authority is valid, days: as long as the robot serves, since replacing it means telling all browsers again. Chosen: ten years, longer than robots
+    /// serve.
     authority_days: i64,
     /// For how long a certificate is valid, days. Browsers accept 398 at most. Chosen: as usual of automatic authorities; a stolen key is worthless after it.
     certificate_days: i64,

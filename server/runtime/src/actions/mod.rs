@@ -48,7 +48,7 @@ pub struct ActionConfig {
     pub feedback_period: Span,
     /// Points of a point cloud at most: 48 MB of its file. Chosen: below the largest file that is stored, 64 MB ([`store::BlobsConfig`]).
     pub max_cloud_points: usize,
-    /// Longest `wait`, seconds: the maximum in the schema of the catalogue. Chosen: a day.
+    /// Longest `wait`, seconds: the maximum in the schema of the catalogue. Chosen: a day, longer than any wait of a mission that still makes sense.
     pub max_wait_s: f64,
     /// Longest gathering of scans for a `point_cloud`, seconds: the maximum in the schema of the catalogue. Chosen: a minute, after which a standing LiDAR sees nothing
     /// new.

@@ -10,7 +10,6 @@ use vocab::{MapId, UploadId, Vec3};
 /// Parameters of the alignment by pairs of points.
 struct PairAlignmentConfig {
     /// Sum of squared horizontal distances from the centroid below which the points leave the heading open, square metres. 1 cm squared: two clicks on the same point.
-    /// Chosen for this reason.
     min_spread_m2: f64,
 }
 

@@ -16,7 +16,7 @@ use vocab::{Aabb, Pose};
 /// Budgets and thresholds of the tile plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TilePlanConfig {
-    /// Points on the graphics card at most. A laptop with integrated graphics draws these smoothly. Chosen for this reason.
+    /// Points on the graphics card at most. A laptop with integrated graphics draws these smoothly.
     pub max_points: u64,
     /// Fetches at the same time: enough to fill the link, few enough to be cancelled soon. Chosen: as many as browsers open to one server over HTTP/1.1.
     pub max_requests: usize,
@@ -28,7 +28,7 @@ pub struct TilePlanConfig {
     pub retry_s: f64,
     /// Attempts to fetch one tile. Chosen: the last one comes after 20 s; a tile that is missing then stays so.
     pub max_tries: u32,
-    /// Least time between two plans, seconds: planning visits all tiles, and four plans a second feel immediate. Chosen for this reason.
+    /// Least time between two plans, seconds: planning visits all tiles, and four plans a second feel immediate.
     pub period_s: f64,
     /// Distance that tiles count as at least, metres: tiles round the camera would have infinite priority. Chosen: the width of a robot.
     pub min_distance_m: f32,

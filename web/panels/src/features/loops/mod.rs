@@ -19,7 +19,7 @@ use egui::{Align2, Color32, Context, CornerRadius, Sense, Ui, pos2, vec2};
 /// When a loop can be added by hand.
 #[derive(Clone, Copy, Debug)]
 struct AddedLoopConfig {
-    /// Keyframes that the graph needs: with fewer, all are connected already. Chosen for this reason.
+    /// Keyframes that the graph needs: with fewer, all are connected already.
     min_keyframes: usize,
 }
 

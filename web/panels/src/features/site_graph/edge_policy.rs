@@ -25,7 +25,7 @@ const CONFIG: NewStepConfig = NewStepConfig { tries: 1, wait_s: 30.0 };
 struct PolicyLimitsConfig {
     /// Fewest and most tries. Chosen: a robot that failed as often does not succeed by itself.
     tries: [f64; 2],
-    /// Shortest and longest wait, seconds. Chosen: up to an hour.
+    /// Shortest and longest wait, seconds. Chosen: up to an hour, after which a robot should rather be somewhere else.
     waits_s: [f64; 2],
     /// Most steps of a policy. Chosen: a person still sees what it does.
     max_steps: usize,
