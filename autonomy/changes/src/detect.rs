@@ -4,7 +4,7 @@ use crate::clusters::clusters;
 use crate::columns::Columns;
 use crate::moves::{is_same_size, moves};
 use crate::penetration::{evidence_of_absence, explains_absence, penetration};
-use crate::ray_image::{Passing, RayImage};
+use crate::ray_image::{PassingRays, RayImage};
 use crate::surfaces::Surfaces;
 use crate::{ChangesConfig, UprightBox, Visit};
 use geometry::Vector3;
@@ -53,7 +53,7 @@ pub fn detect_changes(before: &Visit, after: &Visit, config: &ChangesConfig) -> 
     let sides = [before, after].map(|visit| Side::new(visit, config));
     let removed = differing(&sides[0], &sides[1], config);
     let appeared = differing(&sides[1], &sides[0], config);
-    let boxes = |objects: &[Differing]| objects.iter().map(|object| object.place).collect::<Vec<_>>();
+    let boxes = |objects: &[UnmatchedObject]| objects.iter().map(|object| object.place).collect::<Vec<_>>();
     let (gone, new) = (boxes(&removed), boxes(&appeared));
     let pairs = moves(&gone, &new, |from, to| {
         is_same_size(&gone[from], &new[to], config.same_size_share, config.same_size_m)
@@ -75,10 +75,14 @@ fn unchanged(before: &Side, after: &Side, config: &ChangesConfig) -> Vec<[f32; 3
 }
 
 /// The changes of objects that are gone and that are new, of which these pairs (gone, new) are one object each.
-pub(crate) fn merged(removed: Vec<Differing>, appeared: Vec<Differing>, pairs: &[(usize, usize)]) -> Changes {
+pub(crate) fn merged(
+    removed: Vec<UnmatchedObject>,
+    appeared: Vec<UnmatchedObject>,
+    pairs: &[(usize, usize)],
+) -> Changes {
     let gone_of: BTreeMap<usize, usize> = pairs.iter().map(|(gone, new)| (*new, *gone)).collect();
     let from: Vec<UprightBox> = removed.iter().map(|object| object.place).collect();
-    let of = |object: Differing, change| ChangedObject {
+    let of = |object: UnmatchedObject, change| ChangedObject {
         change,
         place: object.place,
         points: object.points,
@@ -118,10 +122,10 @@ impl Side {
     }
 
     /// The rays of all views that passed a place closely.
-    fn passing(&self, place: &[f32; 3], normal: Option<&[f32; 3]>, config: &ChangesConfig) -> Passing {
+    fn passing(&self, place: &[f32; 3], normal: Option<&[f32; 3]>, config: &ChangesConfig) -> PassingRays {
         self.images.iter().map(|image| image.passing(place, normal, config)).fold(
-            Passing::default(),
-            |sum, of_look| Passing {
+            PassingRays::default(),
+            |sum, of_look| PassingRays {
                 through: sum.through + of_look.through,
                 ended: sum.ended + of_look.ended,
             },
@@ -133,7 +137,7 @@ impl Side {
     fn is_moving(&self, place: &[f32; 3], normal: Option<&[f32; 3]>, config: &ChangesConfig) -> bool {
         let (mut free, mut telling) = (0, 0);
         for image in &self.images {
-            let Passing { through, ended } = image.passing(place, normal, config);
+            let PassingRays { through, ended } = image.passing(place, normal, config);
             free += usize::from(through > ended);
             telling += usize::from(through + ended > 0);
         }
@@ -142,14 +146,14 @@ impl Side {
 }
 
 /// An object of one visit that the other one does not have.
-pub(crate) struct Differing {
+pub(crate) struct UnmatchedObject {
     pub(crate) place: UprightBox,
     pub(crate) points: Vec<[f32; 3]>,
     pub(crate) confidence: f64,
 }
 
 /// The objects of a visit that the other one does not have.
-fn differing(visit: &Side, other: &Side, config: &ChangesConfig) -> Vec<Differing> {
+fn differing(visit: &Side, other: &Side, config: &ChangesConfig) -> Vec<UnmatchedObject> {
     let mut changed: Vec<[f32; 3]> = Vec::new();
     let mut unknown: Vec<[f32; 3]> = Vec::new();
     for point in visit.surfaces.points().iter().filter(|point| !other.surfaces.is_near(point)) {
@@ -167,7 +171,7 @@ fn differing(visit: &Side, other: &Side, config: &ChangesConfig) -> Vec<Differin
     let mut groups = clusters(&changed, config.gap_m as f32);
     groups.sort_by_key(|group| std::cmp::Reverse(group.len()));
     let (unknown, of_changed) = (Columns::new(unknown), Columns::new(changed.iter().copied()));
-    let mut objects: Vec<Differing> = Vec::new();
+    let mut objects: Vec<UnmatchedObject> = Vec::new();
     for group in groups.iter().take_while(|group| group.len() >= config.min_points) {
         // A part of an object that was grown to it already.
         let is_part = |place: &usize| {
@@ -189,7 +193,7 @@ fn object(
     unknown: &Columns,
     sides: [&Side; 2],
     config: &ChangesConfig,
-) -> Option<Differing> {
+) -> Option<UnmatchedObject> {
     let (points, place) = grown(core, changed, unknown, sides, config)?;
     let mut sorted = place.size_m;
     sorted.sort_by(f64::total_cmp);
@@ -206,7 +210,7 @@ fn object(
     let evidence = evidence_of_absence(own, met, config);
     let is_gone = evidence >= config.min_evidence && explains_absence(met, config);
     let confidence = 1.0 / (1.0 + (-evidence).exp());
-    is_gone.then_some(Differing { place, points, confidence })
+    is_gone.then_some(UnmatchedObject { place, points, confidence })
 }
 
 /// The points of an object and its box: the group, points of unknown places near its box, and all that differs above and below it, again and again, without those of the ground. None

@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Rays of a view that passed a place closely.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Passing {
+pub(crate) struct PassingRays {
     /// Those that ended behind it.
     pub(crate) through: usize,
     /// Those that ended near it.
@@ -76,8 +76,8 @@ impl RayImage {
         place: &[f32; 3],
         normal: Option<&[f32; 3]>,
         config: &ChangesConfig,
-    ) -> Passing {
-        let mut passing = Passing::default();
+    ) -> PassingRays {
+        let mut passing = PassingRays::default();
         let offset = Vector3::from(place.map(f64::from)) - self.sensor;
         // Before the angles, because most views of a long walk are far away.
         if !(config.min_range_m..=config.max_range_m).contains(&offset.norm()) {
@@ -142,7 +142,7 @@ impl RayImage {
         normal: Option<&[f32; 3]>,
         margin_m: f32,
         config: &ChangesConfig,
-        passing: &mut Passing,
+        passing: &mut PassingRays,
     ) {
         let at_m: f32 = (0..3).map(|axis| along[axis] * offset[axis]).sum();
         let beside: f32 = (0..3).map(|axis| (offset[axis] - along[axis] * at_m).powi(2)).sum();
@@ -206,7 +206,7 @@ mod tests {
     fn rays_go_through_places_before_the_wall_and_tell_nothing_of_those_behind_and_beside_it() {
         let (image, config) = (wall(), ChangesConfig::default());
         let at = |place: [f32; 3]| {
-            let Passing { through, ended } = image.passing(&place, None, &config);
+            let PassingRays { through, ended } = image.passing(&place, None, &config);
             (through > 0, ended > 0)
         };
         assert_eq!(at([3.0, 0.2, 0.1]), (true, false));
@@ -254,7 +254,7 @@ mod tests {
         };
         let rays = (-60..60).flat_map(|y| (-20..20).map(move |z| (y as f32 * 0.05, z as f32 * 0.05)));
         let expected = rays.filter(|(y, z)| is_passing(*y, *z)).count();
-        assert_eq!(image.passing(&place, None, &config), Passing { through: expected, ended: 0 });
+        assert_eq!(image.passing(&place, None, &config), PassingRays { through: expected, ended: 0 });
         assert!(expected > 10);
     }
 }

@@ -100,7 +100,7 @@ impl MotionGuard {
         }
         let ahead = frame_from_base.rotation * Vector3::x();
         let start = frame_from_base.translation.vector;
-        let course = Course {
+        let course = ArcMotion {
             start: [start.x, start.y],
             yaw_rad: ahead.y.atan2(ahead.x) + linear_m_s[1].atan2(linear_m_s[0]),
             turn_rad_s,
@@ -114,7 +114,7 @@ impl MotionGuard {
     }
 
     /// Whether the robot can stop in time on a course, if it has this room now (docs/maths/navigation.md, equations 3 and 4).
-    fn is_admissible(&self, course: &Course, speed_m_s: f64, room_m: f64) -> bool {
+    fn is_admissible(&self, course: &ArcMotion, speed_m_s: f64, room_m: f64) -> bool {
         let MotionGuardConfig { creep_speed_m_s, room_tolerance_m, sample_m, .. } = self.config;
         let needed_m = match speed_m_s <= creep_speed_m_s {
             true => room_m.min(0.0) - room_tolerance_m,
@@ -141,7 +141,7 @@ impl MotionGuardConfig {
 }
 
 /// A motion along an arc.
-struct Course {
+struct ArcMotion {
     /// Its beginning, metres.
     start: [f64; 2],
     /// Direction of the velocity there, radians.

@@ -119,7 +119,7 @@ enum Request {
 
 /// What waits.
 #[derive(Debug, Default)]
-struct Waiting {
+struct WaitingLedgerRequests {
     commits: VecDeque<Commit>,
     requests: VecDeque<Request>,
     /// Bytes of the edits.
@@ -130,7 +130,7 @@ struct Waiting {
     is_closed: bool,
 }
 
-impl Waiting {
+impl WaitingLedgerRequests {
     fn is_empty(&self) -> bool {
         self.commits.is_empty() && self.requests.is_empty()
     }
@@ -140,13 +140,13 @@ impl Waiting {
 #[derive(Debug, Default)]
 pub struct LedgerInbox {
     config: LedgerConfig,
-    waiting: Mutex<Waiting>,
+    waiting: Mutex<WaitingLedgerRequests>,
     changed: Condvar,
 }
 
 impl LedgerInbox {
     /// A panic of another thread leaves what waits usable, because no code under the lock leaves it half changed.
-    fn lock(&self) -> MutexGuard<'_, Waiting> {
+    fn lock(&self) -> MutexGuard<'_, WaitingLedgerRequests> {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
