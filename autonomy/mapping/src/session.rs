@@ -19,8 +19,8 @@ pub struct SessionConfig {
     pub min_rotation_std_rad: f64,
     /// The same for its translation, metres.
     pub min_translation_std_m: f64,
-    /// Scans farther apart than this leave a gap that the LiDAR did not observe. Chosen: longer than two periods of the slowest LiDARs, which turn twice a second, with a
-    /// lost scan between.
+    /// Scans farther apart than this leave a gap that the LiDAR did not observe. Chosen: two periods of the slowest LiDARs, which turn twice a second, so that a single
+    /// lost scan is no gap.
     pub max_scan_gap: Span,
     /// Standard deviation of a distance that only legs and IMU followed, as a share of the distance. Feet slip in ways that no filter models. Chosen: 3 % as a round
     /// number: less trusts slipping feet, more lets the next loop bend that part of the walk.

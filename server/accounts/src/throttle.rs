@@ -18,7 +18,7 @@ pub struct ThrottleConfig {
     pub account_burst: f64,
     /// Time after which they may make one more: 1,440 guesses a day. Chosen: they do not find a password of [`crate::PasswordConfig::min_chars`] characters by guessing.
     pub account_period: Duration,
-    /// Addresses and accounts that are remembered. The least used are forgotten first. Chosen: some hundred kilobytes; a flood from more addresses forgets the oldest.
+    /// Addresses and accounts that are remembered. The least used are forgotten first. Chosen: it bounds the memory to some hundred kilobytes.
     pub max_remembered: usize,
 }
 

@@ -53,7 +53,7 @@ pub struct AccountsConfig {
     pub session_idle: Span,
     /// Time after which a session ends in any case: a week. Chosen as a round number: less makes people sign in more often, more leaves a stolen one valid for longer.
     pub max_session: Span,
-    /// Time for which a session that has ended is remembered as a browser that was signed in. It is that which clients are told ([`api::KNOWN_BROWSER_TIME`]).
+    /// Time for which a session that has ended is remembered as a browser that was signed in. It is that which clients are told ([`KNOWN_BROWSER_TIME`]).
     pub known_browser: Span,
     /// Sessions of one account. A further one ends the one that was used least lately. Chosen: more than the devices of one person.
     pub max_sessions: usize,
