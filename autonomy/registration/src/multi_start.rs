@@ -10,7 +10,8 @@ use points::SurfaceMap;
 /// Parameters of [`multi_start`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MultiStartConfig {
-    /// Greatest rotation of a start about the vertical of the map, radians. Chosen: 63 degrees; who turns a robot further during a gap is found by global localisation.
+    /// Greatest rotation of a start about the vertical of the map, radians. Chosen: 63 degrees; the number of starts is in proportion to it, and a robot that is turned
+    /// farther during a gap loses its track.
     pub max_yaw_rad: f64,
     /// Rotation of the tilted starts about the two horizontal axes, radians. Chosen: 17 degrees, a ramp or a flight of stairs.
     pub max_tilt_rad: f64,
