@@ -4,6 +4,7 @@ mod advance;
 mod battery;
 mod battery_texts;
 mod commands;
+mod dock_tasks;
 mod durable;
 mod interface;
 mod monitors;
@@ -32,6 +33,7 @@ mod transcript_tests;
 mod transcript_words;
 
 pub use battery::{BatteryConfig, CHARGE_SIGNAL, battery_monitors, time_to_dock_p95_s};
+pub use dock_tasks::DockTaskConfig;
 pub use durable::events_for_restart;
 pub use interface::{
     ActionInfo, ActionResult, GoalRequest, MissionEffect, MissionInput, MissionNotice, MissionSituation,

@@ -1,6 +1,7 @@
 //! Parameters of the mission runner.
 
 use super::battery::BatteryConfig;
+use super::dock_tasks::DockTaskConfig;
 use super::scheduler::SchedulerConfig;
 use crate::action_time::ActionTimeConfig;
 use crate::graph::{EdgeBlockConfig, RouteConfig};
@@ -21,6 +22,8 @@ pub struct RunnerConfig {
     pub scheduler: SchedulerConfig,
     /// Of the built-in battery monitors.
     pub battery: BatteryConfig,
+    /// Of tasks that dock.
+    pub dock_tasks: DockTaskConfig,
     /// Greatest number of queued runs.
     pub max_queue: usize,
     /// How long the action of a task may take.
@@ -43,6 +46,7 @@ impl Default for RunnerConfig {
             tour: TourConfig::default(),
             scheduler: SchedulerConfig::default(),
             battery: BatteryConfig::default(),
+            dock_tasks: DockTaskConfig::default(),
             max_queue: 32,
             action_time: ActionTimeConfig::default(),
             cancel_time_limit: Span::from_millis(10_000),
