@@ -6,40 +6,10 @@ use super::interface::{ActionResult, GoalRequest};
 use super::records::TaskRecord;
 use super::runner::{Acting, Activity, MissionRunner, Purpose, RunLeg};
 use super::table::TaskTrigger;
+use super::task_docking::TaskDocking;
 use crate::texts;
-use site_model::{
-    ActionReport, DockAction, DockId, ReachFailure, Reading, ReportTime, RunId, TaskFailure, TaskId,
-};
-use std::collections::BTreeSet;
-use vocab::{GoalId, Span, Stamp};
-
-/// Parameters of docking as a task.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DockTaskConfig {
-    /// The charge counts as reached this much below what is asked for. Chosen: half a percent, so that a battery that never reports 100 % is full.
-    pub charge_tolerance: f64,
-    /// Time without charging current, or without a known place in a dock, after which charging has failed. Chosen: longer than a search for the pose.
-    pub max_gap: Span,
-}
-
-impl Default for DockTaskConfig {
-    fn default() -> Self {
-        Self { charge_tolerance: 0.005, max_gap: Span::from_millis(30_000) }
-    }
-}
-
-/// What is remembered while a task docks. It may be lost in a restart: the nearest dock is tried first then.
-#[derive(Clone, Debug, Default)]
-pub(super) struct TaskDocking {
-    /// The task that the rest belongs to.
-    of: Option<(RunId, TaskId)>,
-    /// The dock to which the robot goes.
-    dock: Option<DockId>,
-    /// Docks that it did not reach.
-    failed: BTreeSet<DockId>,
-    /// Since when it is not charged, while it should be.
-    gap_began: Option<Stamp>,
-}
+use site_model::{ActionReport, DockAction, DockId, ReachFailure, Reading, ReportTime, RunId, TaskFailure};
+use vocab::{GoalId, Span};
 
 impl TaskRecord {
     /// What the task asks for, if it docks or undocks.

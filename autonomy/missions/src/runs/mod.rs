@@ -24,6 +24,7 @@ mod scheduler;
 mod swarm_tests;
 mod table;
 mod table_text;
+mod task_docking;
 mod task_steps;
 #[cfg(test)]
 mod testing;
@@ -33,7 +34,6 @@ mod transcript_tests;
 mod transcript_words;
 
 pub use battery::{BatteryConfig, CHARGE_SIGNAL, battery_monitors, time_to_dock_p95_s};
-pub use dock_tasks::DockTaskConfig;
 pub use durable::events_for_restart;
 pub use interface::{
     ActionInfo, ActionResult, GoalRequest, MissionEffect, MissionInput, MissionNotice, MissionSituation,
@@ -49,3 +49,4 @@ pub use table::{
     TaskTrigger,
 };
 pub use table_text::to_markdown;
+pub use task_docking::DockTaskConfig;

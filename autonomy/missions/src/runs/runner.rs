@@ -1,6 +1,5 @@
 //! The mission runner: state, inputs and outputs. What it does next is decided in `advance.rs`.
 
-use super::dock_tasks::TaskDocking;
 use super::interface::{
     ActionInfo, ActionResult, GoalRequest, MissionEffect, MissionInput, MissionNotice, MissionSituation,
     RouteGoalResult,
@@ -10,6 +9,7 @@ use super::records::Records;
 use super::runner_config::RunnerConfig;
 use super::scheduler::Scheduler;
 use super::table::{RunTrigger, TaskTrigger};
+use super::task_docking::TaskDocking;
 use crate::graph::{LearnedTimes, RouteConditions, RouteGraph, active_zones};
 use site_model::{
     DockId, EndPlace, LocalTime, MissionEvent, MissionEventKind, MonitorId, ReachFailure, RunChangeReason,

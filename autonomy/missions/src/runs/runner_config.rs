@@ -1,8 +1,8 @@
 //! Parameters of the mission runner.
 
 use super::battery::BatteryConfig;
-use super::dock_tasks::DockTaskConfig;
 use super::scheduler::SchedulerConfig;
+use super::task_docking::DockTaskConfig;
 use crate::action_time::ActionTimeConfig;
 use crate::graph::{EdgeBlockConfig, RouteConfig};
 use crate::order::TourConfig;
