@@ -3,12 +3,13 @@
 use crate::day::{Day, FIRST, first};
 use crate::replay;
 use geometry::{Vector3, isometry_from_pose};
-use messages::{CommandKind, GoalKind, Input, LocalisationState};
+use messages::{CommandKind, GoalKind, Input, LedgerEvent, LocalisationState, Sensor};
 use sim::Start;
 use site_model::{
-    ActionRequest, Dock, DockId, Edge, EdgeId, EditId, FailurePolicy, Mission, MissionCommandKind,
-    MissionEnd, MissionId, Node, NodeId, NodeKind, Object, Parameters, PoseTolerance, RunId, RunState, Site,
-    SiteSettings, StartMode, Task, TaskId, TaskOrder, TaskPlace, TaskState, Traversal,
+    ActionRequest, CHARGE_PARAMETER, Dock, DockId, Edge, EdgeId, EditId, FailurePolicy, Mission,
+    MissionCommandKind, MissionEnd, MissionId, Node, NodeId, NodeKind, Object, Parameter, Parameters,
+    PoseTolerance, RunId, RunState, Site, SiteSettings, StartMode, Task, TaskId, TaskOrder, TaskPlace,
+    TaskState, Traversal,
 };
 use stack::Stack;
 use std::sync::Arc;
@@ -163,6 +164,55 @@ fn a_mission_leaves_the_dock_takes_its_photos_and_comes_back_to_charge() {
     }
     assert_eq!(day.route.docked, Some(DOCK));
     assert!(day.refusals.is_empty(), "{:?}", day.refusals);
+    let again = replay(day.lockstep.log().iter().cloned(), &mut Stack::new());
+    assert_eq!(again.hex(), day.lockstep.digest().hex());
+}
+
+/// The newest state of the robot's battery, 0 to 1.
+fn charge(day: &Day) -> f64 {
+    let battery = day.lockstep.log().iter().rev().find_map(|(_, input)| match input {
+        Input::Sensor(Sensor::Battery(battery)) => Some(battery.charge),
+        _ => None,
+    });
+    battery.expect("the battery tells its charge").into()
+}
+
+#[test]
+fn a_mission_docks_and_charges_between_its_photos_and_goes_on_after_undocking() {
+    let mut day = morning(55, 0);
+    let began_with = charge(&day);
+    // What the walk takes is charged again. Half a percent is the tolerance.
+    let percent = Parameter::Number((100.0 * began_with + 0.5).min(100.0));
+    let of = |action: &str, parameters: Parameters| TaskPlace::ByAction {
+        request: ActionRequest { action: action.to_owned(), parameters },
+    };
+    let Some(mission) = day.lockstep.site().mission(MISSION).cloned() else { panic!("no mission") };
+    let [first, second] = [0, 1].map(|index| mission.tasks[index].clone());
+    let with = |number, place| Task { id: TaskId(Uuid::from_u128(number)), place, ..first.clone() };
+    let dock = with(90, of("dock", [(CHARGE_PARAMETER.to_owned(), percent)].into()));
+    let undock = with(91, of("undock", Parameters::new()));
+    let tasks = vec![first.clone(), dock, undock, second];
+    let edit = day.lockstep.site().put(
+        EditId(Uuid::from_u128(9)),
+        Object::Mission(Mission { tasks, end: MissionEnd::Stay, ..mission }),
+    );
+    day.lockstep.give(Input::SiteEdited(Box::new(edit)));
+    let start = MissionCommandKind::Start { run: RUN, mission: MISSION, mode: StartMode::Now };
+    day.command(CommandKind::Mission(start));
+    let outcome = until_ended(&mut day, 600);
+    assert_eq!(outcome, Some(RunState::Succeeded), "{:?} {:?} {:?}", day.missions, day.route, day.motion);
+    let calls: Vec<_> = day.lockstep.calls().iter().map(|call| call.action.as_str()).collect();
+    assert_eq!(calls, ["photo", "photo"], "docking is no call");
+    let charged = day.lockstep.rows().iter().find_map(|row| match row {
+        LedgerEvent::Result(result) if result.kind == "dock" => {
+            let body: serde_json::Value = serde_json::from_str(&result.body).ok()?;
+            body["value"]["readings"][0]["value"].as_f64()
+        }
+        _ => None,
+    });
+    let charged = charged.expect("a result like that of other tasks");
+    assert!(charged > 100.0 * began_with - 0.1, "{charged} % after {began_with}");
+    assert_eq!(day.route.docked, None);
     let again = replay(day.lockstep.log().iter().cloned(), &mut Stack::new());
     assert_eq!(again.hex(), day.lockstep.digest().hex());
 }

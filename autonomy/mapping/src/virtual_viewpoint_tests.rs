@@ -103,3 +103,48 @@ fn empty_and_invalid_clouds_have_no_viewpoints() {
     let far = [[f32::NAN, 0.0, 0.0], [1e30, 0.0, 0.0]];
     assert_eq!(find_viewpoints(&far, &ViewpointConfig::default(), &mut |_| {}), VirtualViewpoints::default());
 }
+
+/// A hall of 20 m by 12 m, 9 m high, with a gallery 3 m wide at a height of 5 m. A scanner on the floor sees the undersides of gallery and roof.
+fn hall_with_gallery() -> Vec<[f32; 3]> {
+    let mut out = Vec::new();
+    plane(&mut out, [0.0, 0.0, 0.0], [20.0, 0.0, 0.0], [0.0, 12.0, 0.0]);
+    plane(&mut out, [0.0, 0.0, 9.0], [20.0, 0.0, 0.0], [0.0, 12.0, 0.0]);
+    plane(&mut out, [0.0, 0.0, 5.0], [20.0, 0.0, 0.0], [0.0, 3.0, 0.0]);
+    for y in [0.0, 12.0] {
+        plane(&mut out, [0.0, y, 0.0], [20.0, 0.0, 0.0], [0.0, 0.0, 9.0]);
+    }
+    for x in [0.0, 20.0] {
+        plane(&mut out, [x, 0.0, 0.0], [0.0, 12.0, 0.0], [0.0, 0.0, 9.0]);
+    }
+    out
+}
+
+/// Numbers of viewpoints on the floor and higher.
+fn low_and_high(cloud: &[[f32; 3]]) -> [usize; 2] {
+    let found = find_viewpoints(cloud, &ViewpointConfig::default(), &mut |_| {});
+    let is_low = |place: &&VirtualViewpoint| place.map_from_base.translation.z < 2.0;
+    let low = found.viewpoints.iter().filter(is_low).count();
+    [low, found.viewpoints.len() - low]
+}
+
+#[test]
+fn no_viewpoint_stands_on_an_underside_that_was_seen_from_below_and_all_stand_on_floors() {
+    let hall = hall_with_gallery();
+    let [low, high] = low_and_high(&hall);
+    assert!(low > 50 && high == 0, "{low} on the floor, {high} above it");
+    // A strip of the floor that nobody has seen leaves nothing below the gallery there.
+    let holed: Vec<[f32; 3]> =
+        hall.iter().copied().filter(|[x, y, z]| !(*z < 0.1 && *y < 3.0 && *x < 8.0)).collect();
+    assert_eq!(low_and_high(&holed)[1], 0);
+    // Once its upper side was seen too, the gallery is a floor: a storey with a ceiling of its own below.
+    let mut storey = hall.clone();
+    plane(&mut storey, [0.0, 0.0, 5.4], [20.0, 0.0, 0.0], [0.0, 3.0, 0.0]);
+    assert!(low_and_high(&storey)[1] > 8);
+    // A gallery whose stairs were seen is part of the floor.
+    let mut stairs = hall;
+    for step in 0..25 {
+        let (x, z) = (6.0 + 0.4 * step as f32, 0.2 * step as f32);
+        plane(&mut stairs, [x, 2.0, z], [0.4, 0.0, 0.0], [0.0, 3.0, 0.0]);
+    }
+    assert!(low_and_high(&stairs)[1] > 8);
+}

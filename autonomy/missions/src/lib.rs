@@ -39,10 +39,10 @@ pub use routes::{
     RouteRemaining, RouteView,
 };
 pub use runs::{
-    ActionInfo, ActionResult, BatteryConfig, CHARGE_SIGNAL, DueSlot, GoalRequest, MissionEffect,
-    MissionInput, MissionNotice, MissionRunner, MissionSituation, MonitorBank, RUN_TABLE, Records,
-    RouteActionRecord, RouteGoalResult, Run, RunAction, RunTransition, RunTrigger, RunnerConfig, Scheduler,
-    SchedulerConfig, TASK_TABLE, TaskAction, TaskGuard, TaskRecord, TaskTransition, TaskTrigger,
+    ActionInfo, ActionResult, BatteryConfig, CHARGE_SIGNAL, DockTaskConfig, DueSlot, GoalRequest,
+    MissionEffect, MissionInput, MissionNotice, MissionRunner, MissionSituation, MonitorBank, RUN_TABLE,
+    Records, RouteActionRecord, RouteGoalResult, Run, RunAction, RunTransition, RunTrigger, RunnerConfig,
+    Scheduler, SchedulerConfig, TASK_TABLE, TaskAction, TaskGuard, TaskRecord, TaskTransition, TaskTrigger,
     battery_monitors, events_for_restart, time_to_dock_p95_s, to_markdown,
 };
 pub use texts::{notice, reach_failure, skip_reason, task_failure};

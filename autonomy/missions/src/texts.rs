@@ -26,6 +26,10 @@ pub(crate) const ROUTE_ACTION_UNKNOWN: &str =
 /// Why an action on the way has failed.
 pub(crate) const ACTION_NOT_OFFERED: &str = "No program offers this action now.";
 
+/// Why charging in a dock has failed.
+pub(crate) const NOT_CHARGED_ANY_MORE: &str =
+    "The robot was not charged any more. Check that it stands in the dock, and that the dock has power.";
+
 pub(crate) const PATH_BLOCKED: &str = "The way was blocked.";
 
 /// An action of an edge that was cancelled because it did not end.

@@ -72,7 +72,7 @@ fn needed_nodes(site: &Site) -> BTreeSet<NodeId> {
     });
     let of_tasks = site.missions().flat_map(|mission| &mission.tasks).filter_map(|task| match &task.place {
         TaskPlace::Node { node, .. } => Some(*node),
-        TaskPlace::InspectionPoint(_) => None,
+        TaskPlace::InspectionPoint(_) | TaskPlace::ByAction { .. } => None,
     });
     of_points.chain(of_tasks).collect()
 }

@@ -1,9 +1,9 @@
 //! State of the server itself and of the battery, as clients see it.
 
-use api::{Battery, Platform, ProcessRestart, RobotBody, SpeedLimits};
+use api::{Battery, DiskUse, Platform, ProcessRestart, RobotBody, SpeedLimits};
 use messages::{BatteryState, RobotProfile};
 use std::fs;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use store::Recordings;
 use vocab::{Span, Stamp};
 
@@ -11,12 +11,18 @@ use vocab::{Span, Stamp};
 pub struct PlatformProbe {
     robot: String,
     manual_limits: SpeedLimits,
+    autonomous_limits: SpeedLimits,
     body: RobotBody,
     site: Option<String>,
     recordings: Recordings,
     restarts: Vec<ProcessRestart>,
     previous: Option<Reading>,
+    /// The use of the disk, and when it was measured.
+    disk: Option<(Instant, Option<DiskUse>)>,
 }
+
+/// Time between two measurements of what recordings take: each looks at all their files. Chosen: a recording grows by a few MB in it.
+const DISK_PERIOD: Duration = Duration::from_secs(10);
 
 /// One measurement; the next one is compared with it.
 struct Reading {
@@ -33,8 +39,11 @@ impl PlatformProbe {
         recordings: Recordings,
         restarts: Vec<ProcessRestart>,
     ) -> Self {
-        let messages::SpeedLimits { forward_m_s, sideways_m_s, turn_rad_s } = profile.manual_limits;
-        let manual_limits = SpeedLimits { forward_m_s, sideways_m_s, turn_rad_s };
+        let [manual_limits, autonomous_limits] =
+            [profile.manual_limits, profile.autonomous_limits].map(|limits| {
+                let messages::SpeedLimits { forward_m_s, sideways_m_s, turn_rad_s } = limits;
+                SpeedLimits { forward_m_s, sideways_m_s, turn_rad_s }
+            });
         let body = RobotBody {
             footprint_radius_m: profile.footprint_radius_m,
             clearance_height_m: profile.clearance_height_m,
@@ -42,7 +51,31 @@ impl PlatformProbe {
             step_height_m: profile.step_height_m,
             camera_head: profile.camera_head,
         };
-        Self { robot: profile.name, manual_limits, body, site, recordings, restarts, previous: None }
+        Self {
+            robot: profile.name,
+            manual_limits,
+            autonomous_limits,
+            body,
+            site,
+            recordings,
+            restarts,
+            previous: None,
+            disk: None,
+        }
+    }
+
+    /// The use of the disk, measured anew from time to time. None where the system does not say.
+    fn disk_use(&mut self, now: Instant) -> Option<DiskUse> {
+        let known = self.disk.filter(|(measured, _)| now - *measured < DISK_PERIOD);
+        let (_, disk) = *self.disk.insert(known.unwrap_or_else(|| {
+            let measured = self.recordings.disk_use().ok().map(|recordings| DiskUse {
+                total_bytes: recordings.disk_bytes,
+                recordings_bytes: recordings.bytes,
+                max_recordings_bytes: recordings.max_bytes,
+            });
+            (now, measured)
+        }));
+        disk
     }
 
     /// The state now; rates are since the last call.
@@ -53,6 +86,7 @@ impl PlatformProbe {
             let robot = (reading.robot_clock - previous.robot_clock).secs_f64();
             (robot / wall, (reading.cpu_seconds - previous.cpu_seconds) / wall)
         });
+        let disk = self.disk_use(reading.when);
         self.previous = Some(reading);
         Platform {
             robot: self.robot.clone(),
@@ -69,6 +103,8 @@ impl PlatformProbe {
             restarts: self.restarts.clone(),
             manual_limits: Some(self.manual_limits),
             body: Some(self.body),
+            autonomous_limits: Some(self.autonomous_limits),
+            disk,
         }
     }
 }

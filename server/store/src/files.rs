@@ -231,6 +231,16 @@ pub fn free_bytes(directory: &Path) -> Result<u64, StoreError> {
     Ok(disk.f_bavail.saturating_mul(disk.f_frsize))
 }
 
+/// Size of the disk of a directory, bytes.
+///
+/// # Errors
+/// When the system does not say.
+pub fn disk_bytes(directory: &Path) -> Result<u64, StoreError> {
+    let disk =
+        rustix::fs::statvfs(directory).map_err(|error| StoreError::io("read", directory, error.into()))?;
+    Ok(disk.f_blocks.saturating_mul(disk.f_frsize))
+}
+
 /// Whether a file was written before `now - age`. One whose time is unknown or in the future counts as new.
 pub fn is_older_than(path: &Path, age: Duration, now: SystemTime) -> bool {
     let modified = fs::symlink_metadata(path).and_then(|about| about.modified());

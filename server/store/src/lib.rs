@@ -60,7 +60,7 @@ pub use map_folders::DamagedMap;
 pub use map_points::MapPoints;
 pub use mapping::line_of_sight::{LineOfSightConfig, OccupiedVoxels};
 pub use maps::MapList;
-pub use recordings::{RecordedRun, RecordingSpace, Recordings, RecordingsConfig};
+pub use recordings::{RecordedRun, RecordingSpace, Recordings, RecordingsConfig, RecordingsUse};
 pub use recovered_sessions::InterruptedSessions;
 pub use run_clouds::{
     RunCloud, RunCloudCause, RunCloudEntry, RunCloudsConfig, is_run_clouds_folder, read_run_clouds,

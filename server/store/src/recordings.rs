@@ -62,6 +62,17 @@ pub struct Recordings {
     config: RecordingsConfig,
 }
 
+/// What recordings take of their disk, and may take now.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RecordingsUse {
+    /// Size of the disk, bytes.
+    pub disk_bytes: u64,
+    /// What they take, bytes.
+    pub bytes: u64,
+    /// What they may take, bytes.
+    pub max_bytes: u64,
+}
+
 /// Whether there is space for a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RecordingSpace {
@@ -99,6 +110,16 @@ impl Recordings {
     /// When the system does not say.
     pub fn free_bytes(&self) -> Result<u64, StoreError> {
         files::free_bytes(&self.dir)
+    }
+
+    /// The disk and what recordings take of it. Linear in the files of recordings.
+    ///
+    /// # Errors
+    /// When the system does not say, or a file cannot be read.
+    pub fn disk_use(&self) -> Result<RecordingsUse, StoreError> {
+        let bytes = self.recording_files()?.iter().map(|file| file.bytes).sum();
+        let (disk_bytes, max_bytes) = (files::disk_bytes(&self.dir)?, self.limit(bytes)?);
+        Ok(RecordingsUse { disk_bytes, bytes, max_bytes })
     }
 
     /// Begins the recording of a run. If the run before it was interrupted, its last segments are pinned.

@@ -567,6 +567,21 @@ pub struct Platform {
     pub manual_limits: Option<SpeedLimits>,
     /// The robot's body, of its profile. None while no core has told it.
     pub body: Option<RobotBody>,
+    /// Speed limits while the robot walks by itself, of its profile. None while no core has told them.
+    pub autonomous_limits: Option<SpeedLimits>,
+    /// The disk of the data directory. None while no core has told it, or where the system does not say.
+    pub disk: Option<DiskUse>,
+}
+
+/// The disk of the data directory, and what recordings take of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DiskUse {
+    /// Size of the disk, bytes. What is neither free nor of this is used, by whatever program.
+    pub total_bytes: u64,
+    /// What recordings take, bytes.
+    pub recordings_bytes: u64,
+    /// What recordings may take, bytes: beyond it the oldest are deleted.
+    pub max_recordings_bytes: u64,
 }
 
 /// The space that the robot's body takes and what it steps over.

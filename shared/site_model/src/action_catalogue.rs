@@ -2,7 +2,8 @@
 //! actions are registered while the robot runs, with the same description.
 //!
 //! Schemas are JSON Schema (draft 2020-12), of one object with plain properties. The name of a property ends with its unit. `title` is the caption of the field,
-//! `description` its hint, and `unit` the unit of its value; forms show degrees for `rad`. Properties with `readOnly` are set by the platform: forms leave them out.
+//! `description` its hint, and `unit` the unit of its value; forms show degrees for `rad`. `object` says that the text is the id of an object of the site of this kind.
+//! Properties with `readOnly` are set by the platform: forms leave them out.
 //! Limits of pan, tilt and zoom are those of the camera head of the robot's profile: their names stand in the text of the catalogue.
 
 use crate::{Parameter, Parameters};
@@ -28,6 +29,8 @@ pub struct ActionDescription {
     pub power_w: f64,
     /// Whether it can be repeated without harm.
     pub is_idempotent: bool,
+    /// Whether it moves the robot to where it ends. Then its task has no place ([`crate::TaskPlace::ByAction`]), and it is done in tasks only.
+    pub moves_robot: bool,
 }
 
 /// Parameter that tells what an action is aimed at, metres, map frame. The platform sets it from the inspection point.
@@ -90,6 +93,7 @@ pub const ACTION_CATALOGUE: &[ActionDescription] = &[
         duration: None,
         power_w: 10.0,
         is_idempotent: true,
+        moves_robot: false,
     },
     ActionDescription {
         name: "thermal_photo",
@@ -110,6 +114,7 @@ pub const ACTION_CATALOGUE: &[ActionDescription] = &[
         duration: None,
         power_w: 10.0,
         is_idempotent: true,
+        moves_robot: false,
     },
     ActionDescription {
         name: "point_cloud",
@@ -125,6 +130,7 @@ pub const ACTION_CATALOGUE: &[ActionDescription] = &[
         duration: Some(("duration_s", 2.0)),
         power_w: 0.0,
         is_idempotent: true,
+        moves_robot: false,
     },
     ActionDescription {
         name: "temperature_humidity",
@@ -140,6 +146,7 @@ pub const ACTION_CATALOGUE: &[ActionDescription] = &[
         duration: Some(("duration_s", 5.0)),
         power_w: 1.0,
         is_idempotent: true,
+        moves_robot: false,
     },
     ActionDescription {
         name: "gamma_spectrum",
@@ -155,6 +162,7 @@ pub const ACTION_CATALOGUE: &[ActionDescription] = &[
         duration: Some(("duration_s", 60.0)),
         power_w: 5.0,
         is_idempotent: true,
+        moves_robot: false,
     },
     ActionDescription {
         name: "wait",
@@ -170,6 +178,7 @@ pub const ACTION_CATALOGUE: &[ActionDescription] = &[
         duration: Some(("duration_s", 10.0)),
         power_w: 0.0,
         is_idempotent: true,
+        moves_robot: false,
     },
     ActionDescription {
         name: "message",
@@ -188,8 +197,46 @@ pub const ACTION_CATALOGUE: &[ActionDescription] = &[
         power_w: 0.0,
         // Whoever reads it twice may act twice.
         is_idempotent: false,
+        moves_robot: false,
+    },
+    ActionDescription {
+        name: "dock",
+        title: "Dock",
+        schema_text: r#"{
+            "type": "object",
+            "properties": {
+                "charge_until_percent": { "type": "number", "title": "Charge until", "unit": "percent", "minimum": 1, "maximum": 100,
+                    "description": "Empty: the robot goes on as soon as it is charged." },
+                "dock": { "type": "string", "title": "Dock", "format": "uuid", "object": "dock",
+                    "description": "Empty: the nearest one that can be reached." }
+            },
+            "additionalProperties": false
+        }"#,
+        // From the node in front of the dock: aligning, walking in, and the first charging current. Charging comes on top, by the charge that is left.
+        expected_s: 15.0,
+        duration: None,
+        power_w: 0.0,
+        // A robot that is in the dock stays there.
+        is_idempotent: true,
+        moves_robot: true,
+    },
+    ActionDescription {
+        name: "undock",
+        title: "Undock",
+        schema_text: r#"{ "type": "object", "properties": {}, "additionalProperties": false }"#,
+        expected_s: 5.0,
+        duration: None,
+        power_w: 0.0,
+        is_idempotent: true,
+        moves_robot: true,
     },
 ];
+
+/// The actions of the catalogue that are done at a place, in the order of menus: all but those that move the robot, which are the last.
+pub fn actions_at_places() -> &'static [ActionDescription] {
+    let count = ACTION_CATALOGUE.iter().take_while(|action| !action.moves_robot).count();
+    &ACTION_CATALOGUE[..count]
+}
 
 /// The description of an action; none if the platform does not come with it.
 pub fn describe_action(name: &str) -> Option<&'static ActionDescription> {
@@ -250,6 +297,12 @@ mod tests {
             }
             assert_eq!(properties("photo")["zoom"]["maximum"].as_f64(), Some(head.zoom_max));
         }
+    }
+
+    #[test]
+    fn actions_that_move_the_robot_are_the_last() {
+        assert!(actions_at_places().iter().all(|action| !action.moves_robot));
+        assert!(ACTION_CATALOGUE[actions_at_places().len()..].iter().all(|action| action.moves_robot));
     }
 
     #[test]

@@ -54,7 +54,9 @@ pub(crate) fn is_finite(object: &Object) -> bool {
                 && is_request_finite(&point.request)
         }
         Object::Mission(mission) => mission.tasks.iter().all(|task| match &task.place {
-            TaskPlace::Node { request: Some(request), .. } => is_request_finite(request),
+            TaskPlace::Node { request: Some(request), .. } | TaskPlace::ByAction { request } => {
+                is_request_finite(request)
+            }
             _ => true,
         }),
         Object::SceneChange(change) => {

@@ -14,6 +14,7 @@ mod action;
 mod action_catalogue;
 mod action_report;
 mod compare;
+mod dock_action;
 mod edit;
 mod finite;
 mod ids;
@@ -40,13 +41,15 @@ mod validation;
 
 pub use action::ActionRequest;
 pub use action_catalogue::{
-    ACTION_CATALOGUE, ActionDescription, MAX_MESSAGE_CHARS, TARGET_PARAMETER, describe_action,
+    ACTION_CATALOGUE, ActionDescription, MAX_MESSAGE_CHARS, TARGET_PARAMETER, actions_at_places,
+    describe_action,
 };
 pub use action_report::{
     ActionReport, CameraReport, GammaSpectrum, LineOfSight, LocalisationQuality, Reading, ReportFile,
     ReportPlace, ReportTime,
 };
 pub use compare::{MergeConflict, Merged, diff, merge};
+pub use dock_action::{CHARGE_PARAMETER, DOCK_PARAMETER, DockAction};
 pub use edit::{Applied, Change, Edit, EditError, RevisionChange};
 pub use ids::{
     AssetId, DockId, EdgeId, EditId, InspectionPointId, MissionId, MonitorId, MutexHoldId, NodeId, ObjectId,

@@ -1,6 +1,6 @@
 //! Missions: what the robot does, in which order, and what becomes of failures.
 
-use crate::{ActionRequest, InspectionPointId, MissionId, NodeId, TaskId};
+use crate::{ActionRequest, DockAction, InspectionPointId, MissionId, NodeId, ObjectId, TaskId};
 use serde::{Deserialize, Serialize};
 use vocab::Span;
 
@@ -53,6 +53,22 @@ pub enum TaskPlace {
         #[serde(default)]
         request: Option<ActionRequest>,
     },
+    /// Where the action brings the robot: `dock` and `undock`.
+    ByAction {
+        /// The action.
+        request: ActionRequest,
+    },
+}
+
+impl TaskPlace {
+    /// The object of the site that says where the task is; none where the action finds the place when it is done.
+    pub fn object(&self) -> Option<ObjectId> {
+        match self {
+            Self::InspectionPoint(point) => Some(ObjectId::InspectionPoint(*point)),
+            Self::Node { node, .. } => Some(ObjectId::Node(*node)),
+            Self::ByAction { request } => DockAction::of(request)?.dock().map(ObjectId::Dock),
+        }
+    }
 }
 
 /// Whether tasks are done in the order of the list.
@@ -62,7 +78,7 @@ pub enum TaskOrder {
     /// They are.
     #[default]
     AsListed,
-    /// In the order of the shortest path.
+    /// In the order of the shortest path. A mission with a task that docks or undocks is done as listed: what comes before and after is part of it.
     Shortest {
         /// Whether the first task of the list stays the first.
         keep_first: bool,

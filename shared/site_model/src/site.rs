@@ -296,6 +296,6 @@ fn task_needs(site: &Site, task: &Task, object: ObjectId) -> bool {
             object == ObjectId::InspectionPoint(*point)
                 || site.inspection_point(*point).is_some_and(|it| object == ObjectId::Node(it.node))
         }
-        TaskPlace::Node { node, .. } => object == ObjectId::Node(*node),
+        place @ (TaskPlace::Node { .. } | TaskPlace::ByAction { .. }) => place.object() == Some(object),
     }
 }

@@ -1,9 +1,10 @@
 //! Finds all problems of a site. Logarithmic in the site for each reference, so n log n in all.
 
 use crate::{
-    Dock, Edge, EdgeCost, InspectionPoint, Mission, MissionEnd, Monitor, MonitorCondition, MonitorResponse,
-    Node, NodeId, NodeKind, Object, ObjectId, OrientedBox, ProblemKind, Recurrence, ReviewState, SceneChange,
-    SceneChangeKind, Schedule, Site, SiteProblem, TaskId, TaskPlace, Traversal, Zone, ZoneEffect,
+    Dock, DockAction, Edge, EdgeCost, InspectionPoint, Mission, MissionEnd, Monitor, MonitorCondition,
+    MonitorResponse, Node, NodeId, NodeKind, Object, ObjectId, OrientedBox, ProblemKind, Recurrence,
+    ReviewState, SceneChange, SceneChangeKind, Schedule, Site, SiteProblem, TaskId, TaskPlace, Traversal,
+    Zone, ZoneEffect, describe_action,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use std::mem::{Discriminant, discriminant};
@@ -220,16 +221,18 @@ impl ProblemFinder<'_> {
             if !tasks.insert(task.id) {
                 self.add(id, ProblemKind::SameTask(task.id));
             }
-            let object = match &task.place {
-                TaskPlace::InspectionPoint(point) => ObjectId::InspectionPoint(*point),
-                TaskPlace::Node { node, request } => {
-                    if let Some(request) = request {
-                        self.check_action(id, &request.action);
-                    }
-                    ObjectId::Node(*node)
+            match &task.place {
+                TaskPlace::InspectionPoint(_) => {}
+                TaskPlace::Node { request, .. } => {
+                    request.iter().for_each(|request| self.check_action(id, &request.action));
                 }
-            };
-            if self.site.get(object).is_none() {
+                TaskPlace::ByAction { request } => {
+                    let is_known = DockAction::of(request).is_some();
+                    self.check_range(id, "action", is_known, || "one that moves the robot".to_owned());
+                }
+            }
+            let missing = task.place.object().filter(|object| self.site.get(*object).is_none());
+            if let Some(object) = missing {
                 self.add(id, ProblemKind::TaskMissing { task: task.id, object });
             }
         }
@@ -328,6 +331,8 @@ impl ProblemFinder<'_> {
         if action.trim().is_empty() {
             self.add(id, ProblemKind::NoAction);
         }
+        let moves_robot = describe_action(action).is_some_and(|known| known.moves_robot);
+        self.check_range(id, "action", !moves_robot, || "one that is done at a place".to_owned());
     }
 
     fn check_range(&mut self, id: ObjectId, field: &str, is_valid: bool, permitted: impl Fn() -> String) {

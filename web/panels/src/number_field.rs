@@ -4,10 +4,12 @@ use crate::TextInput;
 use crate::TextInputKind;
 use crate::button::Button;
 use crate::feature_panel::PanelContext;
+use crate::features::action_form::{parameter_problem, show_problem};
 use crate::format::decimal;
 use crate::icon;
 use crate::paint::line_at;
 use crate::theme::{self, Weight};
+use client_model::ParameterProblem;
 use egui::{Sense, Ui, vec2};
 use site_model::ObjectId;
 
@@ -97,7 +99,22 @@ impl NumberField<'_> {
                 changed = Some(Some(self.stepped(self.step)));
             }
         });
+        let is_typed = |typed: &&Typed| typed.field.0 == self.object && typed.field.1 == self.name;
+        if let Some(problem) = typed.0.as_ref().filter(is_typed).and_then(|typed| self.problem(&typed.text)) {
+            show_problem(ui, tokens, &parameter_problem(self.name, "", 1.0, problem));
+        }
         changed.filter(|value| *value != self.value)
+    }
+
+    /// What is wrong with a typed text. When the field is left, a number out of range becomes the nearest in it, and what is no number is dropped.
+    fn problem(&self, text: &str) -> Option<ParameterProblem> {
+        let [min, max] = self.range;
+        match text.trim().replace(',', ".").parse::<f64>() {
+            _ if text.trim().is_empty() => self.hint.is_empty().then_some(ParameterProblem::Missing),
+            Ok(number) if (min..=max).contains(&number) => None,
+            Ok(_) => Some(ParameterProblem::OutOfRange(min, max)),
+            Err(_) => Some(ParameterProblem::WrongType),
+        }
     }
 
     /// The next number in this direction; steps end at multiples of themselves.
@@ -152,6 +169,16 @@ mod tests {
         assert!((field(Some(0.3)).stepped(-0.1) - 0.2).abs() < 1e-9);
         assert_eq!(field(Some(1.0)).stepped(0.1), 1.0);
         assert_eq!(field(None).stepped(0.1), 0.0);
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_typed_number_is_said() {
+        assert_eq!(field(None).problem("0,5"), None);
+        assert_eq!(field(None).problem("7"), Some(ParameterProblem::OutOfRange(0.0, 1.0)));
+        assert_eq!(field(None).problem("wide"), Some(ParameterProblem::WrongType));
+        assert_eq!(field(None).problem(""), None, "it may have none");
+        let needed = NumberField { hint: "", ..field(Some(0.5)) };
+        assert_eq!(needed.problem(" "), Some(ParameterProblem::Missing));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::{TourConfig, TourProblem, solve};
 use crate::graph::{RouteGraph, RouteTree};
-use site_model::{Mission, MissionEnd, NodeId, Site, Task, TaskId, TaskOrder, TaskPlace};
+use site_model::{DockAction, Mission, MissionEnd, NodeId, Site, Task, TaskId, TaskOrder, TaskPlace};
 use std::collections::BTreeMap;
 
 /// What a route takes.
@@ -17,7 +17,8 @@ pub struct RouteCost {
 /// The order in which the tasks of a mission are done, beside that of its list. Both routes are those over the tasks that can be reached.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OrderPreview {
-    /// All tasks in the order of the mission's setting. Those that cannot be reached are the last.
+    /// All tasks in the order of the mission's setting. Those that cannot be reached are the last. A mission with a task that docks or undocks keeps its order, and nothing
+    /// else is known of it here.
     pub order: Vec<TaskId>,
     /// Tasks that cannot be reached from the robot's place.
     pub unreachable: Vec<TaskId>,
@@ -37,11 +38,15 @@ impl OrderPreview {
     }
 }
 
-/// The node of a task. None if the site lacks it.
+/// The node of a task. None if the site lacks it, or if it is found when the task is done: the nearest dock, or where the robot leaves its dock.
 pub fn node_of(site: &Site, task: &Task) -> Option<NodeId> {
     let node = match &task.place {
         TaskPlace::InspectionPoint(point) => site.inspection_point(*point)?.node,
         TaskPlace::Node { node, .. } => *node,
+        TaskPlace::ByAction { request } => {
+            let dock = DockAction::of(request)?.dock()?;
+            site.docks().find(|known| known.id == dock)?.node
+        }
     };
     site.node(node).map(|node| node.id)
 }
@@ -63,6 +68,11 @@ pub fn order_tasks(
     start: NodeId,
     config: &TourConfig,
 ) -> OrderPreview {
+    if mission.tasks.iter().any(|task| matches!(task.place, TaskPlace::ByAction { .. })) {
+        // What is done before and after docking is part of the mission, and the place of the nearest dock follows from the tasks before it.
+        let order = mission.tasks.iter().map(|task| task.id).collect();
+        return OrderPreview { order, ..OrderPreview::default() };
+    }
     let nodes: Vec<Option<NodeId>> = mission.tasks.iter().map(|task| node_of(site, task)).collect();
     let trees: Vec<Option<RouteTree<'_>>> = nodes.iter().map(|node| graph.routes_to((*node)?)).collect();
     let can_reach = |index: &usize| trees[*index].as_ref().is_some_and(|tree| tree.cost_s(start).is_some());

@@ -7,7 +7,7 @@ use super::table::{RunTrigger, TaskTrigger};
 use crate::ids::{goal_id, monitor_docking_goal_id};
 use crate::order::{node_of, order_tasks};
 use site_model::{
-    ActionDescription, ActionRequest, AskDefault, DockId, EndPlace, InspectionPoint, Mission,
+    ActionDescription, ActionRequest, AskDefault, DockAction, DockId, EndPlace, InspectionPoint, Mission,
     MissionEventKind, ObjectId, Parameter, PlannedTask, QuestionAnswer, Resumption, RunCause,
     RunChangeReason, RunId, RunPlan, RunState, Site, Task, TaskPlace, describe_action,
 };
@@ -57,7 +57,7 @@ impl MissionRunner {
             return true;
         }
         if self.activity.is_some() {
-            return false;
+            return self.end_dock_action();
         }
         match active {
             Some((run, RunState::Ending, Some((_, place)))) => {
@@ -240,13 +240,15 @@ impl MissionRunner {
         let request = match &task.place {
             TaskPlace::InspectionPoint(point) => site.inspection_point(*point).map(aimed_request),
             TaskPlace::Node { request, .. } => request.clone(),
+            TaskPlace::ByAction { request } => Some(request.clone()),
         };
         let info = request.as_ref().and_then(|request| self.actions.get(&request.action));
+        let docks = request.as_ref().is_some_and(|request| DockAction::of(request).is_some());
         PlannedTask {
             task: task.id,
             node: node_of(site, task),
             // What is not known to be harmless is not repeated.
-            is_idempotent: info.is_some_and(|info| info.is_idempotent),
+            is_idempotent: docks || info.is_some_and(|info| info.is_idempotent),
             request,
             on_unreachable: task.on_unreachable,
             on_action_failure: task.on_action_failure,

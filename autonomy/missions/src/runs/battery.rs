@@ -36,6 +36,8 @@ pub struct BatteryConfig {
     pub use_per_s: f64,
     /// Charge that standing uses in a second. Chosen: 5 hours of standing for a full battery, as of common legged robots.
     pub standing_use_per_s: f64,
+    /// Charge that a dock gives in a second. Chosen: 2 hours for a full battery, as of common legged robots.
+    pub charging_per_s: f64,
     /// Energy of the full battery, joules. Chosen: 930 Wh, as of common legged robots.
     pub capacity_j: f64,
     /// Standard deviation of the time of an edge that was not walked yet, as a share of that time. Chosen: half, because people and doors make a walk longer.
@@ -54,6 +56,7 @@ impl Default for BatteryConfig {
             reserve_release: 0.3,
             use_per_s: 1.0 / (90.0 * 60.0),
             standing_use_per_s: 1.0 / (5.0 * 3600.0),
+            charging_per_s: 1.0 / (2.0 * 3600.0),
             capacity_j: 930.0 * 3600.0,
             time_std_ratio: 0.5,
             hold: Span::from_millis(10_000),
@@ -65,6 +68,11 @@ impl BatteryConfig {
     /// Share of the charge that is expected to be used by walking and by actions, which take `action_j` besides what the standing robot takes.
     pub fn charge_used(&self, walk_s: f64, action_s: f64, action_j: f64) -> f64 {
         walk_s * self.use_per_s + action_s * self.standing_use_per_s + action_j / self.capacity_j
+    }
+
+    /// Time that charging is expected to take between two charges, seconds; 0 if nothing is to be charged.
+    pub fn charging_time_s(&self, from: f64, until: f64) -> f64 {
+        (until - from).max(0.0) / self.charging_per_s
     }
 }
 

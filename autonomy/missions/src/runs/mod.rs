@@ -4,6 +4,7 @@ mod advance;
 mod battery;
 mod battery_texts;
 mod commands;
+mod dock_tasks;
 mod durable;
 mod interface;
 mod monitors;
@@ -23,6 +24,7 @@ mod scheduler;
 mod swarm_tests;
 mod table;
 mod table_text;
+mod task_docking;
 mod task_steps;
 #[cfg(test)]
 mod testing;
@@ -47,3 +49,4 @@ pub use table::{
     TaskTrigger,
 };
 pub use table_text::to_markdown;
+pub use task_docking::DockTaskConfig;

@@ -9,6 +9,7 @@ use super::records::Records;
 use super::runner_config::RunnerConfig;
 use super::scheduler::Scheduler;
 use super::table::{RunTrigger, TaskTrigger};
+use super::task_docking::TaskDocking;
 use crate::graph::{LearnedTimes, RouteConditions, RouteGraph, active_zones};
 use site_model::{
     DockId, EndPlace, LocalTime, MissionEvent, MissionEventKind, MonitorId, ReachFailure, RunChangeReason,
@@ -87,9 +88,12 @@ pub struct MissionRunner {
     pub(super) actions: BTreeMap<String, ActionInfo>,
     pub(super) situation: MissionSituation,
     pub(super) utc: Option<Utc>,
+    /// Whether that follows a time server.
+    pub(super) is_clock_synchronised: bool,
     pub(super) records: Records,
     pub(super) activity: Option<Activity>,
     pub(super) monitor_docking: MonitorDocking,
+    pub(super) task_docking: TaskDocking,
     /// The open question with the end of its time.
     pub(super) question: Option<(RunId, usize, Stamp)>,
     pub(super) scheduler: Scheduler,
@@ -130,10 +134,12 @@ impl MissionRunner {
             actions: BTreeMap::new(),
             situation: MissionSituation::default(),
             utc: None,
+            is_clock_synchronised: false,
             is_restarting: !records.runs.is_empty(),
             records,
             activity: None,
             monitor_docking: MonitorDocking::default(),
+            task_docking: TaskDocking::default(),
             question: None,
             is_clock_reported: false,
             at: Stamp::EPOCH,
@@ -298,6 +304,7 @@ impl MissionRunner {
             RouteGoalResult::Reached => self.fire_task(run, task, TaskTrigger::Reached, None),
             RouteGoalResult::Failed(reason) => {
                 let reason = if is_undocking { ReachFailure::NotUndocked } else { reason };
+                self.note_dock_failure();
                 let failure = TaskFailure::NotReached(reason);
                 self.fire_task(run, task, TaskTrigger::ReachFailed, Some(failure));
             }

@@ -2,6 +2,7 @@
 
 use super::battery::BatteryConfig;
 use super::scheduler::SchedulerConfig;
+use super::task_docking::DockTaskConfig;
 use crate::action_time::ActionTimeConfig;
 use crate::graph::{EdgeBlockConfig, RouteConfig};
 use crate::order::TourConfig;
@@ -20,6 +21,8 @@ pub struct RunnerConfig {
     pub scheduler: SchedulerConfig,
     /// Of the built-in battery monitors.
     pub battery: BatteryConfig,
+    /// Of tasks that dock.
+    pub dock_tasks: DockTaskConfig,
     /// Greatest number of queued runs. Chosen: more than a day of missions of an hour; a longer queue is a mistake of a program.
     pub max_queue: usize,
     /// How long the action of a task may take.
@@ -43,6 +46,7 @@ impl Default for RunnerConfig {
             tour: TourConfig::default(),
             scheduler: SchedulerConfig::default(),
             battery: BatteryConfig::default(),
+            dock_tasks: DockTaskConfig::default(),
             max_queue: 32,
             action_time: ActionTimeConfig::default(),
             cancel_time_limit: Span::from_millis(10_000),

@@ -14,6 +14,7 @@ use site_model::{
 impl MissionRunner {
     pub(super) fn handle_clock(&mut self, utc: Utc, is_synchronised: bool) {
         self.utc = Some(utc);
+        self.is_clock_synchronised = is_synchronised;
         if !is_synchronised {
             if self.site.schedules().next().is_some() && !std::mem::replace(&mut self.is_clock_reported, true)
             {

@@ -152,6 +152,9 @@ impl MissionRunner {
 
     /// The robot goes to the place of a task, and leaves its dock first.
     fn request_task_goal(&mut self, run: RunId, task: usize, goal: vocab::GoalId, is_undocked: bool) {
+        if let Some(action) = self.records.runs[&run].tasks[task].dock_action() {
+            return self.request_dock_goal((run, task), goal, action, is_undocked);
+        }
         let purpose = Purpose::Task(run, task);
         let node = self.records.runs[&run].tasks[task].planned.node;
         let fail = |runner: &mut Self, failure| {
@@ -183,7 +186,7 @@ impl MissionRunner {
     }
 
     /// Why no route leads to a node now; none if one does or opens soon, or if it is not known where the robot is.
-    fn find_closed(&mut self, node: NodeId) -> Option<ReachFailure> {
+    pub(super) fn find_closed(&mut self, node: NodeId) -> Option<ReachFailure> {
         self.open_short_blocks();
         let from = self.situation.place.nearest?;
         match self.graph.routes_to(node).map(|tree| tree.route(from)) {
@@ -217,7 +220,14 @@ impl MissionRunner {
     }
 
     fn call_action(&mut self, run: RunId, task: usize, call: vocab::ActionCallId) {
-        let planned = &self.records.runs[&run].tasks[task].planned;
+        let record = &self.records.runs[&run].tasks[task];
+        let planned = &record.planned;
+        if let Some(action) = record.dock_action() {
+            // Nobody else is called: the runner ends it.
+            let deadline = self.at + self.config.action_time.limit(self.expected_charging(action));
+            self.activity = Some(Activity::Action(Acting { run, task, call, deadline, stop: None }));
+            return;
+        }
         let Some(request) = planned.request.clone() else { return };
         let Some(info) = self.actions.get(&request.action) else {
             let failure = Some(TaskFailure::ActionUnavailable);
@@ -243,7 +253,7 @@ impl MissionRunner {
             acting.deadline = self.at + limit;
         }
         let is_call = |effect: &MissionEffect| matches!(effect, MissionEffect::CallAction { call, .. } if *call == acting.call);
-        if self.withdraw(is_call) {
+        if self.dock_action_of(&acting).is_some() || self.withdraw(is_call) {
             self.end_action(&acting, super::interface::ActionResult::Cancelled);
         } else {
             self.effects.push(MissionEffect::CancelAction(acting.call));

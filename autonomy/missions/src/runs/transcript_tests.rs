@@ -38,6 +38,7 @@ fn scenarios() -> Vec<(&'static str, ExpectFile)> {
         "route_actions",
         "intent_before_act",
         "docks_fail",
+        "dock_tasks",
         "schedules",
         "schedule_replaces",
         "missed_slots",
@@ -165,6 +166,8 @@ impl Player {
                 rig.end_goal(RouteGoalResult::MotionTaken);
             }
             "allow" => rig.set_situation(|situation| situation.can_move = true),
+            "taken-out" => rig.set_situation(|situation| situation.docked = None),
+            "put-back" => rig.set_situation(|situation| situation.docked = Some(dock_id(number(1)))),
             "lost" => rig.set_situation(|situation| situation.is_localised = false),
             "found" => rig.set_situation(|situation| situation.is_localised = true),
             "done" => rig.end_action(ActionResult::Succeeded(Some("{}".to_owned()))),

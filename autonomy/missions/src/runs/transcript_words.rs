@@ -14,7 +14,7 @@ pub(super) fn parse_local(text: &str) -> LocalDateTime {
     LocalDateTime { date, time: LocalTime { hour: next() as u8, minute: next() as u8 } }
 }
 
-/// `mission 1 photo@3 spectrum@4,r0,act=ask visit@5,reach=later end=dock`. A task has two retries of each kind unless `r` says otherwise.
+/// `mission 1 photo@3 spectrum@4,r0,act=ask visit@5,reach=later dock@92,until=80 dock@nearest undock@here end=dock`. A task has no retries unless `r` says otherwise.
 pub(super) fn parse_mission(words: &[&str]) -> Mission {
     let number: u128 = words[1].parse().expect("a number");
     let mut end = MissionEnd::Stay;
@@ -29,18 +29,35 @@ pub(super) fn parse_mission(words: &[&str]) -> Mission {
             continue;
         }
         let mut parts = word.split(',');
-        let (action, node) = parts.next().and_then(|task| task.split_once('@')).expect("action@node");
+        let (action, place) = parts.next().and_then(|task| task.split_once('@')).expect("action@node");
         let (mut retries, mut reach, mut act) = (0, FailureStep::Skip, FailureStep::Skip);
+        let mut parameters = Parameters::new();
         for option in parts {
             match option.split_once('=') {
                 Some(("reach", then)) => reach = parse_step(then),
                 Some(("act", then)) => act = parse_step(then),
+                Some(("until", percent)) => {
+                    let percent = Parameter::Integer(percent.parse().expect("a number"));
+                    parameters.insert(CHARGE_PARAMETER.to_owned(), percent);
+                }
                 _ => retries = option.trim_start_matches('r').parse().expect("retries"),
             }
         }
         let action = Some(action).filter(|action| *action != "visit");
         let policies = [policy(retries, reach), policy(retries, act)];
-        tasks.push(task(number, tasks.len() as u128 + 1, node.parse().expect("a node"), action, policies));
+        let index = tasks.len() as u128 + 1;
+        tasks.push(match action {
+            Some("dock" | "undock") => {
+                if let Ok(dock) = place.parse() {
+                    let id = Parameter::Text(dock_id(dock).to_string());
+                    parameters.insert(DOCK_PARAMETER.to_owned(), id);
+                }
+                let request = ActionRequest { action: action.unwrap_or_default().to_owned(), parameters };
+                let place = TaskPlace::ByAction { request };
+                Task { place, ..task(number, index, 0, None, policies) }
+            }
+            action => task(number, index, place.parse().expect("a node"), action, policies),
+        });
     }
     mission(number, tasks, end)
 }

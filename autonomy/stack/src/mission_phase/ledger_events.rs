@@ -240,7 +240,7 @@ fn inspection_point(site: &Site, mission: MissionId, planned: &PlannedTask) -> O
         TaskPlace::InspectionPoint(point) => {
             site.inspection_point(point).filter(|found| planned.node == Some(found.node)).map(|_| point)
         }
-        TaskPlace::Node { .. } => None,
+        TaskPlace::Node { .. } | TaskPlace::ByAction { .. } => None,
     }
 }
 

@@ -117,7 +117,7 @@ impl Bench {
         let registered = bench.results.recv_timeout(PATIENCE).expect("the thread lives");
         let Input::ActionsRegistered(actions) = registered else { panic!("{registered:?}") };
         let names: Vec<&str> = actions.iter().map(|action| action.name.as_str()).collect();
-        assert_eq!(names, ["photo", "gamma_spectrum", "point_cloud", "wait", "message"]);
+        assert_eq!(names, ["photo", "gamma_spectrum", "point_cloud", "wait", "message", "dock", "undock"]);
         assert!(actions[0].is_idempotent && !actions[4].is_idempotent);
         assert_eq!(actions[3].expected, Span::from_millis(10_000));
         bench

@@ -18,7 +18,8 @@ use ports::{
 };
 use serde::de::DeserializeOwned;
 use site_model::{
-    ActionReport, LineOfSight, MAX_MESSAGE_CHARS, Parameters, ReportFile, ReportTime, describe_action,
+    ACTION_CATALOGUE, ActionReport, LineOfSight, MAX_MESSAGE_CHARS, Parameters, ReportFile, ReportTime,
+    describe_action,
 };
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -130,12 +131,13 @@ impl ActionWorker {
         }
     }
 
-    /// The actions that can be called: the robot's, and those of the core itself.
+    /// The actions that can be asked for: the robot's, those of the core itself, and docking, which tasks of missions do without a call.
     fn offered(&self) -> Vec<OfferedAction> {
         let robots = self.robot.iter().flat_map(|robot| robot.actions());
         // One that the robot offers too is the robot's.
         let mut all: Vec<OfferedAction> = robots.map(offered_by_robot).collect();
-        for action in OWN_ACTIONS.into_iter().filter_map(describe_action) {
+        let docking = ACTION_CATALOGUE.iter().filter(|action| action.moves_robot);
+        for action in OWN_ACTIONS.into_iter().filter_map(describe_action).chain(docking) {
             if all.iter().all(|known| known.name != action.name) {
                 all.push(OfferedAction {
                     name: action.name.to_owned(),

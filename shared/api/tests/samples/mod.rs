@@ -335,6 +335,12 @@ pub fn events() -> Vec<Event> {
                     field_of_view_rad: 1.0,
                 },
             }),
+            autonomous_limits: Some(SpeedLimits { forward_m_s: 1.0, sideways_m_s: 0.25, turn_rad_s: 0.5 }),
+            disk: Some(DiskUse {
+                total_bytes: 1 << 41,
+                recordings_bytes: 1 << 30,
+                max_recordings_bytes: 1 << 35,
+            }),
         }),
         Event::Actions(vec![OfferedAction {
             name: name(),

@@ -93,6 +93,7 @@ fn mission(order: TaskOrder, end: MissionEnd) -> Object {
         task(node, FailureStep::EndAtDock, FailureStep::EndHere),
         task(point.clone(), ask(AskDefault::Skip), ask(AskDefault::EndAtDock)),
         task(point, ask(AskDefault::EndHere), FailureStep::Skip),
+        task(TaskPlace::ByAction { request: request() }, FailureStep::Skip, FailureStep::Skip),
     ];
     let order_constraints = vec![[TaskId(ID), TaskId(OTHER)]];
     Object::Mission(Mission { id: MissionId(ID), name: name(), tasks, order, order_constraints, end })

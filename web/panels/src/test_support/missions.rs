@@ -115,6 +115,7 @@ pub(crate) fn names(client: &TestClient) -> Vec<String> {
     let name = |place: &TaskPlace| match place {
         TaskPlace::InspectionPoint(point) => format!("P{}", point.0.as_u128()),
         TaskPlace::Node { node, .. } => format!("N{}", node.0.as_u128()),
+        TaskPlace::ByAction { request } => request.action.clone(),
     };
     mission(client).tasks.iter().map(|task| name(&task.place)).collect()
 }

@@ -1,7 +1,7 @@
 //! Tasks that are dragged within the list of a mission or into it.
 
 use site_model::{
-    ActionRequest, InspectionPointId, Mission, NodeId, Parameters, Site, Task, TaskId, TaskPlace,
+    ActionRequest, DockAction, InspectionPointId, Mission, NodeId, Parameters, Site, Task, TaskId, TaskPlace,
 };
 use std::collections::BTreeSet;
 use uuid::Uuid;
@@ -31,20 +31,26 @@ pub enum NewTask {
     InspectionPoint(InspectionPointId),
     /// A visit of a node.
     Node(NodeId),
-    /// An action of this name, at the place of the task before it.
+    /// An action of this name, at the place of the task before it, or where it moves the robot.
     Action(&'static str),
 }
 
 impl NewTask {
-    /// The task of this id, at a position of the list. `None` for an action if the site has no node at all.
+    /// The task of this id, at a position of the list. `None` for an action at a place if the site has no node at all.
     pub fn make(self, id: Uuid, site: &Site, mission: &Mission, index: usize) -> Option<Task> {
         let place = match self {
             Self::InspectionPoint(point) => TaskPlace::InspectionPoint(point),
             Self::Node(node) => TaskPlace::Node { node, request: None },
-            Self::Action(name) => TaskPlace::Node {
-                node: place_of_action(site, mission, index)?,
-                request: Some(ActionRequest { action: name.to_owned(), parameters: Parameters::new() }),
-            },
+            Self::Action(name) => {
+                let request = ActionRequest { action: name.to_owned(), parameters: Parameters::new() };
+                match DockAction::of(&request) {
+                    Some(_) => TaskPlace::ByAction { request },
+                    None => {
+                        let node = place_of_action(site, mission, index)?;
+                        TaskPlace::Node { node, request: Some(request) }
+                    }
+                }
+            }
         };
         let (on_unreachable, on_action_failure) = Default::default();
         Some(Task { id: TaskId(id), place, on_unreachable, on_action_failure })

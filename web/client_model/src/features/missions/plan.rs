@@ -8,7 +8,7 @@ use missions::{
     order_tasks,
 };
 use site_model::{
-    ActionRequest, DockId, Mission, MissionEnd, NodeId, Site, Task, TaskId, TaskOrder, TaskPlace,
+    ActionRequest, DockAction, DockId, Mission, MissionEnd, NodeId, Site, Task, TaskId, TaskOrder, TaskPlace,
     describe_action,
 };
 use std::collections::BTreeMap;
@@ -46,7 +46,7 @@ pub struct MissionPlan {
     pub time_s: f64,
     /// Length of the route, metres.
     pub length_m: f64,
-    /// Share of the battery's charge that all is expected to use, 0 to 1 and more.
+    /// Share of the battery's charge that all is expected to use, 0 to 1 and more; with docks on the way, the most that is used of a full battery before one of them.
     pub charge_used: f64,
     /// What the shortest order would gain, if it would gain anything; for a mission that is always run in the shortest order, what that gains over the list.
     pub gain: Option<OrderGain>,
@@ -86,7 +86,7 @@ pub struct PlannedStop {
     pub route: Vec<NodeId>,
     /// What that route takes.
     pub walk: RouteCost,
-    /// Expected time of the action, seconds.
+    /// Expected time of the action, seconds, with charging.
     pub action_s: f64,
     /// Energy that the action is expected to take besides what the standing robot takes, joules.
     pub action_j: f64,
@@ -99,6 +99,8 @@ pub struct PlannedStop {
 pub enum StopProblem {
     /// The site lacks its inspection point or node.
     NoPlace,
+    /// The site has no dock.
+    NoDock,
     /// There is no route from here.
     NoRoute(NodeId, NoRoute),
     /// A parameter of its action is wrong.
@@ -212,11 +214,13 @@ pub(crate) fn plan(
     };
     let tasks: BTreeMap<TaskId, &Task> = shown.tasks.iter().map(|task| (task.id, task)).collect();
     let mut place = node;
+    let mut charge = ChargeEstimate::default();
     let stops: Vec<PlannedStop> = walked
         .iter()
         .filter_map(|id| tasks.get(id))
         .map(|task| {
-            let stop = plan_stop(site, &graph, task, place, conditions.forms);
+            let mut stop = plan_stop(site, &graph, task, place, conditions.forms);
+            stop.action_s += charge.add_stop(&stop, docking(task));
             if stop.problem.is_none() || !stop.route.is_empty() {
                 place = stop.node.or(place);
             }
@@ -227,10 +231,8 @@ pub(crate) fn plan(
         if shown.tasks.is_empty() { PlannedEnd::default() } else { plan_end(site, &graph, shown.end, place) };
     let time_s = stops.iter().map(|stop| stop.walk.time_s + stop.action_s).sum::<f64>() + end.walk.time_s;
     let length_m = stops.iter().map(|stop| stop.walk.length_m).sum::<f64>() + end.walk.length_m;
-    let walk_s = stops.iter().map(|stop| stop.walk.time_s).sum::<f64>() + end.walk.time_s;
-    let action_s = stops.iter().map(|stop| stop.action_s).sum::<f64>();
-    let action_j = stops.iter().map(|stop| stop.action_j).sum::<f64>();
-    let charge_used = BatteryConfig::default().charge_used(walk_s, action_s, action_j);
+    charge.add(end.walk.time_s, 0.0, 0.0);
+    let charge_used = charge.most_used;
     MissionPlan { mission: shown, start, stops, end, time_s, length_m, charge_used, gain }
 }
 
@@ -263,6 +265,59 @@ pub fn request_of<'a>(site: &'a Site, task: &'a Task) -> Option<&'a ActionReques
     match &task.place {
         TaskPlace::InspectionPoint(point) => Some(&site.inspection_point(*point)?.request),
         TaskPlace::Node { request, .. } => request.as_ref(),
+        TaskPlace::ByAction { request } => Some(request),
+    }
+}
+
+/// What a task asks for that docks or undocks.
+fn docking(task: &Task) -> Option<DockAction> {
+    match &task.place {
+        TaskPlace::ByAction { request } => DockAction::of(request),
+        TaskPlace::InspectionPoint(_) | TaskPlace::Node { .. } => None,
+    }
+}
+
+/// What the battery has given on the way, from a full one.
+#[derive(Debug, Default)]
+struct ChargeEstimate {
+    battery: BatteryConfig,
+    /// Share that is used where the robot is.
+    used: f64,
+    most_used: f64,
+}
+
+impl ChargeEstimate {
+    fn add(&mut self, walk_s: f64, action_s: f64, action_j: f64) {
+        self.used += self.battery.charge_used(walk_s, action_s, action_j);
+        self.most_used = self.most_used.max(self.used);
+    }
+
+    /// Adds a stop. Returns how long the robot is charged there, seconds.
+    fn add_stop(&mut self, stop: &PlannedStop, docking: Option<DockAction>) -> f64 {
+        self.add(stop.walk.time_s, stop.action_s, stop.action_j);
+        let Some(DockAction::Dock { charge_until: Some(until), .. }) = docking else { return 0.0 };
+        let time_s = self.battery.charging_time_s(1.0 - self.used, until);
+        self.used = self.used.min(1.0 - until);
+        time_s
+    }
+}
+
+/// Where a task is done: also of one that docks or undocks, from where the robot is then.
+fn place_of(site: &Site, graph: &RouteGraph, task: &Task, from: Option<NodeId>) -> Option<NodeId> {
+    match docking(task) {
+        Some(DockAction::Dock { dock: None, .. }) => {
+            let cost_s = |node: &NodeId| {
+                let tree = graph.routes_to(*node);
+                tree.zip(from).and_then(|(tree, from)| tree.cost_s(from)).unwrap_or(f64::INFINITY)
+            };
+            let nodes = site.docks().map(|dock| dock.node).filter(|node| site.node(*node).is_some());
+            nodes.min_by(|a, b| cost_s(a).total_cmp(&cost_s(b)))
+        }
+        Some(DockAction::Undock) => {
+            let dock = site.docks().find(|dock| Some(dock.node) == from);
+            dock.map(|dock| dock.approach).filter(|node| site.node(*node).is_some()).or(from)
+        }
+        Some(DockAction::Dock { .. }) | None => node_of(site, task),
     }
 }
 
@@ -288,11 +343,19 @@ fn plan_stop(
     let request = request_of(site, task);
     let offered = forms.map_or(&[][..], ActionForms::offered);
     let (action_s, action_j) = request.map_or((0.0, 0.0), |request| expected_of(request, offered));
-    let node = node_of(site, task);
+    let node = place_of(site, graph, task, from);
     let (route, walk, problem) = match (node, from) {
         (Some(node), Some(from)) => find_route(graph, from, node, StopProblem::NoRoute),
         (Some(node), None) => (vec![node], RouteCost::default(), None),
-        (None, _) => (Vec::new(), RouteCost::default(), Some(StopProblem::NoPlace)),
+        (None, _) => {
+            let problem = match docking(task) {
+                Some(DockAction::Dock { dock: None, .. }) => Some(StopProblem::NoDock),
+                // Where the robot begins is not known.
+                Some(DockAction::Undock) => None,
+                Some(DockAction::Dock { .. }) | None => Some(StopProblem::NoPlace),
+            };
+            (Vec::new(), RouteCost::default(), problem)
+        }
     };
     let of_parameters = || {
         let (field, problem) = forms?.problem(request?)?;

@@ -1,14 +1,14 @@
 use crate::testing::TestClient;
 use crate::{
     ClientCommand, DraggedTasks, EndProblem, MissionEditorCommand, MissionPlan, NewTask, ParameterProblem,
-    PlanStart, SiteEdit, StopProblem, TaskDrag, users_of_mission,
+    PlanStart, PlannedStop, SiteEdit, StopProblem, TaskDrag, users_of_mission,
 };
 use api::{SiteParts, SiteState};
 use missions::NoRoute;
 use site_model::{
     ActionRequest, Dock, DockId, Edge, EdgeId, EditId, InspectionPoint, InspectionPointId, LocalDate,
-    LocalDateTime, LocalTime, MissionId, Node, NodeId, NodeKind, Object, ObjectId, Parameters, PoseTolerance,
-    Recurrence, Schedule, ScheduleId, Site, TaskId, TaskOrder, TaskPlace,
+    LocalDateTime, LocalTime, MissionId, Node, NodeId, NodeKind, Object, ObjectId, Parameter, Parameters,
+    PoseTolerance, Recurrence, Schedule, ScheduleId, Site, TaskId, TaskOrder, TaskPlace,
 };
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -119,6 +119,7 @@ impl TestClient {
         let number = |place: &TaskPlace| match place {
             TaskPlace::InspectionPoint(point) => point.0.as_u128(),
             TaskPlace::Node { node, .. } => node.0.as_u128(),
+            TaskPlace::ByAction { .. } => 0,
         };
         mission.expect("there").tasks.iter().map(|task| number(&task.place)).collect()
     }
@@ -364,4 +365,36 @@ fn the_charge_of_a_plan_counts_the_energy_of_actions_that_the_robot_offers() {
     let added = client.plan().charge_used - before;
     assert!((added - 0.01 - 60.0 / 18_000.0).abs() < 1e-9, "{added}");
     assert_eq!(client.plan().stops[1].action_s, 60.0);
+}
+
+#[test]
+fn docking_on_the_way_is_planned_from_where_the_robot_is_then_with_its_charging() {
+    let docking = [point(3), NewTask::Action("dock"), NewTask::Action("undock"), point(2)];
+    let mut client = TestClient::with_mission(&docking);
+    let stops = |client: &TestClient| {
+        let stop = |stop: &PlannedStop| (stop.node, stop.walk.length_m.round(), stop.action_s.round());
+        client.plan().stops.iter().map(stop).collect::<Vec<_>>()
+    };
+    let [first, dock, undock, second] = stops(&client)[..] else { panic!("{:?}", client.plan()) };
+    assert_eq!((first.0, dock), (Some(node_id(3)), (Some(node_id(1)), 14.0, 15.0)));
+    assert_eq!((undock.2, second.0), (5.0, Some(node_id(2))));
+    assert!(client.plan().stops.iter().all(|stop| stop.problem.is_none()), "{:?}", client.plan().stops);
+    assert!(client.plan().gain.is_none(), "no other order is proposed");
+    let before = client.plan().charge_used;
+    let (number, task) = (1, client.tasks()[1]);
+    let set = |client: &mut TestClient, name: &str, value: Parameter| {
+        client.change(|mission| {
+            let task = mission.tasks.iter_mut().find(|it| it.id == task).expect("there");
+            let TaskPlace::ByAction { request } = &mut task.place else { panic!("{task:?}") };
+            request.parameters.insert(name.to_owned(), value);
+        });
+    };
+    set(&mut client, "charge_until_percent", Parameter::Integer(100));
+    // Some 0.5 % are used on the way to the dock; a percent takes 72 s.
+    let charging_s = client.plan().stops[number].action_s - 15.0;
+    assert!(charging_s > 20.0 && charging_s < 72.0, "{charging_s}");
+    assert!(client.plan().charge_used < before, "what was used before the dock does not count twice");
+    let missing = Parameter::Text(Uuid::from_u128(99).to_string());
+    set(&mut client, "dock", missing);
+    assert_eq!(client.plan().stops[number].problem, Some(StopProblem::NoPlace));
 }

@@ -39,6 +39,8 @@ pub enum ParameterKind {
     Bool,
     /// One of these texts.
     Choice(Vec<String>),
+    /// The id of a dock of the site.
+    Dock,
 }
 
 /// What is wrong with the value of a field.
@@ -130,6 +132,8 @@ impl ParameterField {
             (ParameterKind::Choice(choices), Parameter::Text(text)) => {
                 (!choices.contains(text)).then_some(ParameterProblem::NotListed)
             }
+            // Whether the site has it, the plan of the mission says.
+            (ParameterKind::Dock, Parameter::Text(_)) => None,
             _ => Some(ParameterProblem::WrongType),
         }
     }
@@ -175,6 +179,7 @@ fn kind_of(property: &Value) -> Option<ParameterKind> {
     match property["type"].as_str()? {
         "number" => Some(ParameterKind::Number(min, max)),
         "integer" => Some(ParameterKind::Integer(min, max)),
+        "string" if property["object"] == "dock" => Some(ParameterKind::Dock),
         "string" => Some(ParameterKind::Text(length("minLength", 0), length("maxLength", usize::MAX))),
         "boolean" => Some(ParameterKind::Bool),
         _ => None,

@@ -7,7 +7,7 @@ mod texts;
 mod units;
 
 pub(crate) use problem::show_problem;
-pub(crate) use texts::{action_title, parameter_problem};
+pub(crate) use texts::{DELETED_DOCK, NEAREST_DOCK, action_title, parameter_problem};
 pub(crate) use units::shown_unit;
 
 use crate::feature_panel::PanelContext;
@@ -15,7 +15,7 @@ use crate::select::{select, show_caption};
 use crate::{TextInput, TextInputKind, widgets};
 use client_model::{ParameterField, ParameterKind};
 use egui::{Id, Ui};
-use site_model::{ActionRequest, Parameter, Parameters};
+use site_model::{ActionRequest, Dock, Parameter, Parameters, Site};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -51,6 +51,7 @@ impl TypedParameters {
             let value = match &field.kind {
                 ParameterKind::Bool => show_switch(ui, cx, field, &request.parameters),
                 ParameterKind::Choice(choices) => show_choice(ui, cx, field, choices, &request.parameters),
+                ParameterKind::Dock => show_dock(ui, cx, field, &request.parameters),
                 ParameterKind::Number(..) | ParameterKind::Integer(..) | ParameterKind::Text(..) => {
                     self.show_typed(ui, cx, owner, field, &request.parameters)
                 }
@@ -151,6 +152,27 @@ fn show_choice(
     let chosen = value.map(|value| shown(value, 1.0)).unwrap_or_default();
     let index = select(ui, cx.tokens, &field.title, &field.title, &chosen, choices)?;
     Some(Some(Parameter::Text(choices[index].clone())))
+}
+
+/// The docks of the site by their names. The first choice is the nearest one, which is no value.
+fn show_dock(
+    ui: &mut Ui,
+    cx: &mut PanelContext<'_>,
+    field: &ParameterField,
+    parameters: &Parameters,
+) -> Option<Option<Parameter>> {
+    let docks: Vec<_> = cx.model.site.site().into_iter().flat_map(Site::docks).collect();
+    let given = parameters.get(&field.name);
+    let is_given = |dock: &&&Dock| given == Some(&Parameter::Text(dock.id.to_string()));
+    let shown = match (given, docks.iter().find(is_given)) {
+        (None, _) => NEAREST_DOCK,
+        (Some(_), Some(dock)) => &dock.name,
+        (Some(_), None) => DELETED_DOCK,
+    };
+    let names = docks.iter().map(|dock| dock.name.clone());
+    let options: Vec<String> = std::iter::once(NEAREST_DOCK.to_owned()).chain(names).collect();
+    let index = select(ui, cx.tokens, &field.title, &field.title, shown, &options)?;
+    Some(index.checked_sub(1).map(|index| Parameter::Text(docks[index].id.to_string())))
 }
 
 /// The text of a value in the shown unit.

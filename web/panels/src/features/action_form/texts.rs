@@ -5,6 +5,8 @@ use site_model::describe_action;
 
 pub(super) const YES: &str = "Yes";
 pub(super) const NO: &str = "No";
+pub(crate) const NEAREST_DOCK: &str = "Nearest dock";
+pub(crate) const DELETED_DOCK: &str = "Deleted dock";
 
 /// What an action is called.
 pub(crate) fn action_title(name: &str) -> String {

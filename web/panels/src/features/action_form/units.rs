@@ -6,6 +6,7 @@ use client_model::ParameterField;
 pub(crate) fn shown_unit(field: &ParameterField) -> (&str, f64) {
     match field.unit.as_str() {
         "rad" => ("°", 180.0 / std::f64::consts::PI),
+        "percent" => ("%", 1.0),
         unit => (unit, 1.0),
     }
 }

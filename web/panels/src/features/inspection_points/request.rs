@@ -5,7 +5,7 @@ use crate::feature_panel::PanelContext;
 use crate::features::action_form::{TypedParameters, action_title};
 use crate::select::select;
 use egui::{Id, Ui};
-use site_model::{ACTION_CATALOGUE, ActionRequest, InspectionPoint, Parameters};
+use site_model::{ActionRequest, InspectionPoint, Parameters, actions_at_places};
 
 /// Actions that have nothing to do with what is inspected.
 const WITHOUT_TARGET: [&str; 2] = ["wait", "message"];
@@ -27,7 +27,7 @@ impl RequestFields {
         let owner = Id::unique(("inspection point", point.id.0));
         self.typed.keep_only(owner);
         let tokens = cx.tokens;
-        let actions: Vec<&str> = ACTION_CATALOGUE
+        let actions: Vec<&str> = actions_at_places()
             .iter()
             .map(|action| action.name)
             .filter(|action| !WITHOUT_TARGET.contains(action))

@@ -186,7 +186,7 @@ fn show_row(
         let sentence = mission_task::stop_problem(site, problem);
         match problem {
             StopProblem::Parameter(..) => texts::of_action(&action, &sentence),
-            StopProblem::NoPlace | StopProblem::NoRoute(..) => sentence,
+            StopProblem::NoPlace | StopProblem::NoDock | StopProblem::NoRoute(..) => sentence,
         }
     });
     let time = stop.filter(|stop| stop.problem.is_none());

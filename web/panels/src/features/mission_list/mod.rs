@@ -13,7 +13,7 @@ use crate::theme::{self, Weight};
 use crate::{TextInput, TextInputKind, icon, screens, widgets};
 use client_model::{ClientCommand, MissionEditorCommand, users_of_mission};
 use egui::{CornerRadius, Role, ScrollArea, Sense, StrokeKind, Ui, WidgetInfo, pos2, vec2};
-use site_model::{Mission, MissionId, ObjectId, Site, TaskPlace};
+use site_model::{Mission, MissionId, Site, TaskPlace};
 
 /// Parameters of the list.
 struct MissionListConfig {
@@ -172,11 +172,7 @@ fn show_files(ui: &mut Ui, cx: &mut PanelContext<'_>) {
 
 /// Whether the site lacks a place.
 fn is_broken(site: &Site, place: &TaskPlace) -> bool {
-    let object = match place {
-        TaskPlace::InspectionPoint(point) => ObjectId::InspectionPoint(*point),
-        TaskPlace::Node { node, .. } => ObjectId::Node(*node),
-    };
-    site.get(object).is_none()
+    place.object().is_some_and(|object| site.get(object).is_none())
 }
 
 fn open(cx: &mut PanelContext<'_>, mission: MissionId) {

@@ -17,8 +17,8 @@ use client_model::{
 };
 use egui::{Id, Ui};
 use site_model::{
-    ACTION_CATALOGUE, ActionRequest, InspectionPoint, MissionId, Node, Object, Parameters, Site, Task,
-    TaskPlace,
+    ActionRequest, DockAction, InspectionPoint, MissionId, Node, Object, Parameters, Site, Task, TaskPlace,
+    actions_at_places,
 };
 use std::collections::BTreeSet;
 
@@ -65,6 +65,19 @@ pub(crate) fn title(site: &Site, task: &Task) -> String {
         TaskPlace::Node { node, .. } => {
             site.node(*node).map_or_else(|| texts::MISSING_NODE.to_owned(), |node| node.name.clone())
         }
+        TaskPlace::ByAction { request } => dock_title(site, request),
+    }
+}
+
+/// Where a task docks or undocks.
+fn dock_title(site: &Site, request: &ActionRequest) -> String {
+    match DockAction::of(request) {
+        Some(DockAction::Dock { dock: Some(dock), .. }) => {
+            let known = site.docks().find(|known| known.id == dock);
+            known.map_or_else(|| action_form::DELETED_DOCK.to_owned(), |dock| dock.name.clone())
+        }
+        Some(DockAction::Dock { dock: None, .. }) => action_form::NEAREST_DOCK.to_owned(),
+        Some(DockAction::Undock) | None => texts::PRESENT_DOCK.to_owned(),
     }
 }
 
@@ -101,6 +114,8 @@ pub(crate) fn icon_of(action: Option<&str>) -> &'static str {
         Some("gamma_spectrum") => icon::RADIOACTIVE,
         Some("wait") => icon::HOURGLASS_MEDIUM,
         Some("message") => icon::CHAT_TEXT,
+        Some("dock") => icon::BATTERY_CHARGING,
+        Some("undock") => icon::PLUGS,
         Some(_) => icon::PLAY,
     }
 }
@@ -133,6 +148,12 @@ impl TaskForm {
         show_place(ui, tokens, site, &mut changed);
         match &task.place {
             TaskPlace::InspectionPoint(_) => widgets::remark(ui, tokens, texts::ACTION_OF_POINT),
+            TaskPlace::ByAction { request } => {
+                if let Some(parameters) = self.typed.show(ui, cx, owner, request, false) {
+                    changed.place =
+                        TaskPlace::ByAction { request: ActionRequest { parameters, ..request.clone() } };
+                }
+            }
             TaskPlace::Node { node, request } => {
                 if let Some(request) = show_action(ui, tokens, request.as_ref()) {
                     changed.place = TaskPlace::Node { node: *node, request };
@@ -213,6 +234,8 @@ fn show_place(ui: &mut Ui, tokens: &Tokens, site: &Site, task: &mut Task) {
     let shown = match &task.place {
         TaskPlace::InspectionPoint(_) => texts::point_option(&name),
         TaskPlace::Node { .. } => texts::node_option(&name),
+        // The action says where it is.
+        TaskPlace::ByAction { .. } => return,
     };
     let Some(index) = select(ui, tokens, texts::PLACE, texts::PLACE, &shown, &options) else { return };
     task.place = match points.get(index) {
@@ -220,7 +243,7 @@ fn show_place(ui: &mut Ui, tokens: &Tokens, site: &Site, task: &mut Task) {
         None => {
             let request = match &task.place {
                 TaskPlace::Node { request, .. } => request.clone(),
-                TaskPlace::InspectionPoint(_) => request_of(site, task).cloned(),
+                TaskPlace::InspectionPoint(_) | TaskPlace::ByAction { .. } => request_of(site, task).cloned(),
             };
             TaskPlace::Node { node: nodes[index - points.len()].id, request }
         }
@@ -233,12 +256,12 @@ fn show_action(
     tokens: &Tokens,
     request: Option<&ActionRequest>,
 ) -> Option<Option<ActionRequest>> {
-    let titles = ACTION_CATALOGUE.iter().map(|action| action.title.to_owned());
+    let titles = actions_at_places().iter().map(|action| action.title.to_owned());
     let options: Vec<String> = std::iter::once(texts::NO_ACTION.to_owned()).chain(titles).collect();
     let shown = request
         .map_or_else(|| texts::NO_ACTION.to_owned(), |request| action_form::action_title(&request.action));
     let index = select(ui, tokens, texts::ACTION, texts::ACTION, &shown, &options)?;
-    let action = index.checked_sub(1).map(|index| ACTION_CATALOGUE[index].name);
+    let action = index.checked_sub(1).map(|index| actions_at_places()[index].name);
     let is_same = request.map(|request| request.action.as_str()) == action;
     let new = action.map(|action| ActionRequest { action: action.to_owned(), parameters: Parameters::new() });
     (!is_same).then_some(new)

@@ -1,15 +1,16 @@
 //! The form of a task.
 
-use crate::test_support::missions::{carry_out, mission, node, point, with_mission};
+use crate::test_support::missions::{carry_out, mission, node, point, put, with_mission};
 use crate::test_support::{click, value};
 use client_model::{ClientCommand, NewTask};
 use egui_kittest::kittest::Queryable;
-use site_model::{FailureStep, Parameter, TaskPlace};
+use site_model::{FailureStep, Object, Parameter, TaskPlace};
 
 /// A value of the first task's parameters.
 fn parameter(client: &crate::test_support::TestClient, name: &str) -> Option<Parameter> {
     match &mission(client).tasks[0].place {
         TaskPlace::Node { request, .. } => request.as_ref()?.parameters.get(name).cloned(),
+        TaskPlace::ByAction { request } => request.parameters.get(name).cloned(),
         TaskPlace::InspectionPoint(_) => None,
     }
 }
@@ -105,4 +106,44 @@ fn a_place_is_changed_and_what_is_missing_is_said() {
         }
         other => panic!("{other:?}"),
     }
+}
+
+#[test]
+fn docking_has_no_place_to_choose_and_its_form_offers_the_docks_and_a_charge() {
+    let client = with_mission(&[point(2), NewTask::Action("dock"), NewTask::Action("undock")]);
+    let only = client.model.site.site().and_then(|site| site.docks().next()).expect("a dock").clone();
+    let only = site_model::Dock { name: "East".to_owned(), ..only };
+    let mut harness = put(client, Object::Dock(only.clone())).shown(1440.0, 900.0);
+    assert!(harness.query_by_label("Task 3 Out of its dock").is_some());
+    click(&mut harness, "Task 2 Nearest dock");
+    carry_out(&mut harness);
+    assert!(harness.query_by_label("Place").is_none(), "the action says where");
+    harness.get_by_label("Charge until, %").focus();
+    harness.run_steps(2);
+    harness.get_by_label("Charge until, %").type_text("120");
+    harness.run_steps(2);
+    assert!(harness.query_by_label("Charge until must be from 1 to 100\u{a0}%.").is_some());
+    for _ in 0..3 {
+        harness.key_press(egui::Key::Backspace);
+    }
+    harness.get_by_label("Charge until, %").type_text("80");
+    harness.run_steps(2);
+    harness.key_press(egui::Key::Enter);
+    harness.run_steps(2);
+    carry_out(&mut harness);
+    let of_task =
+        |harness: &egui_kittest::Harness<'_, crate::test_support::TestClient>, name: &str| match &mission(
+            harness.state(),
+        )
+        .tasks[1]
+            .place
+        {
+            TaskPlace::ByAction { request } => request.parameters.get(name).cloned(),
+            other => panic!("{other:?}"),
+        };
+    assert_eq!(of_task(&harness, "charge_until_percent"), Some(Parameter::Integer(80)));
+    click(&mut harness, "Dock");
+    click(&mut harness, &only.name);
+    carry_out(&mut harness);
+    assert_eq!(of_task(&harness, "dock"), Some(Parameter::Text(only.id.to_string())));
 }

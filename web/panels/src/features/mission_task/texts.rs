@@ -10,6 +10,7 @@ pub(super) const VISIT: &str = "Visit";
 pub(super) const NO_ACTION: &str = "None, only visit";
 pub(super) const MISSING_POINT: &str = "Deleted inspection point";
 pub(super) const MISSING_NODE: &str = "Deleted node";
+pub(super) const PRESENT_DOCK: &str = "Out of its dock";
 pub(super) const PLACE: &str = "Place";
 pub(super) const ACTION: &str = "Action";
 pub(super) const ACTION_OF_POINT: &str =
@@ -81,6 +82,9 @@ pub(super) fn point_option(name: &str) -> String {
 pub(super) fn stop_problem(site: &Site, problem: &StopProblem) -> String {
     match problem {
         StopProblem::NoPlace => "Its place was deleted. Choose another one, or delete the task.".to_owned(),
+        StopProblem::NoDock => {
+            "The site has no dock. Add one on the Site screen, or delete the task.".to_owned()
+        }
         StopProblem::NoRoute(from, reason) => no_route(site, *from, reason),
         StopProblem::Parameter(field, problem) => {
             let ParameterField { title, .. } = &**field;

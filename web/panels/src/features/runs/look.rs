@@ -66,6 +66,10 @@ pub(super) fn task_name(site: &Site, mission: MissionId, task: &TaskStatus) -> S
         _ => None,
     };
     let node = || task.node.and_then(|node| site.node(node)).map(|node| node.name.clone());
+    let of_action = |action: &str| describe_action(action).filter(|known| known.moves_robot);
+    if task.node.is_none() && task.action.as_deref().and_then(of_action).is_some() {
+        return action_name(task);
+    }
     point.map(|point| point.name.clone()).or_else(node).unwrap_or_else(|| texts::DELETED_PLACE.to_owned())
 }
 

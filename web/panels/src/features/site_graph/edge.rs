@@ -2,23 +2,32 @@
 
 use super::edge_actions::EdgeActions;
 use super::edge_policy;
+use super::edge_routing::{self, GroupField};
 use super::facts::{both_directions, length_m, name_of};
 use super::texts;
 use crate::button::{Button, Kind};
 use crate::feature_panel::PanelContext;
+use crate::features::action_form::TypedParameters;
 use crate::number_field::{NumberField, TypedNumber};
 use crate::select::select;
 use crate::widgets::{self, fact};
 use crate::{format, icon};
+use api::OfferedAction;
 use client_model::{ClientCommand, Selection, SiteEdit};
-use egui::Ui;
-use site_model::{Edge, EdgeId, ObjectId, Site, Traversal, ValidationConfig};
+use egui::{Id, Ui};
+use site_model::{
+    ActionRequest, Edge, EdgeId, ObjectId, Parameters, Site, Traversal, ValidationConfig, describe_action,
+};
+use std::sync::Arc;
 
 /// What the section keeps between frames.
 #[derive(Debug, Default)]
 pub(super) struct EdgeSection {
     typed: TypedNumber,
     actions: EdgeActions,
+    group: GroupField,
+    /// Parameters of the action by which it is traversed.
+    traversal: TypedParameters,
 }
 
 impl EdgeSection {
@@ -42,6 +51,12 @@ impl EdgeSection {
             cx.commands.push(ClientCommand::EditSite(edit));
         }
         self.show_properties(ui, cx, site, edge);
+        if let Some(cost) = edge_routing::show_cost(ui, cx, &mut self.typed, edge) {
+            change(cx, site, edge, |it| it.cost = cost);
+        }
+        if let Some(group) = self.group.show(ui, cx, edge) {
+            change(cx, site, edge, |it| it.mutex_group.clone_from(&group));
+        }
         if let Some((moment, list)) = self.actions.show(ui, cx, edge) {
             change(cx, site, edge, |it| moment.put(it, list.clone()));
         }
@@ -68,12 +83,7 @@ impl EdgeSection {
     /// How it is walked: traversal, heading, speed, corridor.
     fn show_properties(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, site: &Site, edge: &Edge) {
         let tokens = cx.tokens;
-        let choices: Vec<String> = texts::TRAVERSALS.iter().map(|(name, _)| (*name).to_owned()).collect();
-        let shown = texts::traversal(&edge.traversal);
-        if let Some(index) = select(ui, tokens, texts::TRAVERSAL, texts::TRAVERSAL, shown, &choices) {
-            let traversal: &Traversal = &texts::TRAVERSALS[index].1;
-            change(cx, site, edge, |it| it.traversal = traversal.clone());
-        }
+        self.show_traversal(ui, cx, site, edge);
         widgets::choice(ui, tokens, &texts::DIRECTIONS, edge.direction, |direction| {
             change(cx, site, edge, |it| it.direction = direction);
         });
@@ -101,6 +111,45 @@ impl EdgeSection {
                     let is_there = (it.id == edge.id) == is_left;
                     *if is_there { &mut it.corridor.left_m } else { &mut it.corridor.right_m } = value;
                 });
+            }
+        }
+    }
+}
+
+impl EdgeSection {
+    /// By which gait it is traversed, or by which action of the robot.
+    fn show_traversal(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, site: &Site, edge: &Edge) {
+        let forms = Arc::clone(cx.model.site.action_forms());
+        // Those of the platform are done along an edge and do not traverse it.
+        let of_robot = forms.offered().iter().filter(|action| describe_action(&action.name).is_none());
+        let actions: Vec<&OfferedAction> = of_robot.collect();
+        let names = texts::TRAVERSALS.iter().map(|(name, _)| (*name).to_owned());
+        let choices: Vec<String> = names.chain(actions.iter().map(|action| action.title.clone())).collect();
+        let offered = |name: &str| actions.iter().find(|action| action.name == name);
+        let shown = match &edge.traversal {
+            Traversal::Action { name, .. } => offered(name).map_or(name.as_str(), |action| &action.title),
+            traversal => texts::traversal(traversal),
+        };
+        if let Some(index) = select(ui, cx.tokens, texts::TRAVERSAL, texts::TRAVERSAL, shown, &choices) {
+            let of_action = |action: &&OfferedAction| Traversal::Action {
+                name: action.name.clone(),
+                parameters: Parameters::new(),
+            };
+            let chosen = texts::TRAVERSALS.get(index).map(|(_, traversal)| traversal.clone());
+            let action = index.checked_sub(texts::TRAVERSALS.len()).and_then(|index| actions.get(index));
+            if let Some(traversal) = chosen.or_else(|| action.map(of_action)) {
+                change(cx, site, edge, |it| it.traversal = traversal.clone());
+            }
+        } else if let Traversal::Action { name, parameters } = &edge.traversal {
+            let owner = Id::unique(("traversal", edge.id.0));
+            self.traversal.keep_only(owner);
+            if offered(name).is_none() {
+                widgets::remark(ui, cx.tokens, texts::NOT_OFFERED);
+            }
+            let request = ActionRequest { action: name.clone(), parameters: parameters.clone() };
+            if let Some(parameters) = self.traversal.show(ui, cx, owner, &request, false) {
+                let traversal = Traversal::Action { name: name.clone(), parameters };
+                change(cx, site, edge, |it| it.traversal = traversal.clone());
             }
         }
     }

@@ -9,7 +9,7 @@ use crate::select::select;
 use crate::theme;
 use crate::{icon, widgets};
 use egui::{Id, Ui};
-use site_model::{ACTION_CATALOGUE, ActionRequest, Edge, EdgeId, Parameters};
+use site_model::{ActionRequest, Edge, EdgeId, Parameters, actions_at_places};
 
 /// What the section keeps between frames.
 #[derive(Debug, Default)]
@@ -46,10 +46,10 @@ impl EdgeActions {
     ) -> Option<Vec<ActionRequest>> {
         let tokens = cx.tokens;
         let mut changed = None;
-        let titles: Vec<String> = ACTION_CATALOGUE.iter().map(|action| action.title.to_owned()).collect();
+        let titles: Vec<String> = actions_at_places().iter().map(|action| action.title.to_owned()).collect();
         let name = texts::add_action(caption);
         if let Some(index) = select(ui, tokens, &name, caption, texts::ADD_ACTION, &titles) {
-            let action = ACTION_CATALOGUE[index].name.to_owned();
+            let action = actions_at_places()[index].name.to_owned();
             let mut list = moment.actions(edge).clone();
             list.push(ActionRequest { action, parameters: Parameters::new() });
             self.open = Some((edge.id, moment, list.len() - 1));

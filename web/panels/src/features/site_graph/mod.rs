@@ -3,6 +3,7 @@
 mod edge;
 mod edge_actions;
 mod edge_policy;
+mod edge_routing;
 mod facts;
 mod generation;
 mod group;

@@ -12,11 +12,19 @@ use crate::number_field::{NumberField, TypedNumber};
 use crate::widgets;
 use client_model::{ClientCommand, Selection, SiteEdit};
 use egui::Ui;
-use site_model::{Edge, Node, ObjectId, Site};
+use site_model::{Edge, Node, ObjectId, PoseTolerance, Site, ValidationConfig};
 use std::collections::BTreeSet;
 
 /// Coordinates that people may enter, metres.
 pub(super) const RANGE_M: [f64; 2] = [-100_000.0, 100_000.0];
+
+/// Tolerances of a node that people may enter.
+struct ToleranceLimitsConfig {
+    /// Greatest distance, metres. Chosen: an open place to pass by.
+    max_m: f64,
+}
+
+const TOLERANCES: ToleranceLimitsConfig = ToleranceLimitsConfig { max_m: 5.0 };
 
 /// What the section keeps between frames.
 #[derive(Debug, Default)]
@@ -38,6 +46,7 @@ impl NodeSection {
         show_dock(ui, cx, site, node);
         show_send_button(ui, cx, site, node.id);
         self.show_place(ui, cx, node);
+        self.show_tolerance(ui, cx, node);
         // Of a pair of edges the one that leads away stands for both.
         let leads_here_only = |edge: &Edge| edge.to == node.id && both_directions(site, edge).count() == 1;
         for edge in site.edges().filter(|edge| edge.from == node.id || leads_here_only(edge)) {
@@ -80,6 +89,34 @@ impl NodeSection {
         if let Some(floor) = field(ui, cx, texts::FLOOR, f64::from(node.floor), 1.0, 0, texts::FLOORS) {
             change(cx, node, |node| node.floor = floor as i32);
         }
+    }
+}
+
+impl NodeSection {
+    /// Fields for how near the robot has to come.
+    fn show_tolerance(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, node: &Node) {
+        widgets::section_head(ui, cx.tokens, texts::TOLERANCE_HEAD);
+        let limits = ValidationConfig::default();
+        let lengths_m = [limits.min_tolerance_m, TOLERANCES.max_m];
+        let min_deg = (2.0 * limits.min_tolerance_rad.to_degrees()).ceil() / 2.0;
+        let PoseTolerance { along_m, across_m, yaw_rad } = node.tolerance;
+        let fields = [
+            (along_m, 0.05, 2, lengths_m),
+            (across_m, 0.05, 2, lengths_m),
+            (yaw_rad.to_degrees(), 1.0, 1, [min_deg, 180.0]),
+        ];
+        for (index, (value, step, decimals, range)) in fields.into_iter().enumerate() {
+            let (name, object) = (texts::TOLERANCES[index], ObjectId::Node(node.id));
+            let field = NumberField { name, object, value: Some(value), hint: "", step, decimals, range };
+            if let Some(value) = field.show(ui, cx, &mut self.typed).flatten() {
+                change(cx, node, |node| match index {
+                    0 => node.tolerance.along_m = value,
+                    1 => node.tolerance.across_m = value,
+                    _ => node.tolerance.yaw_rad = value.to_radians(),
+                });
+            }
+        }
+        widgets::remark(ui, cx.tokens, texts::TOLERANCE_REMARK);
     }
 }
 

@@ -5,7 +5,7 @@ use crate::test_support::{TestClient, click, map, value};
 use api::{Event, SiteParts, SiteState, TopomapGeneration, TopomapStage, TopomapSummary};
 use client_model::{CameraMove, ClientCommand, GraphTool, Selection};
 use egui_kittest::kittest::Queryable;
-use site_model::EdgeFailStep;
+use site_model::{EdgeCost, EdgeFailStep, Traversal};
 use std::sync::Arc;
 use vocab::{MapId, Vec3};
 
@@ -349,4 +349,90 @@ fn the_making_shows_its_stage_and_then_what_was_made_with_its_problems() {
     assert!(harness.state().emitted(&there));
     click(&mut harness, "Dismiss the result");
     assert!(harness.state().emitted(&ClientCommand::DismissTopomapResult));
+}
+
+/// Types a text into a field and leaves it.
+fn type_into(harness: &mut egui_kittest::Harness<'_, TestClient>, field: &str, text: &str) {
+    harness.get_by_label(field).focus();
+    harness.run_steps(2);
+    for _ in 0..8 {
+        harness.key_press(egui::Key::Backspace);
+    }
+    harness.get_by_label(field).type_text(text);
+    harness.run_steps(2);
+}
+
+#[test]
+fn how_near_counts_as_reached_is_typed_and_what_is_out_of_range_is_explained_at_the_field() {
+    let mut harness = with_two_nodes().shown(1440.0, 2600.0);
+    let tolerance = |harness: &egui_kittest::Harness<'_, TestClient>| {
+        let model = &harness.state().model;
+        let node = model.selected_nodes().first().copied().expect("selected");
+        model.site.site().and_then(|site| site.node(node)).expect("a node").tolerance
+    };
+    let before = tolerance(&harness);
+    type_into(&mut harness, "Turned (°)", "500");
+    assert!(harness.query_by_label_contains("Turned (°) must be from 0.5 to 180.").is_some());
+    type_into(&mut harness, "Turned (°)", "10");
+    assert!(harness.query_by_label_contains("Turned (°) must be").is_none());
+    harness.key_press(egui::Key::Enter);
+    harness.run_steps(2);
+    carry_out(&mut harness);
+    click(&mut harness, "More: Ahead (m)");
+    carry_out(&mut harness);
+    let after = tolerance(&harness);
+    assert!((after.yaw_rad.to_degrees() - 10.0).abs() < 1e-9 && (after.along_m - 0.15).abs() < 1e-9);
+    assert_eq!(after.across_m, before.across_m);
+    for _ in 0..2 {
+        harness.state_mut().commands.push(ClientCommand::Undo);
+        carry_out(&mut harness);
+    }
+    assert_eq!(tolerance(&harness), before);
+}
+
+#[test]
+fn cost_group_and_traversal_by_an_action_of_the_robot_are_set_for_both_directions() {
+    let lift = api::OfferedAction {
+        name: "ride_lift".to_owned(),
+        title: "Ride the lift".to_owned(),
+        parameter_schema:
+            r#"{ "type": "object", "properties": { "floor": { "type": "integer", "title": "To floor" } } }"#
+                .to_owned(),
+        expected: vocab::Span::from_millis(60_000),
+        expected_energy_j: 0,
+        is_idempotent: false,
+    };
+    let mut harness = with_two_nodes().event(Event::Actions(vec![lift])).shown(1440.0, 2600.0);
+    let edges = |harness: &egui_kittest::Harness<'_, TestClient>| {
+        harness.state().model.site.site().expect("a site").edges().cloned().collect::<Vec<_>>()
+    };
+    let before = edges(&harness);
+    let press = |harness: &mut egui_kittest::Harness<'_, TestClient>, name: &str| {
+        click(harness, name);
+        carry_out(harness);
+    };
+    press(&mut harness, "Edge N2 to N1");
+    press(&mut harness, "Fixed");
+    press(&mut harness, "More: Cost (s)");
+    assert!(edges(&harness).iter().all(|edge| edge.cost == EdgeCost::Fixed(15.0)));
+    type_into(&mut harness, "One robot at a time", " Lift A ");
+    harness.key_press(egui::Key::Enter);
+    harness.run_steps(2);
+    carry_out(&mut harness);
+    assert!(edges(&harness).iter().all(|edge| edge.mutex_group.as_deref() == Some("Lift A")));
+    press(&mut harness, "Traversal");
+    press(&mut harness, "Ride the lift");
+    type_into(&mut harness, "To floor", "2");
+    harness.key_press(egui::Key::Enter);
+    harness.run_steps(2);
+    carry_out(&mut harness);
+    for edge in edges(&harness) {
+        let Traversal::Action { name, parameters } = edge.traversal else { panic!("{edge:?}") };
+        assert_eq!((&*name, &parameters["floor"]), ("ride_lift", &site_model::Parameter::Integer(2)));
+    }
+    for _ in 0..5 {
+        harness.state_mut().commands.push(ClientCommand::Undo);
+        carry_out(&mut harness);
+    }
+    assert_eq!(edges(&harness), before, "each of the five is one step");
 }

@@ -5,7 +5,9 @@ use crate::feature_panel::DragObstruction;
 use crate::format;
 use crate::name_field::NameFieldTexts;
 use api::TopomapSummary;
-use site_model::{EdgeFailStep, NodeKind, ProblemSeverity, SiteProblem, TravelDirection, Traversal};
+use site_model::{
+    EdgeCost, EdgeFailStep, NodeKind, ProblemSeverity, SiteProblem, TravelDirection, Traversal,
+};
 
 pub(super) const TAB: &str = "Topological map";
 pub(super) const HEAD: &str = "Topological map";
@@ -29,6 +31,11 @@ pub(super) const NAME_FIELD: NameFieldTexts =
 pub(super) const COORDINATES: [&str; 3] = ["x (m)", "y (m)", "Height (m)"];
 pub(super) const HEADING: &str = "Heading (°)";
 pub(super) const FLOOR: &str = "Floor";
+pub(super) const TOLERANCE_HEAD: &str = "Counts as reached";
+/// How far from a node counts as reached: ahead and behind, to the sides, and in heading.
+pub(super) const TOLERANCES: [&str; 3] = ["Ahead (m)", "Sideways (m)", "Turned (°)"];
+pub(super) const TOLERANCE_REMARK: &str =
+    "The robot stands as near to the node as this before a task begins there.";
 /// Numbers of floors that people may enter.
 pub(super) const FLOORS: [f64; 2] = [-99.0, 999.0];
 pub(super) const ALL_FLOORS: &str = "All floors";
@@ -131,6 +138,26 @@ pub(super) fn traversal(traversal: &Traversal) -> &str {
         Traversal::Stairs => "Stairs",
         Traversal::Dock => "Onto a dock",
         Traversal::Action { name, .. } => name,
+    }
+}
+
+pub(super) const NOT_OFFERED: &str =
+    "The robot does not offer this action now, so the edge cannot be traversed.";
+
+pub(super) const COST_HEAD: &str = "What it costs";
+/// What the cost is, in the order of the list: by length, learned, fixed.
+pub(super) const COSTS: [&str; 3] = ["Length", "Learned", "Fixed"];
+pub(super) const COST_TIME: &str = "Cost (s)";
+pub(super) const MUTEX_GROUP: &str = "One robot at a time";
+pub(super) const NO_GROUP: &str = "No group";
+pub(super) const MUTEX_REMARK: &str = "Name a group. Of all edges of a group, one robot uses one at a time.";
+
+/// What a cost means for routes.
+pub(super) fn cost_remark(cost: EdgeCost) -> &'static str {
+    match cost {
+        EdgeCost::Length => "The time that its length takes at the robot's usual speed.",
+        EdgeCost::Learned => "The time that earlier walks took; before the first, that of its length.",
+        EdgeCost::Fixed(_) => "Routes count this time, whatever its length.",
     }
 }
 

@@ -159,10 +159,29 @@ fn show_robot(ui: &mut Ui, cx: &mut PanelContext<'_>) {
     if let Some(site) = &platform.site {
         fact(ui, tokens, texts::SIMULATED_SITE, site);
     }
-    if let Some(limits) = &platform.manual_limits {
-        fact(ui, tokens, texts::FORWARD, &format::speed(limits.forward_m_s));
-        fact(ui, tokens, texts::SIDEWAYS, &format::speed(limits.sideways_m_s));
-        fact(ui, tokens, texts::TURN, &texts::turn_rate(limits.turn_rad_s));
+    for (limits, [forward, sideways, turn]) in
+        [(&platform.manual_limits, texts::BY_HAND), (&platform.autonomous_limits, texts::BY_ITSELF)]
+    {
+        if let Some(limits) = limits {
+            fact(ui, tokens, forward, &format::speed(limits.forward_m_s));
+            fact(ui, tokens, sideways, &format::speed(limits.sideways_m_s));
+            fact(ui, tokens, turn, &texts::turn_rate(limits.turn_rad_s));
+        }
+    }
+    if let Some(body) = &platform.body {
+        let lengths_m =
+            [body.footprint_radius_m, body.clearance_height_m, body.standing_height_m, body.step_height_m];
+        for (name, length_m) in texts::BODY.into_iter().zip(lengths_m) {
+            fact(ui, tokens, name, &format::accuracy(length_m));
+        }
+        let head = &body.camera_head;
+        fact(ui, tokens, texts::PAN, &texts::angles([-head.pan_max_rad, head.pan_max_rad]));
+        fact(ui, tokens, texts::TILT, &texts::angles([head.tilt_min_rad, head.tilt_max_rad]));
+        fact(ui, tokens, texts::VIEW, &texts::angle(head.field_of_view_rad));
+        fact(ui, tokens, texts::ZOOM, &texts::zoom(head.zoom_max));
+    }
+    if let Some(battery) = &cx.model.robot.battery {
+        fact(ui, tokens, texts::CHARGE, &format::percent(battery.value.charge));
     }
     widgets::remark(ui, tokens, texts::PROFILE_REMARK);
 }
@@ -172,7 +191,15 @@ fn show_data(ui: &mut Ui, cx: &mut PanelContext<'_>) {
     let tokens = cx.tokens;
     widgets::section_head(ui, tokens, texts::DATA_HEAD);
     if let Some(platform) = cx.model.platform.report() {
-        fact(ui, tokens, texts::FREE_DISK, &format::bytes(platform.disk_free_bytes));
+        let free_bytes = platform.disk_free_bytes;
+        if let Some(disk) = platform.disk {
+            let used_bytes = disk.total_bytes.saturating_sub(free_bytes);
+            fact(ui, tokens, texts::USED_DISK, &texts::bytes_of(used_bytes, disk.total_bytes));
+            let recordings = texts::bytes_of(disk.recordings_bytes, disk.max_recordings_bytes);
+            fact(ui, tokens, texts::RECORDINGS, &recordings);
+            widgets::remark(ui, tokens, texts::RECORDINGS_REMARK);
+        }
+        fact(ui, tokens, texts::FREE_DISK, &format::bytes(free_bytes));
     }
     let maps = cx.model.maps().list().unwrap_or_default();
     let bytes: u64 = maps.iter().map(|map| map.bytes).sum();

@@ -76,3 +76,43 @@ fn data_and_robot_are_shown_as_they_were_told() {
     assert_eq!(value(&harness, "Plan"), "0 missions, 0 schedules");
     assert!(harness.query_by_label("The robot has not told anything of itself yet.").is_some());
 }
+
+#[test]
+fn profile_and_disk_are_shown_each_number_with_its_unit() {
+    let speeds = |forward_m_s| api::SpeedLimits { forward_m_s, sideways_m_s: 0.5, turn_rad_s: 1.0 };
+    let report = api::Platform {
+        robot: "Rex".into(),
+        disk_free_bytes: 90_000_000_000,
+        manual_limits: Some(speeds(1.2)),
+        autonomous_limits: Some(speeds(0.9)),
+        body: Some(api::RobotBody {
+            footprint_radius_m: 0.38,
+            clearance_height_m: 0.95,
+            standing_height_m: 0.55,
+            step_height_m: 0.22,
+            camera_head: vocab::CameraHead::COMMON,
+        }),
+        disk: Some(api::DiskUse {
+            total_bytes: 250_000_000_000,
+            recordings_bytes: 3_000_000_000,
+            max_recordings_bytes: 46_500_000_000,
+        }),
+        ..api::Platform::default()
+    };
+    let harness = client().event(Event::Platform(report)).shown(1440.0, 1_600.0);
+    for (name, expected) in [
+        ("By hand, ahead", "1.2 m/s"),
+        ("By itself, ahead", "0.9 m/s"),
+        ("By itself, turning", "57 °/s"),
+        ("Turns within, radius", "0.38 m"),
+        ("Highest step", "0.22 m"),
+        ("Camera, pan", "-170° to 170°"),
+        ("Camera, tilt", "-40° to 80°"),
+        ("Camera, greatest zoom", "20×"),
+        ("Disk in use", "160.0 GB of 250.0 GB"),
+        ("Recordings", "3.0 GB of 46.5 GB"),
+    ] {
+        assert_eq!(value(&harness, name), expected, "{name}");
+    }
+    assert_eq!(value(&harness, "Free disk"), "90.0 GB");
+}

@@ -22,14 +22,27 @@ pub(super) const ROBOT_HEAD: &str = "Robot";
 pub(super) const ROBOT_SILENT: &str = "The robot has not told anything of itself yet.";
 pub(super) const ROBOT_NAME: &str = "Name";
 pub(super) const SIMULATED_SITE: &str = "Simulated site";
-pub(super) const FORWARD: &str = "By hand, ahead";
-pub(super) const SIDEWAYS: &str = "By hand, sideways";
-pub(super) const TURN: &str = "By hand, turning";
+/// Greatest speeds while a person drives: ahead, sideways, turning.
+pub(super) const BY_HAND: [&str; 3] = ["By hand, ahead", "By hand, sideways", "By hand, turning"];
+/// Greatest speeds while the robot walks by itself.
+pub(super) const BY_ITSELF: [&str; 3] = ["By itself, ahead", "By itself, sideways", "By itself, turning"];
+/// Lengths of the body: radius, height that must be free, height of the base, step.
+pub(super) const BODY: [&str; 4] =
+    ["Turns within, radius", "Free height needed", "Standing height", "Highest step"];
+pub(super) const PAN: &str = "Camera, pan";
+pub(super) const TILT: &str = "Camera, tilt";
+pub(super) const VIEW: &str = "Camera, field of view";
+pub(super) const ZOOM: &str = "Camera, greatest zoom";
+pub(super) const CHARGE: &str = "Battery";
 pub(super) const PROFILE_REMARK: &str =
     "These values come from the robot's profile and cannot be changed here.";
 
 pub(super) const DATA_HEAD: &str = "Data";
-pub(super) const FREE_DISK: &str = "Room for recordings";
+pub(super) const USED_DISK: &str = "Disk in use";
+pub(super) const FREE_DISK: &str = "Free disk";
+pub(super) const RECORDINGS: &str = "Recordings";
+pub(super) const RECORDINGS_REMARK: &str =
+    "Beyond their share of the disk the oldest recordings are deleted.";
 pub(super) const MAPS: &str = "Saved maps";
 pub(super) const PLAN: &str = "Plan";
 pub(super) const NODES: &str = "Nodes of the graph";
@@ -60,6 +73,23 @@ pub(super) fn unknown_zone(error: &str) -> String {
 
 pub(super) fn turn_rate(rate_rad_s: f64) -> String {
     format!("{:.0} °/s", rate_rad_s.to_degrees())
+}
+
+pub(super) fn angle(angle_rad: f64) -> String {
+    format!("{:.0}°", angle_rad.to_degrees())
+}
+
+pub(super) fn angles([from_rad, to_rad]: [f64; 2]) -> String {
+    format!("{} to {}", angle(from_rad), angle(to_rad))
+}
+
+pub(super) fn zoom(factor: f64) -> String {
+    format!("{factor:.0}×")
+}
+
+/// What is used of what there is.
+pub(super) fn bytes_of(used: u64, all: u64) -> String {
+    format!("{} of {}", format::bytes(used), format::bytes(all))
 }
 
 pub(super) fn maps(number: usize, bytes: u64) -> String {
