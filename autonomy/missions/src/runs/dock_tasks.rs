@@ -4,7 +4,7 @@
 use super::battery::CHARGE_SIGNAL;
 use super::interface::{ActionResult, GoalRequest};
 use super::records::TaskRecord;
-use super::runner::{Acting, Activity, MissionRunner, Purpose, RunLeg};
+use super::runner::{ActionInProgress, Activity, MissionRunner, Purpose, RunLeg};
 use super::table::TaskTrigger;
 use super::task_docking::TaskDocking;
 use crate::texts;
@@ -103,7 +103,7 @@ impl MissionRunner {
     }
 
     /// What the action under way asks for, if it is one of docking.
-    pub(super) fn dock_action_of(&self, acting: &Acting) -> Option<DockAction> {
+    pub(super) fn dock_action_of(&self, acting: &ActionInProgress) -> Option<DockAction> {
         self.records.runs.get(&acting.run)?.tasks.get(acting.task)?.dock_action()
     }
 

@@ -225,7 +225,8 @@ impl MissionRunner {
         if let Some(action) = record.dock_action() {
             // Nobody else is called: the runner ends it.
             let deadline = self.at + self.config.action_time.limit(self.expected_charging(action));
-            self.activity = Some(Activity::Action(Acting { run, task, call, deadline, stop: None }));
+            self.activity =
+                Some(Activity::Action(ActionInProgress { run, task, call, deadline, stop: None }));
             return;
         }
         let Some(request) = planned.request.clone() else { return };
