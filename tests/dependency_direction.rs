@@ -32,7 +32,7 @@ const OURS: &[(&str, &[&str])] = &[
     ("localisation", &["geometry", "mapping", "points", "registration", "vocab"]),
     ("navigation", &["geometry", "points", "registration"]),
     ("topomap", &["geometry", "mapping", "navigation", "site_model", "vocab"]),
-    ("changes", &["geometry", "points"]),
+    ("changes", &["geometry", "points", "registration"]),
     ("gauges", &[]),
     ("executive", &["geometry", "localisation", "messages", "navigation", "site_model", "vocab"]),
     ("missions", &["site_model", "time_zones", "vocab"]),

@@ -1,13 +1,23 @@
 //! Parameters of the detection of changes.
 
+use registration::MatchingConfig;
+
 /// Parameters of [`crate::detect_changes`].
 ///
 /// "Sensitivity" says what the recorded sessions of docs/benchmarks/changes.md showed when the value was changed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChangesConfig {
-    /// A surface of the other visit within this distance of a point is the same surface, metres. Chosen: three standard deviations of a pose error of 2 cm and of the noise
-    /// of a LiDAR (1 cm) together, and 1 cm for the points' resolution in the clouds of runs. With 0.15 m, a thing of 0.15 m on the floor is not seen.
+    /// How the visits are aligned before they are compared.
+    pub alignment: AlignmentConfig,
+    /// A surface of the other visit within this distance of a point is the same surface, metres, if the visits are well aligned. Chosen: three standard deviations of a pose error
+    /// of 2 cm and of the noise of a LiDAR (1 cm) together, and [`Self::resolution_m`]. With 0.15 m, a thing of 0.15 m on the floor is not seen.
     pub same_surface_m: f64,
+    /// The largest such distance, metres, however badly the visits are aligned: with more, no object of 0.3 m is seen.
+    pub max_same_surface_m: f64,
+    /// Where the surfaces of the visits are not well aligned, surfaces within this number of standard deviations of their distance are the same.
+    pub same_surface_deviations: f64,
+    /// Additional distance for the resolution of the points in the clouds of runs, metres.
+    pub resolution_m: f64,
     /// Points farther from the sensor than this are left out, metres, because few rays meet an object there.
     pub max_range_m: f64,
     /// Points nearer to the sensor than this are left out, metres: the robot itself.
@@ -35,6 +45,8 @@ pub struct ChangesConfig {
     pub min_points: usize,
     /// An object is at least this large along its second longest side, metres.
     pub min_size_m: f64,
+    /// A ray tells of an object only if it meets its box at least this far from its edges, metres. Chosen: one and a half standard deviations of a pose error of 2 cm.
+    pub edge_margin_m: f64,
     /// Share of rays that end in a place where nothing is, or go through what is solid: noise, and edges of the box.
     pub stray_share: f64,
     /// Logarithm of how much likelier it must be that an object was not there than that it was. Chosen: 10,000 times, because a visit has thousands of places.
@@ -79,7 +91,11 @@ pub struct ChangesConfig {
 impl Default for ChangesConfig {
     fn default() -> Self {
         Self {
+            alignment: AlignmentConfig::default(),
             same_surface_m: 0.08,
+            max_same_surface_m: 0.15,
+            same_surface_deviations: 3.0,
+            resolution_m: 0.01,
             max_range_m: 20.0,
             min_range_m: 0.5,
             cell_rad: [0.007, 0.052],
@@ -93,6 +109,7 @@ impl Default for ChangesConfig {
             gap_m: 0.3,
             min_points: 30,
             min_size_m: 0.1,
+            edge_margin_m: 0.03,
             stray_share: 0.05,
             min_evidence: 9.2,
             chance_share: 0.02,
@@ -112,6 +129,67 @@ impl Default for ChangesConfig {
             same_size_m: 0.075,
             unchanged_cell_m: 0.1,
             min_normal_points: 6.0,
+        }
+    }
+}
+
+/// Parameters of the alignment of two visits.
+/// Where a field names no source, its value was chosen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AlignmentConfig {
+    /// Every so many points of the reference are enough for its surfaces.
+    pub reference_step: usize,
+    /// One point of each cell of this size of a view is aligned, metres.
+    pub sample_cell_m: f64,
+    /// How points are matched with surfaces.
+    pub matching: MatchingConfig,
+    /// Width of the matching in the first iteration.
+    pub initial_width: f32,
+    /// Iterations at most.
+    pub max_iterations: usize,
+    /// A view of which fewer points lie on surfaces of the reference stays where it is.
+    pub min_inliers: usize,
+    /// Standard deviation of the given poses, metres and radians: localisation while walking (docs/benchmarks/localisation.md).
+    pub translation_m: f64,
+    /// See [`Self::translation_m`].
+    pub rotation_rad: f64,
+    /// A view that would be moved by more than this number of them stays where it is.
+    pub max_deviations: f64,
+    /// Number of points that share one error and therefore count as one.
+    pub correlated_points: f64,
+    /// Share of the largest eigenvalue of the information that noise contributes to all: along a corridor, a view stays where it is.
+    pub eigenvalue_shrinkage: f64,
+    /// Distance at which rotations are compared with translations, metres.
+    pub lever_arm_m: f64,
+    /// Side of the cells in which the remaining error is measured, metres.
+    pub region_m: f64,
+    /// A region with fewer points on common surfaces, level or upright ones, has the error of all on such.
+    pub min_region_points: usize,
+}
+
+impl Default for AlignmentConfig {
+    fn default() -> Self {
+        Self {
+            reference_step: 2,
+            sample_cell_m: 0.3,
+            matching: MatchingConfig {
+                gate_m: 0.15,
+                noise_m: 0.02,
+                use_distributions: false,
+                front_facing_only: true,
+                ..MatchingConfig::default()
+            },
+            initial_width: 2.0,
+            max_iterations: 8,
+            min_inliers: 200,
+            translation_m: 0.05,
+            rotation_rad: 0.01,
+            max_deviations: 4.0,
+            correlated_points: 10.0,
+            eigenvalue_shrinkage: 1e-3,
+            lever_arm_m: 5.0,
+            region_m: 4.0,
+            min_region_points: 60,
         }
     }
 }

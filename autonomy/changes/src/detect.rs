@@ -1,11 +1,12 @@
 //! The comparison of two visits.
 
+use crate::alignment::align;
 use crate::clusters::clusters;
 use crate::columns::Columns;
 use crate::moves::{is_same_size, moves};
 use crate::penetration::{evidence_of_absence, explains_absence, penetration};
 use crate::ray_image::{Passing, RayImage};
-use crate::surfaces::Surfaces;
+use crate::surfaces::{SurfaceTolerance, Surfaces};
 use crate::{ChangesConfig, UprightBox, Visit};
 use geometry::Vector3;
 use points::hash::CellKey;
@@ -47,10 +48,12 @@ pub struct Changes {
     pub unchanged: Vec<[f32; 3]>,
 }
 
-/// Compares two visits in one map frame. Cost: `O(n log n)` in the points, and for each point without a surface of the other visit near it a step for each view of both
+/// Compares two visits in one map frame. The later one is aligned with the earlier one first, view by view; so results are in the frame of the earlier one. Cost: `O(n log n)` in the points, and for each point without a surface of the other visit near it a step for each view of both
 /// visits within [`ChangesConfig::max_range_m`].
 pub fn detect_changes(before: &Visit, after: &Visit, config: &ChangesConfig) -> Changes {
-    let sides = [before, after].map(|visit| Side::new(visit, config));
+    let aligned = align(before, after, &config.alignment);
+    let tolerance = SurfaceTolerance::new(aligned.errors, config);
+    let sides = [before, &aligned.visit].map(|visit| Side::new(visit, &tolerance, config));
     let removed = differing(&sides[0], &sides[1], config);
     let appeared = differing(&sides[1], &sides[0], config);
     let boxes = |objects: &[Differing]| objects.iter().map(|object| object.place).collect::<Vec<_>>();
@@ -107,9 +110,9 @@ struct Side {
 }
 
 impl Side {
-    fn new(visit: &Visit, config: &ChangesConfig) -> Self {
+    fn new(visit: &Visit, tolerance: &SurfaceTolerance, config: &ChangesConfig) -> Self {
         let points = visit.points_within(config.min_range_m, config.max_range_m);
-        let surfaces = Surfaces::new(points, config.same_surface_m as f32);
+        let surfaces = Surfaces::new(points, tolerance.clone());
         Self {
             columns: Columns::new(surfaces.points().iter().copied()),
             surfaces,
@@ -199,10 +202,10 @@ fn object(
     let place = ground_below(&place, config.stands_within_m, sides, config)
         .filter(|ground_m| place.bottom_m() - ground_m <= config.stands_within_m)
         .map_or(place, |ground_m| place.down_to(ground_m));
+    let [own, met] = sides.map(|side| penetration(&place, &side.images, config));
     if same_share(&place, sides, config) > config.max_same_share {
         return None;
     }
-    let [own, met] = sides.map(|side| penetration(&place, &side.images, config));
     let evidence = evidence_of_absence(own, met, config);
     let is_gone = evidence >= config.min_evidence && explains_absence(met, config);
     let confidence = 1.0 / (1.0 + (-evidence).exp());

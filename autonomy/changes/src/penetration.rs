@@ -4,6 +4,9 @@ use crate::ray_image::RayImage;
 use crate::{ChangesConfig, UprightBox};
 use geometry::Vector3;
 
+/// Least side of what is tested, metres: a sheet. Chosen: less than the noise of a LiDAR.
+const SHEET_M: f64 = 0.01;
+
 /// Rays of a visit that met the place of an object.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Penetration {
@@ -13,17 +16,13 @@ pub(crate) struct Penetration {
     pub ended: usize,
 }
 
-/// Counts the rays of a visit that would have ended at an object if it had been there. The part next to the ground is left out, because rays end at the ground there. Linear in the rays towards it.
+/// Counts the rays of a visit that would have ended at an object if it had been there: those that meet its [`core`]. Linear in the rays towards it.
 pub(crate) fn penetration(place: &UprightBox, images: &[RayImage], config: &ChangesConfig) -> Penetration {
-    let raised_m = (place.bottom_m() + config.same_surface_m).min(place.centre_m.z);
-    let mut tested = place.down_to(raised_m);
-    // Of an object that was seen from one side only, the box is as thin as the noise.
-    for side in &mut tested.size_m[..2] {
-        *side = side.max(2.0 * config.free_margin_m);
-    }
+    let tested = core(place, config);
     let mut counted = Penetration::default();
     let [length, width, height] = tested.size_m;
     let reach_m = length.hypot(width).hypot(height) / 2.0;
+    let min_chord_m = config.free_margin_m.min(width / 2.0);
     for image in images {
         for (along, range_m) in image.rays_near(&tested.centre_m, reach_m) {
             let (along, range_m) = (Vector3::from(along.map(f64::from)), f64::from(*range_m));
@@ -34,18 +33,32 @@ pub(crate) fn penetration(place: &UprightBox, images: &[RayImage], config: &Chan
                 continue;
             };
             let margin_m = config.free_margin_m + config.free_margin_share * enters_m;
-            if range_m < enters_m - margin_m || leaves_m - enters_m < config.free_margin_m {
+            if range_m < enters_m - margin_m {
                 continue;
             }
             // A ray that ends just before the far side went through too: something may stand behind the object.
             if range_m > (leaves_m - margin_m).max(enters_m + 2.0 * margin_m) {
                 counted.through += 1;
-            } else {
+            } else if leaves_m - enters_m >= min_chord_m {
+                // A ray across an edge may have ended at what is behind it.
                 counted.ended += 1;
             }
         }
     }
     counted
+}
+
+/// The part of a box that a ray meets even if the poses are a little wrong. A ray that passes beside an object tells nothing of it, so that a strip between two rays of a sparse
+/// sensor stays unknown. The part next to the ground is left out, because rays end at the ground there (docs/maths/changes.md, equation 3).
+fn core(place: &UprightBox, config: &ChangesConfig) -> UprightBox {
+    let [length, width, height] = place.size_m;
+    let top_m = place.centre_m.z + height / 2.0 - config.edge_margin_m.min(height / 4.0);
+    let bottom_m = (place.bottom_m() + config.same_surface_m).min(place.centre_m.z);
+    let centre_m = Vector3::new(place.centre_m.x, place.centre_m.y, (top_m + bottom_m) / 2.0);
+    // Of an object that was seen from one side only, the box is as thin as the noise. It stays a sheet.
+    let [length, width] =
+        [length, width].map(|side| (side - 2.0 * config.edge_margin_m).max(SHEET_M.min(side)));
+    UprightBox { centre_m, size_m: [length, width, top_m - bottom_m], yaw_rad: place.yaw_rad }
 }
 
 /// Logarithm of how much likelier it is that the object was not there in the other visit than that it was: its solidity is the share of the rays of its own visit that ended in

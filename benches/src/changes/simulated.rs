@@ -1,6 +1,7 @@
 //! Visits of simulated sites: a robot walks the round of a site again and again, localised in its map, with people about, and between two visits objects are put, taken, moved and
 //! turned. What the clouds that a mission keeps say of it is compared with the truth.
 
+use super::cast_visits::cast_visit;
 use super::visit_cache;
 use super::visit_score::{VisitScore, score_visit};
 use anyhow::{Context, Result};
@@ -35,6 +36,8 @@ pub struct Plan {
     /// Time of a walk, seconds; as long as the round takes if longer.
     pub walk_s: f64,
     pub explain: bool,
+    /// Whether sweeps are cast from places along the whole round, without the stack.
+    pub cast: bool,
     /// Folder in which the clouds of walks are kept.
     pub cache: Option<PathBuf>,
 }
@@ -172,13 +175,17 @@ impl Mapped {
 
 /// A visit from the folder of walks, or walked now, in the frame of the site.
 fn kept_visit(site: &Arc<SimulatedSite>, mapped: &mut Mapped, plan: &Plan, seed: u64) -> Result<Visit> {
-    let name =
-        format!("{}-{seed}-{}-{}-{}-{}", site.name(), plan.changes, plan.columns, plan.people, plan.walk_s);
+    let walk = if plan.cast { "cast".to_owned() } else { plan.walk_s.to_string() };
+    let name = format!("{}-{seed}-{}-{}-{}-{walk}", site.name(), plan.changes, plan.columns, plan.people);
     let file = plan.cache.as_ref().map(|folder| folder.join(name));
     if let Some(visit) = file.as_deref().map(visit_cache::read).transpose()?.flatten() {
         return Ok(visit);
     }
-    let visit = walk_visit(site, mapped.get()?, plan, seed)?;
+    let visit = if plan.cast {
+        cast_visit(site, plan.columns, plan.people, seed)?
+    } else {
+        walk_visit(site, mapped.get()?, plan, seed)?
+    };
     if let Some(file) = file {
         visit_cache::write(&file, &visit)?;
     }

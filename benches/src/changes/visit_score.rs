@@ -11,6 +11,9 @@ const NEAR_M: f64 = 0.5;
 /// Objects with a side of at least this length are large, metres.
 const LARGE_M: f64 = 0.3;
 
+/// A visit has passed an object if it has at least this number of points of it: as many as an object of [`changes::ChangesConfig::min_points`] needs.
+const PASSED_POINTS: usize = 30;
+
 /// Numbers of objects.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct VisitScore {
@@ -22,7 +25,7 @@ pub struct VisitScore {
     /// The same of smaller ones.
     pub small: usize,
     pub small_found: usize,
-    /// Changed ones, at an end of which no ray of its visit ended: the walk was not there. They are not counted otherwise.
+    /// Changed ones, of an end of which its visit has fewer than [`PASSED_POINTS`] points: the walk has not passed them. They are not counted otherwise, found or not.
     pub unseen: usize,
     /// Large ones that were moved, and those of them that are named as moved from there.
     pub moved: usize,
@@ -84,7 +87,7 @@ pub fn score_visit(
             }
         };
         let seen = points_of(change, visits);
-        if seen == 0 && !is_found {
+        if seen < PASSED_POINTS {
             score.unseen += 1;
             continue;
         }
