@@ -39,9 +39,11 @@ pub struct ChangesConfig {
     pub min_free_share: f64,
     /// Share of the views of its own visit from which most rays went through the place of a point, from which on it belonged to something that moves, such as a person.
     pub moving_share: f64,
+    /// A view tells whether an object was there during its own visit if at least this number of its rays met its place.
+    pub min_telling_rays: usize,
     /// Largest distance between neighbouring points of an object, metres.
     pub gap_m: f64,
-    /// An object has at least this number of changed points. A ray past an edge makes single ones.
+    /// An object has at least this number of changed points, and of points above the ground. A ray past an edge makes single ones.
     pub min_points: usize,
     /// An object is at least this large along its second longest side, metres.
     pub min_size_m: f64,
@@ -82,6 +84,18 @@ pub struct ChangesConfig {
     pub same_size_share: f64,
     /// See [`Self::same_size_share`], metres. Chosen: a side is seen by points that are some centimetres from each other.
     pub same_size_m: f64,
+    /// The points of a thing that was turned where it stands are at most this far from the middle of what differs, metres: what reaches farther is no loose thing.
+    pub turned_reach_m: f64,
+    /// Largest distance between neighbouring points of such a thing, metres.
+    pub turned_gap_m: f64,
+    /// Each of its sides differs at most by this share before and after, or by [`Self::same_size_m`]: a side that was seen at a slant looks shorter.
+    pub turned_size_share: f64,
+    /// It was turned by at least this angle, radians, or shifted by at least [`Self::min_shift_m`]. Chosen: three times the error of the heading of a box that is well seen.
+    pub min_turn_rad: f64,
+    /// See [`Self::min_turn_rad`], metres.
+    pub min_shift_m: f64,
+    /// Its confidence: rays tell of the parts that differ, but not whether they are of one thing.
+    pub turned_confidence: f64,
     /// Side of the cells of which the cloud of what has not changed has one point each, metres: enough for people to see where they are.
     pub unchanged_cell_m: f64,
     /// Points that a normal of a surface needs around it. Chosen: twice the three that a plane needs.
@@ -106,6 +120,7 @@ impl Default for ChangesConfig {
             min_free_rays: 2,
             min_free_share: 0.5,
             moving_share: 0.5,
+            min_telling_rays: 10,
             gap_m: 0.3,
             min_points: 30,
             min_size_m: 0.1,
@@ -127,6 +142,12 @@ impl Default for ChangesConfig {
             box_fit: BoxFitConfig::default(),
             same_size_share: 0.1,
             same_size_m: 0.075,
+            turned_reach_m: 1.5,
+            turned_gap_m: 0.15,
+            turned_size_share: 0.15,
+            min_turn_rad: 0.17,
+            min_shift_m: 0.1,
+            turned_confidence: 0.9,
             unchanged_cell_m: 0.1,
             min_normal_points: 6.0,
         }

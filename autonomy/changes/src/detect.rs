@@ -4,9 +4,10 @@ use crate::alignment::align;
 use crate::clusters::clusters;
 use crate::columns::Columns;
 use crate::moves::{is_same_size, moves};
-use crate::penetration::{evidence_of_absence, explains_absence, penetration};
+use crate::penetration::{evidence_of_absence, explains_absence, penetration, was_passing};
 use crate::ray_image::{Passing, RayImage};
 use crate::surfaces::{SurfaceTolerance, Surfaces};
+use crate::turned::{TurnedThing, find_turned};
 use crate::{ChangesConfig, UprightBox, Visit};
 use geometry::Vector3;
 use points::hash::CellKey;
@@ -54,15 +55,60 @@ pub fn detect_changes(before: &Visit, after: &Visit, config: &ChangesConfig) -> 
     let aligned = align(before, after, &config.alignment);
     let tolerance = SurfaceTolerance::new(aligned.errors, config);
     let sides = [before, &aligned.visit].map(|visit| Side::new(visit, &tolerance, config));
-    let removed = differing(&sides[0], &sides[1], config);
-    let appeared = differing(&sides[1], &sides[0], config);
+    let mut removed = differing(&sides[0], &sides[1], config);
+    let mut appeared = differing(&sides[1], &sides[0], config);
+    let turned = turned_things(&mut removed, &mut appeared, [&sides[0], &sides[1]], config);
+    let (removed, appeared) = (removed.objects, appeared.objects);
     let boxes = |objects: &[Differing]| objects.iter().map(|object| object.place).collect::<Vec<_>>();
     let (gone, new) = (boxes(&removed), boxes(&appeared));
     let pairs = moves(&gone, &new, |from, to| {
         is_same_size(&gone[from], &new[to], config.same_size_share, config.same_size_m)
     });
     let unchanged = unchanged(&sides[0], &sides[1], config);
-    Changes { unchanged, ..merged(removed, appeared, &pairs) }
+    let Changes { mut objects, .. } = merged(removed, appeared, &pairs);
+    objects.extend(turned);
+    objects.sort_by_key(|object| std::cmp::Reverse(object.points.len()));
+    Changes { objects, unchanged }
+}
+
+/// Things that were turned where they stand. What they explain is taken from the other objects.
+fn turned_things(
+    removed: &mut Differences,
+    appeared: &mut Differences,
+    sides: [&Side; 2],
+    config: &ChangesConfig,
+) -> Vec<ChangedObject> {
+    let mut found: Vec<TurnedThing> = Vec::new();
+    let gone: Vec<Vec<[f32; 3]>> = removed
+        .parts
+        .iter()
+        .cloned()
+        .chain(removed.objects.iter().map(|object| object.points.clone()))
+        .collect();
+    let new = appeared.parts.iter().chain(appeared.objects.iter().map(|object| &object.points));
+    for part in new {
+        let is_known = |thing: &TurnedThing| {
+            part.first()
+                .is_some_and(|point| thing.place.holds(&Vector3::from(point.map(f64::from)), config.grow_m))
+        };
+        if !found.iter().any(is_known) {
+            found.extend(find_turned(part, &gone, sides, config));
+        }
+    }
+    for thing in &found {
+        let is_other = |object: &Differing| {
+            ![&thing.from, &thing.place].iter().any(|place| place.holds(&object.place.centre_m, 0.0))
+        };
+        removed.objects.retain(is_other);
+        appeared.objects.retain(is_other);
+    }
+    let changed = |TurnedThing { from, place, points }| ChangedObject {
+        change: Change::Moved { from },
+        place,
+        points,
+        confidence: config.turned_confidence,
+    };
+    found.into_iter().map(changed).collect()
 }
 
 /// Points of the later visit on surfaces of the earlier one, the first of each cell. `O(n log n)`.
@@ -102,10 +148,10 @@ pub(crate) fn merged(removed: Vec<Differing>, appeared: Vec<Differing>, pairs: &
 }
 
 /// A visit, prepared for questions.
-struct Side {
+pub(crate) struct Side {
     surfaces: Surfaces,
     /// The points of the surfaces.
-    columns: Columns,
+    pub(crate) columns: Columns,
     images: Vec<RayImage>,
 }
 
@@ -151,8 +197,16 @@ pub(crate) struct Differing {
     pub(crate) confidence: f64,
 }
 
-/// The objects of a visit that the other one does not have.
-fn differing(visit: &Side, other: &Side, config: &ChangesConfig) -> Vec<Differing> {
+/// What a visit has that the other one does not have.
+#[derive(Default)]
+struct Differences {
+    objects: Vec<Differing>,
+    /// Groups of points of things of which the other visit has a part too.
+    parts: Vec<Vec<[f32; 3]>>,
+}
+
+/// The differences of a visit from the other one.
+fn differing(visit: &Side, other: &Side, config: &ChangesConfig) -> Differences {
     let mut changed: Vec<[f32; 3]> = Vec::new();
     let mut unknown: Vec<[f32; 3]> = Vec::new();
     for point in visit.surfaces.points().iter().filter(|point| !other.surfaces.is_near(point)) {
@@ -170,46 +224,58 @@ fn differing(visit: &Side, other: &Side, config: &ChangesConfig) -> Vec<Differin
     let mut groups = clusters(&changed, config.gap_m as f32);
     groups.sort_by_key(|group| std::cmp::Reverse(group.len()));
     let (unknown, of_changed) = (Columns::new(unknown), Columns::new(changed.iter().copied()));
-    let mut objects: Vec<Differing> = Vec::new();
+    let mut found = Differences::default();
     for group in groups.iter().take_while(|group| group.len() >= config.min_points) {
         // A part of an object that was grown to it already.
         let is_part = |place: &usize| {
             let at = Vector3::from(changed[*place].map(f64::from));
-            objects.iter().any(|object| object.place.holds(&at, config.same_surface_m))
+            found.objects.iter().any(|object| object.place.holds(&at, config.same_surface_m))
         };
         if 2 * group.iter().filter(|place| is_part(place)).count() <= group.len() {
             let core: Vec<[f32; 3]> = group.iter().map(|place| changed[*place]).collect();
-            objects.extend(object(&core, &of_changed, &unknown, [visit, other], config));
+            match object(&core, &of_changed, &unknown, [visit, other], config) {
+                Some(Group::Object(object)) => found.objects.push(object),
+                Some(Group::Part) => found.parts.push(core),
+                None => {}
+            }
         }
     }
-    objects
+    found
 }
 
-/// The object of a group of changed points; none if it is too small, or if the rays of the other visit do not say that it was not there.
+/// What a group of changed points is.
+enum Group {
+    /// An object that the other visit does not have.
+    Object(Differing),
+    /// A part of a thing of which the other visit has another part.
+    Part,
+}
+
+/// The object of a group of changed points; none if it is too small, moved during its visit, or if the rays of the other visit do not say that it was not there.
 fn object(
     core: &[[f32; 3]],
     changed: &Columns,
     unknown: &Columns,
     sides: [&Side; 2],
     config: &ChangesConfig,
-) -> Option<Differing> {
+) -> Option<Group> {
     let (points, place) = grown(core, changed, unknown, sides, config)?;
     let mut sorted = place.size_m;
     sorted.sort_by(f64::total_cmp);
-    if sorted[1] < config.min_size_m {
+    if sorted[1] < config.min_size_m || points.len() < config.min_points {
         return None;
     }
     let place = ground_below(&place, config.stands_within_m, sides, config)
         .filter(|ground_m| place.bottom_m() - ground_m <= config.stands_within_m)
         .map_or(place, |ground_m| place.down_to(ground_m));
-    let [own, met] = sides.map(|side| penetration(&place, &side.images, config));
     if same_share(&place, sides, config) > config.max_same_share {
-        return None;
+        return Some(Group::Part);
     }
-    let evidence = evidence_of_absence(own, met, config);
-    let is_gone = evidence >= config.min_evidence && explains_absence(met, config);
+    let [own, met] = sides.map(|side| penetration(&place, &side.images, config));
+    let evidence = evidence_of_absence(own.iter().sum(), met.iter().sum(), config);
+    let is_gone = evidence >= config.min_evidence && explains_absence(met.iter().sum(), config);
     let confidence = 1.0 / (1.0 + (-evidence).exp());
-    is_gone.then_some(Differing { place, points, confidence })
+    (is_gone && !was_passing(&own, config)).then_some(Group::Object(Differing { place, points, confidence }))
 }
 
 /// The points of an object and its box: the group, points of unknown places near its box, and all that differs above and below it, again and again, without those of the ground. None
@@ -224,7 +290,7 @@ fn grown(
     let bits = |point: &[f32; 3]| point.map(f32::to_bits);
     let of_core: BTreeSet<[u32; 3]> = core.iter().map(bits).collect();
     let mut place = UprightBox::around(core, &config.box_fit)?;
-    let mut points = Vec::new();
+    let mut points: Vec<[f32; 3]> = Vec::new();
     for _ in 0..config.grow_rounds {
         let ground_m =
             ground_below(&place, config.ground_depth_m, sides, config).unwrap_or(f64::NEG_INFINITY);
@@ -266,7 +332,7 @@ fn same_share(place: &UprightBox, [visit, other]: [&Side; 2], config: &ChangesCo
 }
 
 /// Height of the level surface below a box, metres: the most common one of the points round it, down to a distance below its lower end. Linear in the points of both visits around.
-fn ground_below(
+pub(crate) fn ground_below(
     place: &UprightBox,
     down_to_m: f64,
     sides: [&Side; 2],

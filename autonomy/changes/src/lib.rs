@@ -28,6 +28,7 @@ mod recurrence;
 #[cfg(test)]
 mod room;
 mod surfaces;
+mod turned;
 mod upright_box;
 mod visit;
 

@@ -3,6 +3,7 @@
 use crate::ray_image::RayImage;
 use crate::{ChangesConfig, UprightBox};
 use geometry::Vector3;
+use std::iter::Sum;
 
 /// Least side of what is tested, metres: a sheet. Chosen: less than the noise of a LiDAR.
 const SHEET_M: f64 = 0.01;
@@ -16,36 +17,61 @@ pub(crate) struct Penetration {
     pub ended: usize,
 }
 
-/// Counts the rays of a visit that would have ended at an object if it had been there: those that meet its [`core`]. Linear in the rays towards it.
-pub(crate) fn penetration(place: &UprightBox, images: &[RayImage], config: &ChangesConfig) -> Penetration {
+impl<'a> Sum<&'a Self> for Penetration {
+    fn sum<I: Iterator<Item = &'a Self>>(iter: I) -> Self {
+        iter.fold(Self::default(), |sum, of_view| Self {
+            through: sum.through + of_view.through,
+            ended: sum.ended + of_view.ended,
+        })
+    }
+}
+
+/// Counts the rays of each view that would have ended at an object if it had been there: those that meet its [`core`]. Linear in the rays towards it.
+pub(crate) fn penetration(
+    place: &UprightBox,
+    images: &[RayImage],
+    config: &ChangesConfig,
+) -> Vec<Penetration> {
     let tested = core(place, config);
+    images.iter().map(|image| penetration_of_view(&tested, image, config)).collect()
+}
+
+fn penetration_of_view(tested: &UprightBox, image: &RayImage, config: &ChangesConfig) -> Penetration {
     let mut counted = Penetration::default();
     let [length, width, height] = tested.size_m;
     let reach_m = length.hypot(width).hypot(height) / 2.0;
+    // A ray across an edge may have ended at what is behind it, or have gone through where the thing is not.
     let min_chord_m = config.free_margin_m.min(width / 2.0);
-    for image in images {
-        for (along, range_m) in image.rays_near(&tested.centre_m, reach_m) {
-            let (along, range_m) = (Vector3::from(along.map(f64::from)), f64::from(*range_m));
-            if range_m < config.min_range_m {
-                continue;
-            }
-            let Some([enters_m, leaves_m]) = tested.crossed_by(image.sensor(), &along) else {
-                continue;
-            };
-            let margin_m = config.free_margin_m + config.free_margin_share * enters_m;
-            if range_m < enters_m - margin_m {
-                continue;
-            }
-            // A ray that ends just before the far side went through too: something may stand behind the object.
-            if range_m > (leaves_m - margin_m).max(enters_m + 2.0 * margin_m) {
-                counted.through += 1;
-            } else if leaves_m - enters_m >= min_chord_m {
-                // A ray across an edge may have ended at what is behind it.
-                counted.ended += 1;
-            }
+    for (along, range_m) in image.rays_near(&tested.centre_m, reach_m) {
+        let (along, range_m) = (Vector3::from(along.map(f64::from)), f64::from(*range_m));
+        if range_m < config.min_range_m {
+            continue;
+        }
+        let Some([enters_m, leaves_m]) = tested.crossed_by(image.sensor(), &along) else { continue };
+        let margin_m = config.free_margin_m + config.free_margin_share * enters_m;
+        if range_m < enters_m - margin_m || leaves_m - enters_m < min_chord_m {
+            continue;
+        }
+        // A ray that ends just before the far side went through too: something may stand behind the object.
+        if range_m > (leaves_m - margin_m).max(enters_m + 2.0 * margin_m) {
+            counted.through += 1;
+        } else {
+            counted.ended += 1;
         }
     }
     counted
+}
+
+/// Whether an object was there for a part of its own visit only, such as a person who walked past: from most of the views that tell of its place, nearly all rays went through it. Of
+/// a rack or a tripod, some rays of each view end at it.
+pub(crate) fn was_passing(own: &[Penetration], config: &ChangesConfig) -> bool {
+    let telling = own.iter().filter(|view| view.through + view.ended >= config.min_telling_rays);
+    let (mut views, mut empty) = (0_usize, 0_usize);
+    for Penetration { through, ended } in telling {
+        views += 1;
+        empty += usize::from(*ended as f64 <= config.stray_share * (through + ended) as f64);
+    }
+    empty as f64 > config.moving_share * views as f64
 }
 
 /// The part of a box that a ray meets even if the poses are a little wrong. A ray that passes beside an object tells nothing of it, so that a strip between two rays of a sparse

@@ -81,8 +81,20 @@ pub fn score_visit(
             ObjectChange::Moved { from, to } => (from, is_gone_from(&place(from)) && is_new_at(&place(to))),
             ObjectChange::Turned { from, .. } => {
                 let at = place(from);
+                if points_of(change, visits) < PASSED_POINTS {
+                    score.unseen += 1;
+                    continue;
+                }
+                let is_named = objects.iter().any(|object| is_near(&object.place, &at));
                 score.turned += 1;
-                score.turned_found += usize::from(objects.iter().any(|object| is_near(&object.place, &at)));
+                score.turned_found += usize::from(is_named);
+                if !is_named {
+                    explain(format!(
+                        "not found: turned at {:.2?}, {:.2?}",
+                        at.centre_m.as_slice(),
+                        at.size_m
+                    ));
+                }
                 continue;
             }
         };
@@ -107,6 +119,14 @@ pub fn score_visit(
             });
             score.moved += 1;
             score.matched += usize::from(is_matched);
+            if is_found && !is_matched {
+                explain(format!(
+                    "not matched: {:.2?} to {:.2?}, named {}",
+                    from,
+                    to,
+                    named_near(objects, [&from, &to])
+                ));
+            }
         }
         if !is_found {
             let at = place(object);
@@ -147,6 +167,16 @@ pub fn score_visit(
         }
     }
     score
+}
+
+/// The sizes of what is named at these places.
+fn named_near(objects: &[ChangedObject], places: [&UprightBox; 2]) -> String {
+    let sizes = objects.iter().flat_map(|object| {
+        let from = if let Change::Moved { from } = &object.change { Some(from) } else { None };
+        [Some(&object.place), from].into_iter().flatten()
+    });
+    let near = sizes.filter(|place| places.iter().any(|other| is_near(place, other)));
+    near.map(|place| format!("{:.2?}", place.size_m)).collect::<Vec<_>>().join(" and ")
 }
 
 fn name(change: &ObjectChange) -> &'static str {
