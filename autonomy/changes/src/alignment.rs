@@ -20,6 +20,11 @@ pub(crate) struct AlignedVisit {
 /// surfaces in the reference stays too. Linear in the points (docs/maths/changes.md, equations 1 to 3).
 pub(crate) fn align(reference: &Visit, visit: &Visit, config: &AlignmentConfig) -> AlignedVisit {
     let surfaces = surfaces(reference, config);
+    // How far the points of the reference are from its own planes: noise, curved surfaces, and errors within it. What the other visit has beyond that is the error of its poses.
+    let mut own = Residuals::default();
+    for view in &reference.views {
+        own.add(&surfaces, &sample(view, config), &given_pose(view), config);
+    }
     let mut residuals = Residuals::default();
     let views = visit.views.iter().map(|view| {
         let sample = sample(view, config);
@@ -28,7 +33,7 @@ pub(crate) fn align(reference: &Visit, visit: &Visit, config: &AlignmentConfig) 
         moved(view, &map_from_sensor)
     });
     let visit = Visit { views: views.collect() };
-    AlignedVisit { visit, errors: residuals.errors(config) }
+    AlignedVisit { visit, errors: residuals.errors_beyond(own, config) }
 }
 
 /// The planes of a visit.
@@ -65,7 +70,7 @@ fn aligned_pose(
     sample: &[[f32; 3]],
     config: &AlignmentConfig,
 ) -> Isometry {
-    let given = Isometry::translation(view.sensor.x, view.sensor.y, view.sensor.z);
+    let given = given_pose(view);
     let prior = prior_information(config);
     let iteration = GaussNewtonConfig {
         max_iterations: config.max_iterations,
@@ -94,6 +99,11 @@ fn aligned_pose(
     let is_plausible = shift_m <= config.max_deviations * config.translation_m
         && turn_rad <= config.max_deviations * config.rotation_rad;
     if is_plausible { found } else { given }
+}
+
+/// The pose of the sensor of a view, with the axes of the map.
+fn given_pose(view: &SensorView) -> Isometry {
+    Isometry::translation(view.sensor.x, view.sensor.y, view.sensor.z)
 }
 
 /// The information of the given pose, order `[rotation; translation]`.
@@ -136,24 +146,41 @@ impl Residuals {
         }
     }
 
-    fn errors(self, config: &AlignmentConfig) -> RegionalErrors {
-        let of_all = [0, 1].map(|kind| {
-            let all = self.of_regions.values().flat_map(|kinds| &kinds[kind]).copied().collect();
-            deviation(all, config.min_region_points).unwrap_or(0.0)
+    /// What these residuals have beyond those of the reference itself.
+    fn errors_beyond(self, own: Self, config: &AlignmentConfig) -> RegionalErrors {
+        let (all, of_reference) = (self.of_all(config), own.of_all(config));
+        let mut own = own.of_regions;
+        let deviations_m = self.of_regions.into_iter().map(|(region, kinds)| {
+            let found = deviations(kinds, all, config);
+            let expected = deviations(own.remove(&region).unwrap_or_default(), of_reference, config);
+            (region, beyond(found, expected))
         });
-        let worst = |kinds: [Vec<f32>; 2]| {
-            let mut deviations_m = of_all;
-            for (deviation_m, residuals) in deviations_m.iter_mut().zip(kinds) {
-                *deviation_m = deviation(residuals, config.min_region_points).unwrap_or(*deviation_m);
-            }
-            deviations_m.into_iter().fold(0.0, f64::max)
-        };
         RegionalErrors {
             region_m: config.region_m,
-            elsewhere_m: of_all.into_iter().fold(0.0, f64::max),
-            deviations_m: self.of_regions.into_iter().map(|(region, kinds)| (region, worst(kinds))).collect(),
+            deviations_m: deviations_m.collect(),
+            elsewhere_m: beyond(all, of_reference),
         }
     }
+
+    /// Standard deviations over all regions, of level and of upright surfaces.
+    fn of_all(&self, config: &AlignmentConfig) -> [f64; 2] {
+        [0, 1].map(|kind| {
+            let all = self.of_regions.values().flat_map(|kinds| &kinds[kind]).copied().collect();
+            deviation(all, config.min_region_points).unwrap_or(0.0)
+        })
+    }
+}
+
+/// Standard deviations of residuals on level and on upright surfaces; those of all where there are too few.
+fn deviations(kinds: [Vec<f32>; 2], of_all: [f64; 2], config: &AlignmentConfig) -> [f64; 2] {
+    let [level, upright] = kinds.map(|residuals| deviation(residuals, config.min_region_points));
+    [level.unwrap_or(of_all[0]), upright.unwrap_or(of_all[1])]
+}
+
+/// The standard deviation that explains the residuals together with those of the reference itself: of the kind of surfaces for which it is larger.
+fn beyond(found: [f64; 2], expected: [f64; 2]) -> f64 {
+    let of_kind = |kind: usize| (found[kind].powi(2) - expected[kind].powi(2)).max(0.0).sqrt();
+    of_kind(0).max(of_kind(1))
 }
 
 /// Standard deviation of a normal distribution with the median of these distances; none with fewer than this number of them (docs/maths/changes.md, equation 3).

@@ -14,8 +14,10 @@ pub struct ChangesConfig {
     pub same_surface_m: f64,
     /// The largest such distance, metres, however badly the visits are aligned: with more, no object of 0.3 m is seen.
     pub max_same_surface_m: f64,
-    /// Where the surfaces of the visits are not well aligned, surfaces within this number of standard deviations of their distance are the same.
+    /// Where the surfaces of the visits are not well aligned, surfaces within this number of standard deviations of their distance are the same: that of the poses and of the noise.
     pub same_surface_deviations: f64,
+    /// Standard deviation of the range of a LiDAR, metres.
+    pub range_noise_m: f64,
     /// Additional distance for the resolution of the points in the clouds of runs, metres.
     pub resolution_m: f64,
     /// Points farther from the sensor than this are left out, metres, because few rays meet an object there.
@@ -29,6 +31,9 @@ pub struct ChangesConfig {
     /// A ray tells of places within this distance of it, metres. Chosen: less than [`Self::same_surface_m`], so that a ray beside an object that is still there tells nothing of its
     /// points, which have a surface near them.
     pub ray_reach_m: f64,
+    /// The same for the rays of the visit itself, metres: rays past the edge of a thing that stays tell nothing of the points at its edge. Chosen: the width of the beam of a LiDAR at
+    /// 15 m, and the noise.
+    pub own_ray_reach_m: f64,
     /// A ray went through a place if it ended at least this distance behind it, metres.
     pub free_margin_m: f64,
     /// Additional distance as a share of the range, for errors of the heading: 0.6 degrees.
@@ -39,6 +44,10 @@ pub struct ChangesConfig {
     pub min_free_share: f64,
     /// Share of the views of its own visit from which most rays went through the place of a point, from which on it belonged to something that moves, such as a person.
     pub moving_share: f64,
+    /// Side of the cells of which all points without a surface near them have changed or not together, metres. Chosen: less than half of [`Self::ray_reach_m`].
+    pub candidate_cell_m: f64,
+    /// An object was seen from at least this number of views, or from all of a visit with fewer: who walks past is seen at a place once.
+    pub min_views: usize,
     /// A view tells whether an object was there during its own visit if at least this number of its rays met its place.
     pub min_telling_rays: usize,
     /// Largest distance between neighbouring points of an object, metres.
@@ -109,17 +118,21 @@ impl Default for ChangesConfig {
             same_surface_m: 0.08,
             max_same_surface_m: 0.15,
             same_surface_deviations: 3.0,
+            range_noise_m: 0.01,
             resolution_m: 0.01,
             max_range_m: 20.0,
             min_range_m: 0.5,
             cell_rad: [0.007, 0.052],
             density_cell_rad: 0.07,
             ray_reach_m: 0.12,
+            own_ray_reach_m: 0.05,
             free_margin_m: 0.1,
             free_margin_share: 0.01,
             min_free_rays: 2,
             min_free_share: 0.5,
             moving_share: 0.5,
+            candidate_cell_m: 0.05,
+            min_views: 2,
             min_telling_rays: 10,
             gap_m: 0.3,
             min_points: 30,
@@ -191,8 +204,8 @@ pub struct AlignmentConfig {
 impl Default for AlignmentConfig {
     fn default() -> Self {
         Self {
-            reference_step: 2,
-            sample_cell_m: 0.3,
+            reference_step: 3,
+            sample_cell_m: 0.4,
             matching: MatchingConfig {
                 gate_m: 0.15,
                 noise_m: 0.02,
@@ -201,7 +214,7 @@ impl Default for AlignmentConfig {
                 ..MatchingConfig::default()
             },
             initial_width: 2.0,
-            max_iterations: 8,
+            max_iterations: 6,
             min_inliers: 200,
             translation_m: 0.05,
             rotation_rad: 0.01,

@@ -4,13 +4,13 @@ use crate::alignment::align;
 use crate::clusters::clusters;
 use crate::columns::Columns;
 use crate::moves::{is_same_size, moves};
-use crate::penetration::{evidence_of_absence, explains_absence, penetration, was_passing};
+use crate::penetration::{evidence_of_absence, explains_absence, penetration, was_there};
 use crate::ray_image::{Passing, RayImage};
 use crate::surfaces::{SurfaceTolerance, Surfaces};
 use crate::turned::{TurnedThing, find_turned};
 use crate::{ChangesConfig, UprightBox, Visit};
 use geometry::Vector3;
-use points::hash::CellKey;
+use points::hash::{CellKey, CellTable};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What became of an object.
@@ -168,7 +168,7 @@ impl Side {
 
     /// The rays of all views that passed a place closely.
     fn passing(&self, place: &[f32; 3], normal: Option<&[f32; 3]>, config: &ChangesConfig) -> Passing {
-        self.images.iter().map(|image| image.passing(place, normal, config)).fold(
+        self.images.iter().map(|image| image.passing(place, normal, config.ray_reach_m, config)).fold(
             Passing::default(),
             |sum, of_look| Passing {
                 through: sum.through + of_look.through,
@@ -182,7 +182,7 @@ impl Side {
     fn is_moving(&self, place: &[f32; 3], normal: Option<&[f32; 3]>, config: &ChangesConfig) -> bool {
         let (mut free, mut telling) = (0, 0);
         for image in &self.images {
-            let Passing { through, ended } = image.passing(place, normal, config);
+            let Passing { through, ended } = image.passing(place, normal, config.own_ray_reach_m, config);
             free += usize::from(through > ended);
             telling += usize::from(through + ended > 0);
         }
@@ -197,6 +197,45 @@ pub(crate) struct Differing {
     pub(crate) confidence: f64,
 }
 
+/// Points of a visit without a surface of the other one near them.
+#[derive(Default)]
+struct CandidatePoints {
+    /// The other visit looked through their places.
+    changed: Vec<[f32; 3]>,
+    /// The other visit does not say what is in their places, or the visit itself looked through them from most of its views.
+    unknown: Vec<[f32; 3]>,
+}
+
+/// The points of a visit that may have changed. What is known of the first point of a small cell holds for all of it.
+fn candidates(visit: &Side, other: &Side, config: &ChangesConfig) -> CandidatePoints {
+    let (mut cells, mut is_changed) = (CellTable::default(), Vec::new());
+    let mut found = CandidatePoints::default();
+    for point in visit.surfaces.points().iter().filter(|point| !other.surfaces.is_near(point)) {
+        let cell = CellKey::of_point(point, 1.0 / config.candidate_cell_m as f32);
+        let (place, is_new) = cells.get_or_insert(cell, is_changed.len() as u32);
+        if is_new {
+            is_changed.push(has_changed(point, visit, other, config));
+        }
+        if is_changed[place as usize] { &mut found.changed } else { &mut found.unknown }.push(*point);
+    }
+    found
+}
+
+/// Whether the other visit looked through the place of a point, and the visit itself did not from most of its views.
+fn has_changed(point: &[f32; 3], visit: &Side, other: &Side, config: &ChangesConfig) -> bool {
+    let normal = visit.surfaces.normal(point, config.min_normal_points);
+    let passing = other.passing(point, normal.as_ref(), config);
+    let is_free = passing.through >= config.min_free_rays
+        && passing.through as f64 >= config.min_free_share * (passing.through + passing.ended) as f64;
+    is_free && !visit.is_moving(point, normal.as_ref(), config)
+}
+
+/// The candidates near an object.
+struct Around {
+    changed: Columns,
+    unknown: Columns,
+}
+
 /// What a visit has that the other one does not have.
 #[derive(Default)]
 struct Differences {
@@ -207,23 +246,10 @@ struct Differences {
 
 /// The differences of a visit from the other one.
 fn differing(visit: &Side, other: &Side, config: &ChangesConfig) -> Differences {
-    let mut changed: Vec<[f32; 3]> = Vec::new();
-    let mut unknown: Vec<[f32; 3]> = Vec::new();
-    for point in visit.surfaces.points().iter().filter(|point| !other.surfaces.is_near(point)) {
-        let normal = visit.surfaces.normal(point, config.min_normal_points);
-        let passing = other.passing(point, normal.as_ref(), config);
-        let is_free = passing.through >= config.min_free_rays
-            && passing.through as f64 >= config.min_free_share * (passing.through + passing.ended) as f64;
-        if is_free {
-            if visit.is_moving(point, normal.as_ref(), config) { &mut unknown } else { &mut changed }
-                .push(*point);
-        } else {
-            unknown.push(*point);
-        }
-    }
+    let CandidatePoints { changed, unknown } = candidates(visit, other, config);
     let mut groups = clusters(&changed, config.gap_m as f32);
     groups.sort_by_key(|group| std::cmp::Reverse(group.len()));
-    let (unknown, of_changed) = (Columns::new(unknown), Columns::new(changed.iter().copied()));
+    let around = Around { changed: Columns::new(changed.iter().copied()), unknown: Columns::new(unknown) };
     let mut found = Differences::default();
     for group in groups.iter().take_while(|group| group.len() >= config.min_points) {
         // A part of an object that was grown to it already.
@@ -233,7 +259,7 @@ fn differing(visit: &Side, other: &Side, config: &ChangesConfig) -> Differences 
         };
         if 2 * group.iter().filter(|place| is_part(place)).count() <= group.len() {
             let core: Vec<[f32; 3]> = group.iter().map(|place| changed[*place]).collect();
-            match object(&core, &of_changed, &unknown, [visit, other], config) {
+            match object(&core, &around, [visit, other], config) {
                 Some(Group::Object(object)) => found.objects.push(object),
                 Some(Group::Part) => found.parts.push(core),
                 None => {}
@@ -251,15 +277,9 @@ enum Group {
     Part,
 }
 
-/// The object of a group of changed points; none if it is too small, moved during its visit, or if the rays of the other visit do not say that it was not there.
-fn object(
-    core: &[[f32; 3]],
-    changed: &Columns,
-    unknown: &Columns,
-    sides: [&Side; 2],
-    config: &ChangesConfig,
-) -> Option<Group> {
-    let (points, place) = grown(core, changed, unknown, sides, config)?;
+/// The object of a group of changed points; none if it is too small, was not there all the time of its visit, or if the rays of the other visit do not say that it was not there.
+fn object(core: &[[f32; 3]], around: &Around, sides: [&Side; 2], config: &ChangesConfig) -> Option<Group> {
+    let (points, place) = grown(core, around, sides, config)?;
     let mut sorted = place.size_m;
     sorted.sort_by(f64::total_cmp);
     if sorted[1] < config.min_size_m || points.len() < config.min_points {
@@ -275,15 +295,14 @@ fn object(
     let evidence = evidence_of_absence(own.iter().sum(), met.iter().sum(), config);
     let is_gone = evidence >= config.min_evidence && explains_absence(met.iter().sum(), config);
     let confidence = 1.0 / (1.0 + (-evidence).exp());
-    (is_gone && !was_passing(&own, config)).then_some(Group::Object(Differing { place, points, confidence }))
+    (is_gone && was_there(&own, config)).then_some(Group::Object(Differing { place, points, confidence }))
 }
 
-/// The points of an object and its box: the group, points of unknown places near its box, and all that differs above and below it, again and again, without those of the ground. None
-/// without points.
+/// The points of an object and its box: the group, points of unknown places near its box, and all that differs above and below it, again and again, without those
+/// of the ground. None without points.
 fn grown(
     core: &[[f32; 3]],
-    changed: &Columns,
-    unknown: &Columns,
+    around: &Around,
     sides: [&Side; 2],
     config: &ChangesConfig,
 ) -> Option<(Vec<[f32; 3]>, UprightBox)> {
@@ -303,8 +322,8 @@ fn grown(
         let is_other = |point: &&[f32; 3]| !of_core.contains(&bits(point));
         let next: Vec<[f32; 3]> = core
             .iter()
-            .chain(changed.around(&place, config.same_surface_m).filter(is_other).filter(is_stacked))
-            .chain(unknown.around(&place, config.grow_m).filter(is_near))
+            .chain(around.changed.around(&place, config.same_surface_m).filter(is_other).filter(is_stacked))
+            .chain(around.unknown.around(&place, config.grow_m).filter(is_near))
             .filter(is_above)
             .copied()
             .collect();
@@ -317,11 +336,15 @@ fn grown(
     Some((points, place))
 }
 
-/// Share of the points in a box, above its lower end, that have a surface of the other visit near them: a thing is gone as a whole. Linear in the points around.
+/// Share of the points in a box that have a surface of the other visit near them, without those so low that the ground is near them: a thing is gone as a whole. Linear in the points
+/// around.
 fn same_share(place: &UprightBox, [visit, other]: [&Side; 2], config: &ChangesConfig) -> f64 {
+    let middle: [f32; 3] = place.centre_m.map(|at| at as f32).into();
+    let noise_m = config.same_surface_deviations * config.range_noise_m;
+    let above_m = place.bottom_m() + f64::from(other.surfaces.tolerance_m(&middle)) + noise_m;
     let is_inside = |point: &&[f32; 3]| {
         let at = Vector3::from(point.map(f64::from));
-        at.z > place.bottom_m() + config.same_surface_m && place.holds(&at, 0.0)
+        at.z > above_m && place.holds(&at, 0.0)
     };
     let (mut inside, mut same) = (0_usize, 0_usize);
     for point in visit.columns.around(place, 0.0).filter(is_inside) {
@@ -331,7 +354,8 @@ fn same_share(place: &UprightBox, [visit, other]: [&Side; 2], config: &ChangesCo
     same as f64 / inside.max(1) as f64
 }
 
-/// Height of the level surface below a box, metres: the most common one of the points round it, down to a distance below its lower end. Linear in the points of both visits around.
+/// Height of the level surface below a box, metres, down to a distance below its lower end: the most common height of what the other visit saw in its place, or else of what both saw
+/// around it. Linear in the points of both visits around.
 pub(crate) fn ground_below(
     place: &UprightBox,
     down_to_m: f64,
@@ -339,17 +363,28 @@ pub(crate) fn ground_below(
     config: &ChangesConfig,
 ) -> Option<f64> {
     let bottom_m = place.bottom_m();
-    let (lowest_m, highest_m) = (bottom_m - down_to_m, bottom_m + config.ground_bin_m);
-    // The footprint at all heights: what stands there is no ground.
+    let heights_m = bottom_m - down_to_m..=bottom_m + config.ground_bin_m;
+    // The footprint at all heights.
     let column = UprightBox { size_m: [place.size_m[0], place.size_m[1], f64::INFINITY], ..*place };
+    let at = |point: &[f32; 3]| Vector3::from(point.map(f64::from));
+    let under = sides[1].columns.around(place, 0.0).map(at).filter(|at| column.holds(at, 0.0));
+    let around = sides.into_iter().flat_map(|side| side.columns.around(place, config.ground_reach_m)).map(at);
+    // What stands in the footprint is no ground around it.
+    let around =
+        around.filter(|at| column.holds(at, config.ground_reach_m) && !column.holds(at, config.grow_m));
+    most_common_height(under, &heights_m, config).or_else(|| most_common_height(around, &heights_m, config))
+}
+
+/// The most common height of points within a range, metres; none of too few points.
+fn most_common_height(
+    points: impl Iterator<Item = Vector3>,
+    heights_m: &std::ops::RangeInclusive<f64>,
+    config: &ChangesConfig,
+) -> Option<f64> {
     let mut bins: BTreeMap<i64, (usize, f64)> = BTreeMap::new();
-    for point in sides.into_iter().flat_map(|side| side.columns.around(place, config.ground_reach_m)) {
-        let at = Vector3::from(point.map(f64::from));
-        let is_around = column.holds(&at, config.ground_reach_m) && !column.holds(&at, config.grow_m);
-        if (lowest_m..=highest_m).contains(&at.z) && is_around {
-            let bin = bins.entry((at.z / config.ground_bin_m).floor() as i64).or_default();
-            *bin = (bin.0 + 1, bin.1 + at.z);
-        }
+    for at in points.filter(|at| heights_m.contains(&at.z)) {
+        let bin = bins.entry((at.z / config.ground_bin_m).floor() as i64).or_default();
+        *bin = (bin.0 + 1, bin.1 + at.z);
     }
     let (count, sum) = bins.into_values().max_by_key(|(count, _)| *count)?;
     (count >= config.min_ground_points).then(|| sum / count as f64)

@@ -86,3 +86,29 @@ fn nothing_is_named_between_the_rays_of_a_sparse_sensor_that_stands() {
         }
     }
 }
+
+#[test]
+fn an_object_on_a_platform_stands_on_the_platform() {
+    let platform = at(1.0, 1.0, [2.4, 2.0, 0.3], 0.2);
+    let mut put = at(1.0, 1.0, [0.6, 0.5, 0.5], 0.5);
+    put.centre_m.z += 0.3;
+    let (before, after) = (visit(&[platform], 5.0), visit(&[platform, put], 5.0));
+    let found = detect_changes(&before, &after, &ChangesConfig::default()).objects;
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(is_at(&found[0].place, &put), "{:?}", found[0].place);
+}
+
+#[test]
+fn a_thing_that_was_turned_where_it_stands_is_one_that_was_moved() {
+    let (from, to) = (at(0.5, 0.5, [1.0, 0.7, 0.9], 0.2), at(0.5, 0.5, [1.0, 0.7, 0.9], 0.8));
+    let (before, after) = (visit(&[from], 5.0), visit(&[to], 5.0));
+    let found = detect_changes(&before, &after, &ChangesConfig::default()).objects;
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(
+        is_at(&found[0].place, &to) && (found[0].place.yaw_rad - 0.8).abs() < 0.1,
+        "{:?}",
+        found[0].place
+    );
+    let was = if let Change::Moved { from } = &found[0].change { Some(from) } else { None };
+    assert!(was.is_some_and(|was| is_at(was, &from) && (was.yaw_rad - 0.2).abs() < 0.1), "{was:?}");
+}

@@ -62,16 +62,18 @@ fn penetration_of_view(tested: &UprightBox, image: &RayImage, config: &ChangesCo
     counted
 }
 
-/// Whether an object was there for a part of its own visit only, such as a person who walked past: from most of the views that tell of its place, nearly all rays went through it. Of
-/// a rack or a tripod, some rays of each view end at it.
-pub(crate) fn was_passing(own: &[Penetration], config: &ChangesConfig) -> bool {
-    let telling = own.iter().filter(|view| view.through + view.ended >= config.min_telling_rays);
-    let (mut views, mut empty) = (0_usize, 0_usize);
-    for Penetration { through, ended } in telling {
-        views += 1;
-        empty += usize::from(*ended as f64 <= config.stray_share * (through + ended) as f64);
+/// Whether an object was there during all of its own visit. A person who walks past was not: from most of the views that tell of that place, nearly all rays went through it, or only
+/// one view saw it at all. Of a rack or a tripod, some rays of each view end at it.
+pub(crate) fn was_there(own: &[Penetration], config: &ChangesConfig) -> bool {
+    let (mut telling, mut empty) = (0_usize, 0_usize);
+    for Penetration { through, ended } in own {
+        if through + ended >= config.min_telling_rays {
+            telling += 1;
+            empty += usize::from(*ended as f64 <= config.stray_share * (through + ended) as f64);
+        }
     }
-    empty as f64 > config.moving_share * views as f64
+    let seeing = own.iter().filter(|view| view.ended >= config.min_free_rays).count();
+    empty as f64 <= config.moving_share * telling as f64 && seeing >= config.min_views.min(own.len())
 }
 
 /// The part of a box that a ray meets even if the poses are a little wrong. A ray that passes beside an object tells nothing of it, so that a strip between two rays of a sparse
@@ -110,4 +112,35 @@ pub(crate) fn explains_absence(other: Penetration, config: &ChangesConfig) -> bo
         term *= mean / (count + 1) as f64;
     }
     1.0 - fewer >= config.min_chance
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_walks_past_was_not_there_and_what_some_rays_go_through_was() {
+        let config = ChangesConfig::default();
+        let view = |through: usize, ended: usize| Penetration { through, ended };
+        assert!(was_there(&[view(0, 40), view(2, 30), view(0, 0)], &config), "a box");
+        assert!(was_there(&[view(30, 10), view(40, 9), view(25, 8)], &config), "a rack");
+        assert!(!was_there(&[view(0, 80), view(60, 0), view(50, 1), view(20, 0)], &config), "a person");
+        assert!(!was_there(&[view(0, 80), view(0, 0), view(0, 0)], &config), "seen from one view only");
+        assert!(was_there(&[view(0, 80)], &config), "a visit of one view");
+    }
+
+    #[test]
+    fn a_ray_beside_a_thin_object_tells_nothing_of_it() {
+        let config = ChangesConfig::default();
+        let post =
+            UprightBox { centre_m: Vector3::new(5.0, 0.0, 0.5), size_m: [0.1, 0.1, 1.0], yaw_rad: 0.0 };
+        let through = |y: f32| {
+            let view =
+                crate::SensorView { sensor: Vector3::new(0.0, 0.0, 0.5), points: vec![[10.0, y, 0.5]] };
+            penetration(&post, &[RayImage::new(&view, &config)], &config)[0]
+        };
+        assert_eq!(through(0.0), Penetration { through: 1, ended: 0 });
+        assert_eq!(through(0.08), Penetration::default(), "at its edge");
+        assert_eq!(through(0.2), Penetration::default(), "beside it");
+    }
 }

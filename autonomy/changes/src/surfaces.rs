@@ -13,6 +13,7 @@ pub(crate) struct SurfaceTolerance {
     /// Largest distance, metres.
     largest_m: f32,
     resolution_m: f64,
+    noise_m: f64,
     deviations: f64,
     errors: Option<RegionalErrors>,
 }
@@ -21,7 +22,14 @@ impl SurfaceTolerance {
     /// One distance everywhere, metres.
     #[cfg(test)]
     fn uniform(distance_m: f32) -> Self {
-        Self { least_m: distance_m, largest_m: distance_m, resolution_m: 0.0, deviations: 0.0, errors: None }
+        Self {
+            least_m: distance_m,
+            largest_m: distance_m,
+            resolution_m: 0.0,
+            noise_m: 0.0,
+            deviations: 0.0,
+            errors: None,
+        }
     }
 
     /// The distances for visits that are this far from each other.
@@ -30,6 +38,7 @@ impl SurfaceTolerance {
             least_m: config.same_surface_m as f32,
             largest_m: config.max_same_surface_m as f32,
             resolution_m: config.resolution_m,
+            noise_m: config.range_noise_m,
             deviations: config.same_surface_deviations,
             errors: None,
         };
@@ -39,6 +48,7 @@ impl SurfaceTolerance {
     }
 
     fn of_deviation(&self, deviation_m: f64) -> f32 {
+        let deviation_m = deviation_m.hypot(self.noise_m);
         ((self.deviations * deviation_m + self.resolution_m) as f32).clamp(self.least_m, self.largest_m)
     }
 
@@ -94,6 +104,11 @@ impl Surfaces {
                 let cell = CellKey::new(std::array::from_fn(|axis| middle[axis] + offset[axis]));
                 self.of_cell(cell).iter().any(|point| squared_distance(point, place) <= square)
             })
+    }
+
+    /// Within which distance surfaces at a place are the same, metres.
+    pub(crate) fn tolerance_m(&self, place: &[f32; 3]) -> f32 {
+        self.tolerance.at(place)
     }
 
     fn cell_of(&self, place: &[f32; 3]) -> [i64; 3] {

@@ -7,6 +7,7 @@ use super::visit_score::{VisitScore, score_visit};
 use anyhow::{Context, Result};
 use benches::mapped_site::MappedSite;
 use benches::stack_walk::{StackWalk, StepKind, WalkPlan};
+use benches::thread_ms;
 use changes::{ChangesConfig, SensorView, Visit, detect_changes};
 use geometry::{Isometry, Vector3, isometry_from_pose};
 use messages::{CorrectedScan, LocalisationState, Publication, StackEffect};
@@ -14,7 +15,6 @@ use nalgebra::Point3;
 use sim::{LooseObjectsConfig, SimulatedSite, SiteName};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Instant;
 use vocab::{Pose, Span};
 
 /// Distance between two clouds of a visit, metres, as missions keep them.
@@ -74,9 +74,9 @@ fn visit_site(name: SiteName, plan: &Plan, score: &mut VisitScore) -> Result<()>
         site = Arc::new(site.with_changes(&truth));
         let after = kept_visit(&site, &mut mapped, plan, seed)?;
         if let Some(before) = &before {
-            let begun = Instant::now();
+            let begun_ms = thread_ms();
             let found = detect_changes(before, &after, &ChangesConfig::default());
-            let seconds = begun.elapsed().as_secs_f64();
+            let seconds = (thread_ms() - begun_ms) / 1e3;
             let mut notes = Vec::new();
             let of_visit = score_visit(&found.objects, &truth, [before, &after], |note| notes.push(note));
             let (clouds, points) = (after.views.len().to_string(), after.len().to_string());

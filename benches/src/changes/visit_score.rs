@@ -130,10 +130,12 @@ pub fn score_visit(
         }
         if !is_found {
             let at = place(object);
+            let to = ends(change).last().map(|end| format!(" to {:.2?}", place(end).centre_m.as_slice()));
             explain(format!(
-                "not found: {} at {:.2?}, {:.2?}, {seen} points",
+                "not found: {} at {:.2?}{}, {:.2?}, {seen} points",
                 name(change),
                 at.centre_m.as_slice(),
+                to.filter(|_| matches!(change, ObjectChange::Moved { .. })).unwrap_or_default(),
                 at.size_m
             ));
         }
