@@ -142,6 +142,7 @@ const OURS: &[(&str, &[&str])] = &[
 /// Further crates that the tests of a crate may depend on.
 const OURS_IN_TESTS: &[(&str, &[&str])] = &[
     ("autoinspect", &["client_model", "map_codec"]),
+    ("changes", &["sim"]),
     ("factors", &["formats"]),
     ("lockstep", &["geometry", "mapping", "points"]),
     ("mapping", &["messages", "odometry", "sim"]),

@@ -27,6 +27,8 @@ mod ray_image;
 mod recurrence;
 #[cfg(test)]
 mod room;
+#[cfg(test)]
+mod site_tests;
 mod surfaces;
 mod turned;
 mod upright_box;
