@@ -33,6 +33,8 @@ const PERSON_HEIGHT_M: f64 = 1.75;
 /// Distance of people from the route and least distance from the sensor, metres.
 const PERSON_BESIDE_M: f64 = 0.9;
 const PERSON_CLEAR_M: f64 = 0.6;
+/// Distance of people from loose objects, metres, as on the simulated sites.
+const PERSON_FROM_OBJECT_M: f64 = 0.25;
 
 /// What a walk along the whole round sees.
 ///
@@ -54,6 +56,7 @@ pub fn cast_visit(site: &SimulatedSite, columns: u32, people: u32, seed: u64) ->
             .iter()
             .map(|walker| walker.feet(&route, number))
             .filter(|feet| (feet - at).xy().norm() > PERSON_RADIUS_M + PERSON_CLEAR_M)
+            .filter(|feet| !stands_in_object(site, feet))
             .collect();
         visit.views.push(cast_view(site, &at, &feet, columns, &mut rng));
     }
@@ -105,6 +108,14 @@ fn person_range_m(at: &Vector3, along: &Vector3, feet: &Vector3) -> f64 {
     let range_m = (-half_b - discriminant.sqrt()) / a;
     let height_m = at.z + along.z * range_m - feet.z;
     if range_m > 0.0 && (0.0..=PERSON_HEIGHT_M).contains(&height_m) { range_m } else { f64::INFINITY }
+}
+
+/// Whether a person would stand in a loose object or touch it.
+fn stands_in_object(site: &SimulatedSite, feet: &Vector3) -> bool {
+    site.loose_objects().iter().any(|object| {
+        let reach_m = object.size_m[0].hypot(object.size_m[1]) / 2.0 + PERSON_RADIUS_M + PERSON_FROM_OBJECT_M;
+        (object.foot - feet).xy().norm() < reach_m
+    })
 }
 
 /// A person who walks along the round.

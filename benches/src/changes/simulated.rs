@@ -234,3 +234,27 @@ fn in_frame(mut visit: Visit, frame_from_visit: &Isometry) -> Visit {
     }
     visit
 }
+
+#[cfg(test)]
+mod nightly {
+    use super::*;
+
+    #[test]
+    fn a_few_changes_at_b1_are_found_and_nothing_else_is() {
+        let plan = Plan {
+            sites: vec![SiteName::B1],
+            visits: 2,
+            changes: 3,
+            seed: 1,
+            columns: 400,
+            people: 2,
+            walk_s: 0.0,
+            explain: true,
+            cast: true,
+            cache: None,
+        };
+        let score = run(&plan).expect("b1 has a round");
+        assert!(score.large > 0 && score.large_found == score.large, "{score:?}");
+        assert_eq!(score.wrong, 0, "{score:?}");
+    }
+}
