@@ -17,7 +17,7 @@ pub(crate) struct AlignedVisit {
 }
 
 /// Aligns the views of a visit, one by one, with the surfaces of a reference. Directions in which a view does not say where it is stay where they are. A view without enough
-/// surfaces in the reference stays too. Linear in the points (docs/maths/changes.md, equations 1 to 3).
+/// surfaces in the reference stays too. Linear in the points (docs/maths/changes.md, equation 5).
 pub(crate) fn align(reference: &Visit, visit: &Visit, config: &AlignmentConfig) -> AlignedVisit {
     let surfaces = surfaces(reference, config);
     // How far the points of the reference are from its own planes: noise, curved surfaces, and errors within it. What the other visit has beyond that is the error of its poses.
@@ -146,7 +146,7 @@ impl Residuals {
         }
     }
 
-    /// What these residuals have beyond those of the reference itself.
+    /// What these residuals have beyond those of the reference itself (docs/maths/changes.md, equation 6).
     fn errors_beyond(self, own: Self, config: &AlignmentConfig) -> RegionalErrors {
         let (all, of_reference) = (self.of_all(config), own.of_all(config));
         let mut own = own.of_regions;
@@ -183,7 +183,7 @@ fn beyond(found: [f64; 2], expected: [f64; 2]) -> f64 {
     of_kind(0).max(of_kind(1))
 }
 
-/// Standard deviation of a normal distribution with the median of these distances; none with fewer than this number of them (docs/maths/changes.md, equation 3).
+/// Standard deviation of a normal distribution with the median of these distances; none with fewer than this number of them.
 fn deviation(mut distances_m: Vec<f32>, min_points: usize) -> Option<f64> {
     distances_m.sort_by(f32::total_cmp);
     let median = distances_m.get(distances_m.len() / 2).filter(|_| distances_m.len() >= min_points)?;

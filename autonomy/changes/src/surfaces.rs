@@ -52,7 +52,7 @@ impl SurfaceTolerance {
         ((self.deviations * deviation_m + self.resolution_m) as f32).clamp(self.least_m, self.largest_m)
     }
 
-    /// The distance at a place, metres (docs/maths/changes.md, equation 4).
+    /// The distance at a place, metres (docs/maths/changes.md, equation 7).
     fn at(&self, place: &[f32; 3]) -> f32 {
         self.errors.as_ref().map_or(self.least_m, |errors| self.of_deviation(errors.deviation_m(place)))
     }
