@@ -27,6 +27,7 @@ mod ray_image;
 mod recurrence;
 #[cfg(test)]
 mod room;
+mod side;
 #[cfg(test)]
 mod site_tests;
 mod surfaces;

@@ -1,8 +1,8 @@
 //! Things that were turned where they stand, or moved by less than their size: most of their surface is where a surface was before, so that only parts of them differ.
 
 use crate::clusters::clusters;
-use crate::detect::{Side, ground_below};
 use crate::moves::is_same_size;
+use crate::side::{Side, ground_below};
 use crate::{ChangesConfig, UprightBox};
 use geometry::Vector3;
 use std::f64::consts::{FRAC_PI_2, PI};
