@@ -11,4 +11,5 @@ mod browser;
 mod circles;
 mod dependency_direction;
 mod glossary;
+mod parameters;
 mod support;

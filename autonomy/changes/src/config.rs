@@ -20,29 +20,36 @@ pub struct ChangesConfig {
     pub range_noise_m: f64,
     /// Additional distance for the resolution of the points in the clouds of runs, metres.
     pub resolution_m: f64,
-    /// Points farther from the sensor than this are left out, metres, because few rays meet an object there.
+    /// Points farther from the sensor than this are left out, metres, because few rays meet an object there. Chosen as a round number: with 15 m the first three seeds of
+    /// docs/benchmarks/changes.md gave the same result.
     pub max_range_m: f64,
-    /// Points nearer to the sensor than this are left out, metres: the robot itself.
+    /// Points nearer to the sensor than this are left out, metres: the robot itself. Chosen: about half the length of a legged robot.
     pub min_range_m: f64,
-    /// Limits of the side of a cell of the image of a view, radians: an image of a dense sensor stays small, and the cells of a sparse one tell places apart.
+    /// Limits of the side of a cell of the image of a view, radians: an image of a dense sensor stays small, and the cells of a sparse one tell places apart. Chosen: 0.4
+    /// degrees keeps an image below 900 x 450 cells; 3 degrees are 0.5 m at a range of 10 m.
     pub cell_rad: [f64; 2],
-    /// Side of the cells in which the density of the rays of a view is measured, radians.
+    /// Side of the cells in which the density of the rays of a view is measured, radians. Chosen: 4 degrees, more than the largest cell of an image, so that a cell in
+    /// which there are rays has several.
     pub density_cell_rad: f64,
-    /// A ray tells of places within this distance of it, metres. Chosen: less than [`Self::same_surface_m`], so that a ray beside an object that is still there tells nothing of its
-    /// points, which have a surface near them.
+    /// A ray tells of places within this distance of it, metres. Chosen while [`Self::same_surface_m`] was 0.15 m, and below it: a ray beside an object that is still
+    /// there then tells nothing of its points, which have a surface near them. With 0.08 and 0.2 m the first three seeds of docs/benchmarks/changes.md gave the same
+    /// result.
     pub ray_reach_m: f64,
     /// The same for the rays of the visit itself, metres: rays past the edge of a thing that stays tell nothing of the points at its edge. Chosen: the width of the beam of a LiDAR at
     /// 15 m, and the noise.
     pub own_ray_reach_m: f64,
-    /// A ray went through a place if it ended at least this distance behind it, metres.
+    /// A ray went through a place if it ended at least this distance behind it, metres. Chosen: a pose error of 2 cm and the noise of the range are far below it. With
+    /// 0.05 and 0.2 m the first three seeds of docs/benchmarks/changes.md gave the same result.
     pub free_margin_m: f64,
-    /// Additional distance as a share of the range, for errors of the heading: 0.6 degrees.
+    /// Additional distance as a share of the range, for errors of the heading: 0.6 degrees. Chosen: an error of the heading moves a place by that angle times the range.
     pub free_margin_share: f64,
-    /// Rays that have to have gone through a place. One may be a stray one.
+    /// Rays that have to have gone through a place. One may be a stray one. With 4 the first three seeds of docs/benchmarks/changes.md gave the same result.
     pub min_free_rays: usize,
-    /// Share of the rays that passed a place or ended there that have to have gone through it.
+    /// Share of the rays that passed a place or ended there that have to have gone through it. Chosen: the majority decides. With less, errors of poses make edges
+    /// appear; with more, thin things that are gone are missed.
     pub min_free_share: f64,
     /// Share of the views of its own visit from which most rays went through the place of a point, from which on it belonged to something that moves, such as a person.
+    /// Chosen: the majority of the views decides. With 0.3 the first three seeds of docs/benchmarks/changes.md gave the same result.
     pub moving_share: f64,
     /// Side of the cells of which all points without a surface near them have changed or not together, metres. Chosen: less than half of [`Self::ray_reach_m`].
     pub candidate_cell_m: f64,
@@ -50,46 +57,60 @@ pub struct ChangesConfig {
     pub min_views: usize,
     /// A view tells whether an object was there during its own visit if at least this number of its rays met its place.
     pub min_telling_rays: usize,
-    /// Largest distance between neighbouring points of an object, metres.
+    /// Largest distance between neighbouring points of an object, metres. Chosen: smaller parts of one thing are joined, and things half a metre apart are not. With 0.2
+    /// and 0.4 m the first three seeds of docs/benchmarks/changes.md gave the same result.
     pub gap_m: f64,
     /// An object has at least this number of changed points, and of points above the ground. A ray past an edge makes single ones.
     pub min_points: usize,
-    /// An object is at least this large along its second longest side, metres.
+    /// An object is at least this large along its second longest side, metres. Chosen: less than the smallest thing that is to be found, a cube of 0.15 m, and more than
+    /// [`Self::same_surface_m`].
     pub min_size_m: f64,
     /// A ray tells of an object only if it meets its box at least this far from its edges, metres. Chosen: one and a half standard deviations of a pose error of 2 cm.
     pub edge_margin_m: f64,
-    /// Share of rays that end in a place where nothing is, or go through what is solid: noise, and edges of the box.
+    /// Share of rays that end in a place where nothing is, or go through what is solid: noise, and edges of the box. Chosen as a round number: with 0.1 the first three seeds of
+    /// docs/benchmarks/changes.md gave the same result.
     pub stray_share: f64,
-    /// Logarithm of how much likelier it must be that an object was not there than that it was. Chosen: 10,000 times, because a visit has thousands of places.
+    /// Logarithm of how much likelier it must be that an object was not there than that it was. Chosen: 10,000 times, because a visit has thousands of places. With 20
+    /// the first three seeds of docs/benchmarks/changes.md gave the same result.
     pub min_evidence: f64,
-    /// Share of rays that end by chance in a place where nothing is, such as people who pass, and edges.
+    /// Share of rays that end by chance in a place where nothing is, such as people who pass, and edges. Chosen as a round number, below [`Self::stray_share`]: with 0.05
+    /// the first three seeds of docs/benchmarks/changes.md gave the same result.
     pub chance_share: f64,
-    /// An object is not gone if as many rays ended in its place as they do by chance with less than this probability.
+    /// An object is not gone if as many rays ended in its place as they do by chance with less than this probability. Chosen: the usual level of 1 % of a test. A higher
+    /// one calls objects unchanged that are gone.
     pub min_chance: f64,
-    /// An object is gone as a whole: share of its points that may have a surface of the other visit near them, such as a wall behind it.
+    /// An object is gone as a whole: share of its points that may have a surface of the other visit near them, such as a wall behind it. Source: docs/maths/changes.md:
+    /// of the boxes of the benchmark it was below 4 %, of parts of a truss mostly 10 to 80 %. With 0.08 and 0.3 the first three seeds of docs/benchmarks/changes.md gave
+    /// the same result.
     pub max_same_share: f64,
-    /// Points of unknown places within this distance of an object belong to it, metres: parts of it that the other visit saw beside its neighbours only.
+    /// Points of unknown places within this distance of an object belong to it, metres: parts of it that the other visit saw beside its neighbours only. Chosen: as
+    /// [`Self::gap_m`].
     pub grow_m: f64,
-    /// The same above and below it, metres: the rings of a LiDAR leave gaps between the parts of a thing that stands.
+    /// The same above and below it, metres: the rings of a LiDAR leave gaps between the parts of a thing that stands. Chosen: rings 5 degrees apart are 0.6 m apart at 7
+    /// m. With 0.3 m the first three seeds of docs/benchmarks/changes.md gave the same result.
     pub grow_up_m: f64,
-    /// Times that an object is grown by the points of unknown places around it.
+    /// Times that an object is grown by the points of unknown places around it. Chosen: it bounds the time, and an object cannot grow along a chain of unknown points.
     pub grow_rounds: usize,
-    /// Points less than this above the ground are not of an object, metres: the noise of a LiDAR, and floors that are not quite level.
+    /// Points less than this above the ground are not of an object, metres: the noise of a LiDAR, and floors that are not quite level. Chosen: as
+    /// [`Self::same_surface_m`]. With 0.12 m the first three seeds of docs/benchmarks/changes.md gave the same result.
     pub ground_clearance_m: f64,
     /// The lower end of an object that is nearer to the ground than this stands on it, metres: points nearer to the ground than [`Self::same_surface_m`] count as ground, and
-    /// rays at a slant do not go through places just above it.
+    /// rays at a slant do not go through places just above it. Chosen as a round number: with more, things on low shelves count as standing on the floor.
     pub stands_within_m: f64,
-    /// The ground of an object is the most common height of the points within this distance of its sides, metres.
+    /// The ground of an object is the most common height of the points within this distance of its sides, metres. Chosen as a round number: with less, no ring of a
+    /// sparse LiDAR may be on the floor there; with more, other levels are counted.
     pub ground_reach_m: f64,
-    /// The ground is looked for down to this distance below an object whose lower part may not have been seen, metres.
+    /// The ground is looked for down to this distance below an object whose lower part may not have been seen, metres. Chosen: the height of a thing of which only the
+    /// upper part was seen, less than a storey.
     pub ground_depth_m: f64,
-    /// Heights are counted in bins of this size, metres.
+    /// Heights are counted in bins of this size, metres. Chosen: more than the noise of a LiDAR, and less than a step.
     pub ground_bin_m: f64,
-    /// A height with fewer points is no ground.
+    /// A height with fewer points is no ground. Chosen: a ring of a LiDAR on the floor has more, and stray points are fewer.
     pub min_ground_points: usize,
     /// How boxes are fitted.
     pub box_fit: BoxFitConfig,
-    /// Two objects may be one that was moved if each side differs at most by this share, or by [`Self::same_size_m`].
+    /// Two objects may be one that was moved if each side differs at most by this share, or by [`Self::same_size_m`]. Source: docs/benchmarks/changes.md; 0.2 changed
+    /// nothing for the first seeds, and the value was set after the others were looked at.
     pub same_size_share: f64,
     /// See [`Self::same_size_share`], metres. Chosen: a side is seen by points that are some centimetres from each other.
     pub same_size_m: f64,
@@ -105,7 +126,8 @@ pub struct ChangesConfig {
     pub min_shift_m: f64,
     /// Its confidence: rays tell of the parts that differ, but not whether they are of one thing.
     pub turned_confidence: f64,
-    /// Side of the cells of which the cloud of what has not changed has one point each, metres: enough for people to see where they are.
+    /// Side of the cells of which the cloud of what has not changed has one point each, metres: enough for people to see where they are. Chosen: smaller cells make the
+    /// file larger, and larger ones hide the shape of furniture.
     pub unchanged_cell_m: f64,
     /// Points that a normal of a surface needs around it. Chosen: twice the three that a plane needs.
     pub min_normal_points: f64,
@@ -229,18 +251,20 @@ impl Default for AlignmentConfig {
 }
 
 /// Parameters of [`crate::UprightBox::around`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoxFitConfig {
-    /// A point within this distance of a side of a box is on it, metres: the noise of a LiDAR.
+    /// A point within this distance of a side of a box is on it, metres: the noise of a LiDAR. Chosen: two standard deviations of 1 cm.
     pub on_side_m: f64,
-    /// Share of the points at each end of an axis that a box leaves out, because noise reaches beyond the sides.
+    /// Share of the points at each end of an axis that a box leaves out, because noise reaches beyond the sides. Chosen as a round number: more cuts into the sides, less
+    /// lets single stray points move them.
     pub trimmed_share: f64,
-    /// The same for heights: less, because a LiDAR sees few points of the upper end of a thing.
+    /// The same for heights: less, because a LiDAR sees few points of the upper end of a thing. Source: set after seeds 11 to 30 of docs/benchmarks/changes.md were
+    /// looked at.
     pub trimmed_height_share: f64,
-    /// Points that the fit of a box uses at most; more do not make it better.
+    /// Points that the fit of a box uses at most; more do not make it better. Chosen: the time of the fit is this number times [`Self::headings`].
     pub max_fit_points: usize,
-    /// Headings that are tried over a quarter turn, after which the sides of a box look the same: one degree each. Finer ones are below the noise of the points.
+    /// Headings that are tried over a quarter turn, after which the sides of a box look the same: one degree each. Finer ones are below the noise of the points. Chosen:
+    /// the time of the fit is in proportion to it.
     pub headings: usize,
 }
 

@@ -59,7 +59,7 @@ pub fn detect_changes(before: &Visit, after: &Visit, config: &ChangesConfig) -> 
     let mut appeared = differing(&sides[1], &sides[0], config);
     let turned = turned_things(&mut removed, &mut appeared, [&sides[0], &sides[1]], config);
     let (removed, appeared) = (removed.objects, appeared.objects);
-    let boxes = |objects: &[Differing]| objects.iter().map(|object| object.place).collect::<Vec<_>>();
+    let boxes = |objects: &[UnmatchedObject]| objects.iter().map(|object| object.place).collect::<Vec<_>>();
     let (gone, new) = (boxes(&removed), boxes(&appeared));
     let pairs = moves(&gone, &new, |from, to| {
         is_same_size(&gone[from], &new[to], config.same_size_share, config.same_size_m)
@@ -96,7 +96,7 @@ fn turned_things(
         }
     }
     for thing in &found {
-        let is_other = |object: &Differing| {
+        let is_other = |object: &UnmatchedObject| {
             ![&thing.from, &thing.place].iter().any(|place| place.holds(&object.place.centre_m, 0.0))
         };
         removed.objects.retain(is_other);
@@ -124,10 +124,14 @@ fn unchanged(before: &Side, after: &Side, config: &ChangesConfig) -> Vec<[f32; 3
 }
 
 /// The changes of objects that are gone and that are new, of which these pairs (gone, new) are one object each.
-pub(crate) fn merged(removed: Vec<Differing>, appeared: Vec<Differing>, pairs: &[(usize, usize)]) -> Changes {
+pub(crate) fn merged(
+    removed: Vec<UnmatchedObject>,
+    appeared: Vec<UnmatchedObject>,
+    pairs: &[(usize, usize)],
+) -> Changes {
     let gone_of: BTreeMap<usize, usize> = pairs.iter().map(|(gone, new)| (*new, *gone)).collect();
     let from: Vec<UprightBox> = removed.iter().map(|object| object.place).collect();
-    let of = |object: Differing, change| ChangedObject {
+    let of = |object: UnmatchedObject, change| ChangedObject {
         change,
         place: object.place,
         points: object.points,
@@ -148,7 +152,7 @@ pub(crate) fn merged(removed: Vec<Differing>, appeared: Vec<Differing>, pairs: &
 }
 
 /// An object of one visit that the other one does not have.
-pub(crate) struct Differing {
+pub(crate) struct UnmatchedObject {
     pub(crate) place: UprightBox,
     pub(crate) points: Vec<[f32; 3]>,
     pub(crate) confidence: f64,
@@ -196,7 +200,7 @@ struct Around {
 /// What a visit has that the other one does not have.
 #[derive(Default)]
 struct Differences {
-    objects: Vec<Differing>,
+    objects: Vec<UnmatchedObject>,
     /// Groups of points of things of which the other visit has a part too.
     parts: Vec<Vec<[f32; 3]>>,
 }
@@ -229,7 +233,7 @@ fn differing(visit: &Side, other: &Side, config: &ChangesConfig) -> Differences 
 /// What a group of changed points is.
 enum Group {
     /// An object that the other visit does not have.
-    Object(Differing),
+    Object(UnmatchedObject),
     /// A part of a thing of which the other visit has another part.
     Part,
 }
@@ -252,7 +256,11 @@ fn object(core: &[[f32; 3]], around: &Around, sides: [&Side; 2], config: &Change
     let evidence = evidence_of_absence(own.iter().sum(), met.iter().sum(), config);
     let is_gone = evidence >= config.min_evidence && explains_absence(met.iter().sum(), config);
     let confidence = 1.0 / (1.0 + (-evidence).exp());
-    (is_gone && was_there(&own, config)).then_some(Group::Object(Differing { place, points, confidence }))
+    (is_gone && was_there(&own, config)).then_some(Group::Object(UnmatchedObject {
+        place,
+        points,
+        confidence,
+    }))
 }
 
 /// The points of an object and its box: the group, points of unknown places near its box, and all that differs above and below it, again and again, without those

@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Rays of a view that passed a place closely.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Passing {
+pub(crate) struct PassingRays {
     /// Those that ended behind it.
     pub(crate) through: usize,
     /// Those that ended near it.
@@ -77,8 +77,8 @@ impl RayImage {
         normal: Option<&[f32; 3]>,
         reach_m: f64,
         config: &ChangesConfig,
-    ) -> Passing {
-        let mut passing = Passing::default();
+    ) -> PassingRays {
+        let mut passing = PassingRays::default();
         let offset = Vector3::from(place.map(f64::from)) - self.sensor;
         // Before the angles, because most views of a long walk are far away.
         if !(config.min_range_m..=config.max_range_m).contains(&offset.norm()) {
@@ -143,7 +143,7 @@ impl RayImage {
         normal: Option<&[f32; 3]>,
         [reach_m, margin_m]: [f32; 2],
         config: &ChangesConfig,
-        passing: &mut Passing,
+        passing: &mut PassingRays,
     ) {
         let at_m: f32 = (0..3).map(|axis| along[axis] * offset[axis]).sum();
         let beside: f32 = (0..3).map(|axis| (offset[axis] - along[axis] * at_m).powi(2)).sum();
@@ -207,7 +207,7 @@ mod tests {
     fn rays_go_through_places_before_the_wall_and_tell_nothing_of_those_behind_and_beside_it() {
         let (image, config) = (wall(), ChangesConfig::default());
         let at = |place: [f32; 3]| {
-            let Passing { through, ended } = image.passing(&place, None, config.ray_reach_m, &config);
+            let PassingRays { through, ended } = image.passing(&place, None, config.ray_reach_m, &config);
             (through > 0, ended > 0)
         };
         assert_eq!(at([3.0, 0.2, 0.1]), (true, false));
@@ -257,7 +257,7 @@ mod tests {
         let expected = rays.filter(|(y, z)| is_passing(*y, *z)).count();
         assert_eq!(
             image.passing(&place, None, config.ray_reach_m, &config),
-            Passing { through: expected, ended: 0 }
+            PassingRays { through: expected, ended: 0 }
         );
         assert!(expected > 10);
     }

@@ -1,7 +1,7 @@
 //! A visit, prepared for questions: its surfaces, its rays, and the ground below a place.
 
 use crate::columns::Columns;
-use crate::ray_image::{Passing, RayImage};
+use crate::ray_image::{PassingRays, RayImage};
 use crate::surfaces::{SurfaceTolerance, Surfaces};
 use crate::{ChangesConfig, UprightBox, Visit};
 use geometry::Vector3;
@@ -35,10 +35,10 @@ impl Side {
         place: &[f32; 3],
         normal: Option<&[f32; 3]>,
         config: &ChangesConfig,
-    ) -> Passing {
+    ) -> PassingRays {
         self.images.iter().map(|image| image.passing(place, normal, config.ray_reach_m, config)).fold(
-            Passing::default(),
-            |sum, of_look| Passing {
+            PassingRays::default(),
+            |sum, of_look| PassingRays {
                 through: sum.through + of_look.through,
                 ended: sum.ended + of_look.ended,
             },
@@ -55,7 +55,7 @@ impl Side {
     ) -> bool {
         let (mut free, mut telling) = (0, 0);
         for image in &self.images {
-            let Passing { through, ended } = image.passing(place, normal, config.own_ray_reach_m, config);
+            let PassingRays { through, ended } = image.passing(place, normal, config.own_ray_reach_m, config);
             free += usize::from(through > ended);
             telling += usize::from(through + ended > 0);
         }

@@ -17,38 +17,42 @@ use std::task::Poll;
 use vocab::{Span, Stamp};
 
 /// Parameters of [`RelocalisationBehaviour`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelocalisationConfig {
-    /// The robot stands for this time before its first walk. Relocalisation takes half a second.
+    /// The robot stands for this time before its first walk. Relocalisation takes half a second. Chosen: some five attempts.
     pub first_stand: Span,
-    /// The robot stands for this time between walks.
+    /// The robot stands for this time between walks. Chosen: two attempts of relocalisation.
     pub stand: Span,
-    /// If there is no path, the robot searches for one again after this time.
+    /// If there is no path, the robot searches for one again after this time. Chosen: a search for a path takes up to 50 ms, and a person walks 0.3 m in it.
     pub retry_period: Span,
-    /// A path is planned again after this time, because the elevation map has been seen better.
+    /// A path is planned again after this time, because the elevation map has been seen better. It is that of walks ([`WalkConfig::replan_period`]).
     pub replan_period: Span,
-    /// Look-ahead distance along the hint's path, metres.
+    /// Look-ahead distance along the hint's path, metres. Chosen: the robot sees the floor about as far (docs/maths/localisation.md).
     pub hint_ahead_m: f64,
-    /// A planned piece of the hint's path may be longer than that path by this detour, metres.
+    /// A planned piece of the hint's path may be longer than that path by this detour, metres. Chosen: room to walk round a person or a box; a longer detour leaves what
+    /// the hint is about.
     pub max_hint_detour_m: f64,
-    /// Pieces of the hint's path that are shorter than this are not walked, metres.
+    /// Pieces of the hint's path that are shorter than this are not walked, metres. Chosen: as the look-ahead of the follower; shorter pieces show nothing new.
     pub min_hint_piece_m: f64,
-    /// With several hypotheses, the next walk starts at this distance before the end of the last one, metres.
+    /// With several hypotheses, the next walk starts at this distance before the end of the last one, metres. Chosen: about 2 s of walking, in which the next path is
+    /// planned, so that the robot does not stop in between.
     pub continue_before_end_m: f64,
-    /// A path that is planned again may be longer than the straight line by this, metres.
+    /// A path that is planned again may be longer than the straight line by this, metres. Chosen: room to pass a person; a longer one may lead away from the goal.
     pub max_replan_detour_m: f64,
-    /// Least distance between points that are remembered as visited, metres.
+    /// Least distance between points that are remembered as visited, metres. Chosen: views a metre apart show nearly the same. The cost of exploration grows with their
+    /// number.
     pub visited_spacing_m: f64,
-    /// A robot that has moved less than this within `stuck_timeout` is stuck, metres: an unseen obstacle blocks it.
+    /// A robot that has moved less than this within `stuck_timeout` is stuck, metres: an unseen obstacle blocks it. Chosen: a cell of the elevation map.
     pub stuck_distance_m: f64,
-    /// See `stuck_distance_m`.
+    /// See `stuck_distance_m`. Chosen: longer than half a turn in place, 3.5 s.
     pub stuck_timeout: Span,
-    /// A hint's path on which the robot got stuck is not followed for this time. Then it is tried again, because people leave.
+    /// A hint's path on which the robot got stuck is not followed for this time. Then it is tried again, because people leave. Chosen: people who stand in a way have
+    /// mostly gone on by then.
     pub blocked_hint_timeout: Span,
-    /// A robot that has stood for this time has found no path, and reports that it waits for one. It has to exceed `first_stand`.
+    /// A robot that has stood for this time has found no path, and reports that it waits for one. It has to exceed `first_stand`. Chosen: twice `first_stand` and more.
     pub report_wait_after: Span,
-    /// The search ends after this time, without the time in which the ground is not seen.
+    /// The search ends after this time, without the time in which the ground is not seen. Chosen: 2.5 minutes, after which a person should look.
+    /// docs/benchmarks/fault-recovery.md has the times in which poses are found.
     pub search_timeout: Span,
     /// Parameters of the choice of points to walk to.
     pub exploration: ExplorationConfig,

@@ -8,9 +8,10 @@ use vocab::Twist;
 /// Parameters of [`MapZones`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ZonesConfig {
-    /// Factor on the cost of paths in a keep-out zone in which the robot stands: it leaves the zone by a short path.
+    /// Factor on the cost of paths in a keep-out zone in which the robot stands: it leaves the zone by a short path. Chosen: a metre in the zone costs as much as ten
+    /// outside; any factor far above 1 has this effect.
     pub leaving_cost_factor: f64,
-    /// A speed limit holds this far before its zone, metres: a legged robot slows down within it.
+    /// A speed limit holds this far before its zone, metres: a legged robot slows down within it. Chosen: more than the 0.4 m in which the legs stop from 0.9 m/s.
     pub look_ahead_m: f64,
 }
 

@@ -29,21 +29,25 @@ pub enum Method {
 /// Madsen, Nielsen, Tingleff, section 3.2.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DampingConfig {
-    /// Damping of the first step. Near zero, because most graphs start close to the optimum.
+    /// Damping of the first step. Near zero, because most graphs start close to the optimum. Chosen: a larger one shortens the first steps of such graphs, and a smaller
+    /// one costs a poor start further attempts.
     pub initial: f64,
-    /// Least damping after a step that was taken.
+    /// Least damping after a step that was taken. Chosen: a thousand times the rounding of a double, so that the damping still changes the diagonal.
     pub min: f64,
-    /// The solver gives up at this damping: its steps are too short to change anything.
+    /// The solver gives up at this damping: its steps are too short to change anything. Chosen: steps are shorter than a gradient step by this factor.
     pub max: f64,
-    /// Below this damping, a singular system is damped more strongly. Above it, the variable counts as undetermined.
+    /// Below this damping, a singular system is damped more strongly. Above it, the variable counts as undetermined. Chosen: a direction that factors measure at all is
+    /// determined with far less.
     pub max_singular: f64,
-    /// Factor of the damping after a singular system.
+    /// Factor of the damping after a singular system. Chosen: from [`Self::initial`] two attempts reach [`Self::max_singular`].
     pub singular_growth: f64,
-    /// Factor of the damping after a step that raised the cost. It doubles with each further one.
+    /// Factor of the damping after a step that raised the cost. It doubles with each further one. Nielsen's rule begins with 2; chosen larger, because each attempt costs
+    /// a factorisation.
     pub first_growth: f64,
-    /// Least factor of the damping after a step that lowered the cost as predicted.
+    /// Least factor of the damping after a step that lowered the cost as predicted. Nielsen's rule has 1/3; chosen smaller, because most graphs start close to the
+    /// optimum.
     pub min_decrease: f64,
-    /// Greatest factor of the damping after a step that lowered the cost less than predicted.
+    /// Greatest factor of the damping after a step that lowered the cost less than predicted. Source: the value of Nielsen's rule for a step that gains nothing.
     pub max_increase: f64,
 }
 
@@ -63,16 +67,15 @@ impl Default for DampingConfig {
 }
 
 /// Parameters of the trust region of [`Method::Dogleg`]. The values are those of Madsen, Nielsen, Tingleff, section 3.3.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrustRegionConfig {
-    /// The region grows after a step whose actual decrease of the cost is more than this share of the predicted one.
+    /// The region grows after a step whose actual decrease of the cost is more than this share of the predicted one. Source: Madsen, Nielsen, Tingleff, section 3.3.
     pub good_ratio: f64,
-    /// The region shrinks after a step whose actual decrease is less than this share of the predicted one.
+    /// The region shrinks after a step whose actual decrease is less than this share of the predicted one. Source: as [`Self::good_ratio`].
     pub poor_ratio: f64,
-    /// Radius after a good step, in lengths of the step.
+    /// Radius after a good step, in lengths of the step. Source: as [`Self::good_ratio`].
     pub growth: f64,
-    /// Radius after a poor step, in lengths of the step.
+    /// Radius after a poor step, in lengths of the step. Source: as [`Self::good_ratio`].
     pub shrinkage: f64,
 }
 
@@ -83,21 +86,23 @@ impl Default for TrustRegionConfig {
 }
 
 /// Step rule, its parameters and stopping criteria of [`optimise`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BatchConfig {
-    /// Step rule.
+    /// Step rule. Chosen: Levenberg-Marquardt also converges from a poor start.
     pub method: Method,
-    /// Greatest number of linearisations.
+    /// Greatest number of linearisations. Chosen: a bound on the time, far above what graphs take that converge.
     pub max_iterations: usize,
-    /// Iterations stop once the actual or the predicted relative decrease of the cost in one iteration is below this value.
+    /// Iterations stop once the actual or the predicted relative decrease of the cost in one iteration is below this value. Chosen: a decrease by a millionth of the cost
+    /// moves poses by far less than their standard deviations.
     pub min_relative_decrease: f64,
-    /// Costs below this count as zero. Rounding of any real measurement costs more.
+    /// Costs below this count as zero. Rounding of any real measurement costs more. Chosen: it is a residual of a billionth of a standard deviation.
     pub zero_cost: f64,
-    /// A rise of the cost by less than this share of it is rounding, so the step is taken. The last decrease may be smaller than rounding.
+    /// A rise of the cost by less than this share of it is rounding, so the step is taken. The last decrease may be smaller than rounding. Chosen: a sum of thousands of
+    /// squares in double precision is good to that.
     pub relative_rounding: f64,
     /// From this number of variables on, the factor is stored in single precision, which halves its memory. It is computed in double precision.
-    /// Residuals and gradients stay in double precision, so only the steps are rounded, and the next iteration corrects that.
+    /// Residuals and gradients stay in double precision, so only the steps are rounded, and the next iteration corrects that. Chosen: smaller graphs need little memory
+    /// either way.
     pub single_precision_variables: usize,
     /// Parameters of [`Method::LevenbergMarquardt`].
     pub damping: DampingConfig,

@@ -18,7 +18,7 @@ use nalgebra::{Matrix2, SMatrix, SVector, UnitComplex, Vector2};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChordalConfig {
     /// Weight of a prior relative to the greatest weight of the measurements. Chosen: it only has to fix the frame
-    /// more firmly than any measurement does.
+    /// more firmly than any measurement does. The default is ten times.
     pub relative_anchor_weight: f64,
 }
 

@@ -17,35 +17,41 @@ use crate::value::Values;
 use nalgebra::{DMatrix, DVector};
 
 /// Parameters of [`optimise_robustly`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RobustConfig {
-    /// A suspect is wrong when its squared residual lies more than this many standard deviations above the mean of its chi-squared distribution.
+    /// A suspect is wrong when its squared residual lies more than this many standard deviations above the mean of its chi-squared distribution. Chosen: one right loop
+    /// in some thousands is farther away by chance. Less rejects right ones, more keeps wrong ones that nearly fit.
     pub outlier_deviations: f64,
-    /// Whether the limit is lowered where typical residuals are smaller than their information matrices predict.
+    /// Whether the limit is lowered where typical residuals are smaller than their information matrices predict. Chosen: information matrices of real data are often too
+    /// small (docs/maths/factors.md).
     pub learn_scale: bool,
-    /// Quantile of the accepted residuals that defines the scale. It is high, because real residuals have heavier tails than their median shows.
+    /// Quantile of the accepted residuals that defines the scale. It is high, because real residuals have heavier tails than their median shows. Source:
+    /// docs/maths/factors.md, the ninth decile.
     pub scale_quantile: f64,
-    /// Growth of the surrogate's closeness μ per stage. Yang and others, 2020, use 1.4.
+    /// Growth of the surrogate's closeness μ per stage. Yang and others, 2020, use 1.4. Chosen larger for fewer stages; docs/benchmarks/pose-graphs.md has what it
+    /// rejects.
     pub stage_factor: f64,
-    /// Greatest number of stages.
+    /// Greatest number of stages. Chosen: at [`Self::stage_factor`] the closeness grows by 25 powers of ten in that number, so all suspects are decided long before.
     pub max_stages: usize,
-    /// Iterations of the inner solver per stage. The next stage starts from the result.
+    /// Iterations of the inner solver per stage. The next stage starts from the result. Chosen: a stage need not converge.
     pub stage_iterations: usize,
-    /// Relative decrease at which the inner solver ends a stage, and the initial solution.
+    /// Relative decrease at which the inner solver ends a stage, and the initial solution. Chosen: a thousand times that of the last solution
+    /// ([`BatchConfig::min_relative_decrease`]), because the next stage goes on from the result.
     pub min_stage_decrease: f64,
-    /// Greatest number of iterations of the initial solution.
+    /// Greatest number of iterations of the initial solution. Chosen: a bound on the time; the stages go on from what was reached.
     pub max_first_guess_iterations: usize,
-    /// Parameter of the Cauchy kernel for the initial solution, standard deviations. Wide enough to attract right loops from far away.
+    /// Parameter of the Cauchy kernel for the initial solution, standard deviations. Wide enough to attract right loops from far away. Chosen: one standard deviation.
     pub first_guess_kernel: f64,
-    /// Lowest closeness μ of the first stage. A suspect a hundred times beyond the limit after the initial solution is certainly wrong.
+    /// Lowest closeness μ of the first stage. A suspect a hundred times beyond the limit after the initial solution is certainly wrong. Chosen: it bounds the number of
+    /// stages.
     pub min_closeness: f64,
     /// Suspects whose squared residual is a smaller share of the limit are not reviewed. They could only be wrong if the other factors measured
-    /// less than this share of their directions.
+    /// less than this share of their directions. Chosen as a round number: less reviews more suspects, and each review costs a marginal covariance.
     pub min_review_residual_share: f64,
-    /// Greatest number of reviews of the accepted suspects.
+    /// Greatest number of reviews of the accepted suspects. Chosen: a rejected suspect can uncover another one.
     pub max_reviews: usize,
-    /// Share of a direction that other factors must measure as well. Below it, rounding would decide.
+    /// Share of a direction that other factors must measure as well. Below it, rounding would decide. Chosen: far above the rounding of the covariances and far below
+    /// what a loop measures.
     pub min_shared_information: f64,
 }
 

@@ -5,16 +5,16 @@ use geometry::{Isometry, isometry_from_pose, pose_from_isometry};
 use vocab::{MapId, Pose, Span, Stamp};
 
 /// Parameters of [`DockRegistry`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DockRegistryConfig {
-    /// A dock is learnt where the robot has been charged and has known its pose for this time.
+    /// A dock is learnt where the robot has been charged and has known its pose for this time. Chosen: longer than the current of contacts that only touch for a moment.
     pub learning_time: Span,
-    /// A new dock this near to a known one is that dock, moved, metres.
+    /// A new dock this near to a known one is that dock, moved, metres. Chosen: less than the distance of two docks side by side, and more than a dock is pushed.
     pub min_separation_m: f64,
-    /// A robot that moves farther while it is charged is not at a dock, and a dock that moves less is not learnt again, metres.
+    /// A robot that moves farther while it is charged is not at a dock, and a dock that moves less is not learnt again, metres. Chosen: a little more than contacts allow
+    /// for, 3 cm.
     pub position_tolerance_m: f64,
-    /// Number of docks kept, the newest; a site has a handful for each of its maps.
+    /// Number of docks kept, the newest; a site has a handful for each of its maps. Chosen: far more than that, so that it only bounds the memory.
     pub max_docks: usize,
 }
 

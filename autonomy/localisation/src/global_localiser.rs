@@ -17,32 +17,34 @@ use registration::{Fit, MatchingConfig, refine, score};
 use std::sync::{Arc, OnceLock};
 
 /// Parameters of [`GlobalLocaliser`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GlobalLocaliserConfig {
     /// Parameters of the correlative matcher.
     pub matcher: CorrelativeMatcherConfig,
-    /// Number of start poses from the correlative matcher.
+    /// Number of start poses from the correlative matcher. Chosen: the time of a search is in proportion to the number of starts; docs/benchmarks/localisation.md has
+    /// what is found with 200.
     pub max_matcher_starts: usize,
-    /// Number of start poses from place recognition.
+    /// Number of start poses from place recognition. Chosen: the matcher gives the other starts, and each costs a coarse alignment.
     pub max_recognised_starts: usize,
-    /// Greatest descriptor distance of a recognised keyframe.
+    /// Greatest descriptor distance of a recognised keyframe. Chosen: greater than for maps that are merged (0.75), because the map may have changed and each start is
+    /// aligned and ranked.
     pub max_descriptor_distance: f32,
-    /// Start poses from place recognition are further apart than this.
+    /// Start poses from place recognition are further apart than this. Chosen: the alignment converges from within it.
     pub recognised_separation: HypothesisTolerance,
-    /// Offsets along x and along y from a pose prior, metres, at which starts are tried.
+    /// Offsets along x and along y from a pose prior, metres, at which starts are tried. Chosen: half a metre apart, from which the alignment converges, up to the error
+    /// of a person's click and of a pose from before a restart.
     pub prior_offsets_m: [f64; 5],
-    /// Heading offsets from a pose prior, radians, at which starts are tried: up to 20 degrees.
+    /// Heading offsets from a pose prior, radians, at which starts are tried: up to 20 degrees. Chosen: 10 degrees apart, from which the alignment converges.
     pub prior_heading_offsets_rad: [f64; 5],
-    /// Number of points in the first alignment from each start.
+    /// Number of points in the first alignment from each start. Chosen: a tenth of a keyframe's points, for time.
     pub coarse_points: usize,
     /// Gauss-Newton steps of the first alignment. Its default is that of the verification of loops ([`VerificationConfig::coarse_steps`]).
     pub coarse_iterations: usize,
     /// How points are matched in the first alignment.
     pub coarse_matching: MatchingConfig,
-    /// Number of first alignments, the best, that are refined with all points.
+    /// Number of first alignments, the best, that are refined with all points. Chosen: a refinement has ten times the points of a coarse alignment.
     pub max_refined: usize,
-    /// Gauss-Newton steps of the refinement.
+    /// Gauss-Newton steps of the refinement. Chosen: from a coarse alignment fewer are needed mostly, so it bounds the time.
     pub fine_iterations: usize,
     /// How points are matched in the refinement.
     pub fine_matching: MatchingConfig,

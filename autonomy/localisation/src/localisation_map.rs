@@ -16,16 +16,17 @@ pub struct LocalisationMapConfig {
 }
 
 /// Parameters of [`LocalisationMap::check_free_space`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FreeSpaceCheckConfig {
-    /// Greatest distance of a compared keyframe from the robot, metres.
+    /// Greatest distance of a compared keyframe from the robot, metres. Chosen: as the submaps' ([`mapping::submap::SubmapConfig::radius_m`]).
     pub radius_m: f64,
-    /// Greatest height difference of a compared keyframe from the robot, metres. Less than a storey.
+    /// Greatest height difference of a compared keyframe from the robot, metres. Less than a storey. Chosen: half a storey, so that a ramp is compared and another floor
+    /// is not.
     pub max_height_difference_m: f64,
-    /// Number of compared keyframes, the nearest.
+    /// Number of compared keyframes, the nearest. Chosen: views from several sides; the time is in proportion.
     pub max_keyframes: usize,
-    /// Number of points of the scan that are compared with them, spread evenly.
+    /// Number of points of the scan that are compared with them, spread evenly. Chosen: a share of violations of 0.1 is then known to 0.015 (binomial standard
+    /// deviation).
     pub max_points: usize,
 }
 

@@ -7,33 +7,36 @@ use crate::localisation_map::FreeSpaceCheck;
 use vocab::{Span, Stamp};
 
 /// Parameters of [`LocalisationMonitor`]. Its threshold is what the whole crate means by a gap between scans.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LocalisationMonitorConfig {
-    /// Longest time between two scans of a LiDAR that works. Slow LiDARs turn twice a second.
+    /// Longest time between two scans of a LiDAR that works. Slow LiDARs turn twice a second. Chosen: longer than the half second between two scans of those.
     pub max_scan_gap: Span,
-    /// A scan contradicts the pose if its share of free-space violations is greater.
+    /// A scan contradicts the pose if its share of free-space violations is greater. Chosen: three times what a pose may have when it is found
+    /// ([`AcceptanceConfig::max_violation_share`](crate::AcceptanceConfig)), because people crowd round a robot on its way.
     pub max_violation_share: f64,
     /// The share of free-space violations counts if the keyframes can decide on this many points. Dense scans hide most of what is behind
-    /// their nearest points.
+    /// their nearest points. Chosen: a share of 0.3 of fewer points is uncertain by more than 0.1.
     pub min_decided_points: usize,
     /// A scan also contradicts the pose if a smaller share of the points near known surfaces lie on them. In the test hall with six people,
-    /// 0.90 to 0.94 lie on them at the right pose, and 0.41 at a local minimum 0.28 m beside it.
+    /// 0.90 to 0.94 lie on them at the right pose, and 0.41 at a local minimum 0.28 m beside it. Chosen between them, nearer to the wrong one.
     pub min_matched_share: f64,
     /// That share counts if this share of all points is near known surfaces. With a smaller one the pose is uncertain: the robot has left
-    /// the map.
+    /// the map. Chosen as a round number: below it, the share on surfaces is of too few points.
     pub min_mapped_share: f64,
-    /// The pose is uncertain if the standard deviation of its position is greater, metres.
+    /// The pose is uncertain if the standard deviation of its position is greater, metres. Chosen: twice the room that the default robot has to each side in a doorway of
+    /// 0.9 m (0.07 m).
     pub uncertain_std_m: f64,
-    /// The pose is lost if the standard deviation of its position is greater, metres.
+    /// The pose is lost if the standard deviation of its position is greater, metres. Chosen: a little less than the 1 m that the search round a known pose covers
+    /// ([`GlobalLocaliserConfig::prior_offsets_m`](crate::GlobalLocaliserConfig)).
     pub lost_std_m: f64,
-    /// The pose is uncertain after contradictions for this time.
+    /// The pose is uncertain after contradictions for this time. Chosen: five scans at 10 Hz; a person who walks past closely contradicts for less.
     pub uncertain_after: Span,
-    /// The pose is lost after contradictions for this time.
+    /// The pose is lost after contradictions for this time. Chosen: five times [`Self::uncertain_after`]; at walking speed the robot goes 2 m in it.
     pub lost_after: Span,
-    /// A contradiction ends after this time without a scan that contradicts the pose.
+    /// A contradiction ends after this time without a scan that contradicts the pose. Chosen: more than [`Self::max_scan_gap`], so that two scans of a slow LiDAR count
+    /// together.
     pub contradiction_timeout: Span,
-    /// A pose that was uncertain, or had no scan for a while, is trusted again after this time without evidence against it.
+    /// A pose that was uncertain, or had no scan for a while, is trusted again after this time without evidence against it. Chosen: as [`Self::uncertain_after`].
     pub recovery_time: Span,
 }
 

@@ -8,10 +8,10 @@ use crate::pose_hypothesis::HypothesisTolerance;
 use geometry::Isometry;
 
 /// Parameters of [`LowConfidenceConfirmation`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LowConfidenceConfig {
-    /// Distance over which the pose has to be found repeatedly, metres.
+    /// Distance over which the pose has to be found repeatedly, metres. Chosen: three times the distance after which a scan counts as new
+    /// ([`MultiHypothesisConfig::update_distance_m`](crate::MultiHypothesisConfig)).
     pub confirmation_distance_m: f64,
 }
 

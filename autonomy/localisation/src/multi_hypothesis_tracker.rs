@@ -14,33 +14,34 @@ use std::sync::Arc;
 use vocab::{Span, Stamp};
 
 /// Parameters of [`MultiHypothesisTracker`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MultiHypothesisConfig {
     /// Parameters of the trackers.
     pub tracking: PoseTrackerConfig,
-    /// Standard deviation of the orientation of a pose that was found from one scan, radians.
+    /// Standard deviation of the orientation of a pose that was found from one scan, radians. Chosen: 3 degrees, far above the error of a right pose.
     pub initial_rotation_std_rad: f64,
     /// Standard deviation of the position of such a pose, metres. It is large, because a scan does not observe every direction, such as the one along
-    /// a corridor.
+    /// a corridor. Chosen as a round number, far above the error of a right pose in observed directions.
     pub initial_translation_std_m: f64,
-    /// Distance walked that counts as one update of the scores, metres. A scan from there gives new information.
+    /// Distance walked that counts as one update of the scores, metres. A scan from there gives new information. Chosen: the cell of the correlative search.
     pub update_distance_m: f64,
     /// A hypothesis is rejected when its score is this far behind the best one's. It is the margin that a single scan needs to distinguish two poses,
-    /// and a third more, because a tracked scan is noisier than a refined one.
+    /// and a third more, because a tracked scan is noisier than a refined one. Source: a single scan distinguishes poses by
+    /// [`AcceptanceConfig::ambiguity_ratio`](crate::AcceptanceConfig), 0.15.
     pub rejection_margin: f64,
-    /// The last hypothesis is accepted after this number of scans.
+    /// The last hypothesis is accepted after this number of scans. Chosen: half a second at 10 Hz, so that people in one scan do not decide.
     pub min_scans: u32,
     /// Distance walked since the latest search of the whole map, metres, after which the hypotheses may not be all poses that look like the
-    /// scan.
+    /// scan. Chosen: within it, the same places look alike.
     pub search_validity_m: f64,
-    /// A found pose this near to a rejected hypothesis is that hypothesis.
+    /// A found pose this near to a rejected hypothesis is that hypothesis. Chosen: twice [`AcceptanceConfig::same_pose`](crate::AcceptanceConfig), because a rejected
+    /// hypothesis may have drifted.
     pub rejected_pose: HypothesisTolerance,
-    /// An injected hypothesis starts this far behind the best score.
+    /// An injected hypothesis starts this far behind the best score. Chosen: half of [`Self::rejection_margin`], so that neither is decided by the start.
     pub injection_handicap: f64,
-    /// All hypotheses are given up after evidence against each of them for this time ...
+    /// All hypotheses are given up after evidence against each of them for this time ... Chosen: a little more than the monitor's `lost_after`.
     pub abandon_after: Span,
-    /// ... and over this distance, metres.
+    /// ... and over this distance, metres. Chosen: so that people who stand round a standing robot do not end them.
     pub abandon_distance_m: f64,
 }
 

@@ -8,12 +8,12 @@ use crate::pose_hypothesis::{AcceptanceConfig, PoseHypothesis};
 use geometry::Isometry;
 
 /// Parameters of [`PeriodicGlobalCheck`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PeriodicGlobalCheckConfig {
-    /// Distance walked from where the pose was found to the first check, metres.
+    /// Distance walked from where the pose was found to the first check, metres. Chosen: five times the distance after which a scan counts as new.
     pub first_check_m: f64,
-    /// Distance walked between two checks, metres. A check takes a fifth of a second of another thread.
+    /// Distance walked between two checks, metres. A check takes a fifth of a second of another thread. Chosen: 11 s at walking speed. Less costs time of that thread,
+    /// more leaves a wrong pose for longer.
     pub check_interval_m: f64,
 }
 

@@ -22,7 +22,7 @@ impl PoseHypothesis {
 }
 
 /// Greatest difference of two poses that count as one.
-/// Where a field names no source, its value was chosen.
+/// The field of a configuration that has this type says where both values come from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HypothesisTolerance {
     /// Distance of the positions, metres.
@@ -41,20 +41,23 @@ impl HypothesisTolerance {
 }
 
 /// Thresholds by which the hypotheses of one scan are accepted.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AcceptanceConfig {
-    /// Least fit of a pose that may be the right one.
+    /// Least fit of a pose that may be the right one. Chosen: above the 0.45 to 0.7 of poses near the end of a map ([`Self::min_low_confidence_fit`]).
     pub min_fit: f64,
-    /// Greatest share of free-space violations of such a pose.
+    /// Greatest share of free-space violations of such a pose. Chosen: people and moved things make some per cent; a local minimum 0.28 m beside the right pose had 7 %
+    /// (docs/maths/localisation.md), so that it does not suffice alone.
     pub max_violation_share: f64,
-    /// A pose is ambiguous if another one reaches this share of its quality.
+    /// A pose is ambiguous if another one reaches this share of its quality. Chosen: nearer to 1, a scan with people in it decides between places that look alike;
+    /// farther from it, more poses have to be resolved by walking.
     pub ambiguity_ratio: f64,
-    /// Least fit of a pose of low confidence. Near the end of a map, where much of a scan is in no map, the right pose has a fit of 0.45 to 0.7.
+    /// Least fit of a pose of low confidence. Near the end of a map, where much of a scan is in no map, the right pose has a fit of 0.45 to 0.7. Chosen below that.
     pub min_low_confidence_fit: f64,
-    /// A pose of low confidence is dropped if another one reaches this share of its quality.
+    /// A pose of low confidence is dropped if another one reaches this share of its quality. Source: docs/maths/localisation.md: near the end of a map no other pose
+    /// reaches two thirds of the right one's quality.
     pub low_confidence_ambiguity_ratio: f64,
-    /// A tracked pose is contradicted if its quality is less than this share of another pose's.
+    /// A tracked pose is contradicted if its quality is less than this share of another pose's. Chosen: nearer to 1, noise contradicts right poses; farther from it,
+    /// wrong ones stay.
     pub contradiction_ratio: f64,
     /// Two hypotheses this near to each other are the same pose. Its default is the distance at which the verification of loops tells two registrations
     /// apart ([`VerificationConfig::distinct_m`], [`VerificationConfig::distinct_rad`]).

@@ -26,26 +26,32 @@ pub struct PoseTrackerConfig {
     /// step, unlike that of the coarse alignment of
     /// global localisation, which begins far from its result.
     pub iteration: GaussNewtonConfig,
-    /// A predicted position with a greater standard deviation, metres, is first matched with a gate and a kernel of twice the size.
+    /// A predicted position with a greater standard deviation, metres, is first matched with a gate and a kernel of twice the size. Chosen: up to it, the gate (0.1 m) is
+    /// five standard deviations.
     pub double_gate_std_m: f64,
-    /// A predicted position with a greater standard deviation, metres, is first matched with four times the size.
+    /// A predicted position with a greater standard deviation, metres, is first matched with four times the size. Chosen: up to it, the double gate is three standard
+    /// deviations.
     pub quadruple_gate_std_m: f64,
-    /// Standard deviation of the rotation between two scans of a robot that stands, radians.
+    /// Standard deviation of the rotation between two scans of a robot that stands, radians. Chosen: far below the map's own errors, so that a standing robot averages
+    /// its scans.
     pub still_rotation_std_rad: f64,
-    /// Standard deviation of the translation between two scans of a robot that stands, metres.
+    /// Standard deviation of the translation between two scans of a robot that stands, metres. Chosen: as [`Self::still_rotation_std_rad`].
     pub still_translation_std_m: f64,
-    /// Standard deviation of the rotation for each metre walked, radians.
+    /// Standard deviation of the rotation for each metre walked, radians. Chosen: far above the error of the odometry in docs/benchmarks/odometry.md, so that the map
+    /// decides.
     pub rotation_std_rad_per_m: f64,
-    /// Standard deviation of the translation for each metre walked, metres.
+    /// Standard deviation of the translation for each metre walked, metres. Chosen: 1 % of the distance, far above the error of the odometry in
+    /// docs/benchmarks/odometry.md, so that the map decides.
     pub translation_std_m_per_m: f64,
-    /// Standard deviation of the rotation for each radian turned, radians.
+    /// Standard deviation of the rotation for each radian turned, radians. Chosen: half a per cent, for errors of the gyroscope's scale.
     pub rotation_std_rad_per_rad: f64,
-    /// Standard deviation of the translation for each radian turned, metres.
+    /// Standard deviation of the translation for each radian turned, metres. Chosen: for an error of some millimetres of the lever from the base to the IMU.
     pub translation_std_m_per_rad: f64,
     /// Standard deviation of the map's own rotation errors, radians. Neighbouring scans see the same errors, so averaging over scans does not reduce
-    /// them. They are added to the reported covariance and not propagated.
+    /// them. They are added to the reported covariance and not propagated. Chosen: twice the least standard deviation of a registration (`mapping::RegistrationFloor`).
     pub map_rotation_std_rad: f64,
-    /// Standard deviation of the map's own translation errors, metres; see `map_rotation_std_rad`.
+    /// Standard deviation of the map's own translation errors, metres; see `map_rotation_std_rad`. Chosen: about the least standard deviation of a registration, 5 mm
+    /// (`mapping::RegistrationFloor`).
     pub map_translation_std_m: f64,
 }
 

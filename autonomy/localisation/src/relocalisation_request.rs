@@ -11,14 +11,14 @@ use std::sync::Arc;
 use vocab::{Span, Stamp};
 
 /// Conditions for repeating a request that found no pose.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelocalisationRequestConfig {
-    /// After this distance, metres.
+    /// After this distance, metres. Chosen: a scan from there gives new information ([`MultiHypothesisConfig::update_distance_m`](crate::MultiHypothesisConfig) is about
+    /// as far).
     pub retry_distance_m: f64,
-    /// Or after this rotation, radians.
+    /// Or after this rotation, radians. Chosen as a round number, 30 degrees: less repeats a search that fails again, more leaves the robot without its pose for longer.
     pub retry_angle_rad: f64,
-    /// Or after this time.
+    /// Or after this time. Chosen: people have moved; a search takes a fifth of a second of another thread.
     pub retry_after: Span,
 }
 

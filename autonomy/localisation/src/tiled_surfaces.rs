@@ -19,7 +19,7 @@ pub struct TiledSurfacesConfig {
     /// Parameters of the surfaces in a tile.
     pub surfaces: GaussianMapConfig,
     /// Edge of a tile in root cubes of the surfaces, as a power of two: 4 means 16 cubes, 32 m. Larger tiles take longer to build at once,
-    /// smaller ones transform the same points more often. A power of two, because every lookup divides by it.
+    /// smaller ones transform the same points more often. A power of two, because every lookup divides by it. Chosen: a hall or some rooms.
     pub tile_size_log2: u32,
 }
 

@@ -9,24 +9,27 @@ use geometry::{Isometry, Rotation, Vector3};
 use std::ops::Range;
 
 /// Which old keyframes are compared with the newest one.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CandidateConfig {
-    /// Least walking distance between two keyframes for a loop, metres. Nearer ones are recent travel.
+    /// Least walking distance between two keyframes for a loop, metres. Nearer ones are recent travel. Chosen: odometry drifts by some millimetres over it
+    /// (docs/benchmarks/odometry.md), so that a nearer loop measures nothing new.
     pub min_walked_m: f64,
-    /// Horizontal distance at which two keyframes still see the same surroundings, metres.
+    /// Horizontal distance at which two keyframes still see the same surroundings, metres. Chosen: two and a half keyframes; the overlap of clouds falls with the
+    /// distance.
     pub max_offset_m: f64,
-    /// Vertical distance at which two keyframes still see the same surroundings, metres. Less than half a storey.
+    /// Vertical distance at which two keyframes still see the same surroundings, metres. Less than half a storey. Chosen: ramps and steps of a floor are lower.
     pub max_height_m: f64,
-    /// Limit of the horizontal search radius however uncertain the estimate is, metres.
+    /// Limit of the horizontal search radius however uncertain the estimate is, metres. Chosen: it bounds the cost; beyond it, appearance proposes candidates.
     pub max_search_radius_m: f64,
-    /// Standard deviations by which the search radius grows with the uncertainty of the estimate.
+    /// Standard deviations by which the search radius grows with the uncertainty of the estimate. Source: the usual three standard deviations.
     pub search_deviations: f64,
-    /// Greatest distance of scan contexts that count as alike, 0 to 1.
+    /// Greatest distance of scan contexts that count as alike, 0 to 1. Chosen: less than the 0.75 of merging maps, because nothing votes here.
     pub max_appearance_distance: f32,
-    /// Greatest number of candidates of each kind, by geometry and by appearance.
+    /// Greatest number of candidates of each kind, by geometry and by appearance. Chosen: the nearest and one more; each costs a comparison of 4 to 6 ms
+    /// (docs/maths/loops.md).
     pub max_count: usize,
-    /// After a loop was accepted by geometry, the next candidate by geometry is compared only after this walking distance, metres.
+    /// After a loop was accepted by geometry, the next candidate by geometry is compared only after this walking distance, metres. Chosen: two keyframes. The graph is
+    /// certain there, so that more loops add cost and little information.
     pub spacing_m: f64,
     /// Candidates by appearance are skipped if the estimate of a candidate by geometry has at most this standard deviation, metres. Its default is
     /// that of [`PoseCertaintyConfig`].

@@ -16,29 +16,31 @@ use geometry::{Isometry, Vector3};
 use vocab::KeyframeId;
 
 /// Parameters of [`LoopConsistencyCheck`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoopConsistencyConfig {
     /// Standard deviation of the graph's expectation up to which it confirms a loop by itself, metres. Its default is that of
     /// [`PoseCertaintyConfig`].
     pub confirming_std_m: f64,
-    /// Number of loops that must agree where the expectation is less certain.
+    /// Number of loops that must agree where the expectation is less certain. Chosen: two may agree by chance in places that repeat.
     pub min_support: usize,
     /// Least extent of their keyframes, metres. A spread of several loops, not the width of one view as
-    /// [`CandidateConfig::max_offset_m`](crate::candidates::CandidateConfig::max_offset_m).
+    /// [`CandidateConfig::max_offset_m`](crate::candidates::CandidateConfig::max_offset_m). Chosen: loops at one place repeat the same error.
     pub min_extent_m: f64,
-    /// Number of loops that must agree where they contradict the expectation.
+    /// Number of loops that must agree where they contradict the expectation. Chosen: twice [`Self::min_support`], because a wrong one would bend the map.
     pub min_contradicting_support: usize,
-    /// Least extent of those keyframes, metres: more than a room.
+    /// Least extent of those keyframes, metres: more than a room. Source: docs/maths/loops.md, section 6: loops between two equal rooms all agree, and reach as far as
+    /// the room.
     pub min_contradicting_extent_m: f64,
-    /// A contradiction of more than this many standard deviations is never accepted, however many loops agree.
+    /// A contradiction of more than this many standard deviations is never accepted, however many loops agree. Chosen: an error of that size is none of the odometry that
+    /// the covariance describes.
     pub max_contradiction_deviations: f64,
     /// Greatest number of held loops; beyond it the oldest is dropped. At most 64, the width of a bit set.
     pub max_held: usize,
     /// Branches of the search for the largest set of loops that agree, after which the best set found so far is taken. It bounds the time of a
-    /// step.
+    /// step. Chosen: the search is exact up to it.
     pub max_branches: usize,
-    /// Number of held loops, newest first, that are checked again after a loop was accepted. Each costs a search of the graph.
+    /// Number of held loops, newest first, that are checked again after a loop was accepted. Each costs a search of the graph. Chosen: the newest ones are near the loop
+    /// that was accepted.
     pub rechecked: usize,
 }
 

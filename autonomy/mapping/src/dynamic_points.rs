@@ -10,18 +10,20 @@ use geometry::Isometry;
 use points::hash::{CellKey, CellTable};
 
 /// Parameters of [`dynamic_points`] and [`static_points`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DynamicPointsConfig {
-    /// Greatest number of keyframes that vote. Enough to detect people who stand still for half a minute.
+    /// Greatest number of keyframes that vote. Enough to detect people who stand still for half a minute. Chosen: three quarters of the keyframes within
+    /// [`Self::max_walk_distance_m`]; the time is in proportion.
     pub max_voters: usize,
-    /// Keyframes farther away along the walk than this have no vote, metres.
+    /// Keyframes farther away along the walk than this have no vote, metres. Chosen: as the submaps' ([`crate::SubmapConfig::radius_m`]).
     pub max_walk_distance_m: f64,
-    /// Edge of the voxels that are decided on as a whole, metres. About the width of a limb.
+    /// Edge of the voxels that are decided on as a whole, metres. About the width of a limb. Chosen: smaller ones have too few points for a majority; larger ones remove
+    /// what stands beside a person.
     pub voxel_m: f32,
-    /// Least number of free-space votes for a dynamic voxel.
+    /// Least number of free-space votes for a dynamic voxel. Chosen: one may be an error of a range image. docs/maths/loops.md, section 12, has the shares that are
+    /// removed.
     pub min_free_votes: u32,
-    /// Least number of surface votes for a static voxel.
+    /// Least number of surface votes for a static voxel. Chosen: one more than [`Self::min_free_votes`], because a point that is added to a map stays.
     pub min_surface_votes: u32,
 }
 

@@ -3,22 +3,21 @@
 use geometry::Vector3;
 
 /// Parameters of [`estimate_base_height`]: the floor is the horizontal slice below the base with the most points.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FloorDetectionConfig {
-    /// Least depth of the floor below the base, metres.
+    /// Least depth of the floor below the base, metres. Chosen: the base of the lowest legged robots is higher.
     pub min_depth_m: f64,
     /// Greatest depth of the floor below the base, metres: that of a LiDAR carried by hand.
     pub max_depth_m: f64,
-    /// Height of a slice, metres.
+    /// Height of a slice, metres. Chosen: the noise of a LiDAR and a floor that is not quite level stay within a slice.
     pub slice_m: f64,
-    /// Least horizontal range of the points that count, metres: the robot sees itself and people next to it.
+    /// Least horizontal range of the points that count, metres: the robot sees itself and people next to it. Chosen: about twice the radius of the robot's footprint.
     pub min_range_m: f64,
-    /// Greatest horizontal range of the points that count, metres.
+    /// Greatest horizontal range of the points that count, metres. Chosen: farther away, a tilt of a degree moves the floor by more than a slice.
     pub max_range_m: f64,
-    /// Least number of points in the slice of the floor.
+    /// Least number of points in the slice of the floor. Chosen: fewer may be a table.
     pub min_points: usize,
-    /// Least share of the points within range in the slice of the floor.
+    /// Least share of the points within range in the slice of the floor. Chosen: a LiDAR that sees a floor has more of it.
     pub min_share: f64,
 }
 

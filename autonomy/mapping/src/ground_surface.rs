@@ -7,26 +7,26 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 /// Parameters of [`GroundSurface::find`]. Heights are counted in layers of `layer_m`.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GroundConfig {
-    /// Edge of a column, metres.
+    /// Edge of a column, metres. Chosen: half the width that the feet of a robot need, and points of a map (0.05 m apart) fill a column.
     pub column_m: f32,
-    /// Height of a layer, metres.
+    /// Height of a layer, metres. Chosen: half a step of stairs, so that a step is two layers ([`Self::step_layers`]).
     pub layer_m: f32,
     /// Free layers required above the ground: a robot's height and a margin, 1.2 m.
     pub headroom_layers: i32,
-    /// Occupied layers directly above the ground that still count as the ground's own noise.
+    /// Occupied layers directly above the ground that still count as the ground's own noise. Chosen: the noise of a LiDAR lies on both sides of the border of a layer.
     pub noise_layers: i32,
     /// Greatest height difference of ground in neighbouring columns: a step of stairs, 0.2 m.
     pub step_layers: i32,
-    /// Of eight neighbouring columns, how many must have ground.
+    /// Of eight neighbouring columns, how many must have ground. Chosen: the edge of a floor has five; a floor with holes loses viewpoints with more.
     pub min_neighbours: usize,
-    /// A connected piece of ground is a roof if at least this share of it has nothing above and other ground below.
+    /// A connected piece of ground is a roof if at least this share of it has nothing above and other ground below. Chosen as a round number: with more, roofs with
+    /// chimneys and cables above count as ground; with less, mezzanines that are open above are lost.
     pub roof_share: f64,
-    /// Least height of a roof above the ground below it, 1.5 m.
+    /// Least height of a roof above the ground below it, 1.5 m. Chosen: less than a storey and more than furniture.
     pub storey_layers: i32,
-    /// Least size of a connected piece of ground: 4 m².
+    /// Least size of a connected piece of ground: 4 m². Chosen: tables and tops of machines are smaller.
     pub min_columns: usize,
 }
 

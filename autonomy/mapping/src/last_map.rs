@@ -10,13 +10,14 @@ use vocab::MapId;
 /// Parameters of [`LastSavedMap`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LastSavedMapConfig {
-    /// Standard deviation of the rotation, radians.
+    /// Standard deviation of the rotation, radians. Chosen: about a degree, far above the drift of odometry over [`Self::max_distance_m`], so that a loop can still
+    /// correct it.
     pub rotation_std_rad: f64,
-    /// Standard deviation of the translation, metres, ...
+    /// Standard deviation of the translation, metres, ... Chosen: for the last pose of the saved map and that of the robot.
     pub translation_std_m: f64,
-    /// ... plus this share of the distance walked since.
+    /// ... plus this share of the distance walked since. Chosen: 1 %, far above the drift of the odometry in docs/benchmarks/odometry.md.
     pub translation_std_share: f64,
-    /// Greatest distance walked since, metres.
+    /// Greatest distance walked since, metres. Chosen: with both terms above, the deviation stays below [`Self::max_std_m`].
     pub max_distance_m: f64,
     /// Greatest standard deviation, including the covariance of odometry, metres. Its default is that of [`PoseCertaintyConfig`].
     pub max_std_m: f64,

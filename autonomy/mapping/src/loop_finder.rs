@@ -24,14 +24,13 @@ use std::sync::Arc;
 use vocab::{KeyframeId, Stamp};
 
 /// Parameters of a [`LoopFinder`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoopConfig {
     /// Which keyframes are compared.
     pub candidates: CandidateConfig,
     /// How submaps are made.
     pub submap: SubmapConfig,
-    /// Submaps kept in memory, 4 to 15 MB each.
+    /// Submaps kept in memory, 4 to 15 MB each. Chosen: both of a pair, and those of the pair before.
     pub cached_submaps: usize,
     /// What a comparison must pass.
     pub verification: VerificationConfig,
@@ -41,9 +40,10 @@ pub struct LoopConfig {
     pub revisits: RevisitConfig,
     /// How dynamic points are found.
     pub dynamic_points: dynamic_points::DynamicPointsConfig,
-    /// Two guesses of a pose nearer than this lead to the same result of a registration, metres.
+    /// Two guesses of a pose nearer than this lead to the same result of a registration, metres. Chosen: the starts of a registration lie 1.2 m around a guess
+    /// ([`VerificationConfig::start_offset_m`]).
     pub same_guess_m: f64,
-    /// The same for rotation, radians.
+    /// The same for rotation, radians. Chosen: the coarse registration converges from more.
     pub same_guess_rad: f64,
 }
 

@@ -12,19 +12,20 @@ use points::hash::{CellKey, CellTable};
 use std::collections::BTreeMap;
 
 /// Parameters of the change detection.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MapChangesConfig {
-    /// Scans from farther away than this from a point do not vote on it, metres.
+    /// Scans from farther away than this from a point do not vote on it, metres. Chosen: as the voters' of moving objects ([`DynamicPointsConfig::max_walk_distance_m`]).
     pub max_viewing_distance_m: f64,
-    /// Added points are put into keyframes within the viewing distance and this height difference, metres.
+    /// Added points are put into keyframes within the viewing distance and this height difference, metres. Chosen: half a storey.
     pub max_height_m: f64,
     /// Added points are searched within this range of a scan, metres. Beyond it, the points of a scan lie too far apart to tell where an
-    /// object ends.
+    /// object ends. Chosen: at 10 m the rings of an XT-32 (1 degree apart) are 0.17 m apart, about [`Self::occupied_cell_m`].
     pub max_range_m: f32,
-    /// Points are decided on in blocks of this edge; the scans nearest to a block vote, metres.
+    /// Points are decided on in blocks of this edge; the scans nearest to a block vote, metres. Chosen: the edge of a root cube of the surfaces; smaller blocks search
+    /// for scans more often.
     pub block_m: f32,
-    /// Edge of the cells in which the map counts as occupied, metres. A point in a neighbouring cell belongs to the same object.
+    /// Edge of the cells in which the map counts as occupied, metres. A point in a neighbouring cell belongs to the same object. Chosen: as the voxels that scans decide
+    /// on ([`DynamicPointsConfig::voxel_m`]).
     pub occupied_cell_m: f32,
     /// Of the added points, one in each cell of this edge is taken, metres. As fine as the clouds of keyframes.
     pub added_cell_m: f32,

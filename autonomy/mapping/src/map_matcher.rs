@@ -22,51 +22,54 @@ use std::sync::Arc;
 use vocab::KeyframeId;
 
 /// Parameters of [`MapMatcher`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MapMatcherConfig {
     /// How submaps are made.
     pub submap: SubmapConfig,
-    /// Submaps kept in memory, 4 to 15 MB each.
+    /// Submaps kept in memory, 4 to 15 MB each. Chosen: both of a query and its three candidates, twice.
     pub cached_submaps: usize,
-    /// Standard deviation of the relative rotation of neighbouring keyframes in a finished map, radians.
+    /// Standard deviation of the relative rotation of neighbouring keyframes in a finished map, radians. Its default is that of registrations.
     pub neighbour_rotation_std_rad: f64,
-    /// Standard deviation of their relative translation, metres.
+    /// Standard deviation of their relative translation, metres. Its default is that of registrations.
     pub neighbour_translation_std_m: f64,
-    /// Distance along the walk between keyframes that are searched, metres.
+    /// Distance along the walk between keyframes that are searched, metres. Chosen: two keyframes; nearer ones give the same vote.
     pub query_spacing_m: f64,
-    /// Greatest number of candidates that are compared with a query.
+    /// Greatest number of candidates that are compared with a query. Chosen: of the first five by appearance one is right nearly always (docs/maths/loops.md, section 2);
+    /// each costs a comparison.
     pub max_candidates: usize,
-    /// Least distance between the candidates of a query, metres.
+    /// Least distance between the candidates of a query, metres. Chosen: nearer ones are the same place.
     pub candidate_spacing_m: f64,
-    /// Greatest distance of scan contexts of a candidate. Greater than for loops, because a candidate is also compared and has to win a vote.
+    /// Greatest distance of scan contexts of a candidate. Greater than for loops, because a candidate is also compared and has to win a vote. Chosen: maps of one site
+    /// are made on other days.
     pub max_appearance_distance: f32,
-    /// Two links agree if their translations differ by at most this, metres, ...
+    /// Two links agree if their translations differ by at most this, metres, ... Chosen: an error of a right link is some centimetres; the error of a wrong one that is
+    /// near is larger.
     pub agreement_m: f64,
-    /// ... plus this share of the distance between them, ...
+    /// ... plus this share of the distance between them, ... Chosen: 2 %, the deformation of a map over that distance.
     pub agreement_share: f64,
-    /// ... and their rotations by at most this, radians.
+    /// ... and their rotations by at most this, radians. Chosen: 6 degrees; at the least extent of 12 m, wrong poses that are turned by more lie apart.
     pub agreement_rad: f64,
-    /// Least number of links that agree.
+    /// Least number of links that agree. Chosen: as the links that have to contradict a graph ([`crate::LoopConsistencyConfig::min_contradicting_support`]).
     pub min_support: usize,
-    /// Least extent of the agreeing keyframes in either map, metres: more than the length of most rooms.
+    /// Least extent of the agreeing keyframes in either map, metres: more than the length of most rooms. Chosen: links between two equal rooms agree within the room.
     pub min_extent_m: f64,
-    /// In a small map, a walk needs only this share of the map's extent.
+    /// In a small map, a walk needs only this share of the map's extent. Chosen: more than half, so that two equal halves of a map are not taken for each other.
     pub min_extent_share: f64,
-    /// Greatest support of another pose, as a share of the winner's.
+    /// Greatest support of another pose, as a share of the winner's. Chosen: half; of a map that repeats, another pose has nearly as many.
     pub max_runner_up_share: f64,
     /// Keyframes of both maps at most this far apart horizontally see the same surroundings, metres. Its default is that of [`CandidateConfig`].
     pub max_offset_m: f64,
     /// The same vertically, metres; also of [`CandidateConfig`].
     pub max_height_m: f64,
-    /// Standard deviation of a rotation predicted from the nearest link, radians.
+    /// Standard deviation of a rotation predicted from the nearest link, radians. Chosen: the deformation of both maps between neighbouring links.
     pub predicted_rotation_std_rad: f64,
-    /// Standard deviation of a translation predicted from the nearest link, metres, ...
+    /// Standard deviation of a translation predicted from the nearest link, metres, ... Chosen: as that of a coarse registration
+    /// ([`VerificationConfig::coarse_translation_std_m`]).
     pub predicted_translation_std_m: f64,
-    /// ... plus this share of the distance to that link.
+    /// ... plus this share of the distance to that link. Chosen: as [`Self::agreement_share`].
     pub predicted_translation_std_share: f64,
     /// Greatest distance from a link for a prediction, metres. Beyond it, the prediction is as uncertain as the distance at which things
-    /// repeat.
+    /// repeat. Chosen: at 15 m the standard deviation is 0.4 m ([`crate::PoseCertaintyConfig`]).
     pub max_prediction_m: f64,
 }
 

@@ -14,14 +14,14 @@ use std::collections::VecDeque;
 use vocab::KeyframeId;
 
 /// Parameters of [`MapSearch`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MapSearchConfig {
-    /// Distance walked before the first search, metres. Less is rarely enough to be recognised.
+    /// Distance walked before the first search, metres. Less is rarely enough to be recognised. Chosen: the extent that links have to have
+    /// ([`MapMatcherConfig::min_extent_m`](crate::MapMatcherConfig)).
     pub first_search_m: f64,
-    /// Distance walked between searches, metres.
+    /// Distance walked between searches, metres. Chosen: each search adds one query ([`MapMatcherConfig::query_spacing_m`](crate::MapMatcherConfig)).
     pub search_spacing_m: f64,
-    /// Greatest number of waypoints that are searched, the newest ones. A metre and 40 kB each.
+    /// Greatest number of waypoints that are searched, the newest ones. A metre and 40 kB each. Chosen: five times the first search, 2.4 MB.
     pub max_waypoints: usize,
     /// What a comparison must pass.
     pub verification: VerificationConfig,

@@ -6,10 +6,9 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// Parameters of [`RecentScans`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RecentScansConfig {
-    /// Number of scans kept, 30 kB each. More waypoints than are walked while a comparison is running.
+    /// Number of scans kept, 30 kB each. More waypoints than are walked while a comparison is running. Chosen: half a minute of walking, 1 MB.
     pub capacity: usize,
 }
 

@@ -5,12 +5,13 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// Parameters of [`ScanContextIndex::search`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ScanContextSearchConfig {
-    /// Keyframes with the nearest ring keys whose images are compared, for each view of the query.
+    /// Keyframes with the nearest ring keys whose images are compared, for each view of the query. Chosen: docs/maths/loops.md, section 2, has what is found with it. The
+    /// time of a search is in proportion.
     pub shortlist: usize,
-    /// Best correlations of the sector keys that are tried on the images.
+    /// Best correlations of the sector keys that are tried on the images. Chosen: docs/maths/loops.md, section 2, has what is found with it. Each is a comparison of
+    /// images.
     pub sector_key_peaks: usize,
 }
 

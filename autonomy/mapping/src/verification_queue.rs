@@ -7,10 +7,10 @@ use std::collections::BTreeMap;
 use vocab::{KeyframeId, Stamp};
 
 /// Parameters of the queue of comparisons.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct VerificationQueueConfig {
-    /// Greatest number of comparisons that run at a time. They share the compute lane with relocalisation and map quality.
+    /// Greatest number of comparisons that run at a time. They share the compute lane with relocalisation and map quality. Chosen: relocalisation waits for four of them
+    /// at most.
     pub max_running: usize,
     /// Greatest number of comparisons that wait: what a walk through an old corridor proposes in half a minute.
     pub max_waiting: usize,

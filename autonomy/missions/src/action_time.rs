@@ -5,9 +5,10 @@ use vocab::Span;
 /// Parameters of the time limit of actions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ActionTimeConfig {
-    /// An action may take this many times its expected time. Chosen: expected times are means.
+    /// An action may take this many times its expected time. Chosen: expected times are means. With less, slow actions are cut off; with more, a robot waits longer for
+    /// one that hangs.
     pub ratio: i64,
-    /// Time for any action, whatever is expected of it.
+    /// Time for any action, whatever is expected of it. Chosen: a minute, for actions that first wait for their device.
     pub margin: Span,
 }
 

@@ -13,9 +13,11 @@ use std::collections::BTreeMap;
 /// Parameters of [`plan`] and [`crate::explore`]. The values were tuned on the simulated sites.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlannerConfig {
-    /// Cells that a search examines at most: 1,000 m² at 10 cm, which takes some 50 ms.
+    /// Cells that a search examines at most: 1,000 m² at 10 cm, which takes some 50 ms. Chosen: more than twice the area within the range of the elevation map (12 m),
+    /// and the time of a search is bounded by it.
     pub max_examined_cells: usize,
-    /// Factor by which ground that was never seen costs more than known ground.
+    /// Factor by which ground that was never seen costs more than known ground. Chosen: a known detour of three times the length is preferred. With more, a robot that
+    /// sees no floor beside itself goes far round; with less, it cuts corners that it does not see.
     pub unknown_cost_factor: f64,
     /// Distance beyond the robot's radius within which an obstacle makes a cell cost more, metres (the inflation of Nav2's costmaps). It exceeds the room that
     /// [`crate::MotionGuard`] wants at full speed. Sensitivity: with 0.3 m, paths past people come within an arm's length; with 0.6 m, all of an aisle of 2 m costs more.
@@ -23,7 +25,7 @@ pub struct PlannerConfig {
     /// Factor by which a cell at the robot's radius from an obstacle costs more; it falls with the square of the distance. Sensitivity: 1.5 lets paths cut corners of
     /// machines, 8 makes detours of metres round a post.
     pub inflation_cost_factor: f64,
-    /// Distance within which a free cell is searched for when the start or the goal is blocked, metres.
+    /// Distance within which a free cell is searched for when the start or the goal is blocked, metres. Chosen: twice the radius of the footprint.
     pub free_cell_search_m: f64,
     /// Cost factors up to 1 plus this count as 1: cells without extra cost, over which a path may be straightened. Above the rounding of the
     /// factors' products and far below any extra cost.

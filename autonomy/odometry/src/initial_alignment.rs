@@ -9,42 +9,44 @@ use geometry::{Rotation, Vector3, so3};
 use vocab::Span;
 
 /// Parameters of the start.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InitialAlignmentConfig {
-    /// Length of the interval that is checked for standstill.
+    /// Length of the interval that is checked for standstill. Chosen: the mean of 50 readings and more at 100 Hz; a longer one delays the start.
     pub stationary_window: Span,
-    /// After this time without standstill, the estimate starts in motion.
+    /// After this time without standstill, the estimate starts in motion. Chosen: a step or two of a walk.
     pub max_window: Span,
-    /// Fewer readings than this give no alignment.
+    /// Fewer readings than this give no alignment. Chosen: a standard deviation of fewer says little.
     pub min_readings: usize,
-    /// Standstill: greatest standard deviation of each axis of the gyroscope, rad/s.
+    /// Standstill: greatest standard deviation of each axis of the gyroscope, rad/s. Chosen: above the noise of poor IMUs and the vibration of motors at rest, below the
+    /// turns of a step.
     pub max_gyro_deviation_rad_s: f64,
-    /// Standstill: greatest standard deviation of each axis of the accelerometer, m/s².
+    /// Standstill: greatest standard deviation of each axis of the accelerometer, m/s². Chosen: above the noise of poor IMUs and the vibration of motors at rest; steps
+    /// make more than 1 m/s².
     pub max_accel_deviation_m_s2: f64,
-    /// Standstill: greatest mean turn rate, rad/s. More than the bias of any working gyroscope.
+    /// Standstill: greatest mean turn rate, rad/s. More than the bias of any working gyroscope. Chosen: 9 degrees a second.
     pub max_turn_rate_rad_s: f64,
     /// Greatest plausible difference between the accelerometer's reading at rest and gravity, m/s²: a bias and a scale error of 3 %.
     pub gravity_tolerance_m_s2: f64,
-    /// An accelerometer whose reading at rest differs from 1 by less than this is said to report multiples of gravity.
+    /// An accelerometer whose reading at rest differs from 1 by less than this is said to report multiples of gravity. Chosen: as a round number, far from readings in
+    /// m/s².
     pub gravity_multiple_tolerance: f64,
-    /// Greatest plausible tilt of a robot that starts, radians.
+    /// Greatest plausible tilt of a robot that starts, radians. Chosen: 34 degrees, steeper than a ramp on which a robot stands.
     pub max_tilt_rad: f64,
-    /// An IMU with a larger tilt is said to be upside down, radians: 42 degrees less than half a turn.
+    /// An IMU with a larger tilt is said to be upside down, radians: 42 degrees less than half a turn. Chosen: no robot lies on its back by less.
     pub upside_down_rad: f64,
-    /// Initial standard deviation of rotation (rad) and position (m). The pose is the origin by definition.
+    /// Initial standard deviation of rotation (rad) and position (m). The pose is the origin by definition. Chosen: above zero, so that the covariance stays invertible.
     pub pose_deviation: f64,
-    /// Initial standard deviation of the scale of the legs.
+    /// Initial standard deviation of the scale of the legs. Chosen: 5 % as a round number; the filter estimates the scale.
     pub leg_scale_deviation: f64,
-    /// Initial standard deviation of the accelerometer bias, m/s².
+    /// Initial standard deviation of the accelerometer bias, m/s². Chosen: 10 mg; the datasheet of a BMI085 allows up to 20 mg.
     pub accel_bias_deviation_m_s2: f64,
-    /// Initial standard deviations after a standstill.
+    /// Initial standard deviations after a standstill. Chosen: what the mean of a standing IMU leaves; 0.1 m/s² of gravity is a tilt of 0.6 degrees.
     pub stationary: InitialDeviations,
-    /// Initial standard deviations after a start in motion.
+    /// Initial standard deviations after a start in motion. Chosen: the speed of a walk, a bias that is not known yet, and a tilt of 3.5 degrees.
     pub moving: InitialDeviations,
-    /// Initial standard deviation of the velocity without an IMU, m/s.
+    /// Initial standard deviation of the velocity without an IMU, m/s. Chosen: the speed of a vehicle in a yard, because nothing else says how fast it is.
     pub no_imu_velocity_deviation_m_s: f64,
-    /// Initial standard deviation of the turn rate without an IMU, rad/s.
+    /// Initial standard deviation of the turn rate without an IMU, rad/s. Chosen: a usual turning speed.
     pub no_imu_turn_rate_deviation_rad_s: f64,
 }
 

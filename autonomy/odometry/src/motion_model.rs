@@ -11,12 +11,11 @@ use nalgebra::Translation3;
 /// Decay of a motion that nothing measures. With the random walks of [`FilterConfig`](crate::FilterConfig) the velocity then stays
 /// near 1.5 m/s and the turn rate near 1 rad/s, as those of walkers do, and a direction that a scan does not observe does not
 /// diverge.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DecayConfig {
-    /// Time constant of the velocity, seconds.
+    /// Time constant of the velocity, seconds. Chosen: a few steps of a walk.
     pub velocity_time_constant_s: f64,
-    /// Time constant of the turn rate, seconds.
+    /// Time constant of the turn rate, seconds. Chosen: a step of a walk.
     pub turn_rate_time_constant_s: f64,
 }
 

@@ -7,25 +7,24 @@ use geometry::Vector3;
 use vocab::{Span, Stamp};
 
 /// Parameters of a [`PickupDetector`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PickupConfig {
-    /// Legs at most this fast stand or hang, m/s.
+    /// Legs at most this fast stand or hang, m/s. Chosen: hanging legs sway, and a walk is faster.
     pub max_standing_speed_m_s: f64,
-    /// Legs that turn the base at most this fast stand or hang, rad/s.
+    /// Legs that turn the base at most this fast stand or hang, rad/s. Chosen for the same reason.
     pub max_standing_turn_rate_rad_s: f64,
-    /// Legs count as standing after this time of standstill.
+    /// Legs count as standing after this time of standstill. Chosen: two steps of a walk.
     pub min_standing: Span,
-    /// A message of the legs is valid for this time.
+    /// A message of the legs is valid for this time. Chosen: some messages at 10 Hz and more.
     pub legs_timeout: Span,
     /// Greatest deviation of the specific force of an IMU at rest, m/s²: ten times the noise of poor IMUs, and a third of what the
     /// steps of people who carry the robot cause.
     pub max_force_deviation_m_s2: f64,
     /// Greatest deviation of the turn rate of an IMU at rest, rad/s, for the same reasons.
     pub max_gyro_deviation_rad_s: f64,
-    /// Time constant of the running means of the deviations, seconds.
+    /// Time constant of the running means of the deviations, seconds. Chosen: a step of people who carry the robot.
     pub averaging_time_s: f64,
-    /// The IMU has to be unquiet for this time, seconds. A knock against the robot is over sooner.
+    /// The IMU has to be unquiet for this time, seconds. A knock against the robot is over sooner. Chosen a little longer than [`Self::averaging_time_s`].
     pub min_unquiet_s: f64,
 }
 

@@ -22,7 +22,7 @@ pub struct ScanView<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SweepConfig {
     /// Number of time slices of a sweep, at most 65,536. The points of a slice share one correction. Half a slice is 50 µs of a 10 Hz sweep, in
-    /// which a robot that turns at 1 rad/s moves a point at 20 m by 1 mm.
+    /// which a robot that turns at 1 rad/s moves a point at 20 m by 1 mm. Chosen: more gain nothing above the noise of a range.
     pub slices: u32,
 }
 

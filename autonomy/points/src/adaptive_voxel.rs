@@ -1,17 +1,16 @@
 //! A voxel size that adapts from scan to scan, so that downsampled scans have about the same number of points whatever the site.
 
 /// Parameters of the adaptation.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdaptiveVoxelConfig {
-    /// Voxel size of the first scan, metres.
+    /// Voxel size of the first scan, metres. Chosen as a round number: the next scans adapt it.
     pub initial_m: f32,
-    /// Smallest voxel size, metres.
+    /// Smallest voxel size, metres. Chosen: several times the noise of a LiDAR.
     pub min_m: f32,
-    /// Largest voxel size, metres.
+    /// Largest voxel size, metres. Chosen: the edge of a root cube of the local map.
     pub max_m: f32,
     /// The size is multiplied by the ratio of found to wanted points, to this power. Halving the voxels of a dense surface quadruples its
-    /// points, which would be 0.5; sparse scans give fewer, so that 0.5 would overshoot.
+    /// points, which would be 0.5; sparse scans give fewer, so that 0.5 would overshoot. Chosen: below that, at the price of some scans more.
     pub exponent: f32,
 }
 

@@ -12,41 +12,44 @@ use crate::hash::{CellKey, CellTable};
 use crate::symmetric::{Symmetric3, principal_axes};
 
 /// Parameters of a [`GaussianMap`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GaussianMapConfig {
-    /// Edge of a root cube, metres.
+    /// Edge of a root cube, metres. Source: the method is that of VoxelMap (Yuan and others, 2022); chosen: walls and floors of rooms fill such cubes.
     pub root_size_m: f64,
-    /// Number of subdivisions: 3 gives leaves of an eighth of the root's edge.
+    /// Number of subdivisions: 3 gives leaves of an eighth of the root's edge. Chosen: 0.25 m; smaller leaves have too few points of a sparse LiDAR.
     pub max_depth: u8,
     /// Number of further subdivisions for points on the other side of a leaf's plane: the two faces of a thin sheet, such as the tread of a stair,
-    /// then are two surfaces. Without them, the face that is seen first is the only one.
+    /// then are two surfaces. Without them, the face that is seen first is the only one. Source: docs/benchmarks/sites.md: 17.4 mm with it and 18.8 mm without it.
     pub other_side_depth: u8,
-    /// A cube whose points have a larger standard deviation about their plane is not flat, metres.
+    /// A cube whose points have a larger standard deviation about their plane is not flat, metres. Chosen: three times the noise of a LiDAR.
     pub plane_thickness_m: f32,
-    /// A cube that is already classified as a plane remains one up to this multiple of `plane_thickness_m` (hysteresis).
+    /// A cube that is already classified as a plane remains one up to this multiple of `plane_thickness_m` (hysteresis). Chosen: half more, so that noise does not change
+    /// the class of a cube.
     pub plane_hysteresis: f32,
     /// Least standard deviation along the middle principal axis of a plane, as a share of the cube's edge. Points of a single
-    /// LiDAR ring lie on a line, whose normal is noise.
+    /// LiDAR ring lie on a line, whose normal is noise. Chosen: 16 cm of a root cube, which is wider than a ring.
     pub min_plane_width_share: f32,
-    /// Least ratio of the standard deviations along the middle axis and along the normal of a plane.
+    /// Least ratio of the standard deviations along the middle axis and along the normal of a plane. Chosen: flatter than a beam or a cable.
     pub min_plane_aspect: f32,
-    /// Least standard deviation along the middle principal axis of a distribution, as a share of the cube's edge.
+    /// Least standard deviation along the middle principal axis of a distribution, as a share of the cube's edge. Chosen: half of [`Self::min_plane_width_share`],
+    /// because no normal is taken from it.
     pub min_distribution_width_share: f32,
-    /// Points farther from a plane than this many of its standard deviations do not belong to it.
+    /// Points farther from a plane than this many of its standard deviations do not belong to it. Chosen: one right point in thousands is farther off.
     pub outlier_deviations: f32,
-    /// Points nearer to a plane than this always belong to it, metres.
+    /// Points nearer to a plane than this always belong to it, metres. Chosen: as [`Self::plane_thickness_m`].
     pub min_outlier_distance_m: f32,
-    /// Points that a cube needs before it is classified.
+    /// Points that a cube needs before it is classified. Chosen: a plane has three; of fewer, its covariance is noise.
     pub min_points: u16,
-    /// Cap on the number of points in a running mean, so that the mean can still follow changes.
+    /// Cap on the number of points in a running mean, so that the mean can still follow changes. Chosen as a round number: with more, moved things stay for longer; with
+    /// less, means are noisier.
     pub max_points: u16,
-    /// A cube is classified again when its number of points has grown by 1 / this value (at least 1).
+    /// A cube is classified again when its number of points has grown by 1 / this value (at least 1). Chosen: a class seldom changes by less; it bounds the time of an
+    /// insertion.
     pub reclassify_growth_divisor: u16,
-    /// A cube is classified again after at least this many new points.
+    /// A cube is classified again after at least this many new points. Chosen for the same reason.
     pub min_reclassify_growth: u16,
     /// A plane at the cap of its points is classified again when the number of points inserted into the whole map is a multiple of
-    /// this (at least 1).
+    /// this (at least 1). Chosen for the same reason.
     pub full_plane_reclassify_interval: u32,
     /// Offset of the grid from the map's origin, metres. Floors and walls often lie at round coordinates. The offset keeps them away
     /// from the borders of cubes, where a surface is split between two cubes. Chosen: no multiple of 5 cm.

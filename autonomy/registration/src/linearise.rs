@@ -9,21 +9,20 @@ use geometry::{Isometry, Matrix3, Matrix6, Vector3, Vector6, so3};
 use points::{Surface, SurfaceMap};
 
 /// How points are matched with surfaces and weighted.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MatchingConfig {
-    /// The first plane within this distance of a point is its match, metres; without one, a nearest plane is searched for.
+    /// The first plane within this distance of a point is its match, metres; without one, a nearest plane is searched for. Chosen: ten times [`Self::noise_m`].
     pub gate_m: f32,
-    /// Width of the robust kernel in standard deviations. A residual of that size keeps a quarter of its weight.
+    /// Width of the robust kernel in standard deviations. A residual of that size keeps a quarter of its weight. Source: the usual three standard deviations.
     pub kernel_width: f32,
-    /// Standard deviation of a point about its surface beside the spread that the map has measured, metres: range noise, motion.
+    /// Standard deviation of a point about its surface beside the spread that the map has measured, metres: range noise, motion. Chosen: the noise of a LiDAR.
     pub noise_m: f32,
-    /// Whether cells that are not flat are matched too.
+    /// Whether cells that are not flat are matched too. Chosen: edges and small surfaces are used too.
     pub use_distributions: bool,
     /// Share of its information with which a point against a cell that is not flat counts. 1 divided by the number of points that the scan has in such a
     /// cell: they share one error, because a scan sees another part of the cell's content than the map has seen.
     pub distribution_share: f64,
-    /// Whether planes that face away from the viewpoint are left out. Needs a map whose points were inserted with their viewpoints.
+    /// Whether planes that face away from the viewpoint are left out. Needs a map whose points were inserted with their viewpoints. Chosen: other maps have no sides.
     pub front_facing_only: bool,
 }
 

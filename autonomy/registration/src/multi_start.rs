@@ -8,16 +8,16 @@ use nalgebra::Translation3;
 use points::SurfaceMap;
 
 /// Parameters of [`multi_start`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MultiStartConfig {
-    /// Greatest rotation of a start about the vertical of the map, radians.
+    /// Greatest rotation of a start about the vertical of the map, radians. Chosen: 63 degrees; the number of starts is in proportion to it, and a robot that is turned
+    /// farther during a gap loses its track.
     pub max_yaw_rad: f64,
-    /// Rotation of the tilted starts about the two horizontal axes, radians.
+    /// Rotation of the tilted starts about the two horizontal axes, radians. Chosen: 17 degrees, a ramp or a flight of stairs.
     pub max_tilt_rad: f64,
-    /// Difference of yaw between neighbouring starts, radians.
+    /// Difference of yaw between neighbouring starts, radians. Chosen: 8 degrees, from half of which the iteration converges.
     pub yaw_step_rad: f64,
-    /// Gauss-Newton iterations from each start.
+    /// Gauss-Newton iterations from each start. Chosen: it bounds the time; the best start is refined further.
     pub max_iterations: usize,
 }
 

@@ -102,7 +102,7 @@ impl Bvh {
         self.traverse(packet, |_| true);
     }
 
-    /// Finds out which rays of the packet hit any surface: those have a solid afterwards, not always the nearest one. Rays of range 0 hit nothing.
+    /// Finds out which rays of the packet hit any surface: those have a solid afterwards, not always the nearest one.
     pub(crate) fn occlude(&self, packet: &mut RayPacket) {
         self.traverse(packet, RayPacket::end_hits);
     }

@@ -6,30 +6,31 @@ use geometry::{Rng, RngTree, Vector3};
 use std::f64::consts::TAU;
 
 /// Parameters of random loose objects.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LooseObjectsConfig {
-    /// Share of small objects: cubes of [`Self::small_side_m`].
+    /// Share of small objects: cubes of [`Self::small_side_m`]. Chosen: one fifth, so that most are of the size that has to be found (docs/benchmarks/changes.md).
     pub small_share: f64,
-    /// Sides of a small object, metres.
+    /// Sides of a small object, metres. Chosen: the smallest thing that the comparison is asked for (docs/benchmarks/changes.md).
     pub small_side_m: f64,
-    /// Least and greatest length of the others, metres. Their width is at least 0.3 m too, and at most their length.
+    /// Least and greatest length of the others, metres. Their width is at least 0.3 m too, and at most their length. Chosen: from a bucket to a pallet.
     pub length_m: [f64; 2],
-    /// Least and greatest height of the others, metres.
+    /// Least and greatest height of the others, metres. Chosen: from a bucket to a cabinet on wheels.
     pub height_m: [f64; 2],
-    /// Least and greatest distance of an object's side from the nearest route, metres.
+    /// Least and greatest distance of an object's side from the nearest route, metres. Chosen: the nearer one leaves room for the robot (0.38 m); farther away, few rays
+    /// meet a small object.
     pub beside_route_m: [f64; 2],
-    /// Distance of an object's side from the paths of people and from everything else, metres.
+    /// Distance of an object's side from the paths of people and from everything else, metres. Chosen: objects stay apart as single things, and people do not walk into
+    /// them.
     pub clearance_m: f64,
-    /// Points of the round, 2 m apart, from which an object is seen at least: nobody can find what is hidden.
+    /// Points of the round, 2 m apart, from which an object is seen at least: nobody can find what is hidden. Chosen: 4 m of walk.
     pub min_viewpoints: usize,
     /// Height of those points above the floor, metres: the LiDAR of the simulated robot.
     pub viewpoint_height_m: f64,
-    /// A moved object stands at least this far from where it stood, metres.
+    /// A moved object stands at least this far from where it stood, metres. Chosen: more than twice the distance within which a change counts as the same (0.3 m).
     pub min_move_m: f64,
-    /// Least and greatest angle by which an object is turned, radians.
+    /// Least and greatest angle by which an object is turned, radians. Chosen: from 29 to 63 degrees, so that the sides do not come to lie as before.
     pub turn_rad: [f64; 2],
-    /// Places that are tried for an object.
+    /// Places that are tried for an object. Chosen: it bounds the time at crowded sites; what finds no place is left out.
     pub max_tries: usize,
 }
 

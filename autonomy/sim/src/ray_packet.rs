@@ -14,13 +14,16 @@ pub type Lane = [f32; LANES];
 /// Value of [`RayPacket::solid`] for a ray that has hit nothing.
 pub const NO_HIT: u32 = u32::MAX;
 
+/// [`RayPacket::range`] of a ray that has ended.
+pub(crate) const ENDED: f32 = -1.0;
+
 /// Eight rays with their nearest hits so far.
 #[derive(Clone, Debug)]
 pub struct RayPacket {
     pub(crate) origin: [Lane; 3],
     pub(crate) direction: [Lane; 3],
     inverse: [Lane; 3],
-    /// Range of the nearest hit so far, metres.
+    /// Range of the nearest hit so far, metres. A ray of a negative range has ended: it enters no box and hits nothing.
     pub range: Lane,
     /// Index of that solid in the order of the tree, or [`NO_HIT`].
     pub solid: [u32; LANES],
@@ -50,7 +53,7 @@ impl RayPacket {
     pub(crate) fn end_hits(&mut self) -> bool {
         let mut any = false;
         for lane in 0..LANES {
-            self.range[lane] = if self.solid[lane] == NO_HIT { self.range[lane] } else { 0.0 };
+            self.range[lane] = if self.solid[lane] == NO_HIT { self.range[lane] } else { ENDED };
             any |= self.range[lane] > 0.0;
         }
         any

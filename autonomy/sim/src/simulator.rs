@@ -47,25 +47,26 @@ const GOLDEN_ANGLE_RAD: f64 = 2.399_963_229_728_653;
 /// What to simulate.
 #[derive(Clone, Debug)]
 pub struct SimConfig {
-    /// The site. Many runs may share one.
+    /// The site. Many runs may share one. Given by the caller.
     pub site: Arc<SimulatedSite>,
-    /// Seed of all random numbers. The site itself does not depend on it.
+    /// Seed of all random numbers. The site itself does not depend on it. Any number; the same one gives the same run.
     pub seed: u64,
-    /// Columns of a LiDAR sweep, rounded up to a multiple of 10. [`FULL_COLUMNS`] is full resolution (640,000 rays a second).
+    /// Columns of a LiDAR sweep, rounded up to a multiple of 10. [`FULL_COLUMNS`] is full resolution (640,000 rays a second). The default is that of the sensor; fewer
+    /// make the simulation faster.
     pub lidar_columns: u32,
-    /// Number of people who walk on the site.
+    /// Number of people who walk on the site. Chosen: a site at which people work but do not crowd.
     pub people: u32,
-    /// Start of the robot. `None` is the first dock of the site.
+    /// Start of the robot. `None` is the first dock of the site. Given by the caller.
     pub start: Option<Start>,
-    /// Faults, and when they happen.
+    /// Faults, and when they happen. Given by the caller.
     pub faults: Vec<ScheduledFault>,
-    /// Share of the attempts to dock at which no current flows although the contacts touch, 0 to 1.
+    /// Share of the attempts to dock at which no current flows although the contacts touch, 0 to 1. Chosen: often enough for missions of a day to meet it.
     pub dock_contact_failure_share: f64,
-    /// Most such attempts in a row at one dock. The next one works.
+    /// Most such attempts in a row at one dock. The next one works. Chosen: two of the three attempts of a robot then remain.
     pub max_dock_contact_failures: u32,
-    /// The instant at which the simulation begins.
+    /// The instant at which the simulation begins. Chosen: the beginning of 2026, UTC.
     pub epoch: Stamp,
-    /// Whether sensors are without noise, bias, drift and dropouts, for tests.
+    /// Whether sensors are without noise, bias, drift and dropouts, for tests. The default is no, as real sensors are.
     pub ideal: bool,
 }
 

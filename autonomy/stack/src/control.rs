@@ -7,12 +7,11 @@ use std::collections::VecDeque;
 use vocab::{ClientId, CommandId};
 
 /// Parameters of [`ControlArbiter`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ControlConfig {
     /// Number of answers that are kept for commands that are sent again. Ten clients that drive at 10 Hz fill it in 25 s.
     pub max_answers: usize,
-    /// Longest name of the lease's holder, characters; longer names are cut.
+    /// Longest name of the lease's holder, characters; longer names are cut. Chosen: it fits on a line.
     pub max_name_chars: usize,
 }
 

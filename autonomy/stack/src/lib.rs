@@ -50,10 +50,10 @@ use std::sync::Arc;
 use vocab::{ClientId, CommandId, Covariance6, Span, Stamp};
 
 /// Parameters of the [`Stack`] itself. The parts have their own.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct StackConfig {
-    /// Shortest time between two scans that are inserted into the elevation map. A person walks 0.3 m in it.
+    /// Shortest time between two scans that are inserted into the elevation map. A person walks 0.3 m in it. Chosen: every second sweep at 10 Hz, which halves the time
+    /// that the map costs.
     elevation_map_period: Span,
 }
 

@@ -22,7 +22,7 @@ use vocab::{MapId, Pose, SessionId, Span, Stamp};
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct MappingConfig {
     /// Time that a finished map waits for its last comparisons, and then for its relinearisation. Walks mostly end where they began. Far longer than all
-    /// comparisons that may wait take.
+    /// comparisons that may wait take. Chosen: people wait for the map meanwhile.
     max_closing_time: Span,
 }
 

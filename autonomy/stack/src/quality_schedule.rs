@@ -3,12 +3,12 @@
 use vocab::{Span, Stamp};
 
 /// Parameters of [`QualitySchedule`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct QualityScheduleConfig {
-    /// Time between two computations of the quality of a map that changes.
+    /// Time between two computations of the quality of a map that changes. Chosen: people see the figures change while they walk.
     pub period: Span,
-    /// The period grows by itself each time the graph has grown by this number of keyframes, because the cost grows with them.
+    /// The period grows by itself each time the graph has grown by this number of keyframes, because the cost grows with them. Chosen: ten minutes of walking over new
+    /// ground.
     pub keyframes: usize,
 }
 

@@ -24,15 +24,14 @@ use std::sync::Arc;
 use vocab::{KeyframeId, MapId, Pose, SessionId, Stamp};
 
 /// Parameters of a [`RunningSession`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RunningSessionConfig {
     /// When a scan becomes a keyframe; of the robot's profile.
     pub keyframes: KeyframePolicy,
     /// Edge of the voxels in which clouds of keyframes are averaged, metres. Well below what a person can distinguish on the map, and a tenth of the
-    /// points of a full-resolution sweep near the robot.
+    /// points of a full-resolution sweep near the robot. Chosen for this reason; smaller ones take more memory and disk.
     pub keyframe_voxel_m: f32,
-    /// Whether no loops are closed.
+    /// Whether no loops are closed. It is that of the boot record.
     pub leave_loops_open: bool,
 }
 

@@ -6,14 +6,14 @@ use std::collections::VecDeque;
 use vocab::{Span, Stamp};
 
 /// Parameters of the [`SensorMonitor`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SensorMonitorConfig {
-    /// Time over which messages are counted for a rate. At 10 Hz, the usual rate of a LiDAR, it holds 20 messages.
+    /// Time over which messages are counted for a rate. At 10 Hz, the usual rate of a LiDAR, it holds 20 messages. Chosen: a rate is then good to 5 %.
     pub rate_window: Span,
-    /// A sensor without a message for this time is reported as silent. 15 periods of a LiDAR at 10 Hz.
+    /// A sensor without a message for this time is reported as silent. 15 periods of a LiDAR at 10 Hz. Chosen: three scans of the slowest LiDARs, which turn twice a
+    /// second.
     pub silence_timeout: Span,
-    /// Time between two reports while nothing changes.
+    /// Time between two reports while nothing changes. Chosen: people see that the report lives.
     pub report_period: Span,
 }
 

@@ -7,7 +7,7 @@ use vocab::{ClientId, CommandId};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct WaitingAnswersConfig {
     /// Answers that wait at most. Only commands that change what is durable wait, a few in a second, so that this is for a disk that does not write for minutes. Beyond
-    /// it the oldest is forgotten; its client sends the command again.
+    /// it the oldest is forgotten; its client sends the command again. Chosen: a minute and more of such commands.
     pub max_waiting: usize,
 }
 

@@ -18,7 +18,7 @@ const KEY_BITS: u32 = 21;
 
 /// When something was seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Sighting {
+struct SeenInterval {
     first: Stamp,
     last: Stamp,
 }
@@ -29,7 +29,7 @@ pub struct FloorBuilder {
     config: TopomapConfig,
     robot: RobotShape,
     /// Keys with the time at which they were seen.
-    voxels: Vec<(u64, Sighting)>,
+    voxels: Vec<(u64, SeenInterval)>,
     /// Number of voxels that are sorted.
     sorted: usize,
 }
@@ -48,8 +48,9 @@ impl FloorBuilder {
             // False for coordinates that are not finite.
             if point.iter().map(|c| c * c).sum::<f32>() < range_squared {
                 let at = map_from_keyframe * Point3::from(point.map(f64::from));
-                self.voxels
-                    .extend(self.key(&at.coords).map(|key| (key, Sighting { first: stamp, last: stamp })));
+                self.voxels.extend(
+                    self.key(&at.coords).map(|key| (key, SeenInterval { first: stamp, last: stamp })),
+                );
             }
         }
         if self.voxels.len() > 2 * self.sorted + 1_000_000 {
@@ -61,7 +62,8 @@ impl FloorBuilder {
     pub fn insert_survey(&mut self, xyz: &[[f32; 3]]) {
         for point in xyz.iter().filter(|point| point.iter().all(|c| c.is_finite())) {
             let key = self.key(&Vector3::from(point.map(f64::from)));
-            self.voxels.extend(key.map(|key| (key, Sighting { first: Stamp::EPOCH, last: Stamp::EPOCH })));
+            self.voxels
+                .extend(key.map(|key| (key, SeenInterval { first: Stamp::EPOCH, last: Stamp::EPOCH })));
         }
         self.sort();
     }
@@ -126,7 +128,7 @@ impl FloorBuilder {
         floor.fill_holes();
         floor.fill_holes();
         let sightings = self.voxels.iter().map(|(_, seen)| *seen);
-        let seen: Vec<([f32; 3], Sighting)> = xyz.iter().copied().zip(sightings).collect();
+        let seen: Vec<([f32; 3], SeenInterval)> = xyz.iter().copied().zip(sightings).collect();
         floor.add_obstacles(&seen, walked);
         floor
     }
@@ -260,7 +262,7 @@ impl Floor {
 
     /// Keeps the points that may be in the way of a robot on the ground of their column or of a column beside it. Points where the body of the robot has been
     /// after they were seen are gone: people, doors that were opened. So are those that were seen for a short time only, where the robot has ever been.
-    fn add_obstacles(&mut self, seen: &[([f32; 3], Sighting)], walked: &[TimedPosition]) {
+    fn add_obstacles(&mut self, seen: &[([f32; 3], SeenInterval)], walked: &[TimedPosition]) {
         let passes = self.passes(walked);
         let layer_m = f64::from(self.grid.layer_m);
         let top_m = self.robot.clearance_m + self.robot.step_m;
@@ -268,7 +270,7 @@ impl Floor {
         let mut obstacles: BTreeMap<(i32, i32), Vec<[f32; 3]>> = BTreeMap::new();
         let mut heights: Vec<i32> = Vec::new();
         // Voxels of a column are not in a row, because their keys are ordered by x, then y.
-        let mut sorted: Vec<((i32, i32), &[f32; 3], Sighting)> =
+        let mut sorted: Vec<((i32, i32), &[f32; 3], SeenInterval)> =
             seen.iter().map(|(point, seen)| (column_of(point), point, *seen)).collect();
         sorted.sort_by_key(|(column, ..)| *column);
         for group in sorted.chunk_by(|a, b| a.0 == b.0) {
@@ -343,7 +345,7 @@ impl Floor {
     }
 
     /// Whether the body of the robot was at a point after it was seen, or at any time if it was seen for a short time only (docs/maths/topomap.md, equation 1).
-    fn has_passed(&self, position: &TimedPosition, point: &[f32; 3], seen: &Sighting) -> bool {
+    fn has_passed(&self, position: &TimedPosition, point: &[f32; 3], seen: &SeenInterval) -> bool {
         let offset = Vector3::from(point.map(f64::from)) - position.feet;
         let is_brief = (seen.last - seen.first).secs_f64() < self.config.lasting_s;
         (is_brief || position.stamp > seen.first)

@@ -9,11 +9,11 @@ use argon2::{Algorithm, Argon2, Params, Version};
 /// Parameters of passwords and their hashes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PasswordConfig {
-    /// Least length, characters. OWASP ASVS 5, 6.2.1 asks for 8 and recommends 15.
+    /// Least length, characters. OWASP ASVS 5, 6.2.1 asks for 8 and recommends 15. Chosen between them.
     pub min_chars: usize,
-    /// Greatest length, bytes: longer than any that people keep, and short enough to hash.
+    /// Greatest length, bytes: longer than any that people keep, and short enough to hash. Chosen: half a kilobyte.
     pub max_bytes: usize,
-    /// Memory of one hash, KiB. OWASP recommends 19 MiB or more for Argon2id.
+    /// Memory of one hash, KiB. OWASP recommends 19 MiB or more for Argon2id. That is the value.
     pub memory_kib: u32,
     /// Passes over that memory. Chosen so that a hash takes at least 50 ms; see the test of that name.
     pub passes: u32,

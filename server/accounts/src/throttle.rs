@@ -8,18 +8,17 @@ use std::net::IpAddr;
 use std::time::{Duration, Instant};
 
 /// Parameters of a [`SignInThrottle`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThrottleConfig {
-    /// Failures in a row that an address may make.
+    /// Failures in a row that an address may make. Chosen: a person who tries all his passwords needs fewer.
     pub address_burst: f64,
-    /// Time after which an address may make one more.
+    /// Time after which an address may make one more. Chosen: a person types a password in about that time, so people notice nothing.
     pub address_period: Duration,
-    /// Failures in a row that strangers may make for one account.
+    /// Failures in a row that strangers may make for one account. Chosen: as [`Self::address_burst`].
     pub account_burst: f64,
-    /// Time after which they may make one more: 1,440 guesses a day.
+    /// Time after which they may make one more: 1,440 guesses a day. Chosen: they do not find a password of [`crate::PasswordConfig::min_chars`] characters by guessing.
     pub account_period: Duration,
-    /// Addresses and accounts that are remembered. The least used are forgotten first.
+    /// Addresses and accounts that are remembered. The least used are forgotten first. Chosen: it bounds the memory to some hundred kilobytes.
     pub max_remembered: usize,
 }
 

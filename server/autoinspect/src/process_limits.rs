@@ -15,9 +15,9 @@ pub const WITHIN_LIMITS: &str = "--within-limits";
 
 /// Allowances beside the limits that people give.
 struct ProcessLimitConfig {
-    /// Memory that the system's limit does not count, bytes: the program's code, of which some 30 MB are in use.
+    /// Memory that the system's limit does not count, bytes: the program's code, of which some 30 MB are in use. Chosen: half more.
     code_bytes: u64,
-    /// Time between the signal at the limit of processor time and the end by force, seconds. Chosen.
+    /// Time between the signal at the limit of processor time and the end by force, seconds. Chosen: long enough to write a sentence and remove files.
     grace_s: u64,
 }
 

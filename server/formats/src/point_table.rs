@@ -95,7 +95,7 @@ pub struct ScanReport {
 /// Which times of points are of a scan.
 #[derive(Clone, Copy, Debug)]
 struct PointTimesConfig {
-    /// Greatest difference between a point's time and its scan's stamp, ns: two seconds, more than any LiDAR's sweep.
+    /// Greatest difference between a point's time and its scan's stamp, ns: two seconds, more than any LiDAR's sweep. Chosen: times of another clock differ by far more.
     max_difference_ns: i64,
 }
 

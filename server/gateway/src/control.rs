@@ -12,7 +12,8 @@ use crate::texts;
 use crate::wire::ServerMessageRef;
 use api::access::{event_privilege, message_privilege};
 use api::{
-    ClientMessage, Command, CommandOutcome, EditDone, EditOutcome, EditRefusal, Event, LeaseToken, Role, You,
+    ClientIdentity, ClientMessage, Command, CommandOutcome, EditDone, EditOutcome, EditRefusal, Event,
+    LeaseToken, Role,
 };
 use axum::extract::ws::WebSocket;
 use futures_util::StreamExt;
@@ -69,8 +70,8 @@ async fn converse(
 }
 
 /// Who a client is, for itself.
-fn you(seat: &ControlSeat, identity: &Identity, app: &App) -> You {
-    You {
+fn you(seat: &ControlSeat, identity: &Identity, app: &App) -> ClientIdentity {
+    ClientIdentity {
         client: seat.client(),
         account: identity.account.clone(),
         // Nobody else is let in.
@@ -89,7 +90,7 @@ async fn greeting(incoming: &mut Incoming) -> Result<LeaseToken, Closing> {
 }
 
 /// Writes the welcome, the snapshot and every change, newest values only, until the connection fails.
-async fn write_events(sink: &mut Outgoing, seat: &ControlSeat, app: &App, you: &You) -> Closing {
+async fn write_events(sink: &mut Outgoing, seat: &ControlSeat, app: &App, you: &ClientIdentity) -> Closing {
     let mut changes = seat.changes();
     let mut cursor = Cursor::default();
     let mut sequence = 0;

@@ -15,14 +15,13 @@ use tokio::net::unix::{OwnedReadHalf, OwnedWriteHalf};
 use tokio_util::codec::{FramedRead, FramedWrite, LengthDelimitedCodec};
 
 /// Parameters of the link to the core.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct CoreLinkConfig {
-    /// Pause before the first attempt to reconnect; it doubles with each further attempt. A core that restarts is back within a few of them.
+    /// Pause before the first attempt to reconnect; it doubles with each further attempt. A core that restarts is back within a few of them. Chosen: nobody notices it.
     min_retry_pause: Duration,
-    /// Longest pause between two attempts to reconnect.
+    /// Longest pause between two attempts to reconnect. Chosen: people notice a second, and a core that starts takes longer.
     max_retry_pause: Duration,
-    /// Longest time from connecting to the core's hello.
+    /// Longest time from connecting to the core's hello. Chosen: a core that lives answers within milliseconds; then it is connected anew.
     hello_timeout: Duration,
 }
 

@@ -1,7 +1,7 @@
 //! Documents over HTTP: tiles and graphs of maps, scans of keyframes, health.
 
 use crate::app::App;
-use crate::files::{REVALIDATE, Serving, respond, respond_named};
+use crate::files::{FileResponseOptions, REVALIDATE, respond, respond_named};
 use crate::json_response::json;
 use crate::pages::{AnyQuery, PageRequest};
 use crate::problem::ProblemResponse;
@@ -94,7 +94,7 @@ async fn map_document(app: &App, id: AnyPath, name: &str, headers: &HeaderMap) -
     let id = map_id(id)?;
     // From the parsed id, so that the path holds hexadecimal digits and hyphens only.
     let file = app.data_dir.join("maps").join(id.to_string()).join(name);
-    let serving = Serving {
+    let serving = FileResponseOptions {
         content_type: "application/json",
         cache_control: REVALIDATE,
         etag: None,

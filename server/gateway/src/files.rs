@@ -21,7 +21,7 @@ pub(crate) const IMMUTABLE: &str = "public, max-age=31536000, immutable";
 pub(crate) const REVALIDATE: &str = "no-cache";
 
 /// How a file is served.
-pub(crate) struct Serving<'a> {
+pub(crate) struct FileResponseOptions<'a> {
     pub(crate) content_type: &'static str,
     pub(crate) cache_control: &'static str,
     /// Strong validator without quotes; made of time and length if `None`.
@@ -34,10 +34,10 @@ pub(crate) struct Serving<'a> {
 pub(crate) async fn respond(
     path: &Path,
     request: &HeaderMap,
-    serving: Serving<'_>,
+    serving: FileResponseOptions<'_>,
 ) -> Result<Option<Response>, ProblemResponse> {
     let chosen = choose(path, request).await.map_err(|error| not_read(path, &error))?;
-    let Some(Chosen { mut file, metadata, encoding }) = chosen else { return Ok(None) };
+    let Some(EncodedFile { mut file, metadata, encoding }) = chosen else { return Ok(None) };
     let etag = match serving.etag {
         Some(name) => format!("\"{name}\""),
         None => validator(&metadata),
@@ -94,7 +94,8 @@ pub(crate) async fn respond_named(
     request: &HeaderMap,
     missing: impl FnOnce() -> String,
 ) -> Result<Response, ProblemResponse> {
-    let serving = Serving { content_type, cache_control: IMMUTABLE, etag: Some(name), has_ranges };
+    let serving =
+        FileResponseOptions { content_type, cache_control: IMMUTABLE, etag: Some(name), has_ranges };
     let found = respond(path, request, serving).await?;
     found.ok_or_else(|| ProblemResponse::not_found(missing()))
 }
@@ -115,23 +116,23 @@ pub(crate) fn not_read(path: &Path, error: &io::Error) -> ProblemResponse {
     ProblemResponse::new(StatusCode::INTERNAL_SERVER_ERROR, texts::FILE_NOT_READ)
 }
 
-struct Chosen {
+struct EncodedFile {
     file: File,
     metadata: Metadata,
     encoding: Option<&'static str>,
 }
 
 /// The smallest encoding of the file that the client accepts.
-async fn choose(path: &Path, request: &HeaderMap) -> io::Result<Option<Chosen>> {
+async fn choose(path: &Path, request: &HeaderMap) -> io::Result<Option<EncodedFile>> {
     for (encoding, suffix) in [("br", ".br"), ("gzip", ".gz")] {
         if accepts(request, encoding)
             && let Some((file, metadata)) = open(&with_suffix(path, suffix)).await?
         {
-            return Ok(Some(Chosen { file, metadata, encoding: Some(encoding) }));
+            return Ok(Some(EncodedFile { file, metadata, encoding: Some(encoding) }));
         }
     }
     let plain = open(path).await?;
-    Ok(plain.map(|(file, metadata)| Chosen { file, metadata, encoding: None }))
+    Ok(plain.map(|(file, metadata)| EncodedFile { file, metadata, encoding: None }))
 }
 
 fn with_suffix(path: &Path, suffix: &str) -> PathBuf {

@@ -69,23 +69,23 @@ use watchdog::Heartbeat;
 /// Where the gateway listens, and what it serves.
 #[derive(Debug)]
 pub struct GatewayConfig {
-    /// Address for clients; port 0 lets the system choose.
+    /// Address for clients; port 0 lets the system choose. Given by `--listen`.
     pub listen: SocketAddr,
-    /// The core's Unix socket. It may appear later, and vanish and come back.
+    /// The core's Unix socket. It may appear later, and vanish and come back. Given by the supervisor.
     pub core_socket: PathBuf,
-    /// Data directory: `maps/<id>/tiles.json`, `maps/<id>/graph.json` and `tiles/ab/<hash>` are read from it.
+    /// Data directory: `maps/<id>/tiles.json`, `maps/<id>/graph.json` and `tiles/ab/<hash>` are read from it. Given by the supervisor.
     pub data_dir: PathBuf,
-    /// Folder of the client's page, with the bundle in `pkg`.
+    /// Folder of the client's page, with the bundle in `pkg`. Given by the supervisor.
     pub static_dir: PathBuf,
-    /// Who may use it, and under which names.
+    /// Who may use it, and under which names. Given by the command line.
     pub access: AccessConfig,
-    /// How connections are encrypted.
+    /// How connections are encrypted. Given by the command line.
     pub tls: TlsConfig,
-    /// Gets the address once clients can connect.
+    /// Gets the address once clients can connect. Given by the caller.
     pub on_ready: Option<oneshot::Sender<SocketAddr>>,
-    /// Gets heartbeats while the gateway works.
+    /// Gets heartbeats while the gateway works. Given by the caller.
     pub heartbeat: Option<Heartbeat>,
-    /// Why this process was started again, if it was.
+    /// Why this process was started again, if it was. Given by the supervisor.
     pub restart: Option<ProcessRestart>,
 }
 

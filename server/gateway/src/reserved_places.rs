@@ -12,11 +12,11 @@ use tokio::sync::oneshot;
 #[derive(Clone, Debug)]
 pub(crate) struct ReservedPlaces {
     most: usize,
-    taken: Arc<Mutex<Taken>>,
+    taken: Arc<Mutex<TakenPlaces>>,
 }
 
 #[derive(Debug, Default)]
-struct Taken {
+struct TakenPlaces {
     next: u64,
     /// In the order of their arrival.
     places: BTreeMap<ReservedPlaceId, Occupant>,
@@ -41,7 +41,7 @@ impl ReservedPlaces {
         Self { most, taken: Arc::default() }
     }
 
-    fn lock(&self) -> MutexGuard<'_, Taken> {
+    fn lock(&self) -> MutexGuard<'_, TakenPlaces> {
         self.taken.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -72,7 +72,7 @@ impl ReservedPlaces {
     }
 }
 
-impl Taken {
+impl TakenPlaces {
     /// Who has to go for a newcomer.
     fn next_to_leave(&self) -> Option<ReservedPlaceId> {
         let mut counts: HashMap<IpAddr, usize> = HashMap::new();

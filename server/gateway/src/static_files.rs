@@ -1,7 +1,7 @@
 //! The client's own files: the page and what it loads.
 
 use crate::app::App;
-use crate::files::{IMMUTABLE, REVALIDATE, Serving, respond};
+use crate::files::{FileResponseOptions, IMMUTABLE, REVALIDATE, respond};
 use crate::problem::ProblemResponse;
 use crate::texts;
 use axum::extract::State;
@@ -31,7 +31,7 @@ pub(crate) async fn serve(
     let missing = || ProblemResponse::not_found(texts::no_file(path));
     let file = locate(&app.static_dir, path).ok_or_else(missing)?;
     let name = file.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-    let serving = Serving {
+    let serving = FileResponseOptions {
         content_type: content_type(name),
         cache_control: if path.starts_with("/pkg/") && is_content_named(name) {
             IMMUTABLE

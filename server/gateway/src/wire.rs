@@ -2,14 +2,14 @@
 //!
 //! The same bytes as [`api::ServerMessage`] and [`api::ScanFrame`]; the tests hold them to it.
 
-use api::{Event, ScanFrame, You};
+use api::{ClientIdentity, Event, ScanFrame};
 use serde::Serialize;
 use vocab::{Pose, Stamp};
 
 /// [`api::ServerMessage`], borrowing. The order of the variants is the contract's.
 #[derive(Serialize)]
 pub(crate) enum ServerMessageRef<'a> {
-    Welcome { version: u16, program: &'a str, you: &'a You },
+    Welcome { version: u16, program: &'a str, you: &'a ClientIdentity },
     Refused { reason: &'a str },
     Event { sequence: u64, event: &'a Event },
     Pong { token: u64, now: Stamp },
@@ -40,7 +40,7 @@ mod tests {
     fn borrowed_messages_are_the_contracts_bytes() {
         let event = Event::Battery(Battery { charge: 0.5, ..Battery::default() });
         let now = Stamp::from_nanos(7);
-        let you = You::in_demo(vocab::ClientId(uuid::Uuid::from_u128(5)));
+        let you = ClientIdentity::in_demo(vocab::ClientId(uuid::Uuid::from_u128(5)));
         let pairs = [
             (
                 ServerMessage::Welcome { version: 3, program: "p".into(), you: you.clone() },

@@ -6,7 +6,8 @@ use vocab::Stamp;
 /// Parameters of a [`RealTimePacer`].
 #[derive(Clone, Copy, Debug)]
 struct RealTimePacerConfig {
-    /// A lag up to this is made up for by running faster. A longer one is dropped, so that a suspended laptop does not replay an hour at full speed.
+    /// A lag up to this is made up for by running faster. A longer one is dropped, so that a suspended laptop does not replay an hour at full speed. Chosen: as long as a
+    /// drive command is valid ([`messages::DRIVE_LIFETIME`]).
     max_lag: Duration,
 }
 

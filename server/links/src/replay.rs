@@ -12,11 +12,11 @@ use vocab::{Span, Stamp};
 /// Parameters of a [`ReplayLink`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReplayConfig {
-    /// Recorded seconds per second of this computer.
+    /// Recorded seconds per second of this computer. The default is real time.
     pub speed: f64,
-    /// Longest time between arrivals; [`RobotEvent::Clock`] fills longer gaps between messages.
+    /// Longest time between arrivals; [`RobotEvent::Clock`] fills longer gaps between messages. It is the period of the control loop's ticks.
     pub clock_interval: Span,
-    /// Longest gap between two messages that is replayed; a longer one is skipped.
+    /// Longest gap between two messages that is replayed; a longer one is skipped. Chosen: a person who watches does not wait longer.
     pub max_gap: Span,
     /// Largest number of arrivals in the queue to the control loop: about 1 s of a robot with all sensors. While it is full, the replay waits.
     pub max_queued_arrivals: usize,

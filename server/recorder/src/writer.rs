@@ -24,19 +24,19 @@ pub(crate) const SEGMENT_KEY: &str = "segment";
 pub(crate) const CONTINUES_KEY: &str = "continues";
 
 /// Parameters of a [`RecordingWriter`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WriterConfig {
-    /// Compression of chunks.
+    /// Compression of chunks. The default is that of the recorder.
     pub compression: ChunkCompression,
     /// Size at which a chunk is closed, bytes before compression. A full-resolution sweep is 1.4 MB, so a chunk holds a few of them and the small
-    /// messages between them.
+    /// messages between them. Chosen: larger chunks compress hardly better, and lose more of a file that is cut.
     pub chunk_bytes: u64,
-    /// Longest time that recorded data stays in memory, on the recording's clock. A crash loses at most the data of this time.
+    /// Longest time that recorded data stays in memory, on the recording's clock. A crash loses at most the data of this time. Chosen: a second; shorter ones write more
+    /// blocks that are not full.
     pub flush_interval: Span,
-    /// How sweeps are written.
+    /// How sweeps are written. The default keeps all of a sweep.
     pub scans: ScanMessage,
-    /// Whether a flush waits until the data is on the disk. Then a power cut loses no more than a crash does.
+    /// Whether a flush waits until the data is on the disk. Then a power cut loses no more than a crash does. The core sets it; the default is for tools.
     pub sync: bool,
 }
 

@@ -34,15 +34,14 @@ use vocab::{ClientId, CommandId, Span, Stamp};
 use watchdog::{BEAT_PERIOD, Heartbeat};
 
 /// Parameters of the control loop, on this computer's clock.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct ControlLoopConfig {
     /// After this time without an arrival the loop ticks by itself. Chosen: half of [`messages::DRIVE_LIFETIME`], after which the
     /// robot stops by itself.
     silence_timeout: Duration,
-    /// Time between two readings of the calendar time.
+    /// Time between two readings of the calendar time. Chosen: schedules are by the minute.
     wall_clock_period: Duration,
-    /// Requests for simulated faults that may wait for the robot's answer. Further ones are refused.
+    /// Requests for simulated faults that may wait for the robot's answer. Further ones are refused. Chosen: people inject them one by one.
     max_unanswered_faults: usize,
 }
 

@@ -45,11 +45,13 @@ use watchdog::Watchdog;
 /// Limits of the core's queues.
 #[derive(Clone, Copy, Debug)]
 struct QueueLimits {
-    /// Stops of motion, and permissions to move, that may wait for the control loop. While the queue is full, the thread that reads from the gateway waits.
+    /// Stops of motion, and permissions to move, that may wait for the control loop. While the queue is full, the thread that reads from the gateway waits. Chosen: one
+    /// that waits has the effect of all, so that few are enough.
     max_stops: usize,
-    /// Other commands that may wait for the control loop. While the queue is full, further ones are refused, so that a stop behind them does not wait.
+    /// Other commands that may wait for the control loop. While the queue is full, further ones are refused, so that a stop behind them does not wait. Chosen: as the
+    /// gateway's queue to the core.
     max_commands: usize,
-    /// Inputs of the ledger that may wait for the control loop. While the queue is full, the ledger waits.
+    /// Inputs of the ledger that may wait for the control loop. While the queue is full, the ledger waits. Chosen: a transaction of the ledger.
     max_ledger_inputs: usize,
 }
 
@@ -57,27 +59,27 @@ const QUEUE_LIMITS: QueueLimits = QueueLimits { max_stops: 16, max_commands: 256
 
 /// Parts of a core that its caller provides.
 pub struct CoreConfig {
-    /// The robot.
+    /// The robot. Given by the caller.
     pub link: Box<dyn RobotLink>,
-    /// Stores maps and tiles.
+    /// Stores maps and tiles. Given by the caller.
     pub store: Arc<Store>,
-    /// Records the inputs; `None` records nothing.
+    /// Records the inputs; `None` records nothing. Given by the caller.
     pub recording: Option<RecordingTarget>,
-    /// Path of the Unix socket for the gateway.
+    /// Path of the Unix socket for the gateway. Given by the caller.
     pub socket: PathBuf,
-    /// Makes maps of files; `None` refuses all imports.
+    /// Makes maps of files; `None` refuses all imports. Given by the caller.
     pub importer: Option<Box<dyn MapImporter>>,
-    /// Makes the example, with `importer`; `None` refuses it.
+    /// Makes the example, with `importer`; `None` refuses it. Given by the caller.
     pub example_maker: Option<Box<dyn ExampleMaker>>,
-    /// Compares runs of missions with earlier ones; `None` compares none.
+    /// Compares runs of missions with earlier ones; `None` compares none. Given by the caller.
     pub change_finder: Option<Box<dyn ChangeFinder>>,
-    /// Watches the threads. Whoever starts a core ends it when one of them fails.
+    /// Watches the threads. Whoever starts a core ends it when one of them fails. Given by the caller.
     pub watchdog: Watchdog,
-    /// Why this process was started again, if it was.
+    /// Why this process was started again, if it was. Given by the supervisor.
     pub restart: Option<ProcessRestart>,
-    /// Why the simulated robot was started again, if it was.
+    /// Why the simulated robot was started again, if it was. Given by the supervisor.
     pub robot_restart: Option<RobotRestart>,
-    /// Whether people have to sign in.
+    /// Whether people have to sign in. Given by the command line.
     pub access: AccessMode,
 }
 

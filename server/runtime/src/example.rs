@@ -16,7 +16,7 @@ use vocab::{ClientId, CommandId, MapId, UploadId};
 
 /// Parameters of making the example.
 struct ExampleConfig {
-    /// Longest wait for the ledger. It writes an edit within some milliseconds.
+    /// Longest wait for the ledger. It writes an edit within some milliseconds. Chosen: after a minute its disk has failed.
     ledger_timeout: Duration,
 }
 

@@ -35,9 +35,9 @@ use watchdog::{Heartbeat, Watchdog};
 /// Parameters of the [`GatewayLink`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GatewayLinkConfig {
-    /// Longest time for one write to the gateway.
+    /// Longest time for one write to the gateway. Chosen: a gateway that lives reads at once; then it is disconnected and gets a snapshot when it connects again.
     pub write_timeout: Duration,
-    /// A thread that handles one message for longer hangs.
+    /// A thread that handles one message for longer hangs. Chosen: as the control loop's (`THREAD_LIMITS`).
     pub thread_limit: Duration,
 }
 

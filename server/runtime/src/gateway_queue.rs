@@ -18,12 +18,11 @@ use std::collections::VecDeque;
 use std::mem::{Discriminant, discriminant};
 
 /// Bounds on what waits of the site.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct QueueConfig {
-    /// Changes that may wait: some seconds of many clients.
+    /// Changes that may wait: some seconds of many clients. Chosen: with more, the gateway is sent the whole site.
     max_site_changes: usize,
-    /// Bytes that they may take.
+    /// Bytes that they may take. Chosen: two of the longest edits.
     max_site_bytes: usize,
 }
 

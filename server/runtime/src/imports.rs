@@ -24,12 +24,11 @@ use vocab::{MapId, UploadId, Vec3};
 use watchdog::{BEAT_PERIOD, Heartbeat};
 
 /// Parameters of imports.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct ImportsConfig {
     /// Longest name of a map, characters; longer names are cut. It fits on a line of the client's list of maps.
     max_name_chars: usize,
-    /// An import that takes longer hangs.
+    /// An import that takes longer hangs. Chosen: the processor time of an import is limited to 20 minutes, and it runs with low priority beside everything else.
     max_duration: Duration,
 }
 

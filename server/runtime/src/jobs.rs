@@ -24,14 +24,14 @@ use vocab::{MapId, SessionId};
 use watchdog::{BEAT_PERIOD, Heartbeat};
 
 /// Parameters of [`Jobs`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct JobsConfig {
-    /// Greatest number of jobs that wait on each lane; further ones are refused. A cloud takes about 1 MB and a few milliseconds to write.
+    /// Greatest number of jobs that wait on each lane; further ones are refused. A cloud takes about 1 MB and a few milliseconds to write. Chosen: 256 MB of clouds at
+    /// most.
     max_queued: usize,
-    /// Greatest number of finished jobs that wait for the control loop.
+    /// Greatest number of finished jobs that wait for the control loop. Chosen: the control loop takes them every 50 ms.
     max_finished: usize,
-    /// A lane that works at one job for longer hangs. Saving a map of a day's walk takes minutes.
+    /// A lane that works at one job for longer hangs. Saving a map of a day's walk takes minutes. Chosen: an hour, so that no saving is taken for a hang.
     max_job_duration: Duration,
 }
 

@@ -13,7 +13,8 @@ use vocab::{Aabb, KeyframeId, MapId, Pose, SessionId};
 /// Parameters of the [`LiveMap`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LiveMapConfig {
-    /// Coarsest step to which coordinates are rounded in tiles, metres: a quarter of a voxel of a keyframe's cloud.
+    /// Coarsest step to which coordinates are rounded in tiles, metres: a quarter of a voxel of a keyframe's cloud. It is that of saved maps
+    /// ([`map_codec::POINT_RESOLUTION_M`]).
     pub tile_resolution_m: f32,
 }
 

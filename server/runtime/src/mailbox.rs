@@ -21,14 +21,15 @@ use std::time::Instant;
 use vocab::{GoalId, KeyframeId, SessionId, Stamp};
 
 /// Bounds of a [`Mailbox`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MailboxConfig {
-    /// Publications that may wait in order. Compacted they are some 600 at most.
+    /// Publications that may wait in order. Compacted they are some 600 at most. Chosen: three times that.
     pub max_publications: usize,
-    /// Bytes that they may take, clouds and graphs included: some 60 keyframes, a minute of a walk over new ground.
+    /// Bytes that they may take, clouds and graphs included: some 60 keyframes, a minute of a walk over new ground. Chosen: it bounds the memory while the publisher
+    /// waits for the disk.
     pub max_bytes: usize,
-    /// Sessions of which a compacted mailbox keeps the state of mapping. The files of an older one stay until the next start.
+    /// Sessions of which a compacted mailbox keeps the state of mapping. The files of an older one stay until the next start. Chosen: a person begins few sessions while
+    /// the disk does not write.
     pub max_sessions: usize,
 }
 
@@ -62,7 +63,7 @@ impl DroppedKeyframes {
 
 /// The publications that wait.
 #[derive(Default)]
-pub struct Mail {
+pub struct WaitingPublications {
     /// Publications in the order of posting, without estimates and scans.
     pub ordered: VecDeque<Publication>,
     /// The newest scan.
@@ -79,7 +80,7 @@ pub struct Mail {
     bytes: usize,
 }
 
-impl Mail {
+impl WaitingPublications {
     fn is_empty(&self) -> bool {
         self.ordered.is_empty()
             && self.scan.is_none()
@@ -195,7 +196,7 @@ fn bytes_of(publication: &Publication) -> usize {
 #[derive(Default)]
 pub struct Mailbox {
     config: MailboxConfig,
-    mail: Mutex<Mail>,
+    mail: Mutex<WaitingPublications>,
     arrived: Condvar,
 }
 
@@ -224,7 +225,7 @@ impl Mailbox {
     }
 
     /// Waits until there is a publication, the mailbox is closed or `deadline` has passed. Takes all publications.
-    pub fn wait(&self, deadline: Instant) -> Mail {
+    pub fn wait(&self, deadline: Instant) -> WaitingPublications {
         let mut mail = self.lock();
         while mail.is_empty() && !mail.closed {
             let remaining = deadline.saturating_duration_since(Instant::now());
@@ -234,11 +235,11 @@ impl Mailbox {
             mail = self.arrived.wait_timeout(mail, remaining).unwrap_or_else(PoisonError::into_inner).0;
         }
         let closed = mail.closed;
-        Mail { closed, ..std::mem::take(&mut mail) }
+        WaitingPublications { closed, ..std::mem::take(&mut mail) }
     }
 
     /// Locks the data. A panic of the other thread leaves it usable, because every change of it is a single assignment.
-    fn lock(&self) -> MutexGuard<'_, Mail> {
+    fn lock(&self) -> MutexGuard<'_, WaitingPublications> {
         self.mail.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

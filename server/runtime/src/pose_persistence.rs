@@ -12,16 +12,15 @@ use vocab::{MapId, Pose};
 ///
 /// The search at a start covers 1 m and 20 degrees round the written pose (`GlobalLocaliserConfig::prior_offsets_m`). A robot whose core dies walks 0.23 m and turns by 0.2 rad before
 /// it stands. What is left is how far it may have moved since the write.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PosePersistenceConfig {
-    /// Time after which the pose is written, however little it has changed.
+    /// Time after which the pose is written, however little it has changed. Chosen: few writes for the disk, and a pose that is 2 s old at most.
     pub write_period: Duration,
-    /// Distance after which it is written, metres.
+    /// Distance after which it is written, metres. Chosen: with the 0.23 m, below 1 m.
     pub write_distance_m: f64,
-    /// Rotation after which it is written, radians.
+    /// Rotation after which it is written, radians. Chosen: with the 0.2 rad, 20 degrees.
     pub write_angle_rad: f64,
-    /// Shortest time between two writes of a robot that moves. Each waits for the disk.
+    /// Shortest time between two writes of a robot that moves. Each waits for the disk. Chosen: at walking speed the robot needs 0.5 s for [`Self::write_distance_m`].
     pub moving_period: Duration,
 }
 

@@ -22,14 +22,13 @@ use store::StoreError;
 use watchdog::Heartbeat;
 
 /// Parameters of the [`PublisherWorker`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PublisherConfig {
     /// Shortest time between two estimates for clients. 20 Hz look smooth.
     pub estimate_period: Duration,
-    /// Time between two reports on the resources of the server.
+    /// Time between two reports on the resources of the server. Chosen: people read no faster.
     pub platform_period: Duration,
-    /// Step to which coordinates are rounded in live scans, metres.
+    /// Step to which coordinates are rounded in live scans, metres. It is that of saved maps.
     pub scan_resolution_m: f32,
 }
 

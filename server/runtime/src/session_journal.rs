@@ -18,12 +18,11 @@ use vocab::SessionId;
 use watchdog::{BEAT_PERIOD, Heartbeat};
 
 /// Parameters of the [`SessionJournalQueue`] and the [`SessionJournalWorker`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SessionJournalConfig {
-    /// Longest time between a record and its being on the disk. A power cut loses that much.
+    /// Longest time between a record and its being on the disk. A power cut loses that much. Chosen: a second of a walk is made good by walking it again.
     pub sync_period: Duration,
-    /// Records that may wait for the disk: a minute of scans, loops and changes of the graph.
+    /// Records that may wait for the disk: a minute of scans, loops and changes of the graph. Chosen: disks that stall do so for some seconds.
     pub max_queued_records: usize,
 }
 

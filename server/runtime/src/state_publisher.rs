@@ -19,7 +19,8 @@ use vocab::{ClientId, CommandId};
 /// Parameters of a [`StatePublisher`].
 #[derive(Clone, Copy, Debug)]
 struct StatePublisherConfig {
-    /// Messages that may wait for the gateway. With more, its connection is dropped.
+    /// Messages that may wait for the gateway. With more, its connection is dropped. Chosen: some seconds of everything that is published; it is sent a snapshot when it
+    /// connects again.
     max_queued_messages: usize,
 }
 

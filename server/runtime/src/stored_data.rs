@@ -18,9 +18,10 @@ use vocab::{ClientId, CommandId, MapId, UploadId};
 /// Parameters of [`StoredDataWorker::clean_up`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CleanUpConfig {
-    /// Time between two clean-ups. What is kept for days may stay an hour longer.
+    /// Time between two clean-ups. What is kept for days may stay an hour longer. Chosen: an hour, so that the disk is read seldom.
     pub period: Duration,
-    /// Time between two searches for unused tiles, which read the tile lists of all maps. They are searched at each start too.
+    /// Time between two searches for unused tiles, which read the tile lists of all maps. They are searched at each start too. Chosen: a day, as the grace of unused
+    /// tiles.
     pub tiles_period: Duration,
 }
 

@@ -14,14 +14,14 @@ use vocab::{SessionId, Stamp};
 use watchdog::{BEAT_PERIOD, Heartbeat};
 
 /// Parameters of the [`StoredDataCheckWorker`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StoredDataCheckConfig {
-    /// Bytes that are read in a second, so that the disk and its cache stay free for the robot: 20 GB of maps take a quarter of an hour.
+    /// Bytes that are read in a second, so that the disk and its cache stay free for the robot: 20 GB of maps take a quarter of an hour. Chosen: slow disks read several
+    /// times as fast.
     pub bytes_per_s: f64,
-    /// Damaged files of which people are told one by one. The log names all.
+    /// Damaged files of which people are told one by one. The log names all. Chosen: a damaged disk would give thousands.
     pub max_notices: usize,
-    /// Time between two looks at the robot's clock until it runs: notices carry its time.
+    /// Time between two looks at the robot's clock until it runs: notices carry its time. Chosen: nobody notices it.
     pub clock_poll: Duration,
 }
 

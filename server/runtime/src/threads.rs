@@ -13,17 +13,16 @@ use watchdog::{Heartbeat, Watchdog};
 pub const CONTROL_THREAD: &str = "control";
 
 /// Longest times without a heartbeat. A thread that is silent for longer hangs, and the process has to be started again.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 pub struct ThreadLimits {
     /// The control loop; the main threads of the gateway and of the simulated robot have the same limit. Supervisors judge them much earlier by the
-    /// heartbeats that they get.
+    /// heartbeats that they get. Chosen: it is judged earlier where that is possible, and this is for what they do not see.
     pub control: Duration,
-    /// The publisher, which reads the list of tiles of a large map within seconds.
+    /// The publisher, which reads the list of tiles of a large map within seconds. Chosen: two minutes, far longer than that.
     pub publisher: Duration,
-    /// Threads that write to the disk. A new start mends no disk, so they are given much time.
+    /// Threads that write to the disk. A new start mends no disk, so they are given much time. Chosen: ten minutes; disks that come back do so within it.
     pub disk: Duration,
-    /// Threads that wait for a job. Jobs have a limit of their own.
+    /// Threads that wait for a job. Jobs have a limit of their own. Chosen: as [`Self::control`].
     pub lane: Duration,
 }
 

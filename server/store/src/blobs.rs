@@ -9,12 +9,12 @@ use std::path::PathBuf;
 use vocab::BlobHash;
 
 /// Limits of stored files.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BlobsConfig {
-    /// Largest file, bytes. A cloud of 60 s of a large scanner has some 600 MB and is thinned before.
+    /// Largest file, bytes. A cloud of 60 s of a large scanner has some 600 MB and is thinned before. Chosen: above the 48 MB of the largest thinned cloud.
     pub max_bytes: u64,
-    /// Free space that they leave for everything else, bytes. Half of what recordings leave, so that recordings stop first.
+    /// Free space that they leave for everything else, bytes. Half of what recordings leave, so that recordings stop first. Chosen: half a gigabyte, enough for the
+    /// ledger and a map.
     pub min_free_bytes: u64,
 }
 

@@ -5,12 +5,11 @@ use std::collections::HashMap;
 use vocab::{KeyframeId, Vec3};
 
 /// Parameters of [`KeyframeGrid`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct KeyframeGridConfig {
     /// Edge of a cell, metres. Keyframes are about a metre apart along a walk, so a cell of a walk holds some two.
     cell_m: f64,
-    /// Cells round that of a position that are searched before all keyframes are.
+    /// Cells round that of a position that are searched before all keyframes are. Chosen: 4 to 6 m; most positions that are asked lie on or beside the walk.
     max_rings: i64,
 }
 

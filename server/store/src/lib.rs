@@ -193,12 +193,12 @@ impl Store {
 }
 
 /// Parameters of [`Store::open`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct OpenConfig {
-    /// Longest time to wait for the last process, which was killed a moment ago and still holds the lock or writes.
+    /// Longest time to wait for the last process, which was killed a moment ago and still holds the lock or writes. Chosen: the system ends a killed process within
+    /// milliseconds.
     patience: Duration,
-    /// Time between two attempts.
+    /// Time between two attempts. Chosen: nobody notices it.
     pause: Duration,
 }
 

@@ -21,22 +21,23 @@ use vocab::Stamp;
 const ENDED: &str = "ended";
 
 /// Limits of what recordings may take.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RecordingsConfig {
-    /// Share of the disk (bytes of recordings plus free bytes) that recordings may take.
+    /// Share of the disk (bytes of recordings plus free bytes) that recordings may take. Chosen: half, so that maps and files of actions have as much.
     pub max_disk_share: f64,
-    /// Free space that recordings leave for maps, bytes.
+    /// Free space that recordings leave for maps, bytes. Chosen: 1 GB, a map of several million points and its next version.
     pub min_free_bytes: u64,
-    /// Bytes that recordings may take in any case; no such limit if none.
+    /// Bytes that recordings may take in any case; no such limit if none. Given by the caller; the default is none.
     pub max_bytes: Option<u64>,
-    /// Bytes that recordings must be allowed to take before a paused recording begins again: a minute and a half of a walk.
+    /// Bytes that recordings must be allowed to take before a paused recording begins again: a minute and a half of a walk. Chosen: so that a full disk does not make a
+    /// segment for each second.
     pub min_bytes: u64,
-    /// Size at which a segment ends, bytes.
+    /// Size at which a segment ends, bytes. Chosen: some minutes of a walk; larger segments are lost as a whole when space is short.
     pub max_segment_bytes: u64,
-    /// Share of the space of all recordings at which a segment ends, so that in little space too many segments can be pinned one by one.
+    /// Share of the space of all recordings at which a segment ends, so that in little space too many segments can be pinned one by one. Chosen: a pinned segment and its
+    /// neighbours then are a tenth of the space.
     pub max_segment_share: f64,
-    /// Time before the end of an interrupted run whose segments are pinned.
+    /// Time before the end of an interrupted run whose segments are pinned. Chosen: as those of incidents.
     pub interruption_margin: Duration,
 }
 

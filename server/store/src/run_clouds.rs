@@ -23,9 +23,9 @@ const FIXED_HEADER_BYTES: usize = 12;
 /// Limits of the clouds of runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RunCloudsConfig {
-    /// Bytes that the clouds of all runs may take: some thousand missions of 200 m.
+    /// Bytes that the clouds of all runs may take: some thousand missions of 200 m. Chosen: a small part of a disk of 256 GB.
     pub max_bytes: u64,
-    /// Free space that they leave for everything else, bytes, as files of actions do.
+    /// Free space that they leave for everything else, bytes, as files of actions do. Chosen: 1 GB, as recordings do.
     pub min_free_bytes: u64,
 }
 

@@ -24,6 +24,7 @@ pub(crate) const NOTE_FORMAT_VERSIONS: Versions = Versions { first_checked: 2, n
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImportSpaceConfig {
     /// Size of a map relative to the file that it is made of, at most. A map takes 14 bytes a point (`docs/benchmarks/import.md`); LAZ, the smallest format, some 3.
+    /// Chosen: the ratio of both, rounded up.
     pub max_map_per_file: u64,
 }
 

@@ -32,12 +32,12 @@ const PLANES: usize = 16;
 const MAX_GAP_BYTES: usize = 5;
 
 /// Parameters of files of viewpoints.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct ViewpointCloudsConfig {
-    /// Level of zstd. Higher levels gain little on gaps and on the bytes of coordinates.
+    /// Level of zstd. Higher levels gain little on gaps and on the bytes of coordinates. Chosen: twice the default of zstd, 3.
     zstd_level: i32,
-    /// Most points that a file may announce, so that a broken one cannot ask for all memory: 1 GB unpacked.
+    /// Most points that a file may announce, so that a broken one cannot ask for all memory: 1 GB unpacked. Chosen: 67 million, more than an import may have in its
+    /// memory.
     max_points: usize,
 }
 

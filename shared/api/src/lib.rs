@@ -26,7 +26,7 @@ mod site;
 mod socket;
 mod topomap;
 
-pub use access::{Caller, CredentialId, LeaseToken, Privilege, Role, You};
+pub use access::{Caller, ClientIdentity, CredentialId, LeaseToken, Privilege, Role};
 pub use codec::{DecodeError, MAX_MESSAGE_BYTES, decode, encode, encode_after};
 pub use command::{Command, CommandOutcome, MAX_PAIR_RMS_M, MAX_PAIRS, SimulatedFault};
 pub use core_link::{CoreMessage, GatewayMessage};

@@ -1,6 +1,6 @@
 //! Messages on the two WebSockets.
 
-use crate::{Command, Event, LeaseToken, You};
+use crate::{ClientIdentity, Command, Event, LeaseToken};
 use serde::{Deserialize, Serialize};
 use site_model::Edit;
 use vocab::{CommandId, Pose, Stamp};
@@ -50,7 +50,7 @@ pub enum ServerMessage {
         /// Version of the program, for people.
         program: String,
         /// Who the client is.
-        you: You,
+        you: ClientIdentity,
     },
     /// The server will not talk to this client; the sentence says why and what to do. Closes after it.
     Refused {

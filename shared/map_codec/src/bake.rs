@@ -19,16 +19,16 @@ const MAX_CELL_STEPS: f32 = 512.0;
 const MAX_LEVEL: u8 = 13;
 
 /// Parameters of [`bake`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BakeConfig {
     /// Distance between points on the finest level, metres; closer points are dropped. It is increased for a
-    /// map that is too large for 14 levels.
+    /// map that is too large for 14 levels. Chosen: three times the noise of a LiDAR; closer points are of the same place.
     pub finest_spacing_m: f32,
     /// Greatest step of a node's lattice, metres. A node's step is its cell, halved until it is not larger than
-    /// this, at most nine times. Points of coarse nodes are also drawn close up, so they need the same resolution.
+    /// this, at most nine times. Points of coarse nodes are also drawn close up, so they need the same resolution. Its default is that of all points of the map
+    /// ([`crate::POINT_RESOLUTION_M`]).
     pub resolution_m: f32,
-    /// The points of nodes with fewer points are moved into their parents.
+    /// The points of nodes with fewer points are moved into their parents. Chosen: a tile of fewer costs more for its request than for its points.
     pub min_node_points: usize,
 }
 

@@ -11,15 +11,15 @@ use crate::encode::{encode, quantise};
 use vocab::Pose;
 
 /// Parameters of a [`LevelSplitter`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SplitConfig {
     /// Edge of the cells of each level, metres, coarsest first. At most 255. A level whose entry is not positive
-    /// gets no points. If that is the finest level, no level gets points.
+    /// gets no points. If that is the finest level, no level gets points. Chosen: each level has half the spacing of the one before, down to about that of the keyframes'
+    /// clouds (0.04 m).
     pub spacings_m: Vec<f32>,
-    /// Keyframes after which a new submap starts.
+    /// Keyframes after which a new submap starts. Chosen: a loop then moves few tiles, and a tile has enough points.
     pub max_submap_keyframes: u32,
-    /// Occupied cells, all levels together, at which a new submap starts.
+    /// Occupied cells, all levels together, at which a new submap starts. Chosen: it bounds the memory where the robot stands or turns for long.
     pub max_submap_cells: usize,
 }
 

@@ -31,7 +31,7 @@ pub(crate) struct Predictor {
     channels: Vec<ChannelState>,
     ring_last: u16,
     /// The point before: its channel, range, range before in the same channel, difference from the expectation, and intensity.
-    above: Option<Above>,
+    above: Option<RowAbove>,
     column_azimuth: i32,
     azimuth_step: i32,
     column_time: i64,
@@ -39,7 +39,7 @@ pub(crate) struct Predictor {
 }
 
 #[derive(Clone, Copy)]
-struct Above {
+struct RowAbove {
     ring: u16,
     range: u32,
     range_before: u32,
@@ -155,7 +155,7 @@ impl Predictor {
     pub fn learn(&mut self, ring: u16, point: GridPoint, expected: RangeExpectation, intensity: i64) {
         let channel = &mut self.channels[usize::from(ring)];
         let range_difference = point.range.abs_diff(expected.range);
-        self.above = Some(Above {
+        self.above = Some(RowAbove {
             ring,
             range: point.range,
             range_before: channel.range,

@@ -4,7 +4,6 @@ use messages::{ImuSample, Sensor};
 use vocab::{Span, Stamp, Vec3};
 
 /// Parameters of [`StandstillDetector`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StandstillConfig {
     /// Angular velocity above which the robot moves, rad/s: twice the bias that the datasheet of a BMI085 allows at switch-on, plus its noise. A
@@ -13,15 +12,16 @@ pub struct StandstillConfig {
     /// Difference of the specific force from its mean above which the robot moves, m/s². The noise of the same part is 0.03; steps of a person
     /// or of the robot make more than 1.
     pub max_specific_force_difference_m_s2: f64,
-    /// Time constant of that mean.
+    /// Time constant of that mean. Chosen: longer than a step, so that the mean is that of gravity.
     pub mean_time: Span,
-    /// Speed of the base by the legs above which the robot moves, m/s.
+    /// Speed of the base by the legs above which the robot moves, m/s. Chosen: above the noise of legs that stand, and below the slowest walk.
     pub max_leg_speed_m_s: f64,
-    /// Angular velocity by the legs above which it moves, rad/s.
+    /// Angular velocity by the legs above which it moves, rad/s. Chosen for the same reason.
     pub max_leg_angular_velocity_rad_s: f64,
-    /// Time without motion after which the robot stands.
+    /// Time without motion after which the robot stands. Chosen: a robot that only pauses between two steps does not count.
     pub settle_time: Span,
-    /// Time without a sample of the IMU, or of the legs if there are any, after which nothing says that the robot stands.
+    /// Time without a sample of the IMU, or of the legs if there are any, after which nothing says that the robot stands. Chosen: ten samples and more of an IMU, and
+    /// several of legs.
     pub max_silence: Span,
 }
 

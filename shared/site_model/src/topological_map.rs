@@ -261,6 +261,26 @@ pub struct Zone {
     pub daily: Option<[crate::LocalTime; 2]>,
 }
 
+impl Zone {
+    /// Whether a point of the map frame is in it, heights included; times of the day are not looked at. Linear in the corners.
+    pub fn contains(&self, point: Vec3) -> bool {
+        let is_at_height = self.height_m.is_none_or(|[low, high]| (low..=high).contains(&point.z));
+        is_at_height && is_in_polygon(&self.corners_m, [point.x, point.y])
+    }
+}
+
+/// Whether a point is inside a polygon, by the even-odd rule. Linear in the corners.
+pub fn is_in_polygon(corners: &[[f64; 2]], [x, y]: [f64; 2]) -> bool {
+    let mut is_inside = false;
+    for (index, a) in corners.iter().enumerate() {
+        let b = corners[(index + 1) % corners.len()];
+        if (a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0]) {
+            is_inside = !is_inside;
+        }
+    }
+    is_inside
+}
+
 /// What holds in a zone.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

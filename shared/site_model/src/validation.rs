@@ -10,16 +10,15 @@ use std::mem::{Discriminant, discriminant};
 use vocab::Span;
 
 /// Ranges of numbers that people enter.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ValidationConfig {
     /// Greatest speed of an edge or zone, m/s. Chosen: twice that of the fastest legged inspection robots.
     pub max_speed_m_s: f64,
     /// Smallest tolerance of a position, metres. Chosen: half the accuracy of localisation.
     pub min_tolerance_m: f64,
-    /// Smallest tolerance of a heading, radians: half a degree.
+    /// Smallest tolerance of a heading, radians: half a degree. Chosen: below the heading that legs keep.
     pub min_tolerance_rad: f64,
-    /// Shortest interval of a schedule.
+    /// Shortest interval of a schedule. Chosen: the clock of schedules goes by minutes.
     pub min_interval: Span,
 }
 

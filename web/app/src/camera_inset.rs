@@ -9,12 +9,11 @@ use panels::{PanelState, SightCheck};
 use scene::{CameraPose, CameraProjection, Options, View};
 
 /// Parameters of the check of the line of sight.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct SightConfig {
-    /// Radius of the line of sight at the target, m.
+    /// Radius of the line of sight at the target, m. Chosen: half a voxel of the check on the robot (`points::line_of_sight::LineOfSightConfig`).
     radius_m: f64,
-    /// Things nearer to the target than this belong to it, m.
+    /// Things nearer to the target than this belong to it, m. Chosen: a little less than on the robot (0.3 m), which has to do with the error of its pose too.
     target_m: f64,
     /// Size of the picture in which a line of sight is looked along that is not shown, px: that of the panel.
     checked_px: [u32; 2],

@@ -17,11 +17,11 @@ use std::time::Duration;
 /// Parameters of [`ClientApp`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct ClientAppConfig {
-    /// Time for decoding tiles in one frame, ms. The last tile may exceed it.
+    /// Time for decoding tiles in one frame, ms. The last tile may exceed it. Chosen: a quarter of a frame at 60 Hz.
     decode_ms: f64,
-    /// Interval of frames while nothing moves: shown ages and countdowns still change.
+    /// Interval of frames while nothing moves: shown ages and countdowns still change. Chosen: ages and countdowns are shown in seconds.
     idle_repaint: Duration,
-    /// Interval of frames while the robot is driven by hand: its velocity is read from joystick and keys in every frame.
+    /// Interval of frames while the robot is driven by hand: its velocity is read from joystick and keys in every frame. Chosen: half the period of drive commands.
     drive_repaint: Duration,
 }
 

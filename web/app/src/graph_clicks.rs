@@ -10,7 +10,8 @@ use vocab::Vec3;
 
 /// Parameters of clicks on the graph.
 struct GraphClickConfig {
-    /// Nodes from which a new inspection point may be looked at are tried up to this number, the best first. Chosen.
+    /// Nodes from which a new inspection point may be looked at are tried up to this number, the best first. Chosen: each try draws a small picture, and what is hidden
+    /// from eight places is hidden from most.
     max_viewpoints: usize,
 }
 

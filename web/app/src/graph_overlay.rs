@@ -12,26 +12,25 @@ use site_model::{Edge, InspectionPoint, Node, NodeId, NodeKind, Site, ZoneId};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Parameters of the overlay.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct GraphOverlayConfig {
-    /// Height of lines and markers above the floor, m, so that the floor does not hide them.
+    /// Height of lines and markers above the floor, m, so that the floor does not hide them. Chosen: above zones (0.08 m), below routes of missions (0.16 m).
     height_m: f64,
-    /// Radius of a node, logical px.
+    /// Radius of a node, logical px. Chosen: nodes 2 m apart stay apart in a picture of 100 m on 1,080 lines.
     node_radius_px: f32,
-    /// Radius of a node that is selected, logical px.
+    /// Radius of a node that is selected, logical px. Chosen: a third larger than [`Self::node_radius_px`].
     selected_radius_px: f32,
-    /// Radius of the handle by which a node is turned, logical px.
+    /// Radius of the handle by which a node is turned, logical px. Chosen: as [`Self::selected_radius_px`]; it is picked within a touch target.
     handle_radius_px: f32,
-    /// Radius of the marker in the middle of an edge, logical px.
+    /// Radius of the marker in the middle of an edge, logical px. Chosen: smaller than a node, so that both are told apart.
     edge_radius_px: f32,
-    /// Width of an edge, logical px.
+    /// Width of an edge, logical px. Chosen: seen on a bright floor; wider ones hide it.
     line_width_px: f32,
-    /// Radius of the target of an inspection point, logical px.
+    /// Radius of the target of an inspection point, logical px. Chosen: between an edge's marker and a node.
     target_radius_px: f32,
-    /// Width of the line from a node to a target, logical px.
+    /// Width of the line from a node to a target, logical px. Chosen: half of [`Self::line_width_px`].
     sight_width_px: f32,
-    /// Length of a dash of an edge that routes do not use, with its gap, m.
+    /// Length of a dash of an edge that routes do not use, with its gap, m. Chosen: an edge of 2 m has four.
     dash_m: f32,
 }
 

@@ -11,16 +11,15 @@ use site_model::{NodeId, Site};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Parameters of the overlay.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct MissionOverlayConfig {
-    /// Height above the floor, m: over the edges of the topological map.
+    /// Height above the floor, m: over the edges of the topological map. Chosen: 4 cm above them (0.12 m).
     height_m: f64,
-    /// Radius of a stop, logical px.
+    /// Radius of a stop, logical px. Chosen: larger than a node (8 px), because it has a number.
     stop_radius_px: f32,
-    /// Width of the route, logical px.
+    /// Width of the route, logical px. Chosen: wider than an edge (3 px), which it covers.
     line_width_px: f32,
-    /// Radius of an arrow on an edge, logical px.
+    /// Radius of an arrow on an edge, logical px. Chosen: its point is told from its sides.
     arrow_radius_px: f32,
 }
 

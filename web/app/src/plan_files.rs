@@ -18,9 +18,8 @@ const INPUT_ID: &str = "plan-file";
 const FILE_NAME: &str = "autoinspect-plan.json";
 
 /// Parameters of plan files that are read.
-/// Where a field names no source, its value was chosen.
 struct PlanFileConfig {
-    /// Largest file that is read, bytes. Missions and schedules of a site are a few hundred kilobytes.
+    /// Largest file that is read, bytes. Missions and schedules of a site are a few hundred kilobytes. Chosen: many times that; a larger one is another file.
     max_file_bytes: f64,
 }
 

@@ -10,7 +10,7 @@ pub(crate) struct Png16 {
 
 /// Parameters of pictures of 16 bits.
 struct Png16Config {
-    /// Greatest number of pixels, so that a picture takes at most 32 MB once it is unpacked.
+    /// Greatest number of pixels, so that a picture takes at most 32 MB once it is unpacked. Chosen: more than any thermal camera has.
     max_pixels: usize,
 }
 

@@ -17,21 +17,22 @@ use std::rc::Rc;
 use std::time::Duration;
 
 /// Parameters of [`ClientRuntime`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RuntimeConfig {
     /// Period of the page's timer, ms: half the period of drive commands, so that none is late.
     timer_period_ms: u32,
-    /// Age of the last frame from which the page's own events decide whether keys and pointer are still held, ms.
+    /// Age of the last frame from which the page's own events decide whether keys and pointer are still held, ms. Chosen: longer than frames of a slow machine, which are
+    /// 130 ms apart ([`scene::FramePacingConfig::max_interval_s`]).
     late_frame_ms: f64,
-    /// Age of the last frame from which driving stops, ms: the operator no longer sees the robot's motion.
+    /// Age of the last frame from which driving stops, ms: the operator no longer sees the robot's motion. Chosen: longer than a frame of a software device at full
+    /// quality, 1 s.
     max_blind_drive_ms: f64,
-    /// Longest wait for the tile list before the first frame, ms. A local server answers in half this time.
+    /// Longest wait for the tile list before the first frame, ms. A local server answers in half this time. Chosen: twice that.
     max_list_wait_ms: f64,
     /// Longest wait for the first tile before the first frame, ms. Without a tile the first image is empty, and on a software device the
-    /// next image takes longer than this wait.
+    /// next image takes longer than this wait. Chosen: shorter than the second from which people notice a wait.
     max_tile_wait_ms: f64,
-    /// Period of the check for the tile during that wait.
+    /// Period of the check for the tile during that wait. Chosen: far below both waits.
     wait_period: Duration,
 }
 

@@ -21,27 +21,27 @@ use std::rc::Rc;
 use vocab::{KeyframeId, MapId, Pose};
 
 /// Parameters of [`SceneSync`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct SceneSyncConfig {
-    /// Smallest change of height that counts as another floor, m. The base moves up and down by less while the robot walks.
+    /// Smallest change of height that counts as another floor, m. The base moves up and down by less while the robot walks. Chosen: two steps of stairs.
     min_ground_step_m: f64,
-    /// Heights above the ground at the two ends of the colour map, m.
+    /// Heights above the ground at the two ends of the colour map, m. Chosen: from below the floor to above the ceiling of most rooms.
     colour_heights_m: [f64; 2],
-    /// Largest number of points in one image. A laptop without a graphics card draws them in time.
+    /// Largest number of points in one image. A laptop without a graphics card draws them in time. It is that of [`Options`].
     point_budget: u32,
-    /// Distance between points of a keyframe's scan, m: each is the mean of a cell with this edge.
+    /// Distance between points of a keyframe's scan, m: each is the mean of a cell with this edge. Source: the clouds of keyframes, of which `autonomy/stack` makes one
+    /// point for each such voxel.
     keyframe_scan_spacing_m: f32,
-    /// Height of a marker above its position on the ground, m, so that the ground does not hide it.
+    /// Height of a marker above its position on the ground, m, so that the ground does not hide it. Chosen: about the height of the robot's body.
     marker_height_m: f64,
-    /// Standard deviation up to which a keyframe has the colour of a certain one, m.
+    /// Standard deviation up to which a keyframe has the colour of a certain one, m. Chosen: less is not visible in a picture of the map.
     certain_deviation_m: f32,
     /// Standard deviation from which a keyframe has the colour of an uncertain one, m. From this value on the platform suggests to survey
     /// the area again.
     uncertain_deviation_m: f32,
-    /// Depth under the lowest node of a floor to which points are drawn while the floor alone is shown, m.
+    /// Depth under the lowest node of a floor to which points are drawn while the floor alone is shown, m. Chosen: two steps of stairs.
     below_floor_m: f64,
-    /// Age of the last state from which the robot is drawn as one of unknown position, s.
+    /// Age of the last state from which the robot is drawn as one of unknown position, s. Chosen: three times the age up to which data counts as live, 1 s.
     max_robot_age_s: f64,
 }
 

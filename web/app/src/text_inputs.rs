@@ -28,12 +28,12 @@ struct TextInputElement {
     kind: TextInputKind,
     events: EventQueue,
     /// The element's present attributes; only those that differ from the request are set.
-    shown: Option<Shown>,
+    shown: Option<ShownTextInput>,
     _listeners: Vec<EventListener>,
 }
 
 #[derive(PartialEq)]
-struct Shown {
+struct ShownTextInput {
     request: TextInputRequest,
     style: String,
 }
@@ -187,7 +187,7 @@ impl TextInputElement {
             self.field.set_value(&request.value);
         }
         let style = style(request, tokens);
-        let shown = Shown { request: request.clone(), style };
+        let shown = ShownTextInput { request: request.clone(), style };
         if self.shown.as_ref() == Some(&shown) {
             return;
         }

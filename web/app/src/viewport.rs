@@ -20,39 +20,41 @@ use std::time::Duration;
 use vocab::MapId;
 
 /// Parameters of [`Viewport`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ViewportConfig {
     /// Height of the camera's target above the ground while it follows the robot, m: the height of the robot's body.
     followed_height_m: f64,
-    /// Distance from the pointer within which robot, nodes and markers are picked, logical px: half of a touch target of 44.
+    /// Distance from the pointer within which robot, nodes and markers are picked, logical px: half of a touch target of 44. Chosen for fingers.
     target_reach_px: f64,
-    /// Radius of drawn nodes and markers, logical px. Within it they precede the lines of loops when picking.
+    /// Radius of drawn nodes and markers, logical px. Within it they precede the lines of loops when picking. Chosen: between a node (8 px) and one that is selected (11
+    /// px).
     marker_radius_px: f64,
-    /// Distance from the pointer within which the line of a loop is picked, logical px.
+    /// Distance from the pointer within which the line of a loop is picked, logical px. Chosen: less than that of markers, because lines lie close to each other.
     line_reach_px: f64,
-    /// Distance from the pointer within which a point of the map is picked, logical px.
+    /// Distance from the pointer within which a point of the map is picked, logical px. Chosen: gaps between points of a near surface are smaller.
     point_reach_px: f64,
     /// Zoom for each logical pixel of scrolling (natural logarithm of the factor). A notch of a wheel is about 50 px, so five notches double
-    /// the scale.
+    /// the scale. Chosen for that: 250 px give 0.7, the logarithm of two.
     zoom_per_px: f64,
-    /// Shortest camera distance to a loop, m.
+    /// Shortest camera distance to a loop, m. Chosen: both keyframes and some metres of their scans are in the picture.
     min_loop_distance_m: f64,
-    /// Camera distance to a loop, in lengths of the loop.
+    /// Camera distance to a loop, in lengths of the loop. Chosen: the loop fills less than half of the picture, so that its surroundings are seen.
     loop_distance_ratio: f64,
-    /// Lowest pitch of the camera over a loop, rad: scans are compared from above.
+    /// Lowest pitch of the camera over a loop, rad: scans are compared from above. Chosen: 52 degrees; lower ones show walls instead of the plan.
     min_loop_pitch_rad: f64,
-    /// Longest camera distance after moving to the robot or to a point, m.
+    /// Longest camera distance after moving to the robot or to a point, m. Chosen: the room around it is in the picture.
     max_robot_distance_m: f64,
     /// Shortest camera distance to the robot while the camera follows it, m: nearer, the camera would be within its body, which is 1 m long.
     min_robot_distance_m: f64,
-    /// Longest distance of a goal from the camera, beyond the camera's distance to its target, m. A click farther away counts as accidental.
+    /// Longest distance of a goal from the camera, beyond the camera's distance to its target, m. A click farther away counts as accidental. Chosen: farther than people
+    /// see where they click.
     max_goal_distance_m: f64,
-    /// Share of the camera's distance that a double click leaves.
+    /// Share of the camera's distance that a double click leaves. Chosen: half, so that two double clicks are a quarter.
     double_click_ratio: f64,
-    /// Shortest camera distance after a double click, m.
+    /// Shortest camera distance after a double click, m. Chosen: nearer, gaps between points open.
     min_double_click_distance_m: f64,
-    /// Longest distance of the ground point to which zooming goes where the pointer is over no point of the map, in camera distances.
+    /// Longest distance of the ground point to which zooming goes where the pointer is over no point of the map, in camera distances. Chosen: near the horizon, a zoom
+    /// would move the camera far otherwise.
     max_ground_focus_ratio: f64,
 }
 

@@ -16,7 +16,7 @@ use crate::shared::{Context, Shared, SliceChange};
 use crate::{
     ClientCommand, ClientEffect, ClientEvent, ClientTime, Ids, Model, Socket, StoredDraft, ViewSettings,
 };
-use api::{LeaseToken, Localisation, Mapping, Motion, Quality, Role, ServerMessage, You};
+use api::{ClientIdentity, LeaseToken, Localisation, Mapping, Motion, Quality, Role, ServerMessage};
 use site_model::NodeId;
 use std::collections::BTreeSet;
 use vocab::{MapId, Pose, Twist, Vec3};
@@ -173,7 +173,7 @@ impl Model {
     }
 
     /// Who this client is, as the server says; `None` before it has welcomed the client.
-    pub fn you(&self) -> Option<&You> {
+    pub fn you(&self) -> Option<&ClientIdentity> {
         self.shared.you.as_ref()
     }
 

@@ -9,7 +9,7 @@ use crate::features::maps::SavedMaps;
 use crate::features::notices::Notices;
 use crate::features::selection::{PointerMode, Selected};
 use crate::{ClientEffect, ClientTime, Ids, texts};
-use api::{CommandOutcome, LeaseToken, Severity, You};
+use api::{ClientIdentity, CommandOutcome, LeaseToken, Severity};
 use vocab::{ClientId, CommandId, MapId};
 
 /// State that more than one feature needs.
@@ -18,7 +18,7 @@ pub(crate) struct Shared {
     /// This client's secret, kept over reconnections.
     pub(crate) lease: LeaseToken,
     /// Who this client is, as the server says; none before the first welcome.
-    pub(crate) you: Option<You>,
+    pub(crate) you: Option<ClientIdentity>,
     /// Client time of the last event.
     pub(crate) now: ClientTime,
     /// Source of the ids that the client makes.

@@ -46,7 +46,7 @@ impl TestClient {
         self.server(ServerMessage::Welcome {
             version: api::VERSION,
             program: "1.2.3".into(),
-            you: api::You::in_demo(client),
+            you: api::ClientIdentity::in_demo(client),
         });
     }
 

@@ -48,15 +48,20 @@ pub fn elapsed(seconds: f64) -> String {
     if hours > 0 { format!("{hours}:{minutes:02}:{seconds:02}") } else { format!("{minutes}:{seconds:02}") }
 }
 
-/// Seconds roughly: `8 s`, `12 min`, `2 h 05`.
+/// Seconds roughly: `8 s`, `12 min`, `2 h 05`, `1 day`, `12 days`.
 pub fn duration(seconds: f64) -> String {
     let minutes = (seconds / 60.0).round() as u64;
     if seconds < 60.0 {
         format!("{:.0} s", seconds.max(0.0))
     } else if minutes < 60 {
         format!("{minutes} min")
-    } else {
+    } else if minutes < 24 * 60 {
         format!("{} h {:02}", minutes / 60, minutes % 60)
+    } else {
+        match (seconds / 86_400.0).round() {
+            1.0 => "1 day".to_owned(),
+            days => format!("{days:.0} days"),
+        }
     }
 }
 

@@ -10,17 +10,16 @@ use crate::view::{Colour, Palette, View};
 use glam::DVec3;
 
 /// Parameters of the overlay.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct OverlayConfig {
-    /// Shortest drawn step of a trajectory, m. Every scan adds a point; shorter steps cannot be seen.
+    /// Shortest drawn step of a trajectory, m. Every scan adds a point; shorter steps cannot be seen. Chosen: half of the distance between the kept positions.
     pub(crate) min_trajectory_step_m: f64,
-    /// Length of the robot's mesh, m, before it is scaled to the robot: from the head to the hind legs.
+    /// Length of the robot's mesh, m, before it is scaled to the robot: from the head to the hind legs. Source: the mesh.
     pub(crate) robot_length_m: f64,
     /// Shortest length of the robot's mesh on the screen, logical px. Below it a marker with the robot's heading takes its place. About
     /// 48 px are needed to recognise the front of the mesh.
     pub(crate) min_robot_px: f64,
-    /// Radius of that marker, logical px.
+    /// Radius of that marker, logical px. Chosen: it is three quarters as wide as the mesh was, 36 px.
     pub(crate) robot_marker_radius_px: f32,
 }
 

@@ -7,32 +7,31 @@ use glam::{DVec2, DVec3};
 
 /// Parameters of [`PointColumns`]. What makes an obstacle is as in the generation of topological maps (`topomap::TopomapConfig`), so that an edge that a person draws is
 /// judged like one that is made from the map. The robot's size, step and clearance are told by the robot; the defaults hold until they have come.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ColumnsConfig {
-    /// Side of a column, m.
+    /// Side of a column, m. Chosen: half a column of the ground of topological maps.
     pub column_m: f64,
-    /// Largest area that columns cover along each side, m.
+    /// Largest area that columns cover along each side, m. Chosen: 640,000 columns, which bounds the memory; edges are far shorter.
     pub max_side_m: f64,
-    /// Half the width of the robot's body, m.
+    /// Half the width of the robot's body, m. Source: the robots of `topomap::TopomapConfig::half_width_share`.
     pub half_width_m: f64,
-    /// Height of a step that the robot climbs, m: lower things are no obstacles.
+    /// Height of a step that the robot climbs, m: lower things are no obstacles. Chosen: as two layers of `mapping::ground_surface::GroundConfig`.
     pub step_m: f64,
-    /// Height of the robot, m: things above it are no obstacles.
+    /// Height of the robot, m: things above it are no obstacles. Chosen: the height of a common legged robot.
     pub clearance_m: f64,
     /// Points within [`Self::section_m`] that make an obstacle. One or two are noise.
     pub min_obstacle_points: u32,
-    /// Length of line over which points are counted, m.
+    /// Length of line over which points are counted, m. Chosen: two columns.
     pub section_m: f64,
-    /// Length at both ends of a line that is not looked at, m: a node may be close to what is inspected from it.
+    /// Length at both ends of a line that is not looked at, m: a node may be close to what is inspected from it. Chosen: about half the width of a robot.
     pub end_margin_m: f64,
-    /// Radius around a place within which points tell its floor, m.
+    /// Radius around a place within which points tell its floor, m. Chosen: a place between two rings of a LiDAR has points within it.
     pub floor_radius_m: f64,
     /// Greatest difference between a floor and the height that it is looked for at, m. Less than a table or a storey.
     pub floor_reach_m: f64,
-    /// Thickness of a floor: noise of a LiDAR and unevenness, m.
+    /// Thickness of a floor: noise of a LiDAR and unevenness, m. Source: the layers of `mapping::ground_surface::GroundConfig`.
     pub floor_thickness_m: f64,
-    /// Points that make a floor.
+    /// Points that make a floor. Chosen: as for obstacles.
     pub min_floor_points: usize,
 }
 

@@ -25,8 +25,11 @@ use std::collections::BTreeMap;
 /// Parameters of the renderer's algorithms.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct RendererConfig {
+    /// How tiles are chosen.
     level_of_detail: LevelOfDetailConfig,
+    /// How large points are drawn.
     point_size: PointSizeConfig,
+    /// How lines, markers and the robot are drawn.
     overlay: OverlayConfig,
 }
 

@@ -7,7 +7,7 @@ use super::differing::{Verdict, verdicts};
 use super::image::{DepthImage, DepthImageError};
 use super::segments::{area_m2, connected};
 use super::support::Support;
-use crate::detect::{Differing, merged};
+use crate::detect::{UnmatchedObject, merged};
 use crate::moves::moves;
 use crate::{Changes, UprightBox};
 use geometry::{Isometry, Vector3};
@@ -44,9 +44,11 @@ pub fn detect_depth_changes(
         looks_as_large(&gone.object.place, &new.object.place, config)
             && colours.is_none_or(|(a, b)| a.overlap(b) >= config.moved_colour_overlap)
     };
-    let places = |found: &[Found]| found.iter().map(|found| found.object.place).collect::<Vec<_>>();
+    let places =
+        |found: &[UnmatchedImageObject]| found.iter().map(|found| found.object.place).collect::<Vec<_>>();
     let pairs = moves(&places(&removed), &places(&appeared), may_be_moved);
-    let objects = |found: Vec<Found>| found.into_iter().map(|found| found.object).collect::<Vec<_>>();
+    let objects =
+        |found: Vec<UnmatchedImageObject>| found.into_iter().map(|found| found.object).collect::<Vec<_>>();
     Ok(DepthChanges {
         camera_from_support: support.camera_from_support(),
         changes: merged(objects(removed), objects(appeared), &pairs),
@@ -66,8 +68,8 @@ fn looks_as_large(a: &UprightBox, b: &UprightBox, config: &DepthChangesConfig) -
 }
 
 /// An object of one image that the other one does not have.
-struct Found {
-    object: Differing,
+struct UnmatchedImageObject {
+    object: UnmatchedObject,
     colour: Option<ColourHistogram>,
 }
 
@@ -77,7 +79,7 @@ fn differing(
     other: &DepthImage,
     support: &Support,
     config: &DepthChangesConfig,
-) -> Vec<Found> {
+) -> Vec<UnmatchedImageObject> {
     let verdicts = verdicts(image, other, support, config);
     let is_candidate = |pixel: &usize| matches!(verdicts[*pixel], Verdict::Changed | Verdict::Unknown);
     let candidates: Vec<usize> = (0..image.len()).filter(is_candidate).collect();
@@ -105,7 +107,7 @@ fn found(
     image: &DepthImage,
     support: &Support,
     config: &DepthChangesConfig,
-) -> Option<Found> {
+) -> Option<UnmatchedImageObject> {
     let support_from_camera = support.camera_from_support().inverse();
     let on_support = |point: &Vector3| support_from_camera * nalgebra::Point3::from(*point);
     let points: Vec<[f32; 3]> = part
@@ -127,7 +129,7 @@ fn found(
     let colour =
         ColourHistogram::of(part.iter().filter_map(|pixel| colours.get(*pixel).copied()), &config.colours);
     let points = part.iter().map(|pixel| image.raw_point(*pixel)).collect();
-    Some(Found { object: Differing { place, points, confidence }, colour })
+    Some(UnmatchedImageObject { object: UnmatchedObject { place, points, confidence }, colour })
 }
 
 #[cfg(test)]

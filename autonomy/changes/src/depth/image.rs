@@ -7,7 +7,8 @@ use std::fmt;
 /// Which points are an image of a depth camera.
 #[derive(Clone, Copy, Debug)]
 struct DepthImageConfig {
-    /// Points may be this far from the rays of their pixels (root mean square), pixels: rounding of coordinates to a millimetre, and a little distortion.
+    /// Points may be this far from the rays of their pixels (root mean square), pixels: rounding of coordinates to a millimetre, and a little distortion. Chosen: one
+    /// pixel, above which the points are not those of the pixels.
     max_ray_error_px: f64,
     /// Pixels with a point from which on there is an image. Chosen: far below an image of any depth camera, and enough to fit its rays.
     min_points: usize,

@@ -4,15 +4,15 @@ use site_model::{EdgeBlock, EdgeId};
 use vocab::{Span, Stamp};
 
 /// Parameters of [`next_block`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EdgeBlockConfig {
     /// Time for which an edge is blocked after its first failure. Chosen: people who stand in a way for longer than the executive waits have
     /// usually gone after a minute.
     pub first: Span,
-    /// The longest block.
+    /// The longest block. Chosen: what blocks an edge for hours is looked at again several times in a shift.
     pub longest: Span,
-    /// An edge that was not tried for this time after its block has ended counts as never failed.
+    /// An edge that was not tried for this time after its block has ended counts as never failed. Chosen: a shift and a half, so that a block of another day does not
+    /// count.
     pub forget_after: Span,
     /// Where there is no other route, the robot waits for the end of a block that is not longer than this. Chosen: the first two blocks.
     pub max_wait: Span,

@@ -1,28 +1,30 @@
 //! Where the robot is on the graph: at a node, on an edge, and which node is nearest. With hysteresis, so that a pose that is noisy does not make these flicker.
 
 use super::RouteGraph;
-use super::zones::is_inside;
 use crate::poses::{heading_rad, turn_between_rad};
-use site_model::{EdgeId, Node, NodeId, Site};
+use site_model::{EdgeId, Node, NodeId, Site, is_in_polygon};
 use vocab::{Pose, Vec3};
 
 /// Parameters of [`GraphLocaliser`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GraphLocaliserConfig {
-    /// The robot leaves a node once it is this many times its tolerance away from it.
+    /// The robot leaves a node once it is this many times its tolerance away from it. Chosen: half more, so that noise at the border does not change the node.
     pub leave_ratio: f64,
     /// Least distance beyond the tolerance at which it leaves a node, metres. Chosen: five times the noise of localisation.
     pub leave_margin_m: f64,
-    /// A node has to be nearer than the present nearest one by this distance to replace it, metres.
+    /// A node has to be nearer than the present nearest one by this distance to replace it, metres. Chosen: a robot in the middle of two nodes does not change between
+    /// them by its sway.
     pub nearest_margin_m: f64,
-    /// Greatest distance from the line of an edge at which the robot is on it, metres.
+    /// Greatest distance from the line of an edge at which the robot is on it, metres. Chosen: the greatest width of a corridor to either side
+    /// ([`site_model::Corridor`]).
     pub edge_distance_m: f64,
-    /// An edge has to be nearer than the present one by this distance to replace it, metres.
+    /// An edge has to be nearer than the present one by this distance to replace it, metres. Chosen: as [`Self::nearest_margin_m`].
     pub edge_margin_m: f64,
     /// An edge along which the robot would walk backwards counts as farther away by this, metres. More than the margin, so that of a pair the edge ahead is taken.
+    /// Chosen: 0.2 m more.
     pub backwards_penalty_m: f64,
-    /// A node or edge that is higher or lower than the robot by more than this is on another floor, metres: less than half a storey.
+    /// A node or edge that is higher or lower than the robot by more than this is on another floor, metres: less than half a storey. Its default is that of generated
+    /// maps.
     pub floor_separation_m: f64,
 }
 
@@ -99,7 +101,7 @@ impl GraphLocaliser {
         if self.is_on_other_floor(node.map_from_node.position, pose.position) {
             return false;
         }
-        if is_inside(&node.influence_area_m, [x, y]) {
+        if is_in_polygon(&node.influence_area_m, [x, y]) {
             return true;
         }
         let along_m = node.tolerance.along_m * ratio + margin_m;

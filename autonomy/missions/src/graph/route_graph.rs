@@ -8,20 +8,23 @@ use std::collections::BTreeMap;
 use vocab::{Stamp, Vec3};
 
 /// Parameters of [`RouteGraph`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RouteConfig {
     /// Usual speed on flat ground, m/s. Chosen: that of the simulated legged robot on free ground.
     pub usual_speed_m_s: f64,
     /// Factor on that speed on stairs. Chosen: legged robots climb at a third of their walking speed.
     pub stairs_speed_ratio: f64,
-    /// Factor on that speed on edges that are walked slowly, and through doors.
+    /// Factor on that speed on edges that are walked slowly, and through doors. Chosen: half, the time to look at a door or to place the feet; it is replaced by what was
+    /// learned.
     pub slow_speed_ratio: f64,
-    /// Time to align with a dock and to get onto it, seconds.
+    /// Time to align with a dock and to get onto it, seconds. Chosen: the walk in takes 3 s, and aligning and looking take some seconds each; it is replaced by what was
+    /// learned.
     pub docking_s: f64,
-    /// Weight of the newest traversal in a learned time. At 0.2, the last ten traversals make nine tenths of it.
+    /// Weight of the newest traversal in a learned time. At 0.2, the last ten traversals make nine tenths of it. Chosen: with more, one person in the way changes routes;
+    /// with less, a change of the site is learned slowly.
     pub learning_rate: f64,
-    /// Distance between the points of an edge at which zones are looked up, metres.
+    /// Distance between the points of an edge at which zones are looked up, metres. Chosen: less than the radius of a robot's footprint, so that no zone of its size is
+    /// passed over.
     pub zone_step_m: f64,
 }
 

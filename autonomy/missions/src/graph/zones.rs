@@ -43,7 +43,7 @@ pub(super) fn rules_on_edge(
     for step in 0..=steps {
         let point = between(from, to, f64::from(step) / f64::from(steps));
         let (mut speed_here_m_s, mut penalty) = (speed_m_s, 1.0_f64);
-        for zone in zones.iter().filter(|zone| contains(zone, point)) {
+        for zone in zones.iter().filter(|zone| zone.contains(point)) {
             match zone.effect {
                 ZoneEffect::KeepOut => rules.keep_out = rules.keep_out.or(Some(zone.id)),
                 ZoneEffect::SpeedLimit(limit_m_s) => speed_here_m_s = speed_here_m_s.min(limit_m_s),
@@ -85,7 +85,7 @@ pub(crate) fn zones_with_actions<'a>(
     let (mut entered, mut now) = (Vec::new(), BTreeSet::new());
     for zone in active_zones(site, time_of_day).filter(|zone| matches!(zone.effect, ZoneEffect::Action(_))) {
         let was_inside = inside.contains(&zone.id);
-        let is_inside = contains(zone, point);
+        let is_inside = zone.contains(point);
         if is_inside && !was_inside {
             entered.push(zone);
         }
@@ -115,24 +115,4 @@ fn is_near(zone: &Zone, point: Vec3, distance_m: f64) -> bool {
 fn between(from: Vec3, to: Vec3, share: f64) -> Vec3 {
     let mix = |a: f64, b: f64| a + share * (b - a);
     Vec3::new(mix(from.x, to.x), mix(from.y, to.y), mix(from.z, to.z))
-}
-
-/// Whether a point is in a zone: even-odd rule over its corners.
-fn contains(zone: &Zone, point: Vec3) -> bool {
-    if zone.height_m.is_some_and(|[low, high]| point.z < low || point.z > high) {
-        return false;
-    }
-    is_inside(&zone.corners_m, [point.x, point.y])
-}
-
-/// Whether a point is inside a polygon, by the even-odd rule. Linear in the corners.
-pub(super) fn is_inside(corners: &[[f64; 2]], [x, y]: [f64; 2]) -> bool {
-    let mut inside = false;
-    for (index, a) in corners.iter().enumerate() {
-        let b = corners[(index + 1) % corners.len()];
-        if (a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0]) {
-            inside = !inside;
-        }
-    }
-    inside
 }

@@ -19,31 +19,33 @@ use std::collections::{BTreeMap, BTreeSet};
 use vocab::{GoalId, LegId, Pose, Quat, Span, Stamp};
 
 /// Parameters of [`RouteExecutor`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RouteExecutorConfig {
     /// How long edges are left out.
     pub blocks: EdgeBlockConfig,
-    /// Attempts to dock, before another dock is tried.
+    /// Attempts to dock, before another dock is tried. Chosen: one contact that fails and one marker that is hidden may come together. Each attempt takes up to a minute.
     pub max_dock_attempts: u32,
-    /// Speed onto and out of docks, m/s.
+    /// Speed onto and out of docks, m/s. Chosen: a little above the speed with which the robot walks into the dock (`executive::DockingConfig`).
     pub dock_speed_m_s: f64,
-    /// Time within which the charging current has to flow.
+    /// Time within which the charging current has to flow. Chosen: time for a charger to check its contacts.
     pub charge_time_limit: Span,
-    /// Edges are walked in parts of this length at most, metres. Half of the distance to which the robot sees the ground, so that it plans on what it sees.
+    /// Edges are walked in parts of this length at most, metres. Half of the distance to which the robot sees the ground, so that it plans on what it sees. It is half of
+    /// the range of the elevation map, 12 m.
     pub max_part_length_m: f64,
-    /// The place of the robot is looked for again after this time, if it is not known.
+    /// The place of the robot is looked for again after this time, if it is not known. Chosen: five looks at the place ([`Self::max_place_waits`]).
     pub place_wait: Span,
-    /// As often as this. With that time it makes 20 s, in which a robot that stands finds its place after a start.
+    /// As often as this. With that time it makes 20 s, in which a robot that stands finds its place after a start. Chosen: longer than the 15.6 s that the search of a
+    /// map of 50 million points takes (docs/benchmarks/localisation.md).
     pub max_place_waits: u32,
     /// How long actions on entering and leaving an edge may take.
     pub action_time: ActionTimeConfig,
-    /// Expected time of actions that the platform does not come with.
+    /// Expected time of actions that the platform does not come with. Chosen: time for an elevator or a gate.
     pub expected_action_time: Span,
     /// Pose at the ends of stairs, in line with the flight: from beside it, the robot would walk into the end of a handrail. Across, a flight of 1 m leaves a robot of
-    /// 0.76 m 0.12 m to each side.
+    /// 0.76 m 0.12 m to each side. Chosen: across less than that room; 10 degrees move the front of the robot by less than 0.1 m; along, it need not be exact.
     pub stairs_tolerance: PoseTolerance,
-    /// Speed by which routes beside the graph are compared with routes on it, m/s. Slower than on edges, which were checked for passage.
+    /// Speed by which routes beside the graph are compared with routes on it, m/s. Slower than on edges, which were checked for passage. Chosen: half of the usual speed
+    /// on edges, so that a route on edges of up to twice the length is preferred.
     pub off_graph_speed_m_s: f64,
 }
 

@@ -23,13 +23,14 @@ const P95: f64 = 1.645;
 /// Parameters of the battery monitors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BatteryConfig {
-    /// Charge below which the robot goes to a dock. Chosen.
+    /// Charge below which the robot goes to a dock. Chosen: twice [`Self::floor`]. With less the robot may not reach a dock that is blocked at first, with more it works
+    /// less.
     pub low: f64,
-    /// Charge above which it goes on. Chosen.
+    /// Charge above which it goes on. Chosen: chargers slow down above it, so that the rest takes long.
     pub release: f64,
-    /// Charge that is left at the dock at least. Chosen.
+    /// Charge that is left at the dock at least. Chosen: robots switch off some time before their battery is empty.
     pub floor: f64,
-    /// The reserve above which the robot goes on. More than 0, so that it does not turn round at once. Chosen.
+    /// The reserve above which the robot goes on. More than 0, so that it does not turn round at once. Chosen: about half an hour of walking ([`Self::use_per_s`]).
     pub reserve_release: f64,
     /// Charge that walking uses in a second. Chosen: 90 minutes of walking for a full battery, as of common legged robots.
     pub use_per_s: f64,
@@ -37,9 +38,10 @@ pub struct BatteryConfig {
     pub standing_use_per_s: f64,
     /// Energy of the full battery, joules. Chosen: 930 Wh, as of common legged robots.
     pub capacity_j: f64,
-    /// Standard deviation of the time of an edge that was not walked yet, as a share of that time. Chosen.
+    /// Standard deviation of the time of an edge that was not walked yet, as a share of that time. Chosen: half, because people and doors make a walk longer.
     pub time_std_ratio: f64,
-    /// Time for which a low charge must hold. Longer than the drop of the voltage when the legs push hard. Chosen.
+    /// Time for which a low charge must hold. Longer than the drop of the voltage when the legs push hard. Chosen: less than a thousandth of the battery is used
+    /// meanwhile, 0.2 %.
     pub hold: Span,
 }
 

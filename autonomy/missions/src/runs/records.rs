@@ -16,6 +16,7 @@ pub(super) struct RecordsConfig {
     /// Runs that are remembered after their end. Chosen: two days with a run in every hour, and more.
     pub(super) max_ended: usize,
     /// Slots before the newest one by this time are not remembered one by one, days: they count as decided. More than any change of a time zone, which is a day at most.
+    /// Chosen: three days, room for such changes.
     pub(super) slot_memory_days: i64,
     /// Events of slots that were due before the newest one of their schedule by this time are not read again at a restart, days. It has to be more than
     /// [`Self::slot_memory_days`] and a day, because that one counts local days: else a restart would forget slots that the robot knew. Chosen: a week and a day.

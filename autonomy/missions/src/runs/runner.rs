@@ -24,7 +24,7 @@ pub(super) enum Activity {
     /// It goes somewhere.
     Leg(RunLeg),
     /// It performs the action of a task.
-    Action(Acting),
+    Action(ActionInProgress),
 }
 
 /// A goal that was requested, or waits for its commit.
@@ -47,7 +47,7 @@ pub(super) enum Purpose {
 
 /// An action that was called, or waits for its commit.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Acting {
+pub(super) struct ActionInProgress {
     pub run: RunId,
     pub task: usize,
     pub call: ActionCallId,
@@ -319,7 +319,7 @@ impl MissionRunner {
     }
 
     /// Ends the action of the present activity. The reason for which it was cancelled is a condition of the table, so the activity ends afterwards.
-    pub(super) fn end_action(&mut self, acting: &Acting, result: ActionResult) {
+    pub(super) fn end_action(&mut self, acting: &ActionInProgress, result: ActionResult) {
         let (run, task) = (acting.run, acting.task);
         let failed = |failure| (TaskTrigger::ActionFailed, Some(failure));
         let (trigger, failure) = match (result, acting.stop) {

@@ -7,14 +7,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use vocab::Span;
 
 /// Parameters of [`Scheduler`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SchedulerConfig {
-    /// A slot that is noticed within this time is on time. Longer than the pauses between two values of the clock.
+    /// A slot that is noticed within this time is on time. Longer than the pauses between two values of the clock. Chosen: the shortest interval is a minute, and half of
+    /// it is added for a busy computer.
     pub on_time: Span,
-    /// Slots of a schedule that are decided in one update at most.
+    /// Slots of a schedule that are decided in one update at most. Chosen: two weeks of a schedule by the minute.
     pub max_slots: usize,
-    /// Of more missed slots than this, only the newest are recorded one by one.
+    /// Of more missed slots than this, only the newest are recorded one by one. Chosen: a list that a person still reads.
     pub max_missed: usize,
 }
 

@@ -2,7 +2,7 @@
 
 use super::interface::{ActionInfo, GoalRequest, MissionEffect, MissionNotice};
 use super::records::{Run, TaskRecord};
-use super::runner::{Acting, ActionCancelReason, Activity, MissionRunner, Purpose, RunLeg};
+use super::runner::{ActionCancelReason, ActionInProgress, Activity, MissionRunner, Purpose, RunLeg};
 use super::table::{RunTrigger, TASK_TABLE, TaskAction, TaskGuard, TaskTransition, TaskTrigger};
 use crate::graph::{NoRoute, RouteTree};
 use crate::ids::{call_id, goal_id};
@@ -224,7 +224,7 @@ impl MissionRunner {
             return self.fire_task(run, task, TaskTrigger::ActionFailed, failure);
         };
         let deadline = self.at + self.config.action_time.limit(expected_time(info, &request));
-        self.activity = Some(Activity::Action(Acting { run, task, call, deadline, stop: None }));
+        self.activity = Some(Activity::Action(ActionInProgress { run, task, call, deadline, stop: None }));
         let task = planned.task;
         self.act(MissionEffect::CallAction { call, run, task, request });
     }

@@ -30,13 +30,33 @@ const RASTER: RasterHeight = RasterHeight::Size32;
 const CAPITAL_PX: f32 = 17.0;
 const CAPITAL_MIDDLE_PX: f32 = 16.5;
 
-/// Linear colour of a point of a plate, x to the right and y up from its middle, metres.
-pub(super) fn colour(fixture: &Fixture, point: [f32; 2], seconds: f64) -> [f32; 3] {
+/// A number on the scale of a gauge.
+#[derive(Clone, Debug)]
+pub(super) struct ScaleNumber {
+    words: String,
+    /// Its middle, from that of the gauge, metres.
+    middle: [f32; 2],
+}
+
+/// The numbers on a fixture, which has none unless it is a gauge. They are made once, because each point of a gauge asks for them.
+pub(super) fn scale_numbers(fixture: &Fixture) -> Vec<ScaleNumber> {
+    let Face::Gauge { min, max, .. } = fixture.face else { return Vec::new() };
+    let numbered = (0..=LONG_MARKS).step_by(2).map(|mark| {
+        let at = mark as f32 / LONG_MARKS as f32;
+        let (sin, cos) = ((at - 0.5) * SCALE_RAD).sin_cos();
+        let value = min + (max - min) * f64::from(at);
+        ScaleNumber { words: format!("{value:.0}"), middle: [0.031 * sin, 0.031 * cos] }
+    });
+    numbered.collect()
+}
+
+/// Linear colour of a point of a plate, x to the right and y up from its middle, metres. `numbers`: its [`scale_numbers`].
+pub(super) fn colour(fixture: &Fixture, numbers: &[ScaleNumber], point: [f32; 2], seconds: f64) -> [f32; 3] {
     match &fixture.face {
         Face::Label(lines) => label(lines, point),
         Face::Gauge { unit, min, max, reading } => {
             let share = ((reading.at(seconds) - min) / (max - min)) as f32;
-            gauge(&fixture.tag, unit, [*min, *max], share.clamp(0.0, 1.0), point)
+            gauge(&fixture.tag, unit, numbers, share.clamp(0.0, 1.0), point)
         }
         Face::Warm { .. } => {
             // Cooling ribs, and the tag on a plate of its own.
@@ -58,7 +78,7 @@ fn label(lines: &[String], point: [f32; 2]) -> [f32; 3] {
     mix(YELLOW, BLACK, ink.fold(0.0, f32::max))
 }
 
-fn gauge(tag: &str, unit: &str, range: [f64; 2], share: f32, point: [f32; 2]) -> [f32; 3] {
+fn gauge(tag: &str, unit: &str, numbers: &[ScaleNumber], share: f32, point: [f32; 2]) -> [f32; 3] {
     let tag_ink = text(tag, [point[0], point[1] + 0.085], 0.8);
     let offset = [point[0], point[1] - GAUGE_UP_M];
     let radius = offset[0].hypot(offset[1]);
@@ -85,12 +105,9 @@ fn gauge(tag: &str, unit: &str, range: [f64; 2], share: f32, point: [f32; 2]) ->
         return BLACK;
     }
     let mut ink = text(unit, [offset[0], offset[1] + 0.026], GAUGE_LETTERS);
-    for mark in (0..=LONG_MARKS).step_by(2) {
-        let at = mark as f32 / LONG_MARKS as f32;
-        let (sin, cos) = ((at - 0.5) * SCALE_RAD).sin_cos();
-        let value = range[0] + (range[1] - range[0]) * f64::from(at);
-        let number = format!("{value:.0}");
-        ink = ink.max(text(&number, [offset[0] - 0.031 * sin, offset[1] - 0.031 * cos], GAUGE_LETTERS));
+    for number in numbers {
+        let [x, y] = number.middle;
+        ink = ink.max(text(&number.words, [offset[0] - x, offset[1] - y], GAUGE_LETTERS));
     }
     mix(WHITE, BLACK, ink)
 }

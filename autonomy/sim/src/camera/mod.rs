@@ -51,12 +51,16 @@ pub struct CameraScene {
     site: Arc<SimulatedSite>,
     lamps: Lamps,
     fixtures: Vec<Fixture>,
+    /// The numbers on each fixture.
+    scale_numbers: Vec<Vec<faces::ScaleNumber>>,
 }
 
 impl CameraScene {
     /// Finds the lamps of a site, and hangs fixtures on the walls along its first route. The same site gets the same.
     pub fn new(site: Arc<SimulatedSite>) -> Self {
-        Self { lamps: Lamps::of(&site), fixtures: fixtures::placed(&site), site }
+        let fixtures = fixtures::placed(&site);
+        let scale_numbers = fixtures.iter().map(faces::scale_numbers).collect();
+        Self { lamps: Lamps::of(&site), fixtures, scale_numbers, site }
     }
 
     /// The fixtures, in the order of the route.

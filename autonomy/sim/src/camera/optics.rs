@@ -8,25 +8,25 @@ use vocab::{CameraAim, CameraHead};
 /// The cameras on the head. By default the head is that of the default robot profile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraConfig {
-    /// Columns of a picture.
+    /// Columns of a picture. Chosen: VGA; the time of rendering is in proportion to the pixels.
     pub width_px: u32,
-    /// Rows of a picture.
+    /// Rows of a picture. Chosen: VGA, as [`Self::width_px`].
     pub height_px: u32,
-    /// Columns of a thermal picture.
+    /// Columns of a thermal picture. Chosen: the size of common thermal cameras, a quarter of the pixels of a photo.
     pub thermal_width_px: u32,
-    /// Rows of a thermal picture.
+    /// Rows of a thermal picture. Chosen: as [`Self::thermal_width_px`].
     pub thermal_height_px: u32,
-    /// Horizontal field of view at zoom 1, radians. Also that of the thermal camera, which does not zoom.
+    /// Horizontal field of view at zoom 1, radians. Also that of the thermal camera, which does not zoom. It is that of the robot's profile.
     pub field_of_view_rad: f64,
-    /// Greatest zoom.
+    /// Greatest zoom. It is that of the robot's profile.
     pub zoom_max: f64,
-    /// The head pans by at most this to either side, radians.
+    /// The head pans by at most this to either side, radians. It is that of the robot's profile.
     pub pan_max_rad: f64,
-    /// Lowest tilt, radians; negative is down.
+    /// Lowest tilt, radians; negative is down. It is that of the robot's profile.
     pub tilt_min_rad: f64,
-    /// Highest tilt, radians.
+    /// Highest tilt, radians. It is that of the robot's profile.
     pub tilt_max_rad: f64,
-    /// Where the axes of pan and tilt meet, which is also where both cameras are, metres, frame of the base.
+    /// Where the axes of pan and tilt meet, which is also where both cameras are, metres, frame of the base. It is that of the robot's profile.
     pub base_from_head_m: [f64; 3],
 }
 

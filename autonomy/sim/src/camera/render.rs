@@ -7,7 +7,7 @@ use super::optics::Intrinsics;
 use super::surfaces::{Finish, finish, hash};
 use super::{CameraScene, faces, lamps};
 use crate::people::{PERSON_BIT, People};
-use crate::ray_packet::{LANES, Lane, NO_HIT, RayPacket};
+use crate::ray_packet::{ENDED, LANES, Lane, NO_HIT, RayPacket};
 use crate::shape::Material;
 use geometry::{Isometry, Vector3};
 
@@ -212,7 +212,7 @@ impl CameraView<'_> {
         for pane in 0..=MAX_PANES {
             self.scene.site.bvh().cast(&mut packet);
             self.people.cast(&mut packet);
-            let mut behind = [0.0_f32; LANES];
+            let mut behind = [ENDED; LANES];
             for lane in 0..LANES {
                 if packet.solid[lane] == NO_HIT {
                     continue;
@@ -365,6 +365,7 @@ impl CameraView<'_> {
             HitTarget::Nothing => Finish { albedo: SKY, gloss: 0.0 },
             HitTarget::Solid(material) | HitTarget::Person(material) => finish(material, hit.point),
             HitTarget::Plate(fixture, at) => {
+                let numbers = &self.scene.scale_numbers[fixture];
                 let fixture = &self.scene.fixtures[fixture];
                 // The size of a pixel on the plate: letters are averaged over it.
                 let eye = self.site_from_camera.translation.vector;
@@ -373,7 +374,7 @@ impl CameraView<'_> {
                 let mut albedo = [0.0; 3];
                 for [dx, dy] in SUBPIXELS {
                     let point = [at[0] + (dx - 0.5) * pixel_m, at[1] + (dy - 0.5) * pixel_m];
-                    let colour = faces::colour(fixture, point, self.seconds);
+                    let colour = faces::colour(fixture, numbers, point, self.seconds);
                     for i in 0..3 {
                         albedo[i] += 0.25 * colour[i];
                     }
@@ -394,7 +395,7 @@ impl CameraView<'_> {
     ) {
         let mut to_lamp = [[0.0_f32, 0.0, 1.0]; LANES];
         let mut strength = [0.0_f32; LANES];
-        let mut range = [0.0_f32; LANES];
+        let mut range = [ENDED; LANES];
         for lane in 0..LANES {
             let Some((lamp, share)) = local[lane].and_then(|light| light.strongest[number]) else { continue };
             let seed = points[lane].map(f32::to_bits);
@@ -410,7 +411,7 @@ impl CameraView<'_> {
             if cosine > 0.0 {
                 strength[lane] = share * lamps::strength_at(&lamp, hits[lane].point);
                 let is_weak = strength[lane] * cosine < MIN_SHADOW * AMBIENT_DOWN;
-                range[lane] = if is_weak { 0.0 } else { distance - OFFSET_M };
+                range[lane] = if is_weak { ENDED } else { distance - OFFSET_M };
             }
         }
         self.add_unless_shadowed(hits, &to_lamp, &strength, range, fallen);
@@ -418,7 +419,7 @@ impl CameraView<'_> {
 
     fn add_sun(&self, hits: &[SurfaceHit; LANES], fallen: &mut [[f32; 2]; LANES]) {
         let lit = |hit: &SurfaceHit| hit.target != HitTarget::Nothing && dot(hit.normal, TO_SUN) > 0.0;
-        let range = hits.each_ref().map(|hit| if lit(hit) { MAX_RANGE_M } else { 0.0 });
+        let range = hits.each_ref().map(|hit| if lit(hit) { MAX_RANGE_M } else { ENDED });
         let strength = range.map(|range| if range > 0.0 { SUN } else { 0.0 });
         self.add_unless_shadowed(hits, &[TO_SUN; LANES], &strength, range, fallen);
     }

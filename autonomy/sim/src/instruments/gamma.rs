@@ -69,25 +69,25 @@ pub struct GammaSource {
 /// The detector and the natural background. Values: a NaI crystal of 2 by 2 inches (Knoll, *Radiation Detection and Measurement*).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GammaConfig {
-    /// Channels of a spectrum.
+    /// Channels of a spectrum. Chosen: the usual number of spectrometers with such crystals.
     pub channels: usize,
-    /// Width of a channel, keV. The first one begins at 0.
+    /// Width of a channel, keV. The first one begins at 0. Chosen: the spectrum ends at 3 MeV, above the highest line of the background.
     pub channel_kev: f64,
-    /// Middle of the crystal, metres, frame of the base.
+    /// Middle of the crystal, metres, frame of the base. Chosen: on the back of the robot.
     pub base_from_detector_m: [f64; 3],
-    /// Area that a source sees, square metres.
+    /// Area that a source sees, square metres. Source: the crystal from the front, a circle of 2 inches.
     pub area_m2: f64,
-    /// Attenuation of the crystal at 662 keV times its length.
+    /// Attenuation of the crystal at 662 keV times its length. Source: the crystal and Knoll's book.
     pub crystal_depth: f64,
-    /// Share of the events at 662 keV that are in the peak. It falls with the energy.
+    /// Share of the events at 662 keV that are in the peak. It falls with the energy. Source: the crystal and Knoll's book.
     pub peak_share: f64,
-    /// Full width at half maximum of the peak at 662 keV, as a share of its energy.
+    /// Full width at half maximum of the peak at 662 keV, as a share of its energy. Source: the crystal and Knoll's book.
     pub resolution: f64,
-    /// Events a second of the natural background, without its lines.
+    /// Events a second of the natural background, without its lines. Chosen: the order of magnitude of such a crystal indoors.
     pub background_per_s: f64,
-    /// Its lines: energy, keV, and events a second in the peak.
+    /// Its lines: energy, keV, and events a second in the peak. Source of the energies: potassium 40 and thallium 208. The rates are chosen.
     pub background_lines: [(f64, f64); 2],
-    /// The background falls by a factor of e over this energy, keV.
+    /// The background falls by a factor of e over this energy, keV. Chosen: most of the background is below 500 keV.
     pub background_kev: f64,
 }
 

@@ -13,15 +13,15 @@ use vocab::Vec3;
 /// Limits of a model.
 #[derive(Clone, Copy, Debug)]
 pub struct BuildingModelConfig {
-    /// Largest number of triangles. A triangle takes about 260 B.
+    /// Largest number of triangles. A triangle takes about 260 B. Chosen: 130 MB.
     pub max_triangles: usize,
-    /// Greatest distance of a corner from the origin along each axis, metres. Rays are computed in 32 bits: at 1 km they resolve 0.06 mm.
+    /// Greatest distance of a corner from the origin along each axis, metres. Rays are computed in 32 bits: at 1 km they resolve 0.06 mm. Chosen: larger than any site.
     pub max_coordinate_m: f64,
-    /// Smallest area of a triangle, square metres. Smaller ones are left out: they are degenerate, and no ray hits them.
+    /// Smallest area of a triangle, square metres. Smaller ones are left out: they are degenerate, and no ray hits them. Chosen: a thousandth of a square millimetre.
     pub min_area_m2: f64,
-    /// Greatest vertical distance of a dock or a start from a floor, metres.
+    /// Greatest vertical distance of a dock or a start from a floor, metres. Chosen: a person who sets a dock in a modelling program misses the floor by less.
     pub max_floor_distance_m: f64,
-    /// Distance between the places at which free floor is looked for where the model has neither dock nor start, metres.
+    /// Distance between the places at which free floor is looked for where the model has neither dock nor start, metres. Chosen: about the width of a robot.
     pub start_grid_m: f64,
 }
 

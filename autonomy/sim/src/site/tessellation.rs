@@ -12,9 +12,9 @@ use std::ops::Range;
 #[derive(Clone, Copy, Debug)]
 pub struct TessellationConfig {
     /// Greatest distance between the triangles of a curved surface and the surface, to either side, metres. The number of triangles grows with
-    /// the inverse of its square root for cylinders, and with its inverse for spheres.
+    /// the inverse of its square root for cylinders, and with its inverse for spheres. Chosen: a fifth of the noise of the LiDAR.
     pub max_deviation_m: f64,
-    /// Least number of sides of a cylinder.
+    /// Least number of sides of a cylinder. Chosen: a thin rod stays round enough.
     pub min_sides: usize,
 }
 

@@ -11,18 +11,18 @@ use std::collections::BTreeMap;
 pub(crate) struct WalkableConfig {
     /// Distance between neighbouring cells, metres. Doors of 0.9 m need 0.3 m or less.
     pub(crate) cell_m: f64,
-    /// Greatest number of cells: 20,000 square metres.
+    /// Greatest number of cells: 20,000 square metres. Chosen: larger than the sites that are simulated; it bounds the time.
     pub(crate) max_cells: usize,
-    /// Greatest difference in height between neighbours, metres: two steps of stairs.
+    /// Greatest difference in height between neighbours, metres: two steps of stairs. Chosen: neighbours are a step of stairs apart, or two at the diagonal.
     pub(crate) max_rise_m: f64,
     /// Distance from obstacles that the round keeps where it can, metres. Less than the height at which it is checked, 0.6 m, so that the edges of
-    /// a floor's triangles are no obstacles.
+    /// a floor's triangles are no obstacles. Chosen: about one and a half times the radius of the robot.
     pub(crate) inflation_m: f64,
-    /// Cost of a cell that is nearer to an obstacle, relative to others.
+    /// Cost of a cell that is nearer to an obstacle, relative to others. Chosen: a detour of six cells is preferred to one of these.
     pub(crate) tight_cost: u32,
-    /// Floor within this distance of the round counts as seen, metres.
+    /// Floor within this distance of the round counts as seen, metres. Chosen: the rings of the LiDAR on the floor are dense within it.
     pub(crate) seen_m: f64,
-    /// The round turns back after this length, metres: ten minutes of walking.
+    /// The round turns back after this length, metres: ten minutes of walking. Chosen: at the usual speed of 0.7 m/s.
     pub(crate) max_length_m: f64,
 }
 

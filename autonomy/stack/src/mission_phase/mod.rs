@@ -30,16 +30,16 @@ use uuid::Uuid;
 use vocab::{ActionCallId, ClientId, CommandId, Pose, Span, Stamp};
 
 /// Parameters of [`MissionPhase`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MissionConfig {
-    /// Time between two looks at where the robot is on the graph. It walks 0.2 m in it.
+    /// Time between two looks at where the robot is on the graph. It walks 0.2 m in it. Chosen: four steps of control; the search costs time in proportion to the nodes.
     pub place_period: Span,
     /// When a robot is in a dock, and when that dock was moved.
     pub docks: DockConfig,
-    /// How far beyond the reach of the camera's head the body turns, radians. More than the tolerance of a pose, so that the target is within reach afterwards.
+    /// How far beyond the reach of the camera's head the body turns, radians. More than the tolerance of a pose, so that the target is within reach afterwards. Chosen: 6
+    /// degrees.
     pub turn_margin_rad: f64,
-    /// Turns of the body for one call, before it has failed.
+    /// Turns of the body for one call, before it has failed. Chosen: a turn ends within the tolerance of a pose, so that the second one is a reserve.
     pub max_turns: u32,
 }
 

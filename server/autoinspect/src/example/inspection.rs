@@ -12,22 +12,21 @@ use uuid::Uuid;
 use vocab::Vec3;
 
 /// From where plates are looked at.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct ViewConfig {
     /// Shortest distance between node and plate, metres: the head tilts by 80 degrees at most, and the robot must not touch the wall.
     min_distance_m: f64,
     /// Longest distance, metres: at the greatest zoom in use the plate still has 100 pixels.
     max_distance_m: f64,
-    /// Least cosine of the angle between the line to the node and the normal of the plate: 60 degrees.
+    /// Least cosine of the angle between the line to the node and the normal of the plate: 60 degrees. Chosen: at 60 degrees a dial looks half as wide as it is.
     min_facing: f64,
-    /// A ray from the camera may end this far before the plate, metres.
+    /// A ray from the camera may end this far before the plate, metres. Chosen: the depth of a gauge before its plate.
     slack_m: f64,
-    /// Width of the picture in the plane of the plate, metres: a gauge fills a fifth of it.
+    /// Width of the picture in the plane of the plate, metres: a gauge fills a fifth of it. Chosen: some surroundings of the gauge are seen too.
     picture_width_m: f64,
     /// Greatest zoom in use. More would leave nothing of the surroundings when the aim is off by a degree.
     zoom_max: f64,
-    /// Counting time of a spectrum, seconds.
+    /// Counting time of a spectrum, seconds. Chosen: the lines of the sources stand out from the background, and the tour does not take long.
     gamma_s: i64,
 }
 
@@ -70,7 +69,7 @@ const READINGS: [Reading; 9] = [
 ];
 
 /// The site with what hangs on its walls.
-pub struct Inspected<'a> {
+pub struct InspectedSite<'a> {
     pub site: &'a SimulatedSite,
     pub scene: &'a CameraScene,
     pub gamma: &'a GammaField,
@@ -78,7 +77,7 @@ pub struct Inspected<'a> {
     pub site_from_map: Isometry,
 }
 
-impl Inspected<'_> {
+impl InspectedSite<'_> {
     /// Nine inspection points, each of another plate, spread along the walk. Fewer where the nodes do not see enough plates. `id` makes the id of the point of this number.
     pub fn points(&self, nodes: &[Node], id: impl Fn(u32) -> Uuid) -> Vec<InspectionPoint> {
         let mut seen: Vec<(&Fixture, View<'_>)> =
@@ -231,7 +230,8 @@ mod tests {
         let scene = CameraScene::new(Arc::clone(&site));
         let surroundings = InstrumentEnvironment::new(&scene);
         let site_from_map = Isometry::identity();
-        let inspected = Inspected { site: &site, scene: &scene, gamma: surroundings.gamma(), site_from_map };
+        let inspected =
+            InspectedSite { site: &site, scene: &scene, gamma: surroundings.gamma(), site_from_map };
         let nodes: Vec<Node> = (0..).zip(scene.fixtures()).map(|(number, it)| node_at(number, it)).collect();
         let points = inspected.points(&nodes, |number| Uuid::from_u128(u128::from(number)));
         let actions: BTreeSet<&str> = points.iter().map(|point| point.request.action.as_str()).collect();

@@ -129,7 +129,7 @@ pub fn run(args: &ExampleArgs) -> Result<(), Failure> {
     let made = make_topomap(&args.out, &boot)?;
     let scene = CameraScene::new(Arc::clone(&site));
     let surroundings = InstrumentEnvironment::new(&scene);
-    let inspected = inspection::Inspected {
+    let inspected = inspection::InspectedSite {
         site: &site,
         scene: &scene,
         gamma: surroundings.gamma(),

@@ -1,6 +1,6 @@
 //! The objects of the example: those of the topological map, inspection points, a mission of all of them in the shortest order, and a schedule.
 
-use super::inspection::Inspected;
+use super::inspection::InspectedSite;
 use crate::failure::Failure;
 use crate::{summaries, texts};
 use missions::{RouteConditions, RouteConfig, RouteGraph, TourConfig, order_tasks};
@@ -41,7 +41,7 @@ pub fn objects(
     name: &str,
     map: MapId,
     made: &GeneratedMap,
-    inspected: &Inspected<'_>,
+    inspected: &InspectedSite<'_>,
     calendar: &Calendar,
 ) -> Result<Vec<Object>, Failure> {
     let settings =

@@ -15,16 +15,15 @@ use vocab::{Span, Stamp};
 const ROUTE: &str = "round";
 
 /// Parameters of the walk.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 pub struct ExampleWalkConfig {
-    /// Seed of the simulation.
+    /// Seed of the simulation. Any number; the example is the same for all with one.
     pub seed: u64,
     /// Columns of a LiDAR sweep. Few are enough: a map of 200 has the same nodes as one of 2000, and is made in a third of the time.
     pub columns: u32,
-    /// The walk ends after this time, or at the end of its route.
+    /// The walk ends after this time, or at the end of its route. Chosen: longer than the walk, which takes 582 s (docs/benchmarks/cost.md).
     pub minutes: f64,
-    /// When it begins, on the robot's clock.
+    /// When it begins, on the robot's clock. Chosen by who makes the example: now, on the robot's clock.
     pub epoch: Stamp,
 }
 

@@ -6,16 +6,16 @@ use std::io::{self, Write};
 use store::{MapCloud, MapClouds, StoreError};
 
 /// Fixed parameters of a [`MapPicture`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct PictureConfig {
-    /// Largest number of pixels of a picture. A larger map gets larger pixels.
+    /// Largest number of pixels of a picture. A larger map gets larger pixels. Chosen: 192 MB of memory while it is drawn, three bytes a pixel.
     max_pixels: f64,
-    /// Distance between the lines that show the scale, metres.
+    /// Distance between the lines that show the scale, metres. Chosen: ten metres can be counted in a hall.
     grid_m: f64,
-    /// Points with a greater coordinate are left out, metres: they are errors.
+    /// Points with a greater coordinate are left out, metres: they are errors. Chosen: 1,000 km; single precision resolves 6 cm there.
     max_coordinate_m: f64,
-    /// Share of the pixels at each end of the heights that gets the end colour, so that a single mast does not stretch the colour range.
+    /// Share of the pixels at each end of the heights that gets the end colour, so that a single mast does not stretch the colour range. Chosen: 2 % as a round number:
+    /// more makes roofs and floors flat colours.
     height_tail_share: f64,
 }
 

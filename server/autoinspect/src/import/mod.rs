@@ -33,7 +33,8 @@ const IMPORTED: MapFileOptions = MapFileOptions { ply: false, has_pose_graph: fa
 /// Parameters of an import, beside those of [`find_viewpoints`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImportConfig {
-    /// Edge of the voxels that keep one point each for the clouds of viewpoints, metres. Tiles keep all points.
+    /// Edge of the voxels that keep one point each for the clouds of viewpoints, metres. Tiles keep all points. Chosen: a little less than the voxels of a keyframe's
+    /// cloud (0.12 m, [`mapping::submap::ThinningConfig`]), so that nothing is lost there.
     pub cloud_spacing_m: f32,
     /// Edges of the graph.
     pub graph: ImportedGraphConfig,

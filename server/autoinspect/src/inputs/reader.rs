@@ -12,7 +12,8 @@ use vocab::Stamp;
 /// Parameters of an [`InputReader`].
 #[derive(Clone, Copy, Debug)]
 struct ReaderConfig {
-    /// Largest number of messages that are read ahead: about 1 s, with a few scans. While the queue is full, reading waits.
+    /// Largest number of messages that are read ahead: about 1 s, with a few scans. While the queue is full, reading waits. Chosen: it bounds the memory while the stack
+    /// is busy.
     max_messages_ahead: usize,
 }
 

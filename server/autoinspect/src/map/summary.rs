@@ -31,7 +31,7 @@ pub struct MappingReport {
     pub notices: Vec<String>,
     pub stages: Vec<Stage>,
     /// CPU time of the stack for a scan and all inputs since the previous one, milliseconds.
-    pub scan_ms: Milliseconds,
+    pub scan_ms: CostStatistics,
     /// Wall time from start to end.
     pub seconds: f64,
     /// Robot time over wall time.
@@ -79,7 +79,7 @@ pub struct Stage {
 
 /// Distribution of a cost.
 #[derive(Debug, Default, Serialize)]
-pub struct Milliseconds {
+pub struct CostStatistics {
     pub mean: f64,
     pub median: f64,
     pub p99: f64,
@@ -180,17 +180,17 @@ fn loops(finished: &FinishedMap) -> LoopSummary {
 }
 
 /// The distribution; zeros without values.
-fn milliseconds(seconds: &[f64]) -> Milliseconds {
+fn milliseconds(seconds: &[f64]) -> CostStatistics {
     let mut sorted: Vec<f64> = seconds.iter().map(|seconds| seconds * 1e3).collect();
     sorted.sort_by(f64::total_cmp);
     let Some(last) = sorted.len().checked_sub(1) else {
-        return Milliseconds::default();
+        return CostStatistics::default();
     };
     // The quantile by nearest rank.
     let quantile = |fraction: f64| {
         sorted[((fraction * sorted.len() as f64).ceil() as usize).saturating_sub(1).min(last)]
     };
-    Milliseconds {
+    CostStatistics {
         mean: sorted.iter().sum::<f64>() / sorted.len() as f64,
         median: quantile(0.5),
         p99: quantile(0.99),

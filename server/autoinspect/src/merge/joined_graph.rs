@@ -14,9 +14,11 @@ use vocab::{KeyframeId, MapId, SessionId, Stamp};
 /// Parameters of [`JoinedGraph`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JoinedGraphConfig {
-    /// Information of the prior on the first keyframe's pose (1/rad² and 1/m²), so that the first map's frame is kept.
+    /// Information of the prior on the first keyframe's pose (1/rad² and 1/m²), so that the first map's frame is kept. Its default is that of the session's graph
+    /// ([`mapping::OptimiserConfig`]).
     pub origin_information: f64,
-    /// Added to the information of every edge (1/rad² and 1/m²): a standard deviation of 1 km. It keeps the poses of every walk connected.
+    /// Added to the information of every edge (1/rad² and 1/m²): a standard deviation of 1 km. It keeps the poses of every walk connected. Its default is that of the
+    /// session's graph ([`mapping::OptimiserConfig`]).
     pub min_information: f64,
 }
 

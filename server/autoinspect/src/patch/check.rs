@@ -14,12 +14,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Parameters of [`find_regression`]: the greatest permitted losses of a new version.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RegressionConfig {
-    /// Loss of localised scans, as a share of all scans.
+    /// Loss of localised scans, as a share of all scans. Chosen: half a per cent, a few scans of a walk.
     pub localised_share: f64,
-    /// Loss of fit, and also increase of contradiction, both from 0 to 1.
+    /// Loss of fit, and also increase of contradiction, both from 0 to 1. Chosen as a round number near zero: a patch must not make a map worse, and with 0, noise would
+    /// reject it.
     pub fit: f64,
 }
 

@@ -5,7 +5,7 @@ use geometry::Isometry;
 /// Parameters of a [`DistanceTrigger`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DistanceTriggerConfig {
-    /// Distance between scans that are compared with the map, metres. Closer scans see the same surfaces.
+    /// Distance between scans that are compared with the map, metres. Closer scans see the same surfaces. Chosen: the distance of keyframes.
     pub distance_m: f64,
 }
 

@@ -13,16 +13,16 @@ use store::{CloudSelection, map_clouds};
 use topomap::GeneratedMap;
 
 /// Fixed parameters of the picture.
-/// Where a field names no source, its value was chosen.
 struct SvgConfig {
-    /// Scale, units for each metre.
+    /// Scale, units for each metre. Chosen: a hall of 60 m fits on a screen of 960 pixels.
     units_per_m: f64,
-    /// Edge of a pixel of the points, metres.
+    /// Edge of a pixel of the points, metres. Chosen: half a column of the ground; smaller ones make larger files.
     pixel_m: f64,
-    /// Distance between two floors, units.
+    /// Distance between two floors, units. Chosen: a little more than a metre of the map.
     gap: f64,
-    /// Points from this far below the base to this far above it are drawn, metres.
+    /// Points from this far below the base to this far above it are drawn, metres. Chosen: the height of a base and a margin, so that the floor is drawn.
     below_base_m: f64,
+    /// See [`Self::below_base_m`], metres. Chosen: lower than ceilings, and high enough for walls and machines.
     above_base_m: f64,
 }
 

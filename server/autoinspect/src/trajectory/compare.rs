@@ -50,7 +50,7 @@ pub struct CompareArgs {
 
 /// Statistics of a set of errors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Figures {
+pub struct ErrorStatistics {
     pub rmse: f64,
     pub mean: f64,
     pub median: f64,
@@ -69,15 +69,15 @@ pub struct TrajectoryComparison {
     /// Path length of the estimate over the pairs, metres.
     pub estimate_length_m: f64,
     /// Absolute error of positions, metres.
-    pub ape_m: Figures,
+    pub ape_m: ErrorStatistics,
     /// Absolute error of positions along z, metres.
-    pub ape_vertical_m: Figures,
+    pub ape_vertical_m: ErrorStatistics,
     /// Absolute error of orientations, degrees.
-    pub ape_deg: Figures,
+    pub ape_deg: ErrorStatistics,
     /// Relative error: of the motion from each pair to the next, metres.
-    pub rpe_m: Figures,
+    pub rpe_m: ErrorStatistics,
     /// Relative error of the rotation, degrees.
-    pub rpe_deg: Figures,
+    pub rpe_deg: ErrorStatistics,
     /// Distance between the last positions, metres.
     pub end_m: f64,
     /// Scale that was applied.
@@ -167,7 +167,7 @@ fn measure(pairs: &[Pair], similarity: &Similarity) -> TrajectoryComparison {
 }
 
 /// Statistics of errors; zeros without errors.
-fn figures(errors: impl Iterator<Item = f64>) -> Figures {
+fn figures(errors: impl Iterator<Item = f64>) -> ErrorStatistics {
     let mut errors: Vec<f64> = errors.collect();
     errors.sort_by(f64::total_cmp);
     let (count, middle) = (errors.len().max(1) as f64, errors.len() / 2);
@@ -176,7 +176,7 @@ fn figures(errors: impl Iterator<Item = f64>) -> Figures {
         length if length % 2 == 1 => errors[middle],
         _ => 0.5 * (errors[middle - 1] + errors[middle]),
     };
-    Figures {
+    ErrorStatistics {
         rmse: (errors.iter().map(|error| error * error).sum::<f64>() / count).sqrt(),
         mean: errors.iter().sum::<f64>() / count,
         median,
@@ -185,8 +185,8 @@ fn figures(errors: impl Iterator<Item = f64>) -> Figures {
 }
 
 fn describe(comparison: &TrajectoryComparison) -> String {
-    let line = |name: &str, unit: &str, figures: &Figures| {
-        let Figures { rmse, mean, median, max } = *figures;
+    let line = |name: &str, unit: &str, figures: &ErrorStatistics| {
+        let ErrorStatistics { rmse, mean, median, max } = *figures;
         summaries::trajectory_error(name, unit, rmse, mean, median, max)
     };
     [

@@ -14,7 +14,7 @@ fn compared(line: &[&str]) -> TrajectoryComparison {
     compare(&args).expect("compares")
 }
 
-fn near(figures: Figures, expected: &Value) {
+fn near(figures: ErrorStatistics, expected: &Value) {
     for (ours, name) in
         [(figures.rmse, "rmse"), (figures.mean, "mean"), (figures.median, "median"), (figures.max, "max")]
     {

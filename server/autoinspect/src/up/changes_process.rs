@@ -17,7 +17,7 @@ use vocab::Vec3;
 struct ComparisonConfig {
     /// Most memory, MB. Chosen: a robot's computer has 8 GB or more.
     max_memory_mb: u32,
-    /// Time between two questions whether to give up.
+    /// Time between two questions whether to give up. Chosen: nobody notices a tenth of a second.
     poll_period: Duration,
 }
 

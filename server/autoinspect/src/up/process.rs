@@ -13,26 +13,28 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 /// Parameters of a [`Process`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct ProcessConfig {
-    /// Longest time for an orderly stop, which may be saving a map.
+    /// Longest time for an orderly stop, which may be saving a map. Chosen: a large map takes some seconds to write; systemd waits for 90 s by default.
     stop_timeout: Duration,
-    /// Time between checks whether a process has stopped.
+    /// Time between checks whether a process has stopped. Chosen: nobody notices it, and it costs nothing.
     poll_interval: Duration,
-    /// Pause before the second restart in a row; the first one has none.
+    /// Pause before the second restart in a row; the first one has none. Chosen: what a killed process held, such as its socket, is free by then.
     first_pause: Duration,
-    /// Longest pause before a restart. Pauses double up to this.
+    /// Longest pause before a restart. Pauses double up to this. Chosen: people who have mended the cause wait no longer than that.
     max_pause: Duration,
-    /// A process that ran for this time is healthy: its next restart has no pause.
+    /// A process that ran for this time is healthy: its next restart has no pause. Chosen: three times [`Self::max_pause`].
     healthy_after: Duration,
-    /// A process that gives no heartbeat for this time hangs. It is killed and started again.
+    /// A process that gives no heartbeat for this time hangs. It is killed and started again. Chosen: ten heartbeats, two a second. Less kills processes on a busy disk,
+    /// more leaves a robot without its core for longer.
     max_silence: Duration,
-    /// The same from its start to its first heartbeat: the core reads all saved maps then, and the simulated robot builds its site.
+    /// The same from its start to its first heartbeat: the core reads all saved maps then, and the simulated robot builds its site. Chosen: longer than both take on a
+    /// slow computer.
     max_start: Duration,
-    /// Longest silence that counts between two checks: after the computer was suspended, heartbeats of that time are missing.
+    /// Longest silence that counts between two checks: after the computer was suspended, heartbeats of that time are missing. Chosen: five checks
+    /// ([`Self::poll_interval`]).
     max_check_gap: Duration,
-    /// Lines of a process that wait to be read. Further ones are dropped.
+    /// Lines of a process that wait to be read. Further ones are dropped. Chosen: what a process says at a time is some lines.
     max_queued_lines: usize,
 }
 

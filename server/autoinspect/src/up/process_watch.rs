@@ -13,9 +13,10 @@ use watchdog::{BEAT_PERIOD, FaultInjection, ThreadFailure, Watchdog};
 /// Parameters of [`watch_process`].
 #[derive(Clone, Copy, Debug)]
 struct ProcessWatchConfig {
-    /// Time between two reports to the supervisor, which has patience for ten of them.
+    /// Time between two reports to the supervisor, which has patience for ten of them. Chosen: a tenth of that patience, 5 s.
     report_period: Duration,
-    /// Longest time for an orderly end after a thread has failed: what waits for the disk is written. Then the process ends all the same.
+    /// Longest time for an orderly end after a thread has failed: what waits for the disk is written. Then the process ends all the same. Chosen: less than that
+    /// patience.
     end_timeout: Duration,
 }
 

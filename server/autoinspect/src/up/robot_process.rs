@@ -16,12 +16,11 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Parameters of [`run_robot`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct RobotProcessConfig {
-    /// Longest wait for another robot on the same socket, which may be ending because its supervisor was killed.
+    /// Longest wait for another robot on the same socket, which may be ending because its supervisor was killed. Chosen: an orderly end takes less.
     in_use_timeout: Duration,
-    /// Pause between two attempts.
+    /// Pause between two attempts. Chosen: nobody notices it.
     retry_pause: Duration,
 }
 

@@ -19,12 +19,11 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// Parameters of a [`Supervisor`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct SupervisorConfig {
-    /// Time between checks of the children.
+    /// Time between checks of the children. Chosen: as that of a process.
     poll_interval: Duration,
-    /// Longest time that the gateway's first start waits for the core to listen.
+    /// Longest time that the gateway's first start waits for the core to listen. Chosen: the core listens within a second mostly; then clients are told that it starts.
     core_start_timeout: Duration,
 }
 

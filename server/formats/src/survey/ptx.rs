@@ -144,10 +144,9 @@ impl<R: BufRead> LineReader<R> {
 }
 
 /// Which axes of a scanner are a rotation.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct ScannerAxesConfig {
-    /// Tolerance of right angles and unit lengths. Files have six digits, some only three.
+    /// Tolerance of right angles and unit lengths. Files have six digits, some only three. Chosen: three digits, with the rounding of several products.
     tolerance: f64,
 }
 

@@ -20,7 +20,7 @@ use utoipa::ToSchema;
 /// Parameters of the audit log as a file.
 #[derive(Clone, Copy, Debug)]
 struct AuditFileConfig {
-    /// Entries of one CSV file at most. Further ones are asked for with `before`. Chosen: about a megabyte.
+    /// Entries of one CSV file at most. Further ones are asked for with `before`. Chosen: about a megabyte, which a spreadsheet opens.
     max_entries: u32,
 }
 

@@ -15,7 +15,7 @@ use vocab::Stamp;
 
 /// What the core has published.
 #[derive(Debug, Default)]
-struct Known {
+struct PublishedAccess {
     /// Whether the core has published anything yet.
     is_complete: bool,
     needs_first_admin: bool,
@@ -26,7 +26,7 @@ struct Known {
 pub(crate) struct AccessGate {
     pub(crate) is_demo: bool,
     pub(crate) hosts: HostList,
-    known: watch::Sender<Arc<Known>>,
+    known: watch::Sender<Arc<PublishedAccess>>,
     used: Mutex<BTreeSet<CredentialId>>,
 }
 
@@ -45,7 +45,7 @@ impl AccessGate {
     pub(crate) fn set(&self, state: AccessState) {
         let grants = state.grants.into_iter().map(|grant| (grant.credential, grant)).collect();
         let needs_first_admin = state.needs_first_admin;
-        self.known.send_replace(Arc::new(Known { is_complete: true, needs_first_admin, grants }));
+        self.known.send_replace(Arc::new(PublishedAccess { is_complete: true, needs_first_admin, grants }));
     }
 
     /// Whether the core has said who may use the platform.
@@ -97,8 +97,9 @@ impl AccessGate {
         let Some(credential) = identity.caller.credential.filter(|_| !self.is_demo) else {
             return std::future::pending().await;
         };
-        let is_changed =
-            |known: &Arc<Known>| known.grants.get(&credential).map(|grant| grant.role) != identity.role;
+        let is_changed = |known: &Arc<PublishedAccess>| {
+            known.grants.get(&credential).map(|grant| grant.role) != identity.role
+        };
         if self.known.subscribe().wait_for(is_changed).await.is_err() {
             // The gateway ends.
             std::future::pending().await

@@ -23,9 +23,9 @@ use std::net::IpAddr;
 /// Who may use a gateway, and under which names.
 #[derive(Clone, Debug, Default)]
 pub struct AccessConfig {
-    /// Whether whoever reaches the server is an admin. The gateway then listens on this computer only.
+    /// Whether whoever reaches the server is an admin. The gateway then listens on this computer only. Given by `--demo`.
     pub is_demo: bool,
-    /// Names under which it may be reached, besides those of this computer.
+    /// Names under which it may be reached, besides those of this computer. Given by `--allow-host`.
     pub allowed_hosts: Vec<String>,
 }
 

@@ -20,15 +20,16 @@ use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer, PrivatePkcs
 use tokio_rustls::rustls::sign::CertifiedKey;
 
 /// Parameters of the authority and its certificates.
-/// Where a field names no source, its value was chosen.
 struct AuthorityConfig {
-    /// For how long the authority is valid, days: as long as the robot serves, since replacing it means telling all browsers again.
+    /// For how long the authority is valid, days: as long as the robot serves, since replacing it means telling all browsers again. Chosen: ten years, longer than robots
+    /// serve.
     authority_days: i64,
-    /// For how long a certificate is valid, days. Browsers accept 398 at most.
+    /// For how long a certificate is valid, days. Browsers accept 398 at most. Chosen: as usual of automatic authorities; a stolen key is worthless after it.
     certificate_days: i64,
-    /// Time after which a certificate is made anew, while the program runs: a third of its validity.
+    /// Time after which a certificate is made anew, while the program runs: a third of its validity. Chosen: a program that is ended for weeks has a valid one when it
+    /// starts.
     renewal_period: Duration,
-    /// Names that are kept. Only names of this server are certified, so they are few.
+    /// Names that are kept. Only names of this server are certified, so they are few. Chosen: it bounds the memory.
     max_names: usize,
 }
 

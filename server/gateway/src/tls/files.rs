@@ -13,7 +13,7 @@ use tokio_rustls::rustls::sign::CertifiedKey;
 
 /// Parameters of [`CertificateFiles`].
 struct CertificateFilesConfig {
-    /// Time between two looks at the files. Chosen.
+    /// Time between two looks at the files. Chosen: whoever exchanges them waits no longer, and a look costs two system calls.
     look_period: Duration,
 }
 
@@ -24,10 +24,10 @@ pub(crate) struct CertificateFiles {
     look_period: Duration,
     certificates: PathBuf,
     key: PathBuf,
-    current: Mutex<Current>,
+    current: Mutex<LoadedCertificate>,
 }
 
-struct Current {
+struct LoadedCertificate {
     certified: Arc<CertifiedKey>,
     changed: [Option<SystemTime>; 2],
     looked: Instant,
@@ -45,7 +45,7 @@ impl CertificateFiles {
     fn open_with(look_period: Duration, certificates: PathBuf, key: PathBuf) -> Result<Self, TlsError> {
         let certified = Arc::new(read(&certificates, &key)?);
         let changed = [changed(&certificates), changed(&key)];
-        let current = Mutex::new(Current { certified, changed, looked: Instant::now() });
+        let current = Mutex::new(LoadedCertificate { certified, changed, looked: Instant::now() });
         Ok(Self { look_period, certificates, key, current })
     }
 

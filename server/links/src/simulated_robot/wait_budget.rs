@@ -6,10 +6,11 @@ use vocab::Span;
 /// Parameters of a [`WaitBudget`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WaitBudgetConfig {
-    /// Longest wait at a stretch, of this computer's time. A core that hangs for longer is disconnected.
+    /// Longest wait at a stretch, of this computer's time. A core that hangs for longer is disconnected. Chosen: less than the 5 s after which the supervisor starts a
+    /// core again that hangs.
     pub max_wait: Duration,
     /// Wait that each robot second gives back, in seconds of this computer. A core that lets the robot run more slowly than the inverse of this
-    /// is disconnected in the end: 10 means a tenth of real time.
+    /// is disconnected in the end: 10 means a tenth of real time. Chosen: a busy computer is seldom slower than that.
     pub wait_per_robot_second: f64,
 }
 

@@ -29,7 +29,8 @@ pub(super) struct MergedMessages<B> {
 /// Parameters of [`MergedMessages`].
 #[derive(Clone, Copy, Debug)]
 struct MergeConfig {
-    /// Limit of memory for messages that wait for earlier ones, bytes. Blocks that overlap by more than this give messages out of order.
+    /// Limit of memory for messages that wait for earlier ones, bytes. Blocks that overlap by more than this give messages out of order. Chosen: 36 s of a LiDAR at full
+    /// resolution (1.4 MB a sweep).
     max_pending_bytes: usize,
 }
 

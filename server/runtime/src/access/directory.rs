@@ -15,11 +15,11 @@ use vocab::{Span, Stamp};
 #[derive(Debug, Default)]
 pub struct AccessDirectory {
     mode: AccessMode,
-    known: Mutex<Known>,
+    known: Mutex<AccessRecords>,
 }
 
 #[derive(Debug, Default)]
-struct Known {
+struct AccessRecords {
     accounts: Accounts,
     grants: BTreeMap<CredentialId, Grant>,
     /// When sessions and tokens were used since that was written to the ledger.
@@ -37,7 +37,7 @@ impl AccessDirectory {
         self.mode
     }
 
-    fn lock(&self) -> MutexGuard<'_, Known> {
+    fn lock(&self) -> MutexGuard<'_, AccessRecords> {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -86,7 +86,7 @@ impl AccessDirectory {
     /// Decides which sessions and tokens are valid at `now`, and returns them.
     pub fn refresh(&self, idle: Span, now: Stamp) -> AccessState {
         let mut known = self.lock();
-        let Known { accounts, used, .. } = &*known;
+        let AccessRecords { accounts, used, .. } = &*known;
         let grants: BTreeMap<_, _> = accounts
             .credentials
             .iter()
@@ -96,7 +96,7 @@ impl AccessDirectory {
             })
             .collect();
         known.grants = grants;
-        let Known { accounts, grants, used } = &mut *known;
+        let AccessRecords { accounts, grants, used } = &mut *known;
         used.retain(|id, _| grants.contains_key(id));
         let is_admin = |role: Role, is_enabled: bool| role == Role::Admin && is_enabled;
         let has_admin = accounts.accounts.values().any(|account| is_admin(account.role, account.is_enabled));

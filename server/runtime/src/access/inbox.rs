@@ -11,7 +11,7 @@ use std::time::Duration;
 
 /// A request that waits.
 #[derive(Debug)]
-pub(super) struct Waiting {
+pub(super) struct WaitingAccountRequest {
     pub number: u64,
     pub by: Caller,
     pub request: AccountRequest,
@@ -20,9 +20,9 @@ pub(super) struct Waiting {
 #[derive(Debug, Default)]
 struct Lanes {
     /// Sign-ins from known addresses and browsers.
-    known: VecDeque<Waiting>,
-    others: VecDeque<Waiting>,
-    strangers: VecDeque<Waiting>,
+    known: VecDeque<WaitingAccountRequest>,
+    others: VecDeque<WaitingAccountRequest>,
+    strangers: VecDeque<WaitingAccountRequest>,
     is_closed: bool,
 }
 
@@ -69,7 +69,7 @@ impl AccountInbox {
             let reason = texts::SIGN_IN_BUSY.to_owned();
             return Err(AccountRefusal { kind: AccountRefusalKind::Busy, reason });
         }
-        lane.push_back(Waiting { number, by, request });
+        lane.push_back(WaitingAccountRequest { number, by, request });
         drop(lanes);
         self.changed.notify_one();
         Ok(())
@@ -82,7 +82,7 @@ impl AccountInbox {
     }
 
     /// Waits for a request, at most for this time. Fails when no more come.
-    pub(super) fn next(&self, patience: Duration) -> Result<Option<Waiting>, Closed> {
+    pub(super) fn next(&self, patience: Duration) -> Result<Option<WaitingAccountRequest>, Closed> {
         let mut lanes = self.lock();
         let is_empty =
             |lanes: &Lanes| lanes.known.is_empty() && lanes.others.is_empty() && lanes.strangers.is_empty();

@@ -43,38 +43,38 @@ pub enum AccessMode {
 }
 
 /// Parameters of accounts.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AccountsConfig {
     /// Passwords and their hashes.
     pub passwords: PasswordConfig,
     /// How often somebody may try to sign in.
     pub throttle: ThrottleConfig,
-    /// Time without use after which a session ends: a shift with its breaks. OWASP ASVS 5, 7.3.1 leaves it to the site.
+    /// Time without use after which a session ends: a shift with its breaks. OWASP ASVS 5, 7.3.1 leaves it to the site. Chosen for such a shift.
     pub session_idle: Span,
-    /// Time after which a session ends in any case: a week.
+    /// Time after which a session ends in any case: a week. Chosen as a round number: less makes people sign in more often, more leaves a stolen one valid for longer.
     pub max_session: Span,
-    /// Time for which a session that has ended is remembered as a browser that was signed in.
+    /// Time for which a session that has ended is remembered as a browser that was signed in. It is that which clients are told ([`KNOWN_BROWSER_TIME`]).
     pub known_browser: Span,
-    /// Sessions of one account. A further one ends the one that was used least lately.
+    /// Sessions of one account. A further one ends the one that was used least lately. Chosen: more than the devices of one person.
     pub max_sessions: usize,
-    /// Accounts, and tokens that are valid.
+    /// Accounts, and tokens that are valid. Chosen: more than a site has people and programs; every client that manages them gets the whole list.
     pub max_accounts: usize,
-    /// Time between two looks at the ledger for changes by others. A revocation takes effect within it.
+    /// Time between two looks at the ledger for changes by others. A revocation takes effect within it. Chosen: people notice half a second hardly, and a look costs one
+    /// query.
     pub poll_period: Duration,
-    /// Time between two notes in the ledger of when a session was used.
+    /// Time between two notes in the ledger of when a session was used. Chosen: 5 minutes, fine enough for [`Self::session_idle`], and few writes.
     pub note_period: Span,
-    /// Attempts by strangers that wait.
+    /// Attempts by strangers that wait. Chosen: each takes 50 ms and more, so that the last waits about half a second.
     pub max_strangers: usize,
-    /// Attempts from known addresses and browsers that wait.
+    /// Attempts from known addresses and browsers that wait. Chosen: twice those of strangers, because these are people who work here.
     pub max_known: usize,
-    /// Other requests that wait.
+    /// Other requests that wait. Chosen: one for each client that may be connected.
     pub max_requests: usize,
-    /// Longest wait for the ledger's thread. The disk may be busy with a large transaction.
+    /// Longest wait for the ledger's thread. The disk may be busy with a large transaction. Chosen: disks that stall do so for some seconds.
     pub write_timeout: Duration,
-    /// Time between two searches for sessions that ended long ago.
+    /// Time between two searches for sessions that ended long ago. Chosen: an hour; old sessions have no effect, they only take space.
     pub cleaning_period: Duration,
-    /// Least time between two entries of the audit log for failed attempts to sign in: a flood of them does not fill the disk.
+    /// Least time between two entries of the audit log for failed attempts to sign in: a flood of them does not fill the disk. Chosen: 86,400 entries a day at most.
     pub failure_note_period: Duration,
     /// Longest name of a token, characters. Chosen: it fits into a row of the list.
     pub max_token_name_chars: usize,

@@ -2,7 +2,7 @@
 //! lowest priority, and nothing waits for it but those who sign in.
 
 use super::first_admin::FirstAdminLink;
-use super::inbox::{AccountInbox, Closed, Waiting};
+use super::inbox::{AccountInbox, Closed, WaitingAccountRequest};
 use super::texts;
 use super::{AccessDirectory, AccessMode, AccountsConfig};
 use crate::clock::CalendarTime;
@@ -68,7 +68,7 @@ impl AccessWorker {
             self.refresh();
             heartbeat.beat();
             match self.inbox.next(self.config.poll_period) {
-                Ok(Some(Waiting { number, by, request })) => {
+                Ok(Some(WaitingAccountRequest { number, by, request })) => {
                     let result = self.handle(&by, request);
                     // Whoever has signed in may use the answer at once.
                     self.refresh();

@@ -9,7 +9,7 @@ use vocab::{CameraAim, CameraHead, MapId, Pose, Vec3};
 /// Parameters of [`aim`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AimConfig {
-    /// A target nearer to the head than this gives no direction, metres. Chosen.
+    /// A target nearer to the head than this gives no direction, metres. Chosen: the size of the camera itself.
     pub min_target_distance_m: f64,
 }
 

@@ -32,28 +32,28 @@ use std::time::Duration;
 use vocab::{ActionCallId, Span};
 
 /// Parameters of the [`ActionWorker`] and its queue.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ActionConfig {
-    /// Calls and cancellations that may wait for the thread.
+    /// Calls and cancellations that may wait for the thread. Chosen: a call and a cancellation of each action that may be open.
     pub max_waiting: usize,
-    /// Actions that may be under way at a time.
+    /// Actions that may be under way at a time. It is that of all action servers.
     pub max_open: usize,
-    /// Ends and feedback that may wait for the control loop.
+    /// Ends and feedback that may wait for the control loop. Chosen: four of each action that may be open.
     pub max_results: usize,
-    /// Scans that may wait for the thread.
+    /// Scans that may wait for the thread. Chosen: most of a second at 10 Hz.
     pub max_scans: usize,
-    /// Time between two looks at the robot's clock while an action waits for it.
+    /// Time between two looks at the robot's clock while an action waits for it. Chosen: less than a step of control (50 ms).
     pub poll_period: Duration,
-    /// Shortest time between two feedbacks of a call, on the robot's clock. Each is recorded.
+    /// Shortest time between two feedbacks of a call, on the robot's clock. Each is recorded. Chosen: people see progress each second.
     pub feedback_period: Span,
-    /// Points of a point cloud at most: 48 MB of its file.
+    /// Points of a point cloud at most: 48 MB of its file. Chosen: below the largest file that is stored, 64 MB ([`store::BlobsConfig`]).
     pub max_cloud_points: usize,
-    /// Longest `wait`, seconds: the maximum in the schema of the catalogue.
+    /// Longest `wait`, seconds: the maximum in the schema of the catalogue. Chosen: a day, longer than any wait of a mission that still makes sense.
     pub max_wait_s: f64,
-    /// Longest gathering of scans for a `point_cloud`, seconds: the maximum in the schema of the catalogue.
+    /// Longest gathering of scans for a `point_cloud`, seconds: the maximum in the schema of the catalogue. Chosen: a minute, after which a standing LiDAR sees nothing
+    /// new.
     pub max_capture_s: f64,
-    /// Estimates of the pose that are kept, for reports of what was found a little earlier: 8 s at 30 a second.
+    /// Estimates of the pose that are kept, for reports of what was found a little earlier: 8 s at 30 a second. Chosen: longer than a picture takes to come.
     pub max_estimates: usize,
     /// Parameters of aiming the camera.
     pub aim: AimConfig,

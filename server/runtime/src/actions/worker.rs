@@ -81,7 +81,7 @@ struct Target {
 }
 
 /// How a call was begun.
-enum Begun {
+enum ActionStart {
     /// It goes on.
     Open,
     /// It is done already.
@@ -163,8 +163,8 @@ impl ActionWorker {
             self.begin_own(call, action, parameters)
         };
         match begun {
-            Ok(Begun::Open) => {}
-            Ok(Begun::Done(outcome)) => self.end(call, outcome),
+            Ok(ActionStart::Open) => {}
+            Ok(ActionStart::Done(outcome)) => self.end(call, outcome),
             Err(reason) => self.end(call, ActionOutcome::Failed { reason }),
         }
     }
@@ -176,7 +176,7 @@ impl ActionWorker {
         call: ActionCallId,
         action: &str,
         parameters: &str,
-    ) -> Result<Begun, String> {
+    ) -> Result<ActionStart, String> {
         let (mut parameters, mut target) = (parameters.to_owned(), Target::default());
         if takes_pictures(action) {
             let head = self.camera_head;
@@ -185,7 +185,7 @@ impl ActionWorker {
             let aim = match aim(&self.config.aim, &head, &asked, place.as_ref()) {
                 Ok(aim) => aim,
                 Err(AimFailure::BeyondPan { turn_rad }) if asked.target_m.is_some() => {
-                    return Ok(Begun::Done(ActionOutcome::NeedsTurn { turn_rad }));
+                    return Ok(ActionStart::Done(ActionOutcome::NeedsTurn { turn_rad }));
                 }
                 Err(failure) => return Err(failure.sentence()),
             };
@@ -199,7 +199,7 @@ impl ActionWorker {
         // Before the robot answers, which may be at once.
         self.open.robot.insert(call, target);
         let started = robot.start(ActionCall { id: call, action: action.to_owned(), parameters });
-        started.map(|()| Begun::Open).inspect_err(|_| {
+        started.map(|()| ActionStart::Open).inspect_err(|_| {
             self.open.robot.remove(&call);
         })
     }
@@ -215,12 +215,19 @@ impl ActionWorker {
         self.mailbox.notice(self.clock.now(), Severity::Warning, text);
     }
 
-    fn begin_own(&mut self, call: ActionCallId, action: &str, parameters: &str) -> Result<Begun, String> {
+    fn begin_own(
+        &mut self,
+        call: ActionCallId,
+        action: &str,
+        parameters: &str,
+    ) -> Result<ActionStart, String> {
         let default_s = describe_action(action).and_then(|known| known.duration).map_or(0.0, |(_, s)| s);
         let now = self.clock.now();
         let (kind, max_s) = match action {
             MESSAGE => {
-                return self.publish_message(&parse::<MessageParameters>(parameters)?.text).map(Begun::Done);
+                return self
+                    .publish_message(&parse::<MessageParameters>(parameters)?.text)
+                    .map(ActionStart::Done);
             }
             WAIT => (OwnActionKind::Wait, self.config.max_wait_s),
             POINT_CLOUD => (OwnActionKind::Capture(Capture::default()), self.config.max_capture_s),
@@ -231,7 +238,7 @@ impl ActionWorker {
             self.inbox.open_captures.fetch_add(1, Ordering::Relaxed);
         }
         self.open.own.insert(call, OwnAction { began: now, ends, kind });
-        Ok(Begun::Open)
+        Ok(ActionStart::Open)
     }
 
     /// Publishes a notice for all people.

@@ -31,16 +31,15 @@ use vocab::Stamp;
 use watchdog::{BEAT_PERIOD, Heartbeat};
 
 /// Parameters of the [`LedgerWorker`] and its queue.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LedgerConfig {
-    /// Time between two attempts to write to a disk that fails.
+    /// Time between two attempts to write to a disk that fails. Chosen: people who free space see that it goes on; a failed attempt costs little.
     pub retry_period: Duration,
-    /// Edits and questions that may wait.
+    /// Edits and questions that may wait. Chosen: eight transactions ([`Self::max_edits_at_once`]).
     pub max_waiting_requests: usize,
     /// Bytes that edits may take while they wait: four of the longest.
     pub max_waiting_bytes: usize,
-    /// Edits that are written in one transaction. They share its wait for the disk.
+    /// Edits that are written in one transaction. They share its wait for the disk. Chosen: a transaction then takes milliseconds more than one edit does.
     pub max_edits_at_once: usize,
 }
 
@@ -120,7 +119,7 @@ enum Request {
 
 /// What waits.
 #[derive(Debug, Default)]
-struct Waiting {
+struct WaitingLedgerRequests {
     commits: VecDeque<Commit>,
     requests: VecDeque<Request>,
     /// Bytes of the edits.
@@ -131,7 +130,7 @@ struct Waiting {
     is_closed: bool,
 }
 
-impl Waiting {
+impl WaitingLedgerRequests {
     fn is_empty(&self) -> bool {
         self.commits.is_empty() && self.requests.is_empty()
     }
@@ -141,13 +140,13 @@ impl Waiting {
 #[derive(Debug, Default)]
 pub struct LedgerInbox {
     config: LedgerConfig,
-    waiting: Mutex<Waiting>,
+    waiting: Mutex<WaitingLedgerRequests>,
     changed: Condvar,
 }
 
 impl LedgerInbox {
     /// A panic of another thread leaves what waits usable, because no code under the lock leaves it half changed.
-    fn lock(&self) -> MutexGuard<'_, Waiting> {
+    fn lock(&self) -> MutexGuard<'_, WaitingLedgerRequests> {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

@@ -23,7 +23,7 @@ use vocab::{ClientId, Stamp};
 pub struct SiteKeeper {
     store: Arc<Store>,
     /// None while the ledger cannot be opened.
-    open: Option<Open>,
+    open: Option<OpenLedger>,
     /// Why it could not be opened last, a clause.
     problem: String,
     /// When it is tried again.
@@ -38,7 +38,7 @@ pub struct SiteKeeper {
     clock: Arc<RobotClock>,
 }
 
-struct Open {
+struct OpenLedger {
     ledger: Ledger,
     state: SiteState,
 }
@@ -83,7 +83,7 @@ impl SiteKeeper {
     ///
     /// # Errors
     /// Why it cannot be opened, a clause.
-    fn opened(&mut self) -> Result<&mut Open, String> {
+    fn opened(&mut self) -> Result<&mut OpenLedger, String> {
         if self.open.is_none() {
             if Instant::now() < self.retry_at {
                 return Err(self.problem.clone());
@@ -92,7 +92,7 @@ impl SiteKeeper {
                 Ok((ledger, state)) => {
                     self.state_publisher.publish_site(&state);
                     self.send_to_stack(&ledger, &state);
-                    self.open = Some(Open { ledger, state });
+                    self.open = Some(OpenLedger { ledger, state });
                 }
                 Err(error) => {
                     self.problem = error_with_causes(&error);
@@ -229,7 +229,7 @@ impl SiteKeeper {
     ) -> Result<T, String> {
         let opened = self.opened();
         let written = match opened {
-            Ok(Open { ledger, state }) => ledger.write(|writer| work(writer, state)),
+            Ok(OpenLedger { ledger, state }) => ledger.write(|writer| work(writer, state)),
             Err(reason) => return Err(reason),
         };
         self.report_problems();

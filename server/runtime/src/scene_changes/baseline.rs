@@ -7,11 +7,12 @@ use vocab::{MapId, Vec3};
 /// Parameters of [`find_baseline`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BaselineConfig {
-    /// A cloud of another run within this distance was seen at the same place, metres: half more than the distance between two clouds.
+    /// A cloud of another run within this distance was seen at the same place, metres: half more than the distance between two clouds. Chosen: runs do not
+    /// keep their clouds at the same places.
     pub same_place_m: f64,
     /// Share of the clouds of a run at whose places the other run has one. Chosen, so that a run that was cancelled on the way is not what the next one is compared with.
     pub min_share: f64,
-    /// Runs that are looked at, the newest first.
+    /// Runs that are looked at, the newest first. Chosen: a hundred runs of one mission are a month and more, and the search reads their indices.
     pub max_runs: usize,
 }
 

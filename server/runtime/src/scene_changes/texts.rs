@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 /// Objects that were found for the first time, and known ones that were found again.
 pub fn changes_found(new: usize, known: usize, is_against_map: bool) -> String {
-    let with = if is_against_map { "the map" } else { "an earlier run" };
+    let with = earlier_visit(is_against_map);
     let things = |count: usize| if count == 1 { "1 thing".to_owned() } else { format!("{count} things") };
     match (new, known) {
         (new, 0) => format!("Compared with {with}, {} changed. Look at Changes on Runs.", things(new)),
@@ -16,6 +16,15 @@ pub fn changes_found(new: usize, known: usize, is_against_map: bool) -> String {
             )
         }
     }
+}
+
+/// No object was found.
+pub fn nothing_changed(is_against_map: bool) -> String {
+    format!("Compared with {}, nothing has changed.", earlier_visit(is_against_map))
+}
+
+fn earlier_visit(is_against_map: bool) -> &'static str {
+    if is_against_map { "the map" } else { "an earlier run" }
 }
 
 /// More objects than are kept.

@@ -27,14 +27,13 @@ use vocab::{BlobHash, ClientId};
 use watchdog::{BEAT_PERIOD, Heartbeat};
 
 /// Parameters of the comparisons.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct SceneChangesConfig {
-    /// Runs that may wait: more than the stack remembers of those that have ended.
+    /// Runs that may wait: more than the stack remembers of those that have ended. Chosen: four times that.
     max_waiting: usize,
-    /// Objects of one comparison that are kept, the largest. A robot that was localised wrongly sees everything changed.
+    /// Objects of one comparison that are kept, the largest. A robot that was localised wrongly sees everything changed. Chosen: nobody looks through more.
     max_objects: usize,
-    /// A comparison that takes longer hangs.
+    /// A comparison that takes longer hangs. Chosen: a comparison takes seconds to minutes (docs/benchmarks/changes.md), with low priority.
     max_duration: Duration,
 }
 
@@ -168,6 +167,8 @@ impl SceneChangeWorker {
             found.objects.truncate(CONFIG.max_objects);
         }
         if count == 0 {
+            let is_against_map = matches!(baseline.before, EarlierVisit::Map(_));
+            self.tell(Severity::Info, texts::nothing_changed(is_against_map));
             return Ok(0);
         }
         let clouds = self.keep_clouds(&found).unwrap_or_else(|reason| {

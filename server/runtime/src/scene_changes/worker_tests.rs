@@ -15,9 +15,9 @@ const MAP: MapId = MapId(Uuid::from_u128(1));
 const MISSION: MissionId = MissionId(Uuid::from_u128(3));
 const RUN: RunId = RunId(Uuid::from_u128(10));
 
-/// Finds one object that appeared, or fails.
+/// Finds this number of objects that appeared at one place, or fails.
 struct FakeFinder {
-    is_working: bool,
+    found: Option<usize>,
 }
 
 impl ChangeFinder for FakeFinder {
@@ -29,9 +29,7 @@ impl ChangeFinder for FakeFinder {
         _: &mut dyn FnMut() -> bool,
     ) -> Result<FoundChanges, String> {
         assert!(before.ends_with(MAP.to_string()) && after.ends_with(RUN.to_string()));
-        if !self.is_working {
-            return Err("It needs more memory.".to_owned());
-        }
+        let found = self.found.ok_or_else(|| "It needs more memory.".to_owned())?;
         fs::create_dir_all(out).expect("made");
         let file = |name: &str| {
             fs::write(out.join(name), name).expect("written");
@@ -40,7 +38,7 @@ impl ChangeFinder for FakeFinder {
         let place = OrientedBox { centre_m: Vec3::new(4.0, 0.0, 0.5), size_m: [0.6, 0.4, 1.0], yaw_rad: 0.2 };
         let kind = SceneChangeKind::Appeared;
         let cloud = file("object-1.ply");
-        let objects = vec![FoundChange { kind, place, points: 80, confidence: 0.99, cloud }];
+        let objects = vec![FoundChange { kind, place, points: 80, confidence: 0.99, cloud }; found];
         Ok(FoundChanges { objects, changed: file("changed.ply"), unchanged: file("unchanged.ply") })
     }
 }
@@ -68,7 +66,7 @@ fn keep_cloud(store: &Store) {
 }
 
 /// The changes that come into the site, and what people are told, when a run has ended and the platform is started twice.
-fn changes_of_two_starts(is_working: bool) -> (Vec<SceneChange>, Vec<String>) {
+fn changes_of_two_starts(found: Option<usize>) -> (Vec<SceneChange>, Vec<String>) {
     let dir = tempfile::tempdir().expect("temporary directory");
     let store = Arc::new(Store::open(dir.path()).expect("opens"));
     keep_cloud(&store);
@@ -102,7 +100,7 @@ fn changes_of_two_starts(is_working: bool) -> (Vec<SceneChange>, Vec<String>) {
         drop(ended_runs);
         let (_running, stop) = crossbeam_channel::bounded(0);
         let worker = SceneChangeWorker {
-            finder: Box::new(FakeFinder { is_working }),
+            finder: Box::new(FakeFinder { found }),
             store: Arc::clone(&store),
             ledger: inbox,
             runs,
@@ -139,7 +137,7 @@ fn changes_of_two_starts(is_working: bool) -> (Vec<SceneChange>, Vec<String>) {
 
 #[test]
 fn a_run_that_has_ended_is_compared_once() {
-    let (changes, told) = changes_of_two_starts(true);
+    let (changes, told) = changes_of_two_starts(Some(1));
     assert_eq!(changes.len(), 1, "{changes:?}");
     let SceneChange { map, before, after, first_seen, times_seen, clouds, .. } = &changes[0];
     assert_eq!((*map, *before, *after), (MAP, EarlierVisit::Map(MAP), RUN));
@@ -149,7 +147,14 @@ fn a_run_that_has_ended_is_compared_once() {
 
 #[test]
 fn a_comparison_that_fails_is_told_once_and_changes_nothing() {
-    let (changes, told) = changes_of_two_starts(false);
+    let (changes, told) = changes_of_two_starts(None);
     assert_eq!(changes, []);
     assert_eq!(told, ["The run was not compared with earlier ones. It needs more memory."]);
+}
+
+#[test]
+fn a_comparison_that_finds_nothing_says_so() {
+    let (changes, told) = changes_of_two_starts(Some(0));
+    assert_eq!(changes, []);
+    assert_eq!(told, ["Compared with the map, nothing has changed."]);
 }

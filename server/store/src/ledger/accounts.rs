@@ -128,11 +128,11 @@ impl LedgerWriter<'_> {
 #[derive(Debug)]
 pub struct AccountReader {
     path: PathBuf,
-    open: Option<Open>,
+    open: Option<OpenDatabase>,
 }
 
 #[derive(Debug)]
-struct Open {
+struct OpenDatabase {
     connection: Connection,
     /// Inode of the file: a damaged ledger is renamed, and a new one begun.
     inode: u64,
@@ -168,7 +168,7 @@ impl AccountReader {
             Some(open) => open,
             None => {
                 let connection = open_for_reading(&self.path)?;
-                self.open.insert(Open { connection, inode, version: None })
+                self.open.insert(OpenDatabase { connection, inode, version: None })
             }
         };
         let version = open.connection.pragma_query_value(None, "data_version", |row| row.get(0))?;

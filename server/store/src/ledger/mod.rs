@@ -31,12 +31,11 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// Parameters of the database.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct DatabaseConfig {
-    /// Longest wait for the check of stored data, which only reads.
+    /// Longest wait for the check of stored data, which only reads. Chosen: the check reads for far less at a time.
     busy_timeout: Duration,
-    /// Statements that stay prepared.
+    /// Statements that stay prepared. Chosen as a round number: with fewer, statements that recur are parsed again.
     cached_statements: usize,
 }
 

@@ -19,7 +19,7 @@ impl fmt::Debug for LeaseToken {
 
 /// Who a client is, as the server sees it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct You {
+pub struct ClientIdentity {
     /// The client's id, by which it recognises what it did itself.
     pub client: ClientId,
     /// The account that has signed in; none: nobody needs to.
@@ -30,7 +30,7 @@ pub struct You {
     pub is_demo: bool,
 }
 
-impl You {
+impl ClientIdentity {
     /// An admin of a demonstration.
     pub fn in_demo(client: ClientId) -> Self {
         Self { client, account: None, role: Role::Admin, is_demo: true }

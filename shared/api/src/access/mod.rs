@@ -18,7 +18,7 @@ pub use accounts::{
     FirstAdmin, KNOWN_BROWSER_TIME, MAX_TOKEN_DAYS, TokenSummary,
 };
 pub use endpoints::{Endpoint, HttpMethod};
-pub use lease::{LeaseToken, You};
+pub use lease::{ClientIdentity, LeaseToken};
 pub use privileges::{
     Privilege, account_privilege, command_privilege, edit_privilege, event_privilege, message_privilege,
     object_privilege, query_privilege,

@@ -12,8 +12,8 @@ pub fn caller() -> Caller {
     Caller { client: CLIENT, credential: Some(CREDENTIAL), address }
 }
 
-pub fn you() -> You {
-    You { client: CLIENT, account: Some(name()), role: Role::Operator, is_demo: true }
+pub fn you() -> ClientIdentity {
+    ClientIdentity { client: CLIENT, account: Some(name()), role: Role::Operator, is_demo: true }
 }
 
 fn secret() -> Secret {

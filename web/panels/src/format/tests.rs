@@ -11,6 +11,7 @@ fn numbers_carry_units() {
     assert_eq!(format::position(&Vec3::new(-0.04, 12.34, -5.0)), "0.0, 12.3, -5.0 m");
     assert_eq!(format::elapsed(3753.0), "1:02:33");
     assert_eq!(format::duration(7500.0), "2 h 05");
+    assert_eq!([86_399.0, 86_400.0, 1e6].map(format::duration), ["1 day", "1 day", "12 days"]);
     assert_eq!(format::age(2.04), "2.0 s old");
     assert_eq!(format::points(2_345_678), "2.35 million");
     assert_eq!(format::bit_rate(1.84e6), "1.8 Mbit/s");

@@ -30,11 +30,11 @@ pub(crate) struct TestClient {
 impl TestClient {
     /// A client that the server has welcomed.
     pub(crate) fn connected() -> Self {
-        Self::connected_as(api::You::in_demo(ME))
+        Self::connected_as(api::ClientIdentity::in_demo(ME))
     }
 
     /// A client that the server has welcomed as this one.
-    pub(crate) fn connected_as(you: api::You) -> Self {
+    pub(crate) fn connected_as(you: api::ClientIdentity) -> Self {
         let now = ClientTime(1.0);
         let mut model = Model::new(api::LeaseToken(ME.0), Ids::new(1), ViewSettings::default(), now);
         let mut effects: Vec<ClientEffect> = Vec::new();

@@ -17,18 +17,17 @@ use vocab::{ActionCallId, CameraAim, CameraHead, Span, Stamp};
 use worker::{ActionJob, FinishedAction, Instrument, PictureKind, Worker};
 
 /// Limits of the actions of a simulated robot.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct SimulatedActionConfig {
-    /// Actions that may be under way at a time.
+    /// Actions that may be under way at a time. It is that of all action servers.
     max_open: usize,
-    /// Jobs that may wait for the other thread. Readings that find the queue full are made a little later.
+    /// Jobs that may wait for the other thread. Readings that find the queue full are made a little later. Chosen: two of each open action.
     max_queued_jobs: usize,
-    /// Time between two readings of an instrument, on the robot's clock.
+    /// Time between two readings of an instrument, on the robot's clock. Chosen: instruments give a reading a second.
     sample_period: Span,
-    /// Longest time of a measurement.
+    /// Longest time of a measurement. Chosen: an hour, longer than any measurement on a round.
     max_duration: Span,
-    /// An aim that differs by more than this from what the head can take is refused, radians and steps of zoom.
+    /// An aim that differs by more than this from what the head can take is refused, radians and steps of zoom. Chosen: above the rounding of a double.
     aim_tolerance: f64,
 }
 

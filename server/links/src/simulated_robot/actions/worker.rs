@@ -77,9 +77,8 @@ enum Readings {
 }
 
 /// Bounds of measurements.
-/// Where a field names no source, its value was chosen.
 struct MeasurementConfig {
-    /// Measurements that are kept at most. One whose action was cancelled is removed when newer ones come.
+    /// Measurements that are kept at most. One whose action was cancelled is removed when newer ones come. Chosen: four of each open action.
     max_kept: usize,
 }
 

@@ -7,7 +7,8 @@ use vocab::CommandId;
 /// When an unanswered command is sent again.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ResendConfig {
-    /// A command older than this is not sent again after a reconnection: the operator has gone on meanwhile. Seconds.
+    /// A command older than this is not sent again after a reconnection: the operator has gone on meanwhile. Seconds. Chosen: as long as a person waits before he tries
+    /// again.
     pub(crate) max_age_s: f64,
 }
 

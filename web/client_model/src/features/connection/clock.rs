@@ -5,7 +5,8 @@ use vocab::Stamp;
 
 /// Parameters of [`ServerClock`].
 struct ServerClockConfig {
-    /// Answers closer together than this give no new estimate of the rate, seconds: the delay of the network would dominate it.
+    /// Answers closer together than this give no new estimate of the rate, seconds: the delay of the network would dominate it. Chosen: a delay that varies by 50 ms is a
+    /// tenth of it.
     min_rate_interval_s: f64,
     /// Greatest rate that is believed. Chosen: replays and simulations run faster than real time, none a hundred times as fast.
     max_rate: f64,

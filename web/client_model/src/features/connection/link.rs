@@ -30,16 +30,16 @@ pub enum SocketState {
 }
 
 /// When a socket counts as dead and when it is opened again.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LinkConfig {
-    /// Wait before the first attempt, seconds. It doubles with every failure.
+    /// Wait before the first attempt, seconds. It doubles with every failure. Chosen: a gateway that restarts is back in about that time.
     pub(crate) retry_first_s: f64,
-    /// Longest wait between two attempts, seconds, before the jitter.
+    /// Longest wait between two attempts, seconds, before the jitter. Chosen: people do not wait longer, and a robot that comes back is not flooded.
     pub(crate) retry_longest_s: f64,
-    /// An open link without a message for longer than this counts as dead, seconds: three pings.
+    /// An open link without a message for longer than this counts as dead, seconds: three pings. Chosen: shorter than the 10 s after which the gateway closes a silent
+    /// socket.
     pub(crate) max_silence_s: f64,
-    /// Time for opening and for the welcome, seconds.
+    /// Time for opening and for the welcome, seconds. Chosen: longer than TLS takes on a slow radio link.
     pub(crate) max_opening_s: f64,
 }
 

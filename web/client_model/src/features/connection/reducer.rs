@@ -4,7 +4,7 @@ use super::{Ping, SocketState};
 use crate::features::commands::expired_sentence;
 use crate::shared::{Context, SliceChange};
 use crate::{ClientEffect, ClientEvent, Socket, texts};
-use api::{ClientMessage, ServerMessage, Severity, StreamRequest, You};
+use api::{ClientIdentity, ClientMessage, ServerMessage, Severity, StreamRequest};
 
 /// A message on the control socket. Returns its event if that follows the last one.
 pub(crate) fn on_message<'m>(
@@ -41,7 +41,7 @@ pub(crate) fn on_message<'m>(
     None
 }
 
-fn on_welcome(version: u16, program: &str, you: &You, cx: &mut Context<'_>) {
+fn on_welcome(version: u16, program: &str, you: &ClientIdentity, cx: &mut Context<'_>) {
     let now = cx.now();
     let connection = &mut cx.shared.connection;
     if version != api::VERSION {

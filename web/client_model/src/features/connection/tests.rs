@@ -29,7 +29,7 @@ fn a_server_of_another_version_is_refused_with_a_sentence() {
     client.server(ServerMessage::Welcome {
         version: api::VERSION + 1,
         program: String::new(),
-        you: api::You::in_demo(ME),
+        you: api::ClientIdentity::in_demo(ME),
     });
     let SocketState::Refused { reason } = client.model.connection().state() else {
         panic!("connected to another version")

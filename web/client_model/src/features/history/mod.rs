@@ -12,7 +12,7 @@ use vocab::{CommandId, MapId};
 
 /// Parameters of the history.
 struct HistoryConfig {
-    /// Steps kept of all features together. Chosen.
+    /// Steps kept of all features together. Chosen: twice those of one feature, more than anybody takes back.
     max_steps: usize,
 }
 

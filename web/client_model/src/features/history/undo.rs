@@ -14,12 +14,12 @@ pub enum EditResult {
 }
 
 /// How edits become steps.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct UndoConfig {
-    /// Edits closer together than this become one step, so that a dragged slider is one. Seconds.
+    /// Edits closer together than this become one step, so that a dragged slider is one. Seconds. Chosen: longer than the pauses within one drag, shorter than those
+    /// between two edits.
     pub(crate) merge_s: f64,
-    /// Steps kept.
+    /// Steps kept. Chosen: more than anybody takes back one by one.
     pub(crate) max_steps: usize,
 }
 

@@ -23,7 +23,8 @@ use vocab::{KeyframeId, SessionId};
 
 /// Parameters of loops that are added by hand.
 struct LoopProposalConfig {
-    /// Time after which a proposal without a decision is given up, seconds. Chosen: a comparison takes less than a second, and the queue before it some seconds.
+    /// Time after which a proposal without a decision is given up, seconds. Chosen: a comparison takes less than a second, and the queue before it some seconds. Chosen:
+    /// several times both.
     max_s: f64,
 }
 

@@ -6,15 +6,14 @@
 use vocab::Aabb;
 
 /// Parameters of [`robust_bounds`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TileBoundsConfig {
-    /// Share of the points that is cut off at each end of each axis.
+    /// Share of the points that is cut off at each end of each axis. Chosen: as in the store, half a per cent (`store::robust_bounds`).
     pub(crate) trimmed_share: f64,
-    /// Margin on each side, as a share of the trimmed extent. A uniform distribution loses less than this by trimming.
+    /// Margin on each side, as a share of the trimmed extent. A uniform distribution loses less than this by trimming. Chosen: twice what it loses at both ends.
     pub(crate) margin_ratio: f64,
     /// Share of the points that coarse levels may hold to be left out. A coarse level keeps one point of each large cell: stray points weigh
-    /// much there, and its boxes are large.
+    /// much there, and its boxes are large. Chosen: where there are finer levels, coarse ones hold less.
     pub(crate) max_coarse_share: f64,
 }
 

@@ -18,9 +18,10 @@ use vocab::{Stamp, Vec3};
 /// Parameters of [`plan`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MissionPlanConfig {
-    /// Interval in which a plan is made anew while edges are blocked, seconds: blocks end. Chosen.
+    /// Interval in which a plan is made anew while edges are blocked, seconds: blocks end. Chosen: the shortest block is a minute, so that a plan is late by a sixth of
+    /// it.
     pub(crate) blocks_interval_s: f64,
-    /// Least gain of another order that is worth a proposal, seconds of walking. Chosen.
+    /// Least gain of another order that is worth a proposal, seconds of walking. Chosen: below a second, times of edges are not known.
     pub(crate) min_gain_s: f64,
 }
 

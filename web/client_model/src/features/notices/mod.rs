@@ -25,13 +25,13 @@ pub struct ShownNotice {
 /// How many notices are shown, and for how long. Chosen for reading at leisure.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct NoticeConfig {
-    /// Notices on show at once.
+    /// Notices on show at once. Chosen: more would cover the scene.
     pub(crate) max_shown: usize,
-    /// Time on show of a notice of severity `Info`, seconds.
+    /// Time on show of a notice of severity `Info`, seconds. Chosen: a person reads a line of 80 letters in about 5 s.
     pub(crate) info_s: f64,
-    /// Time on show of a warning, seconds. Errors stay until they are dismissed.
+    /// Time on show of a warning, seconds. Errors stay until they are dismissed. Chosen: twice that and more, because a warning interrupts other work.
     pub(crate) warning_s: f64,
-    /// A notice of the server that is older than this is not shown: a snapshot repeats the last one, however old. Seconds.
+    /// A notice of the server that is older than this is not shown: a snapshot repeats the last one, however old. Seconds. Chosen: twice [`Self::warning_s`].
     pub(crate) max_age_s: f64,
 }
 

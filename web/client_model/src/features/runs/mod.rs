@@ -26,9 +26,9 @@ use vocab::Stamp;
 
 /// Parameters of the runs that are kept.
 struct RunsConfig {
-    /// Ended runs that are kept with their tasks at most. Chosen.
+    /// Ended runs that are kept with their tasks at most. Chosen: as many as the robot remembers; older ones are fetched again.
     max_kept: usize,
-    /// Time between two fetches of the slots that were decided, seconds. Nothing is sent when a slot is skipped. Chosen.
+    /// Time between two fetches of the slots that were decided, seconds. Nothing is sent when a slot is skipped. Chosen: schedules go by minutes.
     slot_period_s: f64,
 }
 

@@ -36,7 +36,7 @@ pub(super) struct PublishedDraft {
 
 /// Parameters of a draft.
 struct DraftConfig {
-    /// Steps of undo that are kept. Chosen.
+    /// Steps of undo that are kept. Chosen: as the history of all features.
     max_steps: usize,
 }
 

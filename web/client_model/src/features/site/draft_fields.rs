@@ -7,7 +7,7 @@ use uuid::Uuid;
 
 /// Parameters of the values that a draft shows.
 struct FieldTextConfig {
-    /// Entries of a list that are written out; longer lists are counted. Chosen.
+    /// Entries of a list that are written out; longer lists are counted. Chosen: they fit into the card's line.
     max_listed: usize,
     /// Longest text of a value, characters. Chosen: a line of the card.
     max_chars: usize,

@@ -13,7 +13,7 @@ const FIRST_ACTION: &str = "photo";
 
 /// Parameters of a new inspection point.
 struct NewPointConfig {
-    /// Nodes nearer to a target than this are not chosen by themselves, metres: the robot's head would touch it. Chosen.
+    /// Nodes nearer to a target than this are not chosen by themselves, metres: the robot's head would touch it. Chosen: as for the inspection points of the example.
     min_node_distance_m: f64,
 }
 

@@ -46,12 +46,11 @@ use uuid::Uuid;
 use vocab::{CameraHead, ClientId};
 
 /// When edits are sent.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct SiteConfig {
-    /// Time before an edit is sent again that could not be applied, seconds.
+    /// Time before an edit is sent again that could not be applied, seconds. Chosen: the edit of somebody else that was before it has come by then.
     retry_s: f64,
-    /// Edits that may wait for the robot's answer.
+    /// Edits that may wait for the robot's answer. Chosen: a quarter of what the gateway allows one client.
     max_unanswered: usize,
 }
 

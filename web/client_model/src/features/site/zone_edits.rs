@@ -10,7 +10,7 @@ struct NewZoneConfig {
     /// Heights of a zone that is drawn while one floor alone is shown, metres: from this far below its lowest node to this far above its highest one. Poses of nodes are
     /// those of the base, so the range has the whole robot and its stairs' first steps, and no other floor.
     floor_range_m: [f64; 2],
-    /// Shortest side of an area that is drawn, metres. Chosen.
+    /// Shortest side of an area that is drawn, metres. Chosen: two columns of the ground; less is a click.
     min_side_m: f64,
 }
 

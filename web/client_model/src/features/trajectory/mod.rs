@@ -6,12 +6,11 @@ use api::{Estimate, GraphNode};
 use vocab::{Stamp, Vec3};
 
 /// How densely estimates are kept.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug)]
 struct TrajectoryConfig {
-    /// Distance between two kept positions, metres.
+    /// Distance between two kept positions, metres. Chosen: less is not visible at the width of the line.
     spacing_m: f64,
-    /// Positions kept since the last keyframe: at 0.1 m apart, 500 m of walking.
+    /// Positions kept since the last keyframe: at 0.1 m apart, 500 m of walking. Chosen: longer than any walk between two keyframes; the rest comes with the graph.
     max_positions: usize,
 }
 

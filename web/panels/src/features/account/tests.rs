@@ -1,12 +1,12 @@
 //! Who has signed in, and what the role may do.
 
 use crate::test_support::{ME, TestClient, click, value};
-use api::{Role, You};
+use api::{ClientIdentity, Role};
 use client_model::{AccountAction, ClientCommand};
 use egui_kittest::kittest::Queryable;
 
 fn signed_in(role: Role) -> TestClient {
-    let you = You { client: ME, account: Some("ada".into()), role, is_demo: false };
+    let you = ClientIdentity { client: ME, account: Some("ada".into()), role, is_demo: false };
     TestClient::connected_as(you)
 }
 

@@ -7,12 +7,14 @@ mod texts;
 use crate::button::Button;
 use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
 use crate::name_field::NameField;
-use crate::select::show_caption;
+use crate::select::{select, show_caption};
 use crate::widgets::{self, fact};
 use crate::{format, icon, screens};
 use client_model::{CameraMove, ClientCommand, SiteEdit};
 use egui::Ui;
-use site_model::{Object, ObjectId, ReviewState, SceneChange, SceneChangeId, SceneChangeKind};
+use site_model::{
+    Object, ObjectId, ReviewState, SceneChange, SceneChangeId, SceneChangeKind, Utc, Zone, ZoneId,
+};
 use vocab::Stamp;
 
 /// The tab of changes.
@@ -21,6 +23,8 @@ const CHANGES: Tab = Tab { screen: screens::RUNS, name: texts::TAB, scrolls: tru
 const MAX_ROWS: usize = 100;
 /// Least longest sides of the filter by size, metres.
 const MIN_SIZES_M: [f64; 3] = [0.0, 0.3, 1.0];
+/// Greatest ages of the filter by age, seconds: any, a day, a week.
+const MAX_AGES_S: [f64; 3] = [f64::INFINITY, 86_400.0, 7.0 * 86_400.0];
 
 /// What the panel keeps between frames.
 #[derive(Debug, Default)]
@@ -29,6 +33,9 @@ pub(crate) struct ChangesPanel {
     review: usize,
     kind: usize,
     size: usize,
+    age: usize,
+    /// The zone in which a change is; none: the whole site.
+    zone: Option<ZoneId>,
     /// The change that is unfolded.
     open: Option<SceneChangeId>,
     reason: NameField,
@@ -46,15 +53,20 @@ impl FeaturePanel for ChangesPanel {
         widgets::choice(ui, tokens, &texts::REVIEWS, self.review, |on| self.review = on);
         widgets::choice(ui, tokens, &texts::KINDS, self.kind, |on| self.kind = on);
         widgets::choice(ui, tokens, &texts::SIZES, self.size, |on| self.size = on);
+        widgets::choice(ui, tokens, &texts::AGES, self.age, |on| self.age = on);
+        let zones: Vec<&Zone> = cx.model.site.site().into_iter().flat_map(|site| site.zones()).collect();
+        let zone = self.choose_zone(ui, cx, &zones);
+        let is_admitted =
+            |change: &&SceneChange| self.open == Some(change.id) || self.admits(change, zone, cx.clock.utc);
         let changes = cx.model.site.site().into_iter().flat_map(|site| site.scene_changes());
-        let mut changes: Vec<&SceneChange> = changes.filter(|change| self.admits(change)).collect();
+        let mut changes: Vec<&SceneChange> = changes.filter(is_admitted).collect();
         changes.sort_by_key(|change| (-change.last_seen.0, change.id));
         if changes.is_empty() {
             widgets::remark(ui, tokens, texts::EMPTY);
         }
         for change in changes.into_iter().take(MAX_ROWS) {
             let is_open = self.open == Some(change.id);
-            let row = texts::row(change);
+            let row = texts::row(change, age_s(change, cx.clock.utc));
             let button = Button::new(&row).on(is_open).wide(ui).left();
             if ui.push_id(change.id, |ui| button.show(ui, tokens)).inner.clicked() {
                 self.open = (!is_open).then_some(change.id);
@@ -67,7 +79,28 @@ impl FeaturePanel for ChangesPanel {
 }
 
 impl ChangesPanel {
-    fn admits(&self, change: &SceneChange) -> bool {
+    /// The choice of a zone, if the site has any. Returns the chosen one.
+    fn choose_zone<'a>(
+        &mut self,
+        ui: &mut Ui,
+        cx: &PanelContext<'_>,
+        zones: &[&'a Zone],
+    ) -> Option<&'a Zone> {
+        let chosen = zones.iter().copied().find(|zone| self.zone == Some(zone.id));
+        if zones.is_empty() {
+            return None;
+        }
+        let names = zones.iter().map(|zone| zone.name.clone());
+        let options: Vec<String> = std::iter::once(texts::WHOLE_SITE.to_owned()).chain(names).collect();
+        let shown = chosen.map_or(texts::WHOLE_SITE, |zone| &zone.name);
+        if let Some(index) = select(ui, cx.tokens, texts::ZONE, texts::ZONE, shown, &options) {
+            // The first option is the whole site.
+            self.zone = index.checked_sub(1).map(|index| zones[index].id);
+        }
+        chosen
+    }
+
+    fn admits(&self, change: &SceneChange, zone: Option<&Zone>, now: Utc) -> bool {
         let kind = match change.kind {
             SceneChangeKind::Appeared => 1,
             SceneChangeKind::Removed => 2,
@@ -78,10 +111,11 @@ impl ChangesPanel {
             1 => change.review == ReviewState::Watched,
             _ => true,
         };
-        let is_open = self.open == Some(change.id);
-        (is_of_state || is_open)
+        is_of_state
             && [0, kind].contains(&self.kind)
             && change.place.longest_side_m() >= MIN_SIZES_M[self.size]
+            && age_s(change, now) <= MAX_AGES_S[self.age]
+            && zone.is_none_or(|zone| zone.contains(change.place.centre_m))
     }
 
     fn show_change(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, change: &SceneChange) {
@@ -89,7 +123,7 @@ impl ChangesPanel {
         let first_seen = Stamp::from_nanos(change.first_seen.0);
         fact(ui, tokens, texts::PLACE, &format::position(&change.place.centre_m));
         fact(ui, tokens, texts::SIZE, &texts::size(change));
-        fact(ui, tokens, texts::CONFIDENCE, &format::percent(change.confidence as f32));
+        fact(ui, tokens, texts::CONFIDENCE, &texts::confidence(change.confidence));
         fact(ui, tokens, texts::FIRST_SEEN, &format::date(first_seen, cx.utc_offset_s));
         fact(ui, tokens, texts::TIMES_SEEN, &format::count(change.times_seen.into()));
         fact(ui, tokens, texts::STATE, &texts::state(&change.review));
@@ -120,4 +154,9 @@ impl ChangesPanel {
             cx.commands.push(ClientCommand::EditSite(SiteEdit { put, removed: Vec::new() }));
         }
     }
+}
+
+/// Seconds since a change was last seen.
+fn age_s(change: &SceneChange, now: Utc) -> f64 {
+    (now.0 - change.last_seen.0) as f64 / 1e9
 }

@@ -1,5 +1,6 @@
 //! Changes by their panel.
 
+use crate::page_clock::PageClock;
 use crate::screens;
 use crate::test_support::{TestClient, click};
 use api::{Event, SiteParts, SiteState};
@@ -8,25 +9,31 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use site_model::{
     EarlierVisit, EditId, Object, OrientedBox, ReviewState, RunId, SceneChange, SceneChangeId,
-    SceneChangeKind, Utc,
+    SceneChangeKind, Utc, Zone, ZoneEffect, ZoneId,
 };
 use std::sync::Arc;
 use uuid::Uuid;
 use vocab::{MapId, Vec3};
 
-fn change(number: u128, kind: SceneChangeKind, size_m: [f64; 3]) -> SceneChange {
+const HOUR_NS: i64 = 3_600_000_000_000;
+/// When the list is looked at.
+const NOW: Utc = Utc(1_000 * HOUR_NS);
+
+/// A change that was last seen so long ago.
+fn change(number: u128, kind: SceneChangeKind, size_m: [f64; 3], age_h: i64, x: f64) -> SceneChange {
+    let seen = Utc(NOW.0 - age_h * HOUR_NS);
     let map = MapId(Uuid::from_u128(1));
     SceneChange {
         id: SceneChangeId(Uuid::from_u128(number)),
         map,
         kind,
-        place: OrientedBox { centre_m: Vec3::new(4.0, 1.0, 0.5), size_m, yaw_rad: 0.3 },
+        place: OrientedBox { centre_m: Vec3::new(x, 1.0, 0.5), size_m, yaw_rad: 0.3 },
         points: 150,
-        confidence: 0.98,
+        confidence: 0.998,
         before: EarlierVisit::Map(map),
         after: RunId(Uuid::from_u128(5)),
-        first_seen: Utc(5),
-        last_seen: Utc(number as i64),
+        first_seen: seen,
+        last_seen: seen,
         times_seen: 1,
         review: ReviewState::New,
         comment: String::new(),
@@ -37,15 +44,25 @@ fn change(number: u128, kind: SceneChangeKind, size_m: [f64; 3]) -> SceneChange 
 /// The Runs screen of a robot that has found two changes, with their tab open.
 fn shown<'a>() -> Harness<'a, TestClient> {
     let mut state = SiteState::default();
-    for change in [
-        change(1, SceneChangeKind::Appeared, [0.6, 0.4, 1.0]),
-        change(2, SceneChangeKind::Removed, [0.2, 0.2, 0.2]),
+    let zone = Zone {
+        id: ZoneId(Uuid::from_u128(7)),
+        name: "Pump hall".to_owned(),
+        corners_m: vec![[0.0, 0.0], [6.0, 0.0], [6.0, 2.0], [0.0, 2.0]],
+        height_m: Some([0.0, 3.0]),
+        effect: ZoneEffect::Penalty(1.0),
+        daily: None,
+    };
+    for object in [
+        Object::SceneChange(change(1, SceneChangeKind::Appeared, [0.6, 0.4, 1.0], 2, 4.0)),
+        Object::SceneChange(change(2, SceneChangeKind::Removed, [0.2, 0.2, 0.2], 48, 9.0)),
+        Object::Zone(zone),
     ] {
-        let edit = state.site.put(EditId(Uuid::nil()), Object::SceneChange(change));
+        let edit = state.site.put(EditId(Uuid::nil()), object);
         state.site.apply(&edit, EditId(Uuid::nil())).expect("of this state");
     }
     let part = SiteParts::new(Arc::new(state)).next_part();
-    let client = TestClient::connected().event(Event::SitePart(part)).on(screens::RUNS);
+    let mut client = TestClient::connected().event(Event::SitePart(part)).on(screens::RUNS);
+    client.panels.clock = PageClock { utc: NOW, ..PageClock::default() };
     let mut harness = client.shown(1440.0, 2000.0);
     click(&mut harness, super::texts::TAB);
     harness.run_steps(2);
@@ -67,8 +84,8 @@ fn reviews(harness: &Harness<'_, TestClient>) -> Vec<ReviewState> {
     site.scene_changes().map(|change| change.review.clone()).collect()
 }
 
-const APPEARED: &str = "Appeared · 0.6 x 0.4 x 1.0 m";
-const REMOVED: &str = "Removed · 0.2 x 0.2 x 0.2 m";
+const APPEARED: &str = "Appeared · 0.6 x 0.4 x 1.0 m · 2 h 00 old";
+const REMOVED: &str = "Removed · 0.2 x 0.2 x 0.2 m · 2 days old";
 
 #[test]
 fn a_change_is_acknowledged_and_that_is_undone() {
@@ -83,7 +100,7 @@ fn a_change_is_acknowledged_and_that_is_undone() {
 }
 
 #[test]
-fn the_list_is_filtered_by_state_kind_and_size() {
+fn the_list_is_filtered_by_state_kind_size_age_and_zone() {
     let mut harness = shown();
     let listed = |harness: &Harness<'_, TestClient>| {
         [APPEARED, REMOVED].map(|row| harness.query_by_label(row).is_some())
@@ -95,6 +112,20 @@ fn the_list_is_filtered_by_state_kind_and_size() {
     press(&mut harness, "Moved");
     assert_eq!(listed(&harness), [false, false]);
     press(&mut harness, "Any kind");
+    press(&mut harness, "Last day");
+    assert_eq!(listed(&harness), [true, false]);
+    press(&mut harness, "Last week");
+    assert_eq!(listed(&harness), [true, true]);
+    press(&mut harness, "Zone");
+    press(&mut harness, "Pump hall");
+    assert_eq!(listed(&harness), [true, false]);
+    press(&mut harness, "Zone");
+    press(&mut harness, "Whole site");
     press(&mut harness, "Watched");
     assert_eq!(listed(&harness), [false, false]);
+}
+
+#[test]
+fn what_is_not_certain_never_reads_as_certain() {
+    assert_eq!([0.5, 0.99, 0.998].map(super::texts::confidence), ["50 %", "99 %", "over 99 %"]);
 }

@@ -14,6 +14,10 @@ pub(super) const REVIEWS: [(&str, usize); 3] = [("New", 0), ("Watched", 1), ("An
 pub(super) const KINDS: [(&str, usize); 4] = [("Any kind", 0), ("Appeared", 1), ("Removed", 2), ("Moved", 3)];
 /// By which size.
 pub(super) const SIZES: [(&str, usize); 3] = [("Any size", 0), ("From 0.3 m", 1), ("From 1 m", 2)];
+/// By the time since it was last seen.
+pub(super) const AGES: [(&str, usize); 3] = [("Any age", 0), ("Last day", 1), ("Last week", 2)];
+pub(super) const ZONE: &str = "Zone";
+pub(super) const WHOLE_SITE: &str = "Whole site";
 pub(super) const PLACE: &str = "Middle";
 pub(super) const SIZE: &str = "Size";
 pub(super) const CONFIDENCE: &str = "Confidence";
@@ -28,14 +32,19 @@ pub(super) const REASON_FIELD: NameFieldTexts =
 pub(super) const COMMENT_FIELD: NameFieldTexts =
     NameFieldTexts { field: "Comment", rename: "Keep the comment", rename_short: "Keep comment" };
 
-/// A row of the list: `Appeared · 0.6 x 0.4 x 1.0 m`.
-pub(super) fn row(change: &SceneChange) -> String {
+/// A row of the list: `Appeared · 0.6 x 0.4 x 1.0 m · 2 h 05 old`.
+pub(super) fn row(change: &SceneChange, age_s: f64) -> String {
     let kind = match change.kind {
         SceneChangeKind::Appeared => 1,
         SceneChangeKind::Removed => 2,
         SceneChangeKind::Moved { .. } => 3,
     };
-    format!("{} · {}", KINDS[kind].0, size(change))
+    format!("{} · {} · {}", KINDS[kind].0, size(change), format::age(age_s))
+}
+
+/// A probability; one that is not certain never reads as 100 %.
+pub(super) fn confidence(confidence: f64) -> String {
+    if confidence > 0.99 { "over 99 %".to_owned() } else { format::percent(confidence as f32) }
 }
 
 pub(super) fn size(change: &SceneChange) -> String {

@@ -14,7 +14,7 @@ use egui::{Color32, Ui};
 
 /// Parameters of what is shown of the connection.
 pub(crate) struct LiveDataConfig {
-    /// Age up to which data counts as live, seconds. The robot sends its pose several times a second.
+    /// Age up to which data counts as live, seconds. The robot sends its pose several times a second. Chosen: several poses are missing then.
     pub(crate) max_live_age_s: f64,
 }
 

@@ -13,7 +13,7 @@ const KNOB_RADIUS: f32 = 22.0;
 
 /// Parameters of the joystick.
 struct JoystickConfig {
-    /// Share of the radius around the centre in which a deflection means no motion: hands are not exact.
+    /// Share of the radius around the centre in which a deflection means no motion: hands are not exact. Chosen: an eighth, some pixels.
     dead_zone_share: f32,
 }
 

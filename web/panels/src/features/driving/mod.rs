@@ -17,7 +17,7 @@ use vocab::{Twist, Vec3};
 
 /// Parameters of driving with keys.
 struct KeyDrivingConfig {
-    /// Share of the full speed while Shift is held, for narrow passages. Chosen.
+    /// Share of the full speed while Shift is held, for narrow passages. Chosen: two fifths, 0.5 m/s of the default robot's 1.2 m/s.
     slow_speed_share: f64,
 }
 

@@ -20,7 +20,7 @@ use egui::{Color32, Role, Ui};
 
 /// Parameters of the list of goals.
 struct GoalListConfig {
-    /// Age of an outcome from which it is shown, seconds. Chosen.
+    /// Age of an outcome from which it is shown, seconds. Chosen: a second; below, "0 s ago" says nothing.
     min_shown_age_s: f64,
 }
 

@@ -29,7 +29,7 @@ const STAND_OFF_RANGE_M: [f64; 2] = [0.3, 30.0];
 
 /// Parameters of the form.
 struct PointFormConfig {
-    /// Nodes that are offered to look from: the best ones. Chosen.
+    /// Nodes that are offered to look from: the best ones. Chosen: a list that fits without scrolling.
     max_nodes: usize,
 }
 

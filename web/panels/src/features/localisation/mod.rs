@@ -19,7 +19,8 @@ const MAX_LINE_CHARS: usize = 24;
 
 /// Parameters of the panel.
 struct LocalisationPanelConfig {
-    /// Standard deviation of the position above which it is shown as uncertain, metres. Chosen.
+    /// Standard deviation of the position above which it is shown as uncertain, metres. Chosen: between the monitor's limits of an uncertain and of a lost pose (0.15 and
+    /// 0.8 m), because its own status is shown too.
     uncertain_sigma_m: f64,
 }
 

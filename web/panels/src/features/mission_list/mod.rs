@@ -17,7 +17,7 @@ use site_model::{Mission, MissionId, ObjectId, Site, TaskPlace};
 
 /// Parameters of the list.
 struct MissionListConfig {
-    /// Missions from which on the list has a search. Chosen.
+    /// Missions from which on the list has a search. Chosen: more rows do not fit beside the other cards.
     search_from: usize,
 }
 

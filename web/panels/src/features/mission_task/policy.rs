@@ -11,7 +11,7 @@ use vocab::Span;
 /// What a new step of a policy has.
 #[derive(Clone, Copy, Debug)]
 struct NewQuestionConfig {
-    /// How long a person is asked unless another time is chosen. Chosen.
+    /// How long a person is asked unless another time is chosen. Chosen: a quarter of an hour, in which a person who has something else to do looks at the screen.
     time: Span,
 }
 

@@ -15,7 +15,7 @@ use egui::{Align, Layout, Response, Ui};
 
 /// Parameters of the list of notices.
 struct NoticeListConfig {
-    /// Age from which a notice shows its age, seconds. Chosen.
+    /// Age from which a notice shows its age, seconds. Chosen: a newer one has just come, as everybody sees.
     min_shown_age_s: f64,
 }
 

@@ -15,11 +15,11 @@ use egui::{Color32, Ui};
 
 /// From which charges the icon and colour of the battery change. Chosen: as on common phones and laptops.
 struct BatteryIconConfig {
-    /// Charge below which the battery is shown as almost empty, 0 to 1.
+    /// Charge below which the battery is shown as almost empty, 0 to 1. Chosen: as the charge that is left at the dock at least.
     critical_charge: f32,
-    /// Charge below which it is shown as low, 0 to 1.
+    /// Charge below which it is shown as low, 0 to 1. Chosen: a little above the charge below which the robot goes to a dock (0.2), so that people see it before.
     low_charge: f32,
-    /// Charge below which its icon is half full, 0 to 1.
+    /// Charge below which its icon is half full, 0 to 1. Chosen as a round number between the half and the full icon.
     medium_charge: f32,
 }
 

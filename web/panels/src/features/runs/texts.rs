@@ -337,13 +337,7 @@ pub(super) fn this_run(taken: &str) -> String {
 
 /// `Before · 17 Nov 2026, 11:02 · 7 days earlier`.
 pub(super) fn before(taken: &str, age_s: f64) -> String {
-    let days = (age_s / 86_400.0).round();
-    let age = match days {
-        _ if age_s < 86_400.0 => format::duration(age_s),
-        1.0 => "1 day".to_owned(),
-        _ => format!("{days:.0} days"),
-    };
-    format!("Before · {taken} · {age} earlier")
+    format!("Before · {taken} · {} earlier", format::duration(age_s))
 }
 
 /// Why there is no earlier picture beside one. `has_point`: whether it was taken at an inspection point.

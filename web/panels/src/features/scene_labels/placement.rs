@@ -8,14 +8,14 @@ pub(super) const RING_RADIUS: f32 = 14.0;
 pub(super) const RING_WIDTH: f32 = 2.0;
 
 /// Parameters of [`LabelPlacer`].
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LabelPlacementConfig {
-    /// Distance between the label's point and the nearest edge of its tag, points. Where the thing on the screen is larger, the tag is beside it.
+    /// Distance between the label's point and the nearest edge of its tag, points. Where the thing on the screen is larger, the tag is beside it. Chosen: the ring of a
+    /// selected label fits between.
     pub(crate) tag_distance: f32,
-    /// Distance that a tag keeps from cards and from the edge of the window, points.
+    /// Distance that a tag keeps from cards and from the edge of the window, points. Chosen: the grid of distances of the cards.
     pub(crate) margin: f32,
-    /// Radius of the ring around a selected label, to the outer edge of its line, points.
+    /// Radius of the ring around a selected label, to the outer edge of its line, points. It is that of the ring that is drawn.
     pub(crate) ring_radius: f32,
 }
 

@@ -14,9 +14,9 @@ use site_model::{LocalDate, Site};
 /// What the agenda lists.
 #[derive(Clone, Copy, Debug)]
 struct AgendaConfig {
-    /// Days that are listed. Chosen: two weeks.
+    /// Days that are listed. Chosen: two weeks, this one and the next.
     days: i64,
-    /// Occurrences of a day that are listed; a schedule by the minute has more. Chosen: one an hour.
+    /// Occurrences of a day that are listed; a schedule by the minute has more. Chosen: one an hour; more of them would hide the next day.
     max_of_one_day: usize,
 }
 

@@ -19,7 +19,7 @@ const ROW_HEIGHT: f32 = 52.0;
 /// How many findings are listed.
 #[derive(Clone, Copy, Debug)]
 struct FindingListConfig {
-    /// Conflicts and changes of the clocks that are listed at once. Chosen.
+    /// Conflicts and changes of the clocks that are listed at once. Chosen: they fit without scrolling.
     max_findings: usize,
 }
 

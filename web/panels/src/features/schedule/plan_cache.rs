@@ -11,7 +11,7 @@ pub(super) const MINUTE_NS: i64 = Span::MINUTE.nanos();
 
 /// Parameters of the plan of a schedule.
 struct PlanCacheConfig {
-    /// Days that are looked ahead. Chosen.
+    /// Days that are looked ahead. Chosen: a month, which has a run of each schedule that is usual.
     outlook_days: i64,
 }
 

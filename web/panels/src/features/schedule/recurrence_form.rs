@@ -21,7 +21,7 @@ const MAX_RULE_CHARS: u32 = 200;
 
 /// Values of a new recurrence.
 struct NewRecurrenceConfig {
-    /// Interval of a schedule that was weekly or once before, minutes. Chosen.
+    /// Interval of a schedule that was weekly or once before, minutes. Chosen: two days, which no weekly schedule can say.
     interval_min: i64,
 }
 

@@ -23,11 +23,11 @@ const HEAD_HEIGHT: f32 = 36.0;
 
 /// Parameters of the week.
 struct WeekConfig {
-    /// The hour that is at the top when the screen is opened. Chosen.
+    /// The hour that is at the top when the screen is opened. Chosen: before the work of most sites begins.
     first_hour: f32,
-    /// Distance from the edge at which a drag scrolls, points. Chosen.
+    /// Distance from the edge at which a drag scrolls, points. Chosen: a little less than a button for fingers (44).
     scroll_edge_pt: f32,
-    /// Greatest speed of that scrolling, points per second. Chosen.
+    /// Greatest speed of that scrolling, points per second. Chosen: a screen of 1,000 points passes in less than two seconds.
     max_scroll_pt_s: f32,
 }
 

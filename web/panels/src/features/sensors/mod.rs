@@ -14,7 +14,7 @@ use egui::{Color32, Ui};
 
 /// Parameters of the list of sensors.
 struct SensorListConfig {
-    /// Rate below which a sensor counts as silent, Hz. It would be shown as 0.0 Hz.
+    /// Rate below which a sensor counts as silent, Hz. It would be shown as 0.0 Hz. Chosen: half of the last digit that is shown.
     silent_rate_hz: f32,
     /// Age of the report on all sensors from which it is added to the age of each, seconds. Twice the time between two reports.
     stale_report_s: f64,

@@ -16,9 +16,10 @@ use vocab::Span;
 /// How long faults last that a person injects.
 #[derive(Clone, Copy, Debug)]
 struct SimulatedFaultsConfig {
-    /// Time without a sensor. The other sensors carry the odometry over several metres meanwhile. Chosen.
+    /// Time without a sensor. The other sensors carry the odometry over several metres meanwhile. Chosen: as in the benchmark of the odometry, 20 s
+    /// (docs/benchmarks/odometry.md).
     sensor_outage: Span,
-    /// Time for which the feet slip. Chosen.
+    /// Time for which the feet slip. Chosen: some steps, 1.3 m of slip at the fault's velocity.
     slip: Span,
 }
 

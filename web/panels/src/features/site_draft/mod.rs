@@ -21,9 +21,9 @@ const DRAFT: Tab = Tab { screen: screens::SITE, name: texts::TAB, scrolls: true,
 /// How much of a draft is listed.
 #[derive(Clone, Copy, Debug)]
 struct DraftListConfig {
-    /// Largest number of objects that are listed at once. Chosen.
+    /// Largest number of objects that are listed at once. Chosen: the whole list is laid out in each frame, and nobody reads more.
     max_rows: usize,
-    /// Largest number of fields that are listed of an object. Chosen.
+    /// Largest number of fields that are listed of an object. Chosen: a card stays readable.
     max_fields: usize,
 }
 

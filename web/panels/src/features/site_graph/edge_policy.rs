@@ -12,9 +12,9 @@ use vocab::Span;
 
 /// Values of a new step.
 struct NewStepConfig {
-    /// Tries. Chosen.
+    /// Tries. Chosen: one, the fewest.
     tries: u8,
-    /// Wait, seconds. Chosen.
+    /// Wait, seconds. Chosen: people who stand in a way have often gone in half a minute.
     wait_s: f64,
 }
 
@@ -23,11 +23,11 @@ const CONFIG: NewStepConfig = NewStepConfig { tries: 1, wait_s: 30.0 };
 /// What people may enter.
 #[derive(Clone, Copy, Debug)]
 struct PolicyLimitsConfig {
-    /// Fewest and most tries. Chosen.
+    /// Fewest and most tries. Chosen: a robot that failed as often does not succeed by itself.
     tries: [f64; 2],
-    /// Shortest and longest wait, seconds. Chosen: up to an hour.
+    /// Shortest and longest wait, seconds. Chosen: up to an hour, after which a robot should rather be somewhere else.
     waits_s: [f64; 2],
-    /// Most steps of a policy. Chosen.
+    /// Most steps of a policy. Chosen: a person still sees what it does.
     max_steps: usize,
 }
 

@@ -34,7 +34,7 @@ const GRAPH: Tab = Tab { screen: screens::SITE, name: texts::TAB, scrolls: true,
 /// How many problems are listed.
 #[derive(Clone, Copy, Debug)]
 struct ProblemListConfig {
-    /// Largest number of problems that are listed at once. Chosen.
+    /// Largest number of problems that are listed at once. Chosen: the whole list is laid out in each frame, and people mend one after the other.
     max_problems: usize,
 }
 

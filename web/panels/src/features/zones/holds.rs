@@ -15,11 +15,11 @@ const RANGE_M: [f64; 2] = [-10_000.0, 10_000.0];
 /// What the limits of a zone begin with.
 #[derive(Clone, Copy, Debug)]
 struct NewLimitsConfig {
-    /// Heights of a zone that held at all of them, metres: those of a robot on the floor on which the map began.
+    /// Heights of a zone that held at all of them, metres: those of a robot on the floor on which the map began. Chosen: they hold for no other floor.
     heights_m: [f64; 2],
-    /// Smallest difference of the two heights, metres. Chosen.
+    /// Smallest difference of the two heights, metres. Chosen: a decimetre, the last digit that people enter.
     min_height_range_m: f64,
-    /// Hours of a zone that held always: a working day.
+    /// Hours of a zone that held always: a working day. Chosen: as common at many sites.
     hours: [LocalTime; 2],
 }
 
