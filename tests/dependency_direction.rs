@@ -32,7 +32,7 @@ const OURS: &[(&str, &[&str])] = &[
     ("localisation", &["geometry", "mapping", "points", "registration", "vocab"]),
     ("navigation", &["geometry", "points", "registration"]),
     ("topomap", &["geometry", "mapping", "navigation", "site_model", "vocab"]),
-    ("changes", &["geometry", "points"]),
+    ("changes", &["geometry", "points", "registration"]),
     ("gauges", &[]),
     ("executive", &["geometry", "localisation", "messages", "navigation", "site_model", "vocab"]),
     ("missions", &["site_model", "time_zones", "vocab"]),
@@ -142,6 +142,7 @@ const OURS: &[(&str, &[&str])] = &[
 /// Further crates that the tests of a crate may depend on.
 const OURS_IN_TESTS: &[(&str, &[&str])] = &[
     ("autoinspect", &["client_model", "map_codec"]),
+    ("changes", &["sim"]),
     ("factors", &["formats"]),
     ("lockstep", &["geometry", "mapping", "points"]),
     ("mapping", &["messages", "odometry", "sim"]),

@@ -1,13 +1,25 @@
 //! Parameters of the detection of changes.
 
+use registration::MatchingConfig;
+
 /// Parameters of [`crate::detect_changes`].
 ///
 /// "Sensitivity" says what the recorded sessions of docs/benchmarks/changes.md showed when the value was changed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChangesConfig {
-    /// A surface of the other visit within this distance of a point is the same surface, metres. Chosen: three standard deviations of a pose error of 2 cm and of the noise
-    /// of a LiDAR (1 cm) together, and 1 cm for the points' resolution in the clouds of runs. With 0.15 m, a thing of 0.15 m on the floor is not seen.
+    /// How the visits are aligned before they are compared.
+    pub alignment: AlignmentConfig,
+    /// A surface of the other visit within this distance of a point is the same surface, metres, if the visits are well aligned. Chosen: three standard deviations of a pose error
+    /// of 2 cm and of the noise of a LiDAR (1 cm) together, and [`Self::resolution_m`]. With 0.15 m, a thing of 0.15 m on the floor is not seen.
     pub same_surface_m: f64,
+    /// The largest such distance, metres, however badly the visits are aligned: with more, no object of 0.3 m is seen.
+    pub max_same_surface_m: f64,
+    /// Where the surfaces of the visits are not well aligned, surfaces within this number of standard deviations of their distance are the same: that of the poses and of the noise.
+    pub same_surface_deviations: f64,
+    /// Standard deviation of the range of a LiDAR, metres.
+    pub range_noise_m: f64,
+    /// Additional distance for the resolution of the points in the clouds of runs, metres.
+    pub resolution_m: f64,
     /// Points farther from the sensor than this are left out, metres, because few rays meet an object there. Chosen as a round number: with 15 m the first three seeds of
     /// docs/benchmarks/changes.md gave the same result.
     pub max_range_m: f64,
@@ -23,6 +35,9 @@ pub struct ChangesConfig {
     /// there then tells nothing of its points, which have a surface near them. With 0.08 and 0.2 m the first three seeds of docs/benchmarks/changes.md gave the same
     /// result.
     pub ray_reach_m: f64,
+    /// The same for the rays of the visit itself, metres: rays past the edge of a thing that stays tell nothing of the points at its edge. Chosen: the width of the beam of a LiDAR at
+    /// 15 m, and the noise.
+    pub own_ray_reach_m: f64,
     /// A ray went through a place if it ended at least this distance behind it, metres. Chosen: a pose error of 2 cm and the noise of the range are far below it. With
     /// 0.05 and 0.2 m the first three seeds of docs/benchmarks/changes.md gave the same result.
     pub free_margin_m: f64,
@@ -36,15 +51,22 @@ pub struct ChangesConfig {
     /// Share of the views of its own visit from which most rays went through the place of a point, from which on it belonged to something that moves, such as a person.
     /// Chosen: the majority of the views decides. With 0.3 the first three seeds of docs/benchmarks/changes.md gave the same result.
     pub moving_share: f64,
+    /// Side of the cells of which all points without a surface near them have changed or not together, metres. Chosen: less than half of [`Self::ray_reach_m`].
+    pub candidate_cell_m: f64,
+    /// An object was seen from at least this number of views, or from all of a visit with fewer: who walks past is seen at a place once.
+    pub min_views: usize,
+    /// A view tells whether an object was there during its own visit if at least this number of its rays met its place.
+    pub min_telling_rays: usize,
     /// Largest distance between neighbouring points of an object, metres. Chosen: smaller parts of one thing are joined, and things half a metre apart are not. With 0.2
     /// and 0.4 m the first three seeds of docs/benchmarks/changes.md gave the same result.
     pub gap_m: f64,
-    /// An object has at least this number of changed points. A ray past an edge makes single ones. Chosen: with 60 one of 15 objects of docs/benchmarks/changes.md is
-    /// missed; with 15 nothing changes.
+    /// An object has at least this number of changed points, and of points above the ground. A ray past an edge makes single ones.
     pub min_points: usize,
     /// An object is at least this large along its second longest side, metres. Chosen: less than the smallest thing that is to be found, a cube of 0.15 m, and more than
     /// [`Self::same_surface_m`].
     pub min_size_m: f64,
+    /// A ray tells of an object only if it meets its box at least this far from its edges, metres. Chosen: one and a half standard deviations of a pose error of 2 cm.
+    pub edge_margin_m: f64,
     /// Share of rays that end in a place where nothing is, or go through what is solid: noise, and edges of the box. Chosen as a round number: with 0.1 the first three seeds of
     /// docs/benchmarks/changes.md gave the same result.
     pub stray_share: f64,
@@ -92,6 +114,18 @@ pub struct ChangesConfig {
     pub same_size_share: f64,
     /// See [`Self::same_size_share`], metres. Chosen: a side is seen by points that are some centimetres from each other.
     pub same_size_m: f64,
+    /// The points of a thing that was turned where it stands are at most this far from the middle of what differs, metres: what reaches farther is no loose thing.
+    pub turned_reach_m: f64,
+    /// Largest distance between neighbouring points of such a thing, metres.
+    pub turned_gap_m: f64,
+    /// Each of its sides differs at most by this share before and after, or by [`Self::same_size_m`]: a side that was seen at a slant looks shorter.
+    pub turned_size_share: f64,
+    /// It was turned by at least this angle, radians, or shifted by at least [`Self::min_shift_m`]. Chosen: three times the error of the heading of a box that is well seen.
+    pub min_turn_rad: f64,
+    /// See [`Self::min_turn_rad`], metres.
+    pub min_shift_m: f64,
+    /// Its confidence: rays tell of the parts that differ, but not whether they are of one thing.
+    pub turned_confidence: f64,
     /// Side of the cells of which the cloud of what has not changed has one point each, metres: enough for people to see where they are. Chosen: smaller cells make the
     /// file larger, and larger ones hide the shape of furniture.
     pub unchanged_cell_m: f64,
@@ -102,20 +136,30 @@ pub struct ChangesConfig {
 impl Default for ChangesConfig {
     fn default() -> Self {
         Self {
+            alignment: AlignmentConfig::default(),
             same_surface_m: 0.08,
+            max_same_surface_m: 0.15,
+            same_surface_deviations: 3.0,
+            range_noise_m: 0.01,
+            resolution_m: 0.01,
             max_range_m: 20.0,
             min_range_m: 0.5,
             cell_rad: [0.007, 0.052],
             density_cell_rad: 0.07,
             ray_reach_m: 0.12,
+            own_ray_reach_m: 0.05,
             free_margin_m: 0.1,
             free_margin_share: 0.01,
             min_free_rays: 2,
             min_free_share: 0.5,
             moving_share: 0.5,
+            candidate_cell_m: 0.05,
+            min_views: 2,
+            min_telling_rays: 10,
             gap_m: 0.3,
             min_points: 30,
             min_size_m: 0.1,
+            edge_margin_m: 0.03,
             stray_share: 0.05,
             min_evidence: 9.2,
             chance_share: 0.02,
@@ -133,8 +177,75 @@ impl Default for ChangesConfig {
             box_fit: BoxFitConfig::default(),
             same_size_share: 0.1,
             same_size_m: 0.075,
+            turned_reach_m: 1.5,
+            turned_gap_m: 0.15,
+            turned_size_share: 0.15,
+            min_turn_rad: 0.17,
+            min_shift_m: 0.1,
+            turned_confidence: 0.9,
             unchanged_cell_m: 0.1,
             min_normal_points: 6.0,
+        }
+    }
+}
+
+/// Parameters of the alignment of two visits.
+/// Where a field names no source, its value was chosen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AlignmentConfig {
+    /// Every so many points of the reference are enough for its surfaces.
+    pub reference_step: usize,
+    /// One point of each cell of this size of a view is aligned, metres.
+    pub sample_cell_m: f64,
+    /// How points are matched with surfaces.
+    pub matching: MatchingConfig,
+    /// Width of the matching in the first iteration.
+    pub initial_width: f32,
+    /// Iterations at most.
+    pub max_iterations: usize,
+    /// A view of which fewer points lie on surfaces of the reference stays where it is.
+    pub min_inliers: usize,
+    /// Standard deviation of the given poses, metres and radians: localisation while walking (docs/benchmarks/localisation.md).
+    pub translation_m: f64,
+    /// See [`Self::translation_m`].
+    pub rotation_rad: f64,
+    /// A view that would be moved by more than this number of them stays where it is.
+    pub max_deviations: f64,
+    /// Number of points that share one error and therefore count as one.
+    pub correlated_points: f64,
+    /// Share of the largest eigenvalue of the information that noise contributes to all: along a corridor, a view stays where it is.
+    pub eigenvalue_shrinkage: f64,
+    /// Distance at which rotations are compared with translations, metres.
+    pub lever_arm_m: f64,
+    /// Side of the cells in which the remaining error is measured, metres.
+    pub region_m: f64,
+    /// A region with fewer points on common surfaces, level or upright ones, has the error of all on such.
+    pub min_region_points: usize,
+}
+
+impl Default for AlignmentConfig {
+    fn default() -> Self {
+        Self {
+            reference_step: 3,
+            sample_cell_m: 0.4,
+            matching: MatchingConfig {
+                gate_m: 0.15,
+                noise_m: 0.02,
+                use_distributions: false,
+                front_facing_only: true,
+                ..MatchingConfig::default()
+            },
+            initial_width: 2.0,
+            max_iterations: 6,
+            min_inliers: 200,
+            translation_m: 0.05,
+            rotation_rad: 0.01,
+            max_deviations: 4.0,
+            correlated_points: 10.0,
+            eigenvalue_shrinkage: 1e-3,
+            lever_arm_m: 5.0,
+            region_m: 4.0,
+            min_region_points: 60,
         }
     }
 }

@@ -1,14 +1,16 @@
 //! The comparison of two visits.
 
+use crate::alignment::align;
 use crate::clusters::clusters;
 use crate::columns::Columns;
 use crate::moves::{is_same_size, moves};
-use crate::penetration::{evidence_of_absence, explains_absence, penetration};
-use crate::ray_image::{PassingRays, RayImage};
-use crate::surfaces::Surfaces;
+use crate::penetration::{evidence_of_absence, explains_absence, penetration, was_there};
+use crate::side::{Side, ground_below};
+use crate::surfaces::SurfaceTolerance;
+use crate::turned::{TurnedThing, find_turned};
 use crate::{ChangesConfig, UprightBox, Visit};
 use geometry::Vector3;
-use points::hash::CellKey;
+use points::hash::{CellKey, CellTable};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What became of an object.
@@ -47,19 +49,66 @@ pub struct Changes {
     pub unchanged: Vec<[f32; 3]>,
 }
 
-/// Compares two visits in one map frame. Cost: `O(n log n)` in the points, and for each point without a surface of the other visit near it a step for each view of both
+/// Compares two visits in one map frame. The later one is aligned with the earlier one first, view by view; so results are in the frame of the earlier one. Cost: `O(n log n)` in the points, and for each point without a surface of the other visit near it a step for each view of both
 /// visits within [`ChangesConfig::max_range_m`].
 pub fn detect_changes(before: &Visit, after: &Visit, config: &ChangesConfig) -> Changes {
-    let sides = [before, after].map(|visit| Side::new(visit, config));
-    let removed = differing(&sides[0], &sides[1], config);
-    let appeared = differing(&sides[1], &sides[0], config);
+    let aligned = align(before, after, &config.alignment);
+    let tolerance = SurfaceTolerance::new(aligned.errors, config);
+    let sides = [before, &aligned.visit].map(|visit| Side::new(visit, &tolerance, config));
+    let mut removed = differing(&sides[0], &sides[1], config);
+    let mut appeared = differing(&sides[1], &sides[0], config);
+    let turned = turned_things(&mut removed, &mut appeared, [&sides[0], &sides[1]], config);
+    let (removed, appeared) = (removed.objects, appeared.objects);
     let boxes = |objects: &[UnmatchedObject]| objects.iter().map(|object| object.place).collect::<Vec<_>>();
     let (gone, new) = (boxes(&removed), boxes(&appeared));
     let pairs = moves(&gone, &new, |from, to| {
         is_same_size(&gone[from], &new[to], config.same_size_share, config.same_size_m)
     });
     let unchanged = unchanged(&sides[0], &sides[1], config);
-    Changes { unchanged, ..merged(removed, appeared, &pairs) }
+    let Changes { mut objects, .. } = merged(removed, appeared, &pairs);
+    objects.extend(turned);
+    objects.sort_by_key(|object| std::cmp::Reverse(object.points.len()));
+    Changes { objects, unchanged }
+}
+
+/// Things that were turned where they stand. What they explain is taken from the other objects.
+fn turned_things(
+    removed: &mut Differences,
+    appeared: &mut Differences,
+    sides: [&Side; 2],
+    config: &ChangesConfig,
+) -> Vec<ChangedObject> {
+    let mut found: Vec<TurnedThing> = Vec::new();
+    let gone: Vec<Vec<[f32; 3]>> = removed
+        .parts
+        .iter()
+        .cloned()
+        .chain(removed.objects.iter().map(|object| object.points.clone()))
+        .collect();
+    let new = appeared.parts.iter().chain(appeared.objects.iter().map(|object| &object.points));
+    for part in new {
+        let is_known = |thing: &TurnedThing| {
+            part.first()
+                .is_some_and(|point| thing.place.holds(&Vector3::from(point.map(f64::from)), config.grow_m))
+        };
+        if !found.iter().any(is_known) {
+            found.extend(find_turned(part, &gone, sides, config));
+        }
+    }
+    for thing in &found {
+        let is_other = |object: &UnmatchedObject| {
+            ![&thing.from, &thing.place].iter().any(|place| place.holds(&object.place.centre_m, 0.0))
+        };
+        removed.objects.retain(is_other);
+        appeared.objects.retain(is_other);
+    }
+    let changed = |TurnedThing { from, place, points }| ChangedObject {
+        change: Change::Moved { from },
+        place,
+        points,
+        confidence: config.turned_confidence,
+    };
+    found.into_iter().map(changed).collect()
 }
 
 /// Points of the later visit on surfaces of the earlier one, the first of each cell. `O(n log n)`.
@@ -102,49 +151,6 @@ pub(crate) fn merged(
     Changes { objects, unchanged: Vec::new() }
 }
 
-/// A visit, prepared for questions.
-struct Side {
-    surfaces: Surfaces,
-    /// The points of the surfaces.
-    columns: Columns,
-    images: Vec<RayImage>,
-}
-
-impl Side {
-    fn new(visit: &Visit, config: &ChangesConfig) -> Self {
-        let points = visit.points_within(config.min_range_m, config.max_range_m);
-        let surfaces = Surfaces::new(points, config.same_surface_m as f32);
-        Self {
-            columns: Columns::new(surfaces.points().iter().copied()),
-            surfaces,
-            images: visit.views.iter().map(|view| RayImage::new(view, config)).collect(),
-        }
-    }
-
-    /// The rays of all views that passed a place closely.
-    fn passing(&self, place: &[f32; 3], normal: Option<&[f32; 3]>, config: &ChangesConfig) -> PassingRays {
-        self.images.iter().map(|image| image.passing(place, normal, config)).fold(
-            PassingRays::default(),
-            |sum, of_look| PassingRays {
-                through: sum.through + of_look.through,
-                ended: sum.ended + of_look.ended,
-            },
-        )
-    }
-
-    /// Whether what was at a place was there for a part of the visit only, such as a person: from most of the views that tell of the place, most rays went through it. Views count,
-    /// not rays, because a person who stands beside the robot for a moment meets more rays than all others.
-    fn is_moving(&self, place: &[f32; 3], normal: Option<&[f32; 3]>, config: &ChangesConfig) -> bool {
-        let (mut free, mut telling) = (0, 0);
-        for image in &self.images {
-            let PassingRays { through, ended } = image.passing(place, normal, config);
-            free += usize::from(through > ended);
-            telling += usize::from(through + ended > 0);
-        }
-        free as f64 > config.moving_share * telling as f64
-    }
-}
-
 /// An object of one visit that the other one does not have.
 pub(crate) struct UnmatchedObject {
     pub(crate) place: UprightBox,
@@ -152,80 +158,123 @@ pub(crate) struct UnmatchedObject {
     pub(crate) confidence: f64,
 }
 
-/// The objects of a visit that the other one does not have.
-fn differing(visit: &Side, other: &Side, config: &ChangesConfig) -> Vec<UnmatchedObject> {
-    let mut changed: Vec<[f32; 3]> = Vec::new();
-    let mut unknown: Vec<[f32; 3]> = Vec::new();
+/// Points of a visit without a surface of the other one near them.
+#[derive(Default)]
+struct CandidatePoints {
+    /// The other visit looked through their places.
+    changed: Vec<[f32; 3]>,
+    /// The other visit does not say what is in their places, or the visit itself looked through them from most of its views.
+    unknown: Vec<[f32; 3]>,
+}
+
+/// The points of a visit that may have changed. What is known of the first point of a small cell holds for all of it.
+fn candidates(visit: &Side, other: &Side, config: &ChangesConfig) -> CandidatePoints {
+    let (mut cells, mut is_changed) = (CellTable::default(), Vec::new());
+    let mut found = CandidatePoints::default();
     for point in visit.surfaces.points().iter().filter(|point| !other.surfaces.is_near(point)) {
-        let normal = visit.surfaces.normal(point, config.min_normal_points);
-        let passing = other.passing(point, normal.as_ref(), config);
-        let is_free = passing.through >= config.min_free_rays
-            && passing.through as f64 >= config.min_free_share * (passing.through + passing.ended) as f64;
-        if is_free {
-            if visit.is_moving(point, normal.as_ref(), config) { &mut unknown } else { &mut changed }
-                .push(*point);
-        } else {
-            unknown.push(*point);
+        let cell = CellKey::of_point(point, 1.0 / config.candidate_cell_m as f32);
+        let (place, is_new) = cells.get_or_insert(cell, is_changed.len() as u32);
+        if is_new {
+            is_changed.push(has_changed(point, visit, other, config));
         }
+        if is_changed[place as usize] { &mut found.changed } else { &mut found.unknown }.push(*point);
     }
+    found
+}
+
+/// Whether the other visit looked through the place of a point, and the visit itself did not from most of its views.
+fn has_changed(point: &[f32; 3], visit: &Side, other: &Side, config: &ChangesConfig) -> bool {
+    let normal = visit.surfaces.normal(point, config.min_normal_points);
+    let passing = other.passing(point, normal.as_ref(), config);
+    let is_free = passing.through >= config.min_free_rays
+        && passing.through as f64 >= config.min_free_share * (passing.through + passing.ended) as f64;
+    is_free && !visit.is_moving(point, normal.as_ref(), config)
+}
+
+/// The candidates near an object.
+struct Around {
+    changed: Columns,
+    unknown: Columns,
+}
+
+/// What a visit has that the other one does not have.
+#[derive(Default)]
+struct Differences {
+    objects: Vec<UnmatchedObject>,
+    /// Groups of points of things of which the other visit has a part too.
+    parts: Vec<Vec<[f32; 3]>>,
+}
+
+/// The differences of a visit from the other one.
+fn differing(visit: &Side, other: &Side, config: &ChangesConfig) -> Differences {
+    let CandidatePoints { changed, unknown } = candidates(visit, other, config);
     let mut groups = clusters(&changed, config.gap_m as f32);
     groups.sort_by_key(|group| std::cmp::Reverse(group.len()));
-    let (unknown, of_changed) = (Columns::new(unknown), Columns::new(changed.iter().copied()));
-    let mut objects: Vec<UnmatchedObject> = Vec::new();
+    let around = Around { changed: Columns::new(changed.iter().copied()), unknown: Columns::new(unknown) };
+    let mut found = Differences::default();
     for group in groups.iter().take_while(|group| group.len() >= config.min_points) {
         // A part of an object that was grown to it already.
         let is_part = |place: &usize| {
             let at = Vector3::from(changed[*place].map(f64::from));
-            objects.iter().any(|object| object.place.holds(&at, config.same_surface_m))
+            found.objects.iter().any(|object| object.place.holds(&at, config.same_surface_m))
         };
         if 2 * group.iter().filter(|place| is_part(place)).count() <= group.len() {
             let core: Vec<[f32; 3]> = group.iter().map(|place| changed[*place]).collect();
-            objects.extend(object(&core, &of_changed, &unknown, [visit, other], config));
+            match object(&core, &around, [visit, other], config) {
+                Some(Group::Object(object)) => found.objects.push(object),
+                Some(Group::Part) => found.parts.push(core),
+                None => {}
+            }
         }
     }
-    objects
+    found
 }
 
-/// The object of a group of changed points; none if it is too small, or if the rays of the other visit do not say that it was not there.
-fn object(
-    core: &[[f32; 3]],
-    changed: &Columns,
-    unknown: &Columns,
-    sides: [&Side; 2],
-    config: &ChangesConfig,
-) -> Option<UnmatchedObject> {
-    let (points, place) = grown(core, changed, unknown, sides, config)?;
+/// What a group of changed points is.
+enum Group {
+    /// An object that the other visit does not have.
+    Object(UnmatchedObject),
+    /// A part of a thing of which the other visit has another part.
+    Part,
+}
+
+/// The object of a group of changed points; none if it is too small, was not there all the time of its visit, or if the rays of the other visit do not say that it was not there.
+fn object(core: &[[f32; 3]], around: &Around, sides: [&Side; 2], config: &ChangesConfig) -> Option<Group> {
+    let (points, place) = grown(core, around, sides, config)?;
     let mut sorted = place.size_m;
     sorted.sort_by(f64::total_cmp);
-    if sorted[1] < config.min_size_m {
+    if sorted[1] < config.min_size_m || points.len() < config.min_points {
         return None;
     }
     let place = ground_below(&place, config.stands_within_m, sides, config)
         .filter(|ground_m| place.bottom_m() - ground_m <= config.stands_within_m)
         .map_or(place, |ground_m| place.down_to(ground_m));
     if same_share(&place, sides, config) > config.max_same_share {
-        return None;
+        return Some(Group::Part);
     }
     let [own, met] = sides.map(|side| penetration(&place, &side.images, config));
-    let evidence = evidence_of_absence(own, met, config);
-    let is_gone = evidence >= config.min_evidence && explains_absence(met, config);
+    let evidence = evidence_of_absence(own.iter().sum(), met.iter().sum(), config);
+    let is_gone = evidence >= config.min_evidence && explains_absence(met.iter().sum(), config);
     let confidence = 1.0 / (1.0 + (-evidence).exp());
-    is_gone.then_some(UnmatchedObject { place, points, confidence })
+    (is_gone && was_there(&own, config)).then_some(Group::Object(UnmatchedObject {
+        place,
+        points,
+        confidence,
+    }))
 }
 
-/// The points of an object and its box: the group, points of unknown places near its box, and all that differs above and below it, again and again, without those of the ground. None
-/// without points.
+/// The points of an object and its box: the group, points of unknown places near its box, and all that differs above and below it, again and again, without those
+/// of the ground. None without points.
 fn grown(
     core: &[[f32; 3]],
-    changed: &Columns,
-    unknown: &Columns,
+    around: &Around,
     sides: [&Side; 2],
     config: &ChangesConfig,
 ) -> Option<(Vec<[f32; 3]>, UprightBox)> {
     let bits = |point: &[f32; 3]| point.map(f32::to_bits);
     let of_core: BTreeSet<[u32; 3]> = core.iter().map(bits).collect();
     let mut place = UprightBox::around(core, &config.box_fit)?;
-    let mut points = Vec::new();
+    let mut points: Vec<[f32; 3]> = Vec::new();
     for _ in 0..config.grow_rounds {
         let ground_m =
             ground_below(&place, config.ground_depth_m, sides, config).unwrap_or(f64::NEG_INFINITY);
@@ -238,8 +287,8 @@ fn grown(
         let is_other = |point: &&[f32; 3]| !of_core.contains(&bits(point));
         let next: Vec<[f32; 3]> = core
             .iter()
-            .chain(changed.around(&place, config.same_surface_m).filter(is_other).filter(is_stacked))
-            .chain(unknown.around(&place, config.grow_m).filter(is_near))
+            .chain(around.changed.around(&place, config.same_surface_m).filter(is_other).filter(is_stacked))
+            .chain(around.unknown.around(&place, config.grow_m).filter(is_near))
             .filter(is_above)
             .copied()
             .collect();
@@ -252,11 +301,15 @@ fn grown(
     Some((points, place))
 }
 
-/// Share of the points in a box, above its lower end, that have a surface of the other visit near them: a thing is gone as a whole. Linear in the points around.
+/// Share of the points in a box that have a surface of the other visit near them, without those so low that the ground is near them: a thing is gone as a whole. Linear in the points
+/// around.
 fn same_share(place: &UprightBox, [visit, other]: [&Side; 2], config: &ChangesConfig) -> f64 {
+    let middle: [f32; 3] = place.centre_m.map(|at| at as f32).into();
+    let noise_m = config.same_surface_deviations * config.range_noise_m;
+    let above_m = place.bottom_m() + f64::from(other.surfaces.tolerance_m(&middle)) + noise_m;
     let is_inside = |point: &&[f32; 3]| {
         let at = Vector3::from(point.map(f64::from));
-        at.z > place.bottom_m() + config.same_surface_m && place.holds(&at, 0.0)
+        at.z > above_m && place.holds(&at, 0.0)
     };
     let (mut inside, mut same) = (0_usize, 0_usize);
     for point in visit.columns.around(place, 0.0).filter(is_inside) {
@@ -264,30 +317,6 @@ fn same_share(place: &UprightBox, [visit, other]: [&Side; 2], config: &ChangesCo
         same += usize::from(other.surfaces.is_near(point));
     }
     same as f64 / inside.max(1) as f64
-}
-
-/// Height of the level surface below a box, metres: the most common one of the points round it, down to a distance below its lower end. Linear in the points of both visits around.
-fn ground_below(
-    place: &UprightBox,
-    down_to_m: f64,
-    sides: [&Side; 2],
-    config: &ChangesConfig,
-) -> Option<f64> {
-    let bottom_m = place.bottom_m();
-    let (lowest_m, highest_m) = (bottom_m - down_to_m, bottom_m + config.ground_bin_m);
-    // The footprint at all heights: what stands there is no ground.
-    let column = UprightBox { size_m: [place.size_m[0], place.size_m[1], f64::INFINITY], ..*place };
-    let mut bins: BTreeMap<i64, (usize, f64)> = BTreeMap::new();
-    for point in sides.into_iter().flat_map(|side| side.columns.around(place, config.ground_reach_m)) {
-        let at = Vector3::from(point.map(f64::from));
-        let is_around = column.holds(&at, config.ground_reach_m) && !column.holds(&at, config.grow_m);
-        if (lowest_m..=highest_m).contains(&at.z) && is_around {
-            let bin = bins.entry((at.z / config.ground_bin_m).floor() as i64).or_default();
-            *bin = (bin.0 + 1, bin.1 + at.z);
-        }
-    }
-    let (count, sum) = bins.into_values().max_by_key(|(count, _)| *count)?;
-    (count >= config.min_ground_points).then(|| sum / count as f64)
 }
 
 #[cfg(test)]

@@ -1,45 +1,7 @@
-//! A room that is visited twice, with boxes that appear, go, move and stay. Rays are cast exactly, so that occlusion is right.
+//! A room that is visited twice, with boxes that appear, go, move and stay.
 
 use super::*;
-
-const ROOM_M: [f64; 3] = [12.0, 8.0, 3.0];
-
-fn at(x: f64, y: f64, size_m: [f64; 3], yaw_rad: f64) -> UprightBox {
-    UprightBox { centre_m: Vector3::new(x, y, size_m[2] / 2.0), size_m, yaw_rad }
-}
-
-/// The distance at which a ray meets the room or a box.
-fn range_m(sensor: &Vector3, direction: &Vector3, boxes: &[UprightBox]) -> f64 {
-    let room = UprightBox { centre_m: Vector3::new(0.0, 0.0, ROOM_M[2] / 2.0), size_m: ROOM_M, yaw_rad: 0.0 };
-    let wall = room.crossed_by(sensor, direction).map_or(f64::INFINITY, |[_, leaves_m]| leaves_m);
-    let met = boxes.iter().filter_map(|one| one.crossed_by(sensor, direction)).map(|[enters_m, _]| enters_m);
-    met.fold(wall, f64::min)
-}
-
-/// A walk along the room with a view every metre, with rays every 1.5 degrees.
-fn visit(boxes: &[UprightBox], until_x: f64) -> Visit {
-    let step_rad = 1.5_f64.to_radians();
-    let mut visit = Visit::default();
-    let mut x = -5.0;
-    while x <= until_x {
-        let sensor = Vector3::new(x, -2.5 + 0.1 * x, 0.7);
-        let mut points = Vec::new();
-        for row in -20..=20 {
-            for column in 0..240 {
-                let (azimuth, elevation) = (f64::from(column) * step_rad, f64::from(row) * step_rad);
-                let flat = elevation.cos();
-                let direction = Vector3::new(flat * azimuth.cos(), flat * azimuth.sin(), elevation.sin());
-                let point = sensor + direction * range_m(&sensor, &direction, boxes);
-                points.push([point.x, point.y, point.z].map(|at| at as f32));
-            }
-        }
-        visit.views.push(SensorView { sensor, points });
-        x += 1.0;
-    }
-    visit
-}
-
-use crate::SensorView;
+use crate::room::{Rays, at, view, visit};
 
 fn is_at(object: &UprightBox, expected: &UprightBox) -> bool {
     let sides = object.size_m.iter().zip(expected.size_m);
@@ -95,4 +57,58 @@ fn the_same_visits_give_the_same_bits() {
     let found = detect_changes(&before, &after, &config);
     assert_eq!(found.objects.len(), 1, "{found:?}");
     assert_eq!(found, detect_changes(&before, &after, &config));
+}
+
+#[test]
+fn nothing_is_named_between_the_rays_of_a_sparse_sensor_that_stands() {
+    // Edges about 6.5 m away, where the columns of the sensor are 0.2 m apart. Each sweep has other columns.
+    let cupboard = |yaw_rad: f64| at(2.5, 1.2, [1.0, 2.0, 2.6], yaw_rad);
+    let post = at(2.2, 1.2, [0.2, 0.2, 2.6], 0.6);
+    let many = [0.0, 0.05, 0.1, 0.15, 0.2, 0.25];
+    let cases: [(UprightBox, &[f64]); 4] = [
+        (cupboard(0.0), &[0.0, 0.2]),
+        (cupboard(0.0), &many),
+        (cupboard(0.6), &[0.0, 0.2, 0.4]),
+        (post, &many),
+    ];
+    for (stands, of_before) in cases {
+        let sweep = |first_deg: f64| {
+            let (first_rad, row_rad) = (first_deg.to_radians(), 1.0_f64.to_radians());
+            let rays = Rays { columns: 200, first_rad, rows: [-16, 15], row_rad };
+            view(Vector3::new(-4.4, -0.5, 0.7), &rays, &[stands])
+        };
+        let before = Visit { views: of_before.iter().map(|first_deg| sweep(*first_deg)).collect() };
+        for step in 0..18 {
+            let from_deg = 0.2 * f64::from(step);
+            let after = Visit { views: many.iter().map(|more| sweep(from_deg + more)).collect() };
+            let found = detect_changes(&before, &after, &ChangesConfig::default());
+            assert_eq!(found.objects, [], "{stands:?}, columns from {from_deg} degrees");
+        }
+    }
+}
+
+#[test]
+fn an_object_on_a_platform_stands_on_the_platform() {
+    let platform = at(1.0, 1.0, [2.4, 2.0, 0.3], 0.2);
+    let mut put = at(1.0, 1.0, [0.6, 0.5, 0.5], 0.5);
+    put.centre_m.z += 0.3;
+    let (before, after) = (visit(&[platform], 5.0), visit(&[platform, put], 5.0));
+    let found = detect_changes(&before, &after, &ChangesConfig::default()).objects;
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(is_at(&found[0].place, &put), "{:?}", found[0].place);
+}
+
+#[test]
+fn a_thing_that_was_turned_where_it_stands_is_one_that_was_moved() {
+    let (from, to) = (at(0.5, 0.5, [1.0, 0.7, 0.9], 0.2), at(0.5, 0.5, [1.0, 0.7, 0.9], 0.8));
+    let (before, after) = (visit(&[from], 5.0), visit(&[to], 5.0));
+    let found = detect_changes(&before, &after, &ChangesConfig::default()).objects;
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(
+        is_at(&found[0].place, &to) && (found[0].place.yaw_rad - 0.8).abs() < 0.1,
+        "{:?}",
+        found[0].place
+    );
+    let was = if let Change::Moved { from } = &found[0].change { Some(from) } else { None };
+    assert!(was.is_some_and(|was| is_at(was, &from) && (was.yaw_rad - 0.2).abs() < 0.1), "{was:?}");
 }

@@ -2,11 +2,12 @@
 //!
 //! A [`Visit`] is what a LiDAR or depth camera saw: views, each with the place of the sensor and its points in the frame of the map. [`detect_changes`] compares two of them:
 //!
-//! 1. `surfaces`: a point with a surface of the other visit near it has not changed;
-//! 2. `ray_image`: a point has changed only if rays of the other visit went through its place. Where the other visit never looked, nothing is known, and nothing is reported;
-//! 3. `clusters`: changed points near each other are one object;
-//! 4. `upright_box`: the place, size and heading of an object, down to the ground it stands on;
-//! 5. `moves`: an object that is gone from one place and one of its size that is new at another are one that was moved.
+//! 1. `alignment`: the views of the later visit are aligned with the surfaces of the earlier one, and what is left of the errors of their poses is measured;
+//! 2. `surfaces`: a point with a surface of the other visit near it has not changed;
+//! 3. `ray_image`: a point has changed only if rays of the other visit went through its place. Where the other visit never looked, nothing is known, and nothing is reported;
+//! 4. `clusters`: changed points near each other are one object;
+//! 5. `upright_box`: the place, size and heading of an object, down to the ground it stands on;
+//! 6. `moves`: an object that is gone from one place and one of its size that is new at another are one that was moved.
 //!
 //! [`find_recurrences`] says which of the changes that were found are known already from earlier comparisons.
 //! [`detect_depth_changes`] compares two images of one depth camera that did not move, pixel by pixel (`depth`).
@@ -14,6 +15,7 @@
 //! Everything is a pure function: the same input gives the same bits. Source of the idea: Rowell and others, *LiSTA: Geometric Object-Based Change Detection in Cluttered
 //! Environments*, 2024. Differences: rays instead of volumes say what was free, and objects get boxes.
 
+mod alignment;
 mod clusters;
 mod columns;
 mod config;
@@ -23,11 +25,17 @@ mod moves;
 mod penetration;
 mod ray_image;
 mod recurrence;
+#[cfg(test)]
+mod room;
+mod side;
+#[cfg(test)]
+mod site_tests;
 mod surfaces;
+mod turned;
 mod upright_box;
 mod visit;
 
-pub use config::{BoxFitConfig, ChangesConfig};
+pub use config::{AlignmentConfig, BoxFitConfig, ChangesConfig};
 pub use depth::{
     ColourHistogramConfig, DepthChanges, DepthChangesConfig, DepthImage, DepthImageError,
     detect_depth_changes,

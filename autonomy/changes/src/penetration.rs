@@ -3,6 +3,10 @@
 use crate::ray_image::RayImage;
 use crate::{ChangesConfig, UprightBox};
 use geometry::Vector3;
+use std::iter::Sum;
+
+/// Least side of what is tested, metres: a sheet. Chosen: less than the noise of a LiDAR.
+const SHEET_M: f64 = 0.01;
 
 /// Rays of a visit that met the place of an object.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -13,39 +17,76 @@ pub(crate) struct Penetration {
     pub ended: usize,
 }
 
-/// Counts the rays of a visit that would have ended at an object if it had been there. The part next to the ground is left out, because rays end at the ground there. Linear in the rays towards it.
-pub(crate) fn penetration(place: &UprightBox, images: &[RayImage], config: &ChangesConfig) -> Penetration {
-    let raised_m = (place.bottom_m() + config.same_surface_m).min(place.centre_m.z);
-    let mut tested = place.down_to(raised_m);
-    // Of an object that was seen from one side only, the box is as thin as the noise.
-    for side in &mut tested.size_m[..2] {
-        *side = side.max(2.0 * config.free_margin_m);
+impl<'a> Sum<&'a Self> for Penetration {
+    fn sum<I: Iterator<Item = &'a Self>>(iter: I) -> Self {
+        iter.fold(Self::default(), |sum, of_view| Self {
+            through: sum.through + of_view.through,
+            ended: sum.ended + of_view.ended,
+        })
     }
+}
+
+/// Counts the rays of each view that would have ended at an object if it had been there: those that meet its [`core`]. Linear in the rays towards it.
+pub(crate) fn penetration(
+    place: &UprightBox,
+    images: &[RayImage],
+    config: &ChangesConfig,
+) -> Vec<Penetration> {
+    let tested = core(place, config);
+    images.iter().map(|image| penetration_of_view(&tested, image, config)).collect()
+}
+
+fn penetration_of_view(tested: &UprightBox, image: &RayImage, config: &ChangesConfig) -> Penetration {
     let mut counted = Penetration::default();
     let [length, width, height] = tested.size_m;
     let reach_m = length.hypot(width).hypot(height) / 2.0;
-    for image in images {
-        for (along, range_m) in image.rays_near(&tested.centre_m, reach_m) {
-            let (along, range_m) = (Vector3::from(along.map(f64::from)), f64::from(*range_m));
-            if range_m < config.min_range_m {
-                continue;
-            }
-            let Some([enters_m, leaves_m]) = tested.crossed_by(image.sensor(), &along) else {
-                continue;
-            };
-            let margin_m = config.free_margin_m + config.free_margin_share * enters_m;
-            if range_m < enters_m - margin_m || leaves_m - enters_m < config.free_margin_m {
-                continue;
-            }
-            // A ray that ends just before the far side went through too: something may stand behind the object.
-            if range_m > (leaves_m - margin_m).max(enters_m + 2.0 * margin_m) {
-                counted.through += 1;
-            } else {
-                counted.ended += 1;
-            }
+    // A ray across an edge may have ended at what is behind it, or have gone through where the thing is not.
+    let min_chord_m = config.free_margin_m.min(width / 2.0);
+    for (along, range_m) in image.rays_near(&tested.centre_m, reach_m) {
+        let (along, range_m) = (Vector3::from(along.map(f64::from)), f64::from(*range_m));
+        if range_m < config.min_range_m {
+            continue;
+        }
+        let Some([enters_m, leaves_m]) = tested.crossed_by(image.sensor(), &along) else { continue };
+        let margin_m = config.free_margin_m + config.free_margin_share * enters_m;
+        if range_m < enters_m - margin_m || leaves_m - enters_m < min_chord_m {
+            continue;
+        }
+        // A ray that ends just before the far side went through too: something may stand behind the object.
+        if range_m > (leaves_m - margin_m).max(enters_m + 2.0 * margin_m) {
+            counted.through += 1;
+        } else {
+            counted.ended += 1;
         }
     }
     counted
+}
+
+/// Whether an object was there during all of its own visit. A person who walks past was not: from most of the views that tell of that place, nearly all rays went through it, or only
+/// one view saw it at all. Of a rack or a tripod, some rays of each view end at it.
+pub(crate) fn was_there(own: &[Penetration], config: &ChangesConfig) -> bool {
+    let (mut telling, mut empty) = (0_usize, 0_usize);
+    for Penetration { through, ended } in own {
+        if through + ended >= config.min_telling_rays {
+            telling += 1;
+            empty += usize::from(*ended as f64 <= config.stray_share * (through + ended) as f64);
+        }
+    }
+    let seeing = own.iter().filter(|view| view.ended >= config.min_free_rays).count();
+    empty as f64 <= config.moving_share * telling as f64 && seeing >= config.min_views.min(own.len())
+}
+
+/// The part of a box that a ray meets even if the poses are a little wrong. A ray that passes beside an object tells nothing of it, so that a strip between two rays of a sparse
+/// sensor stays unknown. The part next to the ground is left out, because rays end at the ground there (docs/maths/changes.md, equation 3).
+fn core(place: &UprightBox, config: &ChangesConfig) -> UprightBox {
+    let [length, width, height] = place.size_m;
+    let top_m = place.centre_m.z + height / 2.0 - config.edge_margin_m.min(height / 4.0);
+    let bottom_m = (place.bottom_m() + config.same_surface_m).min(place.centre_m.z);
+    let centre_m = Vector3::new(place.centre_m.x, place.centre_m.y, (top_m + bottom_m) / 2.0);
+    // Of an object that was seen from one side only, the box is as thin as the noise. It stays a sheet.
+    let [length, width] =
+        [length, width].map(|side| (side - 2.0 * config.edge_margin_m).max(SHEET_M.min(side)));
+    UprightBox { centre_m, size_m: [length, width, top_m - bottom_m], yaw_rad: place.yaw_rad }
 }
 
 /// Logarithm of how much likelier it is that the object was not there in the other visit than that it was: its solidity is the share of the rays of its own visit that ended in
@@ -71,4 +112,35 @@ pub(crate) fn explains_absence(other: Penetration, config: &ChangesConfig) -> bo
         term *= mean / (count + 1) as f64;
     }
     1.0 - fewer >= config.min_chance
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_walks_past_was_not_there_and_what_some_rays_go_through_was() {
+        let config = ChangesConfig::default();
+        let view = |through: usize, ended: usize| Penetration { through, ended };
+        assert!(was_there(&[view(0, 40), view(2, 30), view(0, 0)], &config), "a box");
+        assert!(was_there(&[view(30, 10), view(40, 9), view(25, 8)], &config), "a rack");
+        assert!(!was_there(&[view(0, 80), view(60, 0), view(50, 1), view(20, 0)], &config), "a person");
+        assert!(!was_there(&[view(0, 80), view(0, 0), view(0, 0)], &config), "seen from one view only");
+        assert!(was_there(&[view(0, 80)], &config), "a visit of one view");
+    }
+
+    #[test]
+    fn a_ray_beside_a_thin_object_tells_nothing_of_it() {
+        let config = ChangesConfig::default();
+        let post =
+            UprightBox { centre_m: Vector3::new(5.0, 0.0, 0.5), size_m: [0.1, 0.1, 1.0], yaw_rad: 0.0 };
+        let through = |y: f32| {
+            let view =
+                crate::SensorView { sensor: Vector3::new(0.0, 0.0, 0.5), points: vec![[10.0, y, 0.5]] };
+            penetration(&post, &[RayImage::new(&view, &config)], &config)[0]
+        };
+        assert_eq!(through(0.0), Penetration { through: 1, ended: 0 });
+        assert_eq!(through(0.08), Penetration::default(), "at its edge");
+        assert_eq!(through(0.2), Penetration::default(), "beside it");
+    }
 }

@@ -68,13 +68,14 @@ impl RayImage {
         (column.min(self.columns - 1), row.min(self.rows - 1))
     }
 
-    /// The rays that passed a place, metres, map frame, within [`ChangesConfig::ray_reach_m`]. If the normal of the surface there is given, a ray went through only if it ended on
+    /// The rays that passed a place, metres, map frame, within a distance, metres. If the normal of the surface there is given, a ray went through only if it ended on
     /// one side of it: along a floor, rays pass a place closely and end on the floor farther on. Linear in the rays of the cells around its direction
     /// (docs/maths/changes.md, equation 1).
     pub(crate) fn passing(
         &self,
         place: &[f32; 3],
         normal: Option<&[f32; 3]>,
+        reach_m: f64,
         config: &ChangesConfig,
     ) -> PassingRays {
         let mut passing = PassingRays::default();
@@ -86,7 +87,7 @@ impl RayImage {
         let Some((azimuth, elevation, range_m)) = direction(&self.sensor, place) else { return passing };
         let offset: [f32; 3] = offset.map(|at| at as f32).into();
         let margin_m = (config.free_margin_m + config.free_margin_share * range_m) as f32;
-        let reach_rad = (config.ray_reach_m / range_m).min(1.0);
+        let reach_rad = (reach_m / range_m).min(1.0);
         let (column, row) = self.cell(azimuth, elevation);
         let rows = (reach_rad / self.cell_rad).ceil() as usize;
         // Columns are narrower away from the horizon.
@@ -96,7 +97,7 @@ impl RayImage {
             for step in 0..=2 * columns {
                 let cell = row * self.columns + (column + self.columns + step - columns) % self.columns;
                 for ray in &self.rays[self.starts[cell] as usize..self.starts[cell + 1] as usize] {
-                    self.count(ray, &offset, normal, margin_m, config, &mut passing);
+                    self.count(ray, &offset, normal, [reach_m as f32, margin_m], config, &mut passing);
                 }
             }
         }
@@ -140,13 +141,13 @@ impl RayImage {
         (along, range_m): &([f32; 3], f32),
         offset: &[f32; 3],
         normal: Option<&[f32; 3]>,
-        margin_m: f32,
+        [reach_m, margin_m]: [f32; 2],
         config: &ChangesConfig,
         passing: &mut PassingRays,
     ) {
         let at_m: f32 = (0..3).map(|axis| along[axis] * offset[axis]).sum();
         let beside: f32 = (0..3).map(|axis| (offset[axis] - along[axis] * at_m).powi(2)).sum();
-        if beside > (config.ray_reach_m * config.ray_reach_m) as f32 {
+        if beside > reach_m * reach_m {
             return;
         }
         let behind_m = |normal: &[f32; 3]| {
@@ -206,7 +207,7 @@ mod tests {
     fn rays_go_through_places_before_the_wall_and_tell_nothing_of_those_behind_and_beside_it() {
         let (image, config) = (wall(), ChangesConfig::default());
         let at = |place: [f32; 3]| {
-            let PassingRays { through, ended } = image.passing(&place, None, &config);
+            let PassingRays { through, ended } = image.passing(&place, None, config.ray_reach_m, &config);
             (through > 0, ended > 0)
         };
         assert_eq!(at([3.0, 0.2, 0.1]), (true, false));
@@ -254,7 +255,10 @@ mod tests {
         };
         let rays = (-60..60).flat_map(|y| (-20..20).map(move |z| (y as f32 * 0.05, z as f32 * 0.05)));
         let expected = rays.filter(|(y, z)| is_passing(*y, *z)).count();
-        assert_eq!(image.passing(&place, None, &config), PassingRays { through: expected, ended: 0 });
+        assert_eq!(
+            image.passing(&place, None, config.ray_reach_m, &config),
+            PassingRays { through: expected, ended: 0 }
+        );
         assert!(expected > 10);
     }
 }

@@ -2,6 +2,7 @@
 
 #![allow(clippy::print_stdout, reason = "the table is this program's output")]
 
+mod cast_visits;
 mod score;
 mod sessions;
 mod simulated;
@@ -56,6 +57,9 @@ struct Arguments {
     /// Time of a simulated walk, seconds.
     #[arg(long, default_value_t = 300.0)]
     walk_s: f64,
+    /// Cast the sweeps of simulated visits from places along the whole round instead of running the stack, which takes seconds a visit.
+    #[arg(long)]
+    cast: bool,
     /// Folder in which the clouds of simulated walks are kept, so that they are walked once.
     #[arg(long)]
     cache: Option<PathBuf>,
@@ -103,6 +107,7 @@ fn simulated(arguments: &Arguments) -> Result<()> {
         people: arguments.people,
         walk_s: arguments.walk_s,
         explain: arguments.explain,
+        cast: arguments.cast,
         cache: arguments.cache.clone(),
     })?;
     let share = |found: usize, of: usize| {

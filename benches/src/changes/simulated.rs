@@ -1,11 +1,13 @@
 //! Visits of simulated sites: a robot walks the round of a site again and again, localised in its map, with people about, and between two visits objects are put, taken, moved and
 //! turned. What the clouds that a mission keeps say of it is compared with the truth.
 
+use super::cast_visits::cast_visit;
 use super::visit_cache;
 use super::visit_score::{VisitScore, score_visit};
 use anyhow::{Context, Result};
 use benches::mapped_site::MappedSite;
 use benches::stack_walk::{StackWalk, StepKind, WalkPlan};
+use benches::thread_ms;
 use changes::{ChangesConfig, SensorView, Visit, detect_changes};
 use geometry::{Isometry, Vector3, isometry_from_pose};
 use messages::{CorrectedScan, LocalisationState, Publication, StackEffect};
@@ -13,7 +15,6 @@ use nalgebra::Point3;
 use sim::{LooseObjectsConfig, SimulatedSite, SiteName};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Instant;
 use vocab::{Pose, Span};
 
 /// Distance between two clouds of a visit, metres, as missions keep them.
@@ -35,6 +36,8 @@ pub struct Plan {
     /// Time of a walk, seconds; as long as the round takes if longer.
     pub walk_s: f64,
     pub explain: bool,
+    /// Whether sweeps are cast from places along the whole round, without the stack.
+    pub cast: bool,
     /// Folder in which the clouds of walks are kept.
     pub cache: Option<PathBuf>,
 }
@@ -71,9 +74,9 @@ fn visit_site(name: SiteName, plan: &Plan, score: &mut VisitScore) -> Result<()>
         site = Arc::new(site.with_changes(&truth));
         let after = kept_visit(&site, &mut mapped, plan, seed)?;
         if let Some(before) = &before {
-            let begun = Instant::now();
+            let begun_ms = thread_ms();
             let found = detect_changes(before, &after, &ChangesConfig::default());
-            let seconds = begun.elapsed().as_secs_f64();
+            let seconds = (thread_ms() - begun_ms) / 1e3;
             let mut notes = Vec::new();
             let of_visit = score_visit(&found.objects, &truth, [before, &after], |note| notes.push(note));
             let (clouds, points) = (after.views.len().to_string(), after.len().to_string());
@@ -172,13 +175,17 @@ impl Mapped {
 
 /// A visit from the folder of walks, or walked now, in the frame of the site.
 fn kept_visit(site: &Arc<SimulatedSite>, mapped: &mut Mapped, plan: &Plan, seed: u64) -> Result<Visit> {
-    let name =
-        format!("{}-{seed}-{}-{}-{}-{}", site.name(), plan.changes, plan.columns, plan.people, plan.walk_s);
+    let walk = if plan.cast { "cast".to_owned() } else { plan.walk_s.to_string() };
+    let name = format!("{}-{seed}-{}-{}-{}-{walk}", site.name(), plan.changes, plan.columns, plan.people);
     let file = plan.cache.as_ref().map(|folder| folder.join(name));
     if let Some(visit) = file.as_deref().map(visit_cache::read).transpose()?.flatten() {
         return Ok(visit);
     }
-    let visit = walk_visit(site, mapped.get()?, plan, seed)?;
+    let visit = if plan.cast {
+        cast_visit(site, plan.columns, plan.people, seed)?
+    } else {
+        walk_visit(site, mapped.get()?, plan, seed)?
+    };
     if let Some(file) = file {
         visit_cache::write(&file, &visit)?;
     }
@@ -226,4 +233,28 @@ fn in_frame(mut visit: Visit, frame_from_visit: &Isometry) -> Visit {
         }
     }
     visit
+}
+
+#[cfg(test)]
+mod nightly {
+    use super::*;
+
+    #[test]
+    fn a_few_changes_at_b1_are_found_and_nothing_else_is() {
+        let plan = Plan {
+            sites: vec![SiteName::B1],
+            visits: 2,
+            changes: 3,
+            seed: 1,
+            columns: 400,
+            people: 2,
+            walk_s: 0.0,
+            explain: true,
+            cast: true,
+            cache: None,
+        };
+        let score = run(&plan).expect("b1 has a round");
+        assert!(score.large > 0 && score.large_found == score.large, "{score:?}");
+        assert_eq!(score.wrong, 0, "{score:?}");
+    }
 }

@@ -11,6 +11,9 @@ const NEAR_M: f64 = 0.5;
 /// Objects with a side of at least this length are large, metres.
 const LARGE_M: f64 = 0.3;
 
+/// A visit has passed an object if it has at least this number of points of it: as many as an object of [`changes::ChangesConfig::min_points`] needs.
+const PASSED_POINTS: usize = 30;
+
 /// Numbers of objects.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct VisitScore {
@@ -22,7 +25,7 @@ pub struct VisitScore {
     /// The same of smaller ones.
     pub small: usize,
     pub small_found: usize,
-    /// Changed ones, at an end of which no ray of its visit ended: the walk was not there. They are not counted otherwise.
+    /// Changed ones, of an end of which its visit has fewer than [`PASSED_POINTS`] points: the walk has not passed them. They are not counted otherwise, found or not.
     pub unseen: usize,
     /// Large ones that were moved, and those of them that are named as moved from there.
     pub moved: usize,
@@ -78,13 +81,25 @@ pub fn score_visit(
             ObjectChange::Moved { from, to } => (from, is_gone_from(&place(from)) && is_new_at(&place(to))),
             ObjectChange::Turned { from, .. } => {
                 let at = place(from);
+                if points_of(change, visits) < PASSED_POINTS {
+                    score.unseen += 1;
+                    continue;
+                }
+                let is_named = objects.iter().any(|object| is_near(&object.place, &at));
                 score.turned += 1;
-                score.turned_found += usize::from(objects.iter().any(|object| is_near(&object.place, &at)));
+                score.turned_found += usize::from(is_named);
+                if !is_named {
+                    explain(format!(
+                        "not found: turned at {:.2?}, {:.2?}",
+                        at.centre_m.as_slice(),
+                        at.size_m
+                    ));
+                }
                 continue;
             }
         };
         let seen = points_of(change, visits);
-        if seen == 0 && !is_found {
+        if seen < PASSED_POINTS {
             score.unseen += 1;
             continue;
         }
@@ -104,13 +119,23 @@ pub fn score_visit(
             });
             score.moved += 1;
             score.matched += usize::from(is_matched);
+            if is_found && !is_matched {
+                explain(format!(
+                    "not matched: {:.2?} to {:.2?}, named {}",
+                    from,
+                    to,
+                    named_near(objects, [&from, &to])
+                ));
+            }
         }
         if !is_found {
             let at = place(object);
+            let to = ends(change).last().map(|end| format!(" to {:.2?}", place(end).centre_m.as_slice()));
             explain(format!(
-                "not found: {} at {:.2?}, {:.2?}, {seen} points",
+                "not found: {} at {:.2?}{}, {:.2?}, {seen} points",
                 name(change),
                 at.centre_m.as_slice(),
+                to.filter(|_| matches!(change, ObjectChange::Moved { .. })).unwrap_or_default(),
                 at.size_m
             ));
         }
@@ -144,6 +169,16 @@ pub fn score_visit(
         }
     }
     score
+}
+
+/// The sizes of what is named at these places.
+fn named_near(objects: &[ChangedObject], places: [&UprightBox; 2]) -> String {
+    let sizes = objects.iter().flat_map(|object| {
+        let from = if let Change::Moved { from } = &object.change { Some(from) } else { None };
+        [Some(&object.place), from].into_iter().flatten()
+    });
+    let near = sizes.filter(|place| places.iter().any(|other| is_near(place, other)));
+    near.map(|place| format!("{:.2?}", place.size_m)).collect::<Vec<_>>().join(" and ")
 }
 
 fn name(change: &ObjectChange) -> &'static str {

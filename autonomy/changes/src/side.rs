@@ -1,0 +1,100 @@
+//! A visit, prepared for questions: its surfaces, its rays, and the ground below a place.
+
+use crate::columns::Columns;
+use crate::ray_image::{PassingRays, RayImage};
+use crate::surfaces::{SurfaceTolerance, Surfaces};
+use crate::{ChangesConfig, UprightBox, Visit};
+use geometry::Vector3;
+use std::collections::BTreeMap;
+
+/// A visit, prepared for questions.
+pub(crate) struct Side {
+    /// What it saw.
+    pub(crate) surfaces: Surfaces,
+    /// The points of the surfaces.
+    pub(crate) columns: Columns,
+    /// Its rays.
+    pub(crate) images: Vec<RayImage>,
+}
+
+impl Side {
+    /// The visit, with its surfaces and rays. `O(n log n)`.
+    pub(crate) fn new(visit: &Visit, tolerance: &SurfaceTolerance, config: &ChangesConfig) -> Self {
+        let points = visit.points_within(config.min_range_m, config.max_range_m);
+        let surfaces = Surfaces::new(points, tolerance.clone());
+        Self {
+            columns: Columns::new(surfaces.points().iter().copied()),
+            surfaces,
+            images: visit.views.iter().map(|view| RayImage::new(view, config)).collect(),
+        }
+    }
+
+    /// The rays of all views that passed a place closely.
+    pub(crate) fn passing(
+        &self,
+        place: &[f32; 3],
+        normal: Option<&[f32; 3]>,
+        config: &ChangesConfig,
+    ) -> PassingRays {
+        self.images.iter().map(|image| image.passing(place, normal, config.ray_reach_m, config)).fold(
+            PassingRays::default(),
+            |sum, of_look| PassingRays {
+                through: sum.through + of_look.through,
+                ended: sum.ended + of_look.ended,
+            },
+        )
+    }
+
+    /// Whether what was at a place was there for a part of the visit only, such as a person: from most of the views that tell of the place, most rays went through it. Views count,
+    /// not rays, because a person who stands beside the robot for a moment meets more rays than all others.
+    pub(crate) fn is_moving(
+        &self,
+        place: &[f32; 3],
+        normal: Option<&[f32; 3]>,
+        config: &ChangesConfig,
+    ) -> bool {
+        let (mut free, mut telling) = (0, 0);
+        for image in &self.images {
+            let PassingRays { through, ended } = image.passing(place, normal, config.own_ray_reach_m, config);
+            free += usize::from(through > ended);
+            telling += usize::from(through + ended > 0);
+        }
+        free as f64 > config.moving_share * telling as f64
+    }
+}
+
+/// Height of the level surface below a box, metres, down to a distance below its lower end: the most common height of what the other visit saw in its place, or else of what both saw
+/// around it. Linear in the points of both visits around.
+pub(crate) fn ground_below(
+    place: &UprightBox,
+    down_to_m: f64,
+    sides: [&Side; 2],
+    config: &ChangesConfig,
+) -> Option<f64> {
+    let bottom_m = place.bottom_m();
+    let heights_m = bottom_m - down_to_m..=bottom_m + config.ground_bin_m;
+    // The footprint at all heights.
+    let column = UprightBox { size_m: [place.size_m[0], place.size_m[1], f64::INFINITY], ..*place };
+    let at = |point: &[f32; 3]| Vector3::from(point.map(f64::from));
+    let under = sides[1].columns.around(place, 0.0).map(at).filter(|at| column.holds(at, 0.0));
+    let around = sides.into_iter().flat_map(|side| side.columns.around(place, config.ground_reach_m)).map(at);
+    // What stands in the footprint is no ground around it.
+    let around =
+        around.filter(|at| column.holds(at, config.ground_reach_m) && !column.holds(at, config.grow_m));
+    most_common_height(under, &heights_m, config).or_else(|| most_common_height(around, &heights_m, config))
+}
+
+/// The most common height of points within a range, metres; none of too few points.
+fn most_common_height(
+    points: impl Iterator<Item = Vector3>,
+    heights_m: &std::ops::RangeInclusive<f64>,
+    config: &ChangesConfig,
+) -> Option<f64> {
+    let mut bins: BTreeMap<i64, (usize, f64)> = BTreeMap::new();
+    for at in points.filter(|at| heights_m.contains(&at.z)) {
+        let bin = bins.entry((at.z / config.ground_bin_m).floor() as i64).or_default();
+        *bin = (bin.0 + 1, bin.1 + at.z);
+    }
+    let (count, sum) = bins.into_values().max_by_key(|(count, _)| *count)?;
+    (count >= config.min_ground_points).then(|| sum / count as f64)
+}

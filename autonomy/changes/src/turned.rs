@@ -1,0 +1,82 @@
+//! Things that were turned where they stand, or moved by less than their size: most of their surface is where a surface was before, so that only parts of them differ.
+
+use crate::clusters::clusters;
+use crate::moves::is_same_size;
+use crate::side::{Side, ground_below};
+use crate::{ChangesConfig, UprightBox};
+use geometry::Vector3;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// A thing that stands otherwise than before.
+pub(crate) struct TurnedThing {
+    pub(crate) from: UprightBox,
+    pub(crate) place: UprightBox,
+    /// Its points in the later visit.
+    pub(crate) points: Vec<[f32; 3]>,
+}
+
+/// The thing of which these parts are new and gone: groups of points of the later and of the earlier visit that the other one looked through. It stands free in both visits, and is
+/// as large as before. `sides` are the earlier and the later visit. Linear in the points around.
+pub(crate) fn find_turned(
+    new_part: &[[f32; 3]],
+    gone_parts: &[Vec<[f32; 3]>],
+    sides: [&Side; 2],
+    config: &ChangesConfig,
+) -> Option<TurnedThing> {
+    let part = UprightBox::around(new_part, &config.box_fit)?;
+    let (points, place) = standing_free(&part, new_part, sides, 1, config)?;
+    let is_of_thing = |gone: &&Vec<[f32; 3]>| {
+        let near = gone.iter().filter(|point| place.holds(&at(point), config.grow_m)).count();
+        2 * near > gone.len()
+    };
+    let gone_part = gone_parts.iter().filter(is_of_thing).max_by_key(|gone| gone.len())?;
+    let (_, from) = standing_free(&place, gone_part, sides, 0, config)?;
+    let is_same = is_same_size(&from, &place, config.turned_size_share, config.same_size_m);
+    (is_same && stands_otherwise(&from, &place, config)).then_some(TurnedThing { from, place, points })
+}
+
+/// The points above the ground of one of the visits that are connected with a part, and their box; none if they reach farther than a loose thing does.
+fn standing_free(
+    around: &UprightBox,
+    part: &[[f32; 3]],
+    sides: [&Side; 2],
+    visit: usize,
+    config: &ChangesConfig,
+) -> Option<(Vec<[f32; 3]>, UprightBox)> {
+    let ground_m = ground_below(around, config.ground_depth_m, sides, config)?;
+    let reach_m = config.turned_reach_m;
+    let is_around = |point: &&[f32; 3]| {
+        f64::from(point[2]) > ground_m + config.ground_clearance_m
+            && (at(point) - around.centre_m).norm() <= reach_m
+    };
+    let points: Vec<[f32; 3]> =
+        sides[visit].columns.around(around, reach_m).filter(is_around).copied().collect();
+    let bits = |point: &[f32; 3]| point.map(f32::to_bits);
+    let of_part: std::collections::BTreeSet<[u32; 3]> = part.iter().map(bits).collect();
+    let groups = clusters(&points, config.turned_gap_m as f32);
+    let of_group =
+        |group: &Vec<usize>| group.iter().filter(|place| of_part.contains(&bits(&points[**place]))).count();
+    let group = groups.iter().max_by_key(|group| of_group(group)).filter(|group| of_group(group) > 0)?;
+    let thing: Vec<[f32; 3]> = group.iter().map(|place| points[*place]).collect();
+    let is_free =
+        thing.iter().all(|point| (at(point) - around.centre_m).norm() < reach_m - config.turned_gap_m);
+    if !is_free || thing.len() < config.min_points {
+        return None;
+    }
+    let place = UprightBox::around(&thing, &config.box_fit)?;
+    Some((thing, place.down_to(ground_m)))
+}
+
+/// Whether a box has another heading or place than before, by more than noise.
+fn stands_otherwise(from: &UprightBox, to: &UprightBox, config: &ChangesConfig) -> bool {
+    let [length, width, _] = to.size_m;
+    // A square looks the same after a quarter turn, other boxes after half a turn.
+    let period_rad = if length - width <= config.same_size_m { FRAC_PI_2 } else { PI };
+    let turn_rad = (to.yaw_rad - from.yaw_rad).rem_euclid(period_rad);
+    let turn_rad = turn_rad.min(period_rad - turn_rad);
+    turn_rad >= config.min_turn_rad || (to.centre_m - from.centre_m).xy().norm() >= config.min_shift_m
+}
+
+fn at(point: &[f32; 3]) -> Vector3 {
+    Vector3::from(point.map(f64::from))
+}
