@@ -190,36 +190,35 @@ impl Default for ChangesConfig {
 }
 
 /// Parameters of the alignment of two visits.
-/// Where a field names no source, its value was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AlignmentConfig {
-    /// Every so many points of the reference are enough for its surfaces.
+    /// Every so many points of the reference are enough for its surfaces. Chosen: the time grows with the points, and the views of a visit overlap.
     pub reference_step: usize,
-    /// One point of each cell of this size of a view is aligned, metres.
+    /// One point of each cell of this size of a view is aligned, metres. Chosen: surfaces near the robot do not outweigh the others.
     pub sample_cell_m: f64,
-    /// How points are matched with surfaces.
+    /// How points are matched with surfaces. Chosen: the gate is three deviations of a given position, and the noise that of a LiDAR with the error of a map.
     pub matching: MatchingConfig,
-    /// Width of the matching in the first iteration.
+    /// Width of the matching in the first iteration. Chosen as a round number: poses that are wrong by more than three deviations still find their surfaces.
     pub initial_width: f32,
-    /// Iterations at most.
+    /// Iterations at most. Chosen: it bounds the time of a view; poses of localisation are nearly right before the first.
     pub max_iterations: usize,
-    /// A view of which fewer points lie on surfaces of the reference stays where it is.
+    /// A view of which fewer points lie on surfaces of the reference stays where it is. Chosen as a round number: with fewer, an alignment follows what has changed.
     pub min_inliers: usize,
     /// Standard deviation of the given poses, metres and radians: localisation while walking (docs/benchmarks/localisation.md).
     pub translation_m: f64,
     /// See [`Self::translation_m`].
     pub rotation_rad: f64,
-    /// A view that would be moved by more than this number of them stays where it is.
+    /// A view that would be moved by more than this number of them stays where it is. Chosen: an alignment that far from a pose of localisation is wrong.
     pub max_deviations: f64,
-    /// Number of points that share one error and therefore count as one.
+    /// Number of points that share one error and therefore count as one. Source: as in the verification of loops (docs/maths/loops.md).
     pub correlated_points: f64,
-    /// Share of the largest eigenvalue of the information that noise contributes to all: along a corridor, a view stays where it is.
+    /// Share of the largest eigenvalue of the information that noise contributes to all: along a corridor, a view stays where it is. Chosen as a round number; more moves views less along corridors.
     pub eigenvalue_shrinkage: f64,
-    /// Distance at which rotations are compared with translations, metres.
+    /// Distance at which rotations are compared with translations, metres. Chosen: most of what a view sees is that far away.
     pub lever_arm_m: f64,
-    /// Side of the cells in which the remaining error is measured, metres.
+    /// Side of the cells in which the remaining error is measured, metres. Chosen: a cell has surfaces in several directions, and is smaller than a room.
     pub region_m: f64,
-    /// A region with fewer points on common surfaces, level or upright ones, has the error of all on such.
+    /// A region with fewer points on common surfaces, level or upright ones, has the error of all on such. Chosen: an error of fewer points is uncertain by more than a tenth.
     pub min_region_points: usize,
 }
 

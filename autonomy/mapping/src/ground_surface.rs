@@ -2,8 +2,7 @@
 //!
 //! The cloud is cut into columns and layers. A layer is ground if the next occupied layer above is high enough, and most neighbouring columns
 //! have ground at nearly the same height. Stairs are ground. Tables and shelves are not, because ground has to be connected over some square
-//! metres. Roofs and the upper sides of ceilings are not either: they have nothing above and other ground below. In surveys the undersides of galleries and
-//! roofs, which were seen from below, can be left out too ([`GroundSurface::without_undersides`]).
+//! metres. Roofs and the upper sides of ceilings are not either: they have nothing above and other ground below.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -27,14 +26,6 @@ pub struct GroundConfig {
     pub roof_share: f64,
     /// Least height of a roof above the ground below it, 1.5 m. Chosen: less than a storey and more than furniture.
     pub storey_layers: i32,
-    /// Connected layers below a surface that still count as its own noise, where it is asked whether anything is below. Chosen: in the survey of a hall, a quarter of an
-    /// underside fills three. The floor of a storey, of 0.4 m and more, has its ceiling farther below.
-    pub max_surface_layers: i32,
-    /// A connected piece of ground is an underside if at least this share of it, of what has anything below, has nothing in the storey below. See
-    /// [`GroundSurface::without_undersides`]. Chosen: that of roofs.
-    pub underside_share: f64,
-    /// Least share of a piece below which something has to be seen, for it to count as an underside. Chosen: ground on earth has nothing below, but for a few wrong points.
-    pub min_seen_below_share: f64,
     /// Least size of a connected piece of ground: 4 m². Chosen: tables and tops of machines are smaller.
     pub min_columns: usize,
 }
@@ -50,9 +41,6 @@ impl Default for GroundConfig {
             min_neighbours: 6,
             roof_share: 0.7,
             storey_layers: 15,
-            max_surface_layers: 3,
-            underside_share: 0.7,
-            min_seen_below_share: 0.3,
             min_columns: 100,
         }
     }
@@ -83,38 +71,19 @@ pub struct GroundSurface {
     layers: BTreeMap<(i32, i32), Vec<i32>>,
 }
 
-/// The cells of a cloud in which there are points, in their order.
-fn occupied_cells(xyz: &[[f32; 3]], config: &GroundConfig) -> Vec<GroundCell> {
-    let mut cells: Vec<GroundCell> = xyz
-        .iter()
-        .filter(|point| point.iter().all(|c| c.abs() < 1e7))
-        .map(|point| {
-            let ((x, y), layer) = config.locate(*point);
-            (x, y, layer)
-        })
-        .collect();
-    cells.sort_unstable();
-    cells.dedup();
-    cells
-}
-
-/// Free layers below a surface and its noise, down to the next occupied cell; none if nothing was seen farther down.
-fn free_below(&(x, y, layer): &GroundCell, occupied: &[GroundCell], config: &GroundConfig) -> Option<i32> {
-    let end = occupied.partition_point(|cell| *cell < (x, y, layer));
-    let mut bottom = layer;
-    for cell in occupied[..end].iter().rev().take_while(|cell| (cell.0, cell.1) == (x, y)) {
-        if bottom - cell.2 > 1 || layer - cell.2 > config.max_surface_layers {
-            return Some(bottom - cell.2 - 1);
-        }
-        bottom = cell.2;
-    }
-    None
-}
-
 impl GroundSurface {
     /// Finds the ground of a cloud (metres, z up). `O(n log n)` in the points.
     pub fn find(xyz: &[[f32; 3]], config: GroundConfig) -> Self {
-        let cells = occupied_cells(xyz, &config);
+        let mut cells: Vec<GroundCell> = xyz
+            .iter()
+            .filter(|point| point.iter().all(|c| c.abs() < 1e7))
+            .map(|point| {
+                let ((x, y), layer) = config.locate(*point);
+                (x, y, layer)
+            })
+            .collect();
+        cells.sort_unstable();
+        cells.dedup();
         let mut candidates: BTreeMap<(i32, i32), Vec<i32>> = BTreeMap::new();
         let mut open = BTreeSet::new();
         for column in cells.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
@@ -192,28 +161,6 @@ impl GroundSurface {
         let mut cells: Vec<GroundCell> = pieces.into_iter().flatten().collect();
         cells.sort_unstable();
         Self::from_cells(cells, self.config)
-    }
-
-    /// Without the undersides of galleries and roofs. A scanner that stands below sees them as level surfaces, often with free height above, like ground. Nothing was seen in
-    /// the storey directly below them, and something farther down. Below the floor of an upper storey there is its own ceiling, and below ground on earth there is
-    /// nothing. A gallery whose stairs were seen is one piece with the floor, and stays; so does the largest piece. `xyz`: the same cloud. `O(n log n)` in the points.
-    pub fn without_undersides(self, xyz: &[[f32; 3]]) -> Self {
-        let config = self.config;
-        let occupied = occupied_cells(xyz, &config);
-        let mut pieces = self.pieces();
-        pieces.sort_by_key(|piece| std::cmp::Reverse(piece.len()));
-        let is_underside = |piece: &Vec<GroundCell>| {
-            let seen: Vec<i32> =
-                piece.iter().filter_map(|cell| free_below(cell, &occupied, &config)).collect();
-            let exposed = seen.iter().filter(|layers| **layers >= config.storey_layers).count();
-            seen.len() as f64 >= config.min_seen_below_share * piece.len() as f64
-                && exposed as f64 >= config.underside_share * seen.len() as f64
-        };
-        let kept =
-            pieces.into_iter().enumerate().filter(|(index, piece)| *index == 0 || !is_underside(piece));
-        let mut cells: Vec<GroundCell> = kept.flat_map(|(_, piece)| piece).collect();
-        cells.sort_unstable();
-        Self::from_cells(cells, config)
     }
 
     /// Connected pieces.

@@ -114,7 +114,7 @@ pub fn find_viewpoints(
     progress: &mut dyn FnMut(f64),
 ) -> VirtualViewpoints {
     let grid = GroundConfig::default();
-    let ground = GroundSurface::find(xyz, grid).without_undersides(xyz);
+    let ground = GroundSurface::find(xyz, grid);
     let cells = spread(&ground, &grid, config.spacing_m);
     let blocks = PointBlocks::new(xyz, config.block_m);
     let mut image = DepthImage::new(*config);
