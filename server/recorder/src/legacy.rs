@@ -1,8 +1,8 @@
-//! Reads journals of earlier programs: versions 3 to 11 of `messages::Input`, which programs up to November 2026 wrote.
+//! Reads journals of earlier programs: versions 3 to 12 of `messages::Input`, which programs up to November 2026 wrote.
 //!
 //! It holds frozen copies of the types that have changed since, with their conversions to the present types. Unchanged types are those of
 //! `messages`. Before the layout of one of them changes, copy it to this file. Recordings in `tests/fixtures` and the bytes in
-//! `tests/journal_layout_v4.txt` to `tests/journal_layout_v11.txt` test this.
+//! `tests/journal_layout_v4.txt` to `tests/journal_layout_v12.txt` test this.
 
 use messages::{
     ActionOutcome, BootRecord, Command, CommandKind, ComparedRevisit, DisambiguationPlan, GoalKind, Input,
@@ -14,6 +14,9 @@ use std::sync::Arc;
 use vocab::{
     Aabb, ActionCallId, ClientId, CommandId, GoalId, KeyframeId, MapId, Pose, SessionId, Span, Twist, Vec3,
 };
+
+/// Name of the schema of version 12. Its entries are as those of version 13, in which tasks of missions also dock.
+pub(crate) const INPUT_SCHEMA_V12: &str = "autoinspect.Input.v12";
 
 /// Name of the schema of version 11. Its entries are as those of version 12, in which a site also has changes of the scene.
 pub(crate) const INPUT_SCHEMA_V11: &str = "autoinspect.Input.v11";
@@ -501,10 +504,14 @@ mod tests {
     }
 
     #[test]
-    fn the_bytes_of_version_11_are_read_as_they_were_written() {
-        let text = include_str!("../tests/journal_layout_v11.txt");
-        let read = read_lines(text, INPUT_SCHEMA_V11, take_input);
-        assert_eq!(read.len(), text.lines().count() - 1);
+    fn the_bytes_of_versions_11_and_12_are_read_as_they_were_written() {
+        for (text, schema) in [
+            (include_str!("../tests/journal_layout_v12.txt"), INPUT_SCHEMA_V12),
+            (include_str!("../tests/journal_layout_v11.txt"), INPUT_SCHEMA_V11),
+        ] {
+            let read = read_lines(text, schema, take_input);
+            assert_eq!(read.len(), text.lines().count() - 1, "{schema}");
+        }
     }
 
     #[test]

@@ -11,10 +11,11 @@ use messages::{
     VerifiedLoop,
 };
 use site_model::{
-    ActionRequest, Change, DockId, EarlierVisit, EdgeId, EdgeStage, Edit, EditId, MissionCommandKind,
-    MissionEvent, MissionEventKind, MutexHold, MutexHoldId, NodeId, Object, ObjectId, OrientedBox,
-    Parameters, PoseTolerance, ReviewState, Revision, RouteActionPlace, RouteActionStep, RunId, RunState,
-    SceneChange, SceneChangeId, SceneChangeKind, SiteSettings, Utc, Versioned,
+    ActionRequest, Change, DockId, EarlierVisit, EdgeId, EdgeStage, Edit, EditId, FailurePolicy, Mission,
+    MissionCommandKind, MissionEnd, MissionEvent, MissionEventKind, MissionId, MutexHold, MutexHoldId,
+    NodeId, Object, ObjectId, OrientedBox, Parameters, PoseTolerance, ReviewState, Revision,
+    RouteActionPlace, RouteActionStep, RunId, RunState, SceneChange, SceneChangeId, SceneChangeKind,
+    SiteSettings, Task, TaskId, TaskOrder, TaskPlace, Utc, Versioned,
 };
 use std::fmt::Write;
 use uuid::Uuid;
@@ -124,6 +125,22 @@ fn inputs() -> Vec<Input> {
         clouds: None,
     };
     let found = Change::Put { base: None, object: Object::SceneChange(scene_change) };
+    let request = ActionRequest { action: "dock".to_owned(), parameters: Parameters::new() };
+    let task_of_dock = Task {
+        id: TaskId(id(20)),
+        place: TaskPlace::ByAction { request },
+        on_unreachable: FailurePolicy::default(),
+        on_action_failure: FailurePolicy::default(),
+    };
+    let mission = Mission {
+        id: MissionId(id(19)),
+        name: "Round".to_owned(),
+        tasks: vec![task_of_dock],
+        order: TaskOrder::default(),
+        order_constraints: Vec::new(),
+        end: MissionEnd::default(),
+    };
+    let docking = Change::Put { base: None, object: Object::Mission(mission) };
     let place = RouteActionPlace::Edge { edge: EdgeId(id(15)), stage: EdgeStage::Enter, index: 0 };
     let request = ActionRequest { action: "open".to_owned(), parameters: Parameters::new() };
     let step = RouteActionStep::Began { place, request, is_idempotent: false, task: None };
@@ -156,6 +173,7 @@ fn inputs() -> Vec<Input> {
         Input::SiteEdited(Box::new(Edit { id: EditId(id(13)), changes: vec![hold] })),
         Input::MissionsRestored(vec![MissionEvent { utc: None, command: None, kind: route_action }]),
         Input::SiteEdited(Box::new(Edit { id: EditId(id(17)), changes: vec![found] })),
+        Input::SiteEdited(Box::new(Edit { id: EditId(id(18)), changes: vec![docking] })),
     ];
     [Input::Boot(Box::new(boot)), Input::Tick].into_iter().chain(kinds.map(command)).chain(others).collect()
 }
