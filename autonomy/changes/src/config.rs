@@ -67,6 +67,8 @@ pub struct ChangesConfig {
     pub min_size_m: f64,
     /// A ray tells of an object only if it meets its box at least this far from its edges, metres. Chosen: one and a half standard deviations of a pose error of 2 cm.
     pub edge_margin_m: f64,
+    /// Least side of what is tested of an object, metres: a sheet. Chosen: less than the noise of a LiDAR.
+    pub min_core_side_m: f64,
     /// Share of rays that end in a place where nothing is, or go through what is solid: noise, and edges of the box. Chosen as a round number: with 0.1 the first three seeds of
     /// docs/benchmarks/changes.md gave the same result.
     pub stray_share: f64,
@@ -160,6 +162,7 @@ impl Default for ChangesConfig {
             min_points: 30,
             min_size_m: 0.1,
             edge_margin_m: 0.03,
+            min_core_side_m: 0.01,
             stray_share: 0.05,
             min_evidence: 9.2,
             chance_share: 0.02,

@@ -5,9 +5,6 @@ use crate::{ChangesConfig, UprightBox};
 use geometry::Vector3;
 use std::iter::Sum;
 
-/// Least side of what is tested, metres: a sheet. Chosen: less than the noise of a LiDAR.
-const SHEET_M: f64 = 0.01;
-
 /// Rays of a visit that met the place of an object.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Penetration {
@@ -85,7 +82,7 @@ fn core(place: &UprightBox, config: &ChangesConfig) -> UprightBox {
     let centre_m = Vector3::new(place.centre_m.x, place.centre_m.y, (top_m + bottom_m) / 2.0);
     // Of an object that was seen from one side only, the box is as thin as the noise. It stays a sheet.
     let [length, width] =
-        [length, width].map(|side| (side - 2.0 * config.edge_margin_m).max(SHEET_M.min(side)));
+        [length, width].map(|side| (side - 2.0 * config.edge_margin_m).max(config.min_core_side_m.min(side)));
     UprightBox { centre_m, size_m: [length, width, top_m - bottom_m], yaw_rad: place.yaw_rad }
 }
 
