@@ -7,7 +7,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-use crate::support::workspace_root;
+use crate::support::{rust_files, workspace_root};
 
 /// For each of our crates, the others of ours that it may depend on.
 ///
@@ -30,7 +30,7 @@ const OURS: &[(&str, &[&str])] = &[
     ("odometry", &["geometry", "points", "registration", "vocab"]),
     ("mapping", &["factors", "geometry", "points", "registration", "vocab"]),
     ("localisation", &["geometry", "mapping", "points", "registration", "vocab"]),
-    ("navigation", &["geometry", "points", "registration"]),
+    ("navigation", &["geometry", "points", "registration", "vocab"]),
     ("topomap", &["geometry", "mapping", "navigation", "site_model", "vocab"]),
     ("changes", &["geometry", "points", "registration"]),
     ("gauges", &[]),
@@ -378,22 +378,4 @@ fn says(code: &str, word: &str) -> bool {
     code.match_indices(word).any(|(start, _)| {
         !code[..start].ends_with(part_of_name) && !code[start + word.len()..].starts_with(part_of_name)
     })
-}
-
-/// Source files below `folder`, without files that contain only tests.
-fn rust_files(folder: &Path) -> Vec<PathBuf> {
-    let mut files = Vec::new();
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        let name = path.file_name().unwrap().to_string_lossy().into_owned();
-        if path.is_dir() {
-            if name != "tests" && name != "benches" && name != "examples" {
-                files.extend(rust_files(&path));
-            }
-        } else if name.ends_with(".rs") && !name.ends_with("tests.rs") {
-            files.push(path);
-        }
-    }
-    files.sort();
-    files
 }

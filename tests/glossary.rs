@@ -1,8 +1,7 @@
 //! Test of the glossary: every name in its *code* column is declared in the crate of its row.
 
-use crate::support::workspace_root;
+use crate::support::{rust_files, workspace_root};
 use std::fs;
-use std::path::{Path, PathBuf};
 
 /// The rows of all tables with five columns, as (code, crate).
 fn entries(text: &str) -> Vec<(String, String)> {
@@ -11,17 +10,6 @@ fn entries(text: &str) -> Vec<(String, String)> {
     let rows = text.lines().filter(|line| line.starts_with("| ") && !line.starts_with("| ---"));
     let rows = rows.map(cells).filter(|cells: &Vec<String>| cells.len() == 5 && cells[0] != "term");
     rows.map(|cells| (cells[1].clone(), cells[2].clone())).collect()
-}
-
-fn sources(folder: &Path, into: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            sources(&path, into);
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
-            into.push(path);
-        }
-    }
 }
 
 fn is_declared(name: &str, source: &str) -> bool {
@@ -47,8 +35,7 @@ fn every_name_in_the_glossary_is_declared_in_its_crate() {
             missing.push(format!("there is no crate {crate_name}"));
             continue;
         };
-        let mut files = Vec::new();
-        sources(&folder.join("src"), &mut files);
+        let files = rust_files(&folder.join("src"));
         let is_there = name == crate_name
             || files.iter().any(|file| is_declared(&name, &fs::read_to_string(file).unwrap()));
         if !is_there {

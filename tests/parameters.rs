@@ -1,8 +1,8 @@
 //! Tests of the parameters of algorithms: each field of a `…Config` has a docstring that says what it is and where its value comes from.
 
-use crate::support::workspace_root;
+use crate::support::{rust_files, workspace_root};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// A sentence that once stood for the sources of all fields of a struct. Each field names its own.
 const BLANKET: &str = "Where a field names no source, its value was chosen.";
@@ -10,17 +10,6 @@ const BLANKET: &str = "Where a field names no source, its value was chosen.";
 const GROUPS: [&str; 4] = ["autonomy", "server", "shared", "web"];
 /// Words besides those of the name of the field in the shortest docstring that says more than it.
 const MIN_WORDS: usize = 2;
-
-fn sources(folder: &Path, into: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            sources(&path, into);
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
-            into.push(path);
-        }
-    }
-}
 
 /// The name of the struct that begins on this line, if it is a `…Config` with named fields.
 fn config_name(line: &str) -> Option<&str> {
@@ -84,8 +73,7 @@ fn problems(source: &str) -> Vec<String> {
 #[test]
 fn every_parameter_has_a_docstring_of_its_own() {
     let root = workspace_root();
-    let mut files = Vec::new();
-    GROUPS.iter().for_each(|group| sources(&root.join(group), &mut files));
+    let files: Vec<PathBuf> = GROUPS.iter().flat_map(|group| rust_files(&root.join(group))).collect();
     let read = |file: &PathBuf| fs::read_to_string(file).unwrap();
     let count: usize = files.iter().map(|file| fields(&read(file)).len()).sum();
     assert!(count > 1_000, "{count} fields");

@@ -1,5 +1,6 @@
 //! Shared code of the tests: the program under test, a real browser, and waiting for conditions.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -18,6 +19,24 @@ pub fn workspace_root() -> PathBuf {
     let manifest =
         std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_else(|| env!("CARGO_MANIFEST_DIR").into());
     Path::new(&manifest).parent().unwrap().to_owned()
+}
+
+/// Source files below a folder, in order, without files that contain only tests.
+pub fn rust_files(folder: &Path) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        if path.is_dir() {
+            if name != "tests" && name != "benches" && name != "examples" {
+                files.extend(rust_files(&path));
+            }
+        } else if name.ends_with(".rs") && !name.ends_with("tests.rs") {
+            files.push(path);
+        }
+    }
+    files.sort();
+    files
 }
 
 /// Polls `condition` until it gives a value. Fails after `limit` with a message that contains `what`.

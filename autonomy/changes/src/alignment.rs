@@ -63,7 +63,7 @@ fn sample(view: &SensorView, config: &AlignmentConfig) -> Vec<[f32; 3]> {
     sample
 }
 
-/// The pose of the sensor at which its points lie on the surfaces. Its axes are those of the map as far as the given poses are right.
+/// The pose of the sensor at which its points lie on the surfaces. Its axes differ from those of the map by the error of the given pose.
 fn aligned_pose(
     surfaces: &GaussianMap,
     view: &SensorView,

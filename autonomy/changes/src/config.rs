@@ -67,7 +67,7 @@ pub struct ChangesConfig {
     pub min_size_m: f64,
     /// A ray tells of an object only if it meets its box at least this far from its edges, metres. Chosen: one and a half standard deviations of a pose error of 2 cm.
     pub edge_margin_m: f64,
-    /// Least side of what is tested of an object, metres: a sheet. Chosen: less than the noise of a LiDAR.
+    /// Least side of the box that rays have to meet, metres: a sheet. Chosen: less than the noise of a LiDAR.
     pub min_core_side_m: f64,
     /// Share of rays that end in a place where nothing is, or go through what is solid: noise, and edges of the box. Chosen as a round number: with 0.1 the first three seeds of
     /// docs/benchmarks/changes.md gave the same result.
@@ -195,7 +195,7 @@ impl Default for ChangesConfig {
 /// Parameters of the alignment of two visits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AlignmentConfig {
-    /// Every so many points of the reference are enough for its surfaces. Chosen: the time grows with the points, and the views of a visit overlap.
+    /// One in this number of points of the reference is used for its surfaces. Chosen: the time grows with the points, and the views of a visit overlap.
     pub reference_step: usize,
     /// One point of each cell of this size of a view is aligned, metres. Chosen: surfaces near the robot do not outweigh the others.
     pub sample_cell_m: f64,

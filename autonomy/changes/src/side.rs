@@ -38,9 +38,9 @@ impl Side {
     ) -> PassingRays {
         self.images.iter().map(|image| image.passing(place, normal, config.ray_reach_m, config)).fold(
             PassingRays::default(),
-            |sum, of_look| PassingRays {
-                through: sum.through + of_look.through,
-                ended: sum.ended + of_look.ended,
+            |sum, of_view| PassingRays {
+                through: sum.through + of_view.through,
+                ended: sum.ended + of_view.ended,
             },
         )
     }

@@ -5,7 +5,7 @@ use crate::alignment::RegionalErrors;
 use geometry::{Matrix3, Vector3};
 use points::hash::{CellKey, CellTable};
 
-/// Within which distance two surfaces are the same, by region: as far as the poses and the noise leave them apart.
+/// Within which distance two surfaces are the same, by region: from the remaining error of the poses and the noise of the sensor.
 #[derive(Clone, Debug)]
 pub(crate) struct SurfaceTolerance {
     /// Least distance, metres.

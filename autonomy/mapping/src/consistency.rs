@@ -28,7 +28,7 @@ pub struct LoopConsistencyConfig {
     pub min_extent_m: f64,
     /// Number of loops that must agree where they contradict the expectation. Chosen: twice [`Self::min_support`], because a wrong one would bend the map.
     pub min_contradicting_support: usize,
-    /// Least extent of those keyframes, metres: more than a room. Source: docs/maths/loops.md, section 6: loops between two equal rooms all agree, and reach as far as
+    /// Least extent of those keyframes, metres: more than a room. Source: docs/maths/loops.md, section 6: loops between two equal rooms all agree, and extend no farther than
     /// the room.
     pub min_contradicting_extent_m: f64,
     /// A contradiction of more than this many standard deviations is never accepted, however many loops agree. Chosen: an error of that size is none of the odometry that

@@ -21,17 +21,9 @@ pub struct ZoneArea {
 }
 
 impl ZoneArea {
-    /// Whether a point is inside: even-odd rule over the corners.
-    pub fn contains(&self, [x, y]: [f64; 2]) -> bool {
-        let corners = &self.corners_m;
-        let mut is_inside = false;
-        for (index, a) in corners.iter().enumerate() {
-            let b = corners[(index + 1) % corners.len()];
-            if (a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0]) {
-                is_inside = !is_inside;
-            }
-        }
-        is_inside
+    /// Whether a point is inside. Linear in the corners.
+    pub fn contains(&self, point: [f64; 2]) -> bool {
+        vocab::is_in_polygon(&self.corners_m, point)
     }
 }
 

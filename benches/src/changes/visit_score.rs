@@ -171,7 +171,7 @@ pub fn score_visit(
     score
 }
 
-/// The sizes of what is named at these places.
+/// The sizes of the found objects at these places.
 fn named_near(objects: &[ChangedObject], places: [&UprightBox; 2]) -> String {
     let sizes = objects.iter().flat_map(|object| {
         let from = if let Change::Moved { from } = &object.change { Some(from) } else { None };

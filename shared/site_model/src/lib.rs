@@ -85,7 +85,7 @@ pub use site::Site;
 pub use thermal_scale::ThermalScale;
 pub use topological_map::{
     Anchor, Asset, Corridor, Dock, Edge, EdgeBlock, EdgeCost, EdgeFailStep, InspectionPoint, Node, NodeKind,
-    PoseTolerance, ReadingLimits, TravelDirection, Traversal, Zone, ZoneEffect, is_in_polygon,
+    PoseTolerance, ReadingLimits, TravelDirection, Traversal, Zone, ZoneEffect,
 };
 pub use undo::UndoHistory;
 pub use utc::Utc;

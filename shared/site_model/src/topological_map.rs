@@ -3,7 +3,7 @@
 use crate::{ActionRequest, AssetId, DockId, EdgeId, InspectionPointId, NodeId, Parameters, ZoneId};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
-use vocab::{KeyframeId, Pose, Span, Stamp, Vec3};
+use vocab::{KeyframeId, Pose, Span, Stamp, Vec3, is_in_polygon};
 
 /// A place at which the robot can be.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -267,18 +267,6 @@ impl Zone {
         let is_at_height = self.height_m.is_none_or(|[low, high]| (low..=high).contains(&point.z));
         is_at_height && is_in_polygon(&self.corners_m, [point.x, point.y])
     }
-}
-
-/// Whether a point is inside a polygon, by the even-odd rule. Linear in the corners.
-pub fn is_in_polygon(corners: &[[f64; 2]], [x, y]: [f64; 2]) -> bool {
-    let mut is_inside = false;
-    for (index, a) in corners.iter().enumerate() {
-        let b = corners[(index + 1) % corners.len()];
-        if (a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0]) {
-            is_inside = !is_inside;
-        }
-    }
-    is_inside
 }
 
 /// What holds in a zone.

@@ -7,6 +7,7 @@ mod camera_head;
 mod content_hash;
 mod goal_failure;
 mod ids;
+mod polygon;
 mod pose;
 mod role;
 mod text;
@@ -19,6 +20,7 @@ pub use ids::{
     ActionCallId, ClientId, CommandId, GoalId, KeyframeId, LegId, MAX_MAP_NAME_CHARS, MapId, SessionId,
     UploadId,
 };
+pub use polygon::is_in_polygon;
 pub use pose::{Aabb, Covariance6, Pose, Quat, Twist, Vec3};
 pub use role::{Role, RoleError};
 pub use text::{MAX_SHOWN_NAME_CHARS, legible};

@@ -2,8 +2,8 @@
 
 use super::RouteGraph;
 use crate::poses::{heading_rad, turn_between_rad};
-use site_model::{EdgeId, Node, NodeId, Site, is_in_polygon};
-use vocab::{Pose, Vec3};
+use site_model::{EdgeId, Node, NodeId, Site};
+use vocab::{Pose, Vec3, is_in_polygon};
 
 /// Parameters of [`GraphLocaliser`].
 #[derive(Clone, Copy, Debug, PartialEq)]

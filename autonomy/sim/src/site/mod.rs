@@ -240,15 +240,9 @@ impl SimulatedSite {
             })
     }
 
-    /// Whether a point is inside the ground plan: a ray along x crosses an odd number of edges.
+    /// Whether a point is inside the ground plan.
     pub(crate) fn is_inside(&self, point: &Vector3) -> bool {
-        let outline = &self.plan.outline;
-        let next = outline.iter().cycle().skip(1);
-        let crossed = outline.iter().zip(next).filter(|(a, b)| {
-            let above = (a[1] > point.y) != (b[1] > point.y);
-            above && point.x < a[0] + (point.y - a[1]) / (b[1] - a[1]) * (b[0] - a[0])
-        });
-        crossed.count() % 2 == 1
+        vocab::is_in_polygon(&self.plan.outline, [point.x, point.y])
     }
 
     /// Signed distance from a point to the nearest surface within `radius` metres, negative inside a solid; `None` if there is none.

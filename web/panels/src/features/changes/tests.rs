@@ -19,7 +19,7 @@ const HOUR_NS: i64 = 3_600_000_000_000;
 /// When the list is looked at.
 const NOW: Utc = Utc(1_000 * HOUR_NS);
 
-/// A change that was last seen so long ago.
+/// A change that was last seen this number of hours ago.
 fn change(number: u128, kind: SceneChangeKind, size_m: [f64; 3], age_h: i64, x: f64) -> SceneChange {
     let seen = Utc(NOW.0 - age_h * HOUR_NS);
     let map = MapId(Uuid::from_u128(1));
