@@ -180,9 +180,6 @@ fn show_robot(ui: &mut Ui, cx: &mut PanelContext<'_>) {
         fact(ui, tokens, texts::VIEW, &texts::angle(head.field_of_view_rad));
         fact(ui, tokens, texts::ZOOM, &texts::zoom(head.zoom_max));
     }
-    if let Some(battery) = &cx.model.robot.battery {
-        fact(ui, tokens, texts::CHARGE, &format::percent(battery.value.charge));
-    }
     widgets::remark(ui, tokens, texts::PROFILE_REMARK);
 }
 

@@ -33,7 +33,6 @@ pub(super) const PAN: &str = "Camera, pan";
 pub(super) const TILT: &str = "Camera, tilt";
 pub(super) const VIEW: &str = "Camera, field of view";
 pub(super) const ZOOM: &str = "Camera, greatest zoom";
-pub(super) const CHARGE: &str = "Battery";
 pub(super) const PROFILE_REMARK: &str =
     "These values come from the robot's profile and cannot be changed here.";
 
