@@ -1,8 +1,7 @@
 //! Tests of importing point clouds of other programs in the browser.
 
-use super::mapping::NEXT_PICTURES;
 use crate::support::chromium::Chromium;
-use crate::support::page::{At, Page};
+use crate::support::page::{At, NEXT_PICTURES, Page};
 use crate::support::server::Server;
 use crate::support::wait_for;
 use std::fmt::Write as _;

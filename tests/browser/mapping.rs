@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use crate::support::chromium::{Chromium, LAN_HOST};
-use crate::support::page::{At, KeyPress, Page, PageControl};
+use crate::support::page::{At, KeyPress, NEXT_PICTURES, Page, PageControl};
 use crate::support::server::Server;
 use crate::support::wait_for;
 
@@ -15,10 +15,6 @@ const DRAW_LIMIT: Duration = Duration::from_secs(60);
 const LIT_MIN: f64 = 0.03;
 /// Smallest number of colours there for a map to count as drawn. A robot on an empty grid has a few.
 const COLOURS_MIN: usize = 100;
-
-/// Evaluates to true once two more frames have been drawn.
-pub const NEXT_PICTURES: &str =
-    "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))";
 
 #[test]
 fn a_hall_is_mapped_saved_and_opened_again() {

@@ -1,8 +1,8 @@
 //! The Missions screen in a real browser: a mission is made by mouse, keys and touch, and is on the robot afterwards.
 
-use super::mapping::{NEXT_PICTURES, wait_for_drawn_map};
+use super::mapping::wait_for_drawn_map;
 use crate::support::chromium::Chromium;
-use crate::support::page::{At, KeyPress, Page};
+use crate::support::page::{At, KeyPress, NEXT_PICTURES, Page};
 use crate::support::server::Server;
 use crate::support::{wait_for, workspace_root};
 use serde_json::{Value, json};

@@ -1,9 +1,9 @@
 //! The Site screen in a real browser: several nodes by a box, and drags over the floor.
 
-use super::mapping::{NEXT_PICTURES, wait_for_drawn_map};
+use super::mapping::wait_for_drawn_map;
 use super::missions::{copy, get, make_site, middle};
 use crate::support::chromium::Chromium;
-use crate::support::page::{At, KeyPress, Page};
+use crate::support::page::{At, KeyPress, NEXT_PICTURES, Page};
 use crate::support::server::Server;
 use crate::support::{wait_for, workspace_root};
 use serde_json::Value;

@@ -22,8 +22,11 @@ pub struct Page {
 }
 
 /// Evaluates to true once two more frames have been drawn.
-const NEXT_PICTURES: &str =
+pub const NEXT_PICTURES: &str =
     "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))";
+
+/// A control that moves less than this between two frames stands still, CSS pixels. Chosen: far less than the smallest button.
+const STILL_PX: f64 = 2.0;
 
 /// A key in the form of the protocol.
 #[derive(Clone, Copy)]
@@ -213,16 +216,27 @@ impl Page {
         (corners.len() == 8).then(|| At { x: mean(0), y: mean(1) })
     }
 
-    /// Waits until the control with this role and name is enabled, and clicks it.
+    /// Waits until the control with this role and name is enabled and stays where it is for two frames, as a person would, and clicks it.
     #[track_caller]
     pub fn click(&mut self, role: &str, name: &str) {
-        let at = wait_for(&format!("an enabled {role} “{name}”"), CONTROL_LIMIT, || {
-            let control = self.find(role, name).filter(|control| !control.disabled)?;
-            self.middle(&control)
-        });
-        self.pointer("mouseMoved", at);
+        let at = wait_for(
+            &format!("an enabled {role} “{name}” that stays in its place"),
+            CONTROL_LIMIT,
+            || {
+                let at = self.middle_if_enabled(role, name)?;
+                self.pointer("mouseMoved", at);
+                self.evaluate(NEXT_PICTURES);
+                let now = self.middle_if_enabled(role, name)?;
+                ((now.x - at.x).hypot(now.y - at.y) < STILL_PX).then_some(now)
+            },
+        );
         self.press(at);
         self.release(at);
+    }
+
+    fn middle_if_enabled(&mut self, role: &str, name: &str) -> Option<At> {
+        let control = self.find(role, name).filter(|control| !control.disabled)?;
+        self.middle(&control)
     }
 
     pub fn press(&mut self, at: At) {

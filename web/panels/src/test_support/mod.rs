@@ -56,9 +56,14 @@ impl TestClient {
 
     /// After the server sent an event.
     pub(crate) fn event(mut self, event: api::Event) -> Self {
+        self.receive_event(event);
+        self
+    }
+
+    /// The server sends an event.
+    pub(crate) fn receive_event(&mut self, event: api::Event) {
         self.sequence += 1;
         self.receive(ServerMessage::Event { sequence: self.sequence, event });
-        self
     }
 
     /// After the model carried out a command of the operator.

@@ -80,7 +80,7 @@ fn show_session(ui: &mut Ui, cx: &mut PanelContext<'_>, panel: &mut MappingPanel
             if let Some(map) = extends {
                 fact(ui, tokens, texts::EXTENDS, map_name(model, map));
             }
-            quality::show(ui, cx);
+            quality::show_figures(ui, cx);
             ui.spacing_mut().item_spacing.y = 8.0;
             ui.add_space(4.0);
             if panel.confirm_discard {
@@ -88,6 +88,8 @@ fn show_session(ui: &mut Ui, cx: &mut PanelContext<'_>, panel: &mut MappingPanel
             } else {
                 show_finish(ui, cx, panel);
             }
+            // Below the buttons: the list grows and shrinks by itself, and must not move "Discard" to where "Finish and save" was.
+            quality::show_targets(ui, cx);
         }
         Mapping::Saving { .. } => show_saving(ui, tokens),
     }

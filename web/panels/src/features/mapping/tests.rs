@@ -2,9 +2,11 @@
 
 use crate::screens;
 use crate::test_support::{OTHER, TestClient, click, map, running, value};
-use api::{Control, Event, Mapping};
+use api::{Control, Event, Mapping, Quality, SurveyReason, SurveyTarget};
 use client_model::ClientCommand;
+use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
+use vocab::Vec3;
 
 /// A client on the Map screen with one saved map, `Cellar`, in this state of mapping.
 fn with_cellar(mapping: Mapping) -> TestClient {
@@ -40,6 +42,21 @@ fn discarding_must_be_confirmed() {
     assert!(!harness.state().emitted(&ClientCommand::DiscardMapping));
     click(&mut harness, "Discard map");
     assert!(harness.state().emitted(&ClientCommand::DiscardMapping));
+}
+
+#[test]
+fn buttons_stay_in_their_place_while_walks_are_suggested() {
+    let mut harness =
+        TestClient::connected().event(Event::Mapping(running())).on(screens::MAP).shown(1440.0, 900.0);
+    let place = |harness: &Harness<'_, TestClient>, name| harness.get_by_label(name).rect();
+    let before = (place(&harness, "Finish and save"), place(&harness, "Discard"));
+    let target = SurveyTarget { at: Vec3::default(), why: SurveyReason::FromAfar { area_m2: 34.0 } };
+    let quality =
+        Quality { covered_m2: 412.3, deviations_m: vec![0.1], targets: vec![target], ..Default::default() };
+    harness.state_mut().receive_event(Event::Quality(quality));
+    harness.run();
+    assert_eq!(value(&harness, "Suggested walk 1"), "34 m² seen from afar only");
+    assert_eq!((place(&harness, "Finish and save"), place(&harness, "Discard")), before);
 }
 
 #[test]

@@ -24,23 +24,28 @@ const LISTS: TargetListConfig = TargetListConfig { max_targets: 4 };
 /// Width of the button that sends the robot to a target, points.
 const BUTTON_WIDTH: f32 = 76.0;
 
-/// The section of a running mapping session.
-pub(crate) fn show(ui: &mut Ui, cx: &mut PanelContext<'_>) {
+/// What the map covers and how accurate it is. The rows are always there, so that nothing below them moves.
+pub(crate) fn show_figures(ui: &mut Ui, cx: &PanelContext<'_>) {
     let tokens = cx.tokens;
     let quality = cx.model.quality();
     fact(ui, tokens, texts::FLOOR_COVERED, &format::area(quality.covered_m2));
     let worst_sigma_m = quality.deviations_m.iter().copied().fold(0.0, f32::max);
-    if worst_sigma_m.is_finite() && !quality.deviations_m.is_empty() {
-        let value = format::accuracy(f64::from(worst_sigma_m).max(format::MIN_SHOWN_DEVIATION_M));
-        fact(ui, tokens, texts::ACCURACY, &value).on_hover_text(texts::ACCURACY_HINT);
-    }
-    if !quality.targets.is_empty() {
-        show_targets(ui, cx, &quality.targets);
-    }
+    let is_known = worst_sigma_m.is_finite() && !quality.deviations_m.is_empty();
+    let value = if is_known {
+        format::accuracy(f64::from(worst_sigma_m).max(format::MIN_SHOWN_DEVIATION_M))
+    } else {
+        texts::NOT_YET_KNOWN.to_owned()
+    };
+    fact(ui, tokens, texts::ACCURACY, &value).on_hover_text(texts::ACCURACY_HINT);
 }
 
-fn show_targets(ui: &mut Ui, cx: &mut PanelContext<'_>, targets: &[SurveyTarget]) {
+/// Where to survey next, if there is such a place.
+pub(crate) fn show_targets(ui: &mut Ui, cx: &mut PanelContext<'_>) {
     let (model, tokens) = (cx.model, cx.tokens);
+    let targets: &[SurveyTarget] = &model.quality().targets;
+    if targets.is_empty() {
+        return;
+    }
     ui.add_space(4.0);
     widgets::rule(ui, tokens);
     widgets::head(ui, tokens, texts::SURVEY_TARGETS);

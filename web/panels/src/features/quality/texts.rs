@@ -5,6 +5,7 @@ use api::SurveyReason;
 
 pub(super) const FLOOR_COVERED: &str = "Floor covered";
 pub(super) const ACCURACY: &str = "Known to";
+pub(super) const NOT_YET_KNOWN: &str = "not yet";
 pub(super) const ACCURACY_HINT: &str = "One standard deviation of the keyframe with the least certain position. Such nodes of the graph are amber.";
 pub(super) const SURVEY_TARGETS: &str = "Suggested walks";
 pub(super) const GO: &str = "Go";
