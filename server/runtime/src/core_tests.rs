@@ -430,6 +430,21 @@ fn a_core_ends_with_everything_recorded_and_its_socket_gone() {
 }
 
 #[test]
+fn a_core_ends_also_when_its_data_directory_has_been_removed() {
+    let mut bench = bench(usize::MAX);
+    let gateway = bench.gateway();
+    std::fs::remove_dir_all(bench.socket.parent().expect("it is in a directory")).expect("removed");
+    let core = bench.core.take();
+    let (ended, end) = crossbeam_channel::bounded(1);
+    thread::spawn(move || {
+        drop(core);
+        let _ = ended.send(());
+    });
+    end.recv_timeout(PATIENCE).expect("the core ends");
+    drop(gateway);
+}
+
+#[test]
 fn changes_of_the_graph_that_do_not_apply_are_dropped_and_the_stack_is_asked_for_the_whole_graph_once() {
     let bench = bench(usize::MAX);
     bench.clock(0);

@@ -50,6 +50,7 @@ impl Default for GatewayLinkConfig {
 /// The listening socket and its threads. Dropping it closes the connection and removes the socket.
 pub struct GatewayLink {
     path: PathBuf,
+    listener: UnixListener,
     is_ending: Arc<AtomicBool>,
     accept_thread: Option<JoinHandle<()>>,
 }
@@ -99,6 +100,7 @@ impl GatewayLink {
             _ => {}
         }
         let listener = UnixListener::bind(path)?;
+        let for_shutdown = listener.try_clone()?;
         let is_ending = Arc::new(AtomicBool::new(false));
         let shared = Shared {
             config,
@@ -119,15 +121,15 @@ impl GatewayLink {
         let accept_thread = watchdog.spawn("gateway-accept", config.thread_limit, move |heartbeat| {
             accept(&listener, &shared, heartbeat)
         })?;
-        Ok(Self { path: path.to_owned(), is_ending, accept_thread: Some(accept_thread) })
+        Ok(Self { path: path.to_owned(), listener: for_shutdown, is_ending, accept_thread: Some(accept_thread) })
     }
 }
 
 impl Drop for GatewayLink {
     fn drop(&mut self) {
         self.is_ending.store(true, Ordering::Release);
-        // Wakes the thread that waits for connections.
-        let is_awake = UnixStream::connect(&self.path).is_ok();
+        // Wakes the thread that waits for connections, also if somebody has removed the socket's file.
+        let is_awake = rustix::net::shutdown(&self.listener, rustix::net::Shutdown::Both).is_ok();
         if let Some(thread) = self.accept_thread.take().filter(|_| is_awake) {
             let _ = thread.join();
         }

@@ -116,6 +116,7 @@ impl CoreSlot {
 /// The listening socket. Dropping it closes the connection and removes the socket.
 pub(super) struct Listener {
     path: PathBuf,
+    listener: UnixListener,
     is_ending: Arc<AtomicBool>,
     slot: CoreSlot,
     thread: Option<JoinHandle<()>>,
@@ -140,6 +141,7 @@ impl Listener {
             _ => {}
         }
         let listener = UnixListener::bind(&path)?;
+        let for_shutdown = listener.try_clone()?;
         let (slot, is_ending) = (CoreSlot::default(), Arc::<AtomicBool>::default());
         slot.connected(identity.now);
         let acceptor = Acceptor {
@@ -152,7 +154,7 @@ impl Listener {
         };
         let thread =
             thread::Builder::new().name("robot-accept".to_owned()).spawn(move || acceptor.run(&listener))?;
-        Ok(Self { path, is_ending, slot, thread: Some(thread) })
+        Ok(Self { path, listener: for_shutdown, is_ending, slot, thread: Some(thread) })
     }
 
     /// Where the connected core is found.
@@ -164,8 +166,8 @@ impl Listener {
 impl Drop for Listener {
     fn drop(&mut self) {
         self.is_ending.store(true, Ordering::Release);
-        // Wakes the thread that waits for connections.
-        let is_awake = UnixStream::connect(&self.path).is_ok();
+        // Wakes the thread that waits for connections, also if somebody has removed the socket's file.
+        let is_awake = rustix::net::shutdown(&self.listener, rustix::net::Shutdown::Both).is_ok();
         if let Some(thread) = self.thread.take().filter(|_| is_awake) {
             let _ = thread.join();
         }
