@@ -47,11 +47,21 @@ impl Digest {
 
 /// Steps a stack through a log and returns the digest.
 pub fn replay(log: impl IntoIterator<Item = (Stamp, Input)>, stack: &mut impl Stepper) -> Digest {
+    replay_with(log, stack, |_, _| {})
+}
+
+/// As [`replay`]; `see` gets the effects of each step, with the step's instant.
+pub fn replay_with(
+    log: impl IntoIterator<Item = (Stamp, Input)>,
+    stack: &mut impl Stepper,
+    mut see: impl FnMut(Stamp, &[StackEffect]),
+) -> Digest {
     let mut digest = Digest::default();
     let mut effects = Vec::new();
     for (at, input) in log {
         stack.step(at, input, &mut effects);
         digest.add(at, &effects);
+        see(at, &effects);
         effects.clear();
     }
     digest

@@ -3,7 +3,7 @@
 mod digest;
 mod walk;
 
-pub use digest::{Digest, Stepper, replay};
+pub use digest::{Digest, Stepper, replay, replay_with};
 pub use walk::{CalledAction, JobPace, Lockstep};
 
 #[cfg(test)]

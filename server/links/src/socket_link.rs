@@ -21,8 +21,8 @@ use vocab::{CommandId, Stamp};
 /// Parameters of a [`SocketLink`], on this computer's clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SocketLinkConfig {
-    /// Largest number of arrivals in the queue to the control loop. While it is full, the link does not read, and the robot queues up to a second
-    /// of arrivals. Short, because what waits here is older than what the robot would send next. Chosen: about a sixth of a second of a robot with all sensors.
+    /// Largest number of arrivals in the queue to the control loop. While it is full, the link does not read. Short, because what waits here is older than what the robot
+    /// would send next. Chosen: about 0.08 s of a robot with all sensors.
     pub max_queued_arrivals: usize,
     /// Longest time from connecting to the robot's identity. Chosen: a robot that lives answers within milliseconds.
     pub hello_timeout: Duration,
@@ -38,7 +38,7 @@ pub struct SocketLinkConfig {
 impl Default for SocketLinkConfig {
     fn default() -> Self {
         Self {
-            max_queued_arrivals: 100,
+            max_queued_arrivals: 50,
             hello_timeout: Duration::from_secs(2),
             write_timeout: Duration::from_millis(5),
             min_retry_pause: Duration::from_millis(20),

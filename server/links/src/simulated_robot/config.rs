@@ -25,8 +25,8 @@ pub struct SimulatedRobotConfig {
     /// Simulated time of a step. Between steps the robot reads this computer's clock and the commands. Chosen: commands are late by a fifth of a step of control (50 ms)
     /// at most.
     pub step: Span,
-    /// Largest number of messages in the queue to the core, about 1.4 s of the robot. That is longer than a drive command is valid: when
-    /// the queue of a core that hangs is full, the legs stand.
+    /// Largest number of messages in the queue to the core, about 0.05 s of the robot. Short: on a computer that is too slow the queue is always full, every command
+    /// then is as late as the queue is long, and with a second the robot swings to and fro. So the simulated time goes more slowly instead.
     pub max_queued_messages: usize,
     /// How long the simulation waits for a core while that queue is full.
     pub wait: WaitBudgetConfig,
@@ -57,7 +57,7 @@ impl SimulatedRobotConfig {
             carry_duration: Span::from_millis(10_000),
             max_fault_duration: Span::from_millis(3_600_000),
             step: Span::from_millis(10),
-            max_queued_messages: 900,
+            max_queued_messages: 32,
             wait: WaitBudgetConfig::default(),
             max_pending_requests: 64,
             hello_timeout: Duration::from_secs(1),

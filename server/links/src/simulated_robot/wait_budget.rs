@@ -16,7 +16,7 @@ pub struct WaitBudgetConfig {
 
 impl Default for WaitBudgetConfig {
     fn default() -> Self {
-        Self { max_wait: Duration::from_secs(2), wait_per_robot_second: 10.0 }
+        Self { max_wait: Duration::from_secs(3), wait_per_robot_second: 10.0 }
     }
 }
 
