@@ -36,8 +36,8 @@ use watchdog::{BEAT_PERIOD, Heartbeat};
 /// Parameters of the control loop, on this computer's clock.
 #[derive(Clone, Copy, Debug)]
 struct ControlLoopConfig {
-    /// After this time without an arrival the loop ticks by itself. Chosen: half of [`messages::DRIVE_LIFETIME`], after which the
-    /// robot stops by itself.
+    /// After this time without an arrival the loop ticks by itself. Chosen: twice [`messages::DRIVE_LIFETIME`], so the robot has stopped by itself. With half of it, the clock
+    /// of the loop ran seconds ahead of a simulated robot on a busy computer, and its scans came late.
     silence_timeout: Duration,
     /// Time between two readings of the calendar time. Chosen: schedules are by the minute.
     wall_clock_period: Duration,
@@ -46,7 +46,7 @@ struct ControlLoopConfig {
 }
 
 const CONFIG: ControlLoopConfig = ControlLoopConfig {
-    silence_timeout: Duration::from_millis(250),
+    silence_timeout: Duration::from_millis(1_000),
     wall_clock_period: Duration::from_secs(1),
     max_unanswered_faults: 16,
 };
