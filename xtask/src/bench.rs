@@ -8,13 +8,17 @@ use anyhow::{Context, Result, bail};
 use crate::shell;
 
 /// The benchmarks with limits, which fail when they exceed them: name of the stage, benchmark, arguments.
-pub(crate) const WITH_BARS: [(&str, &str, &[&str]); 2] = [
+pub(crate) const WITH_BARS: [(&str, &str, &[&str]); 6] = [
     ("endurance", "endurance", &["--site", "b1", "--minutes", "60"]),
     (
         "fault recovery",
         "localisation",
         &["--places", "0", "--days", "0", "--columns", "500", "--fault-recoveries", "6", "--bar"],
     ),
+    ("pictures", "pictures", &["--bar"]),
+    ("topological maps", "topomap", &["--bar"]),
+    ("cost of a mission", "cost", &["--minutes", "3", "--bar"]),
+    ("missions", "missions", &["--seeds", "20", "--columns", "250", "--bar"]),
 ];
 
 /// The benchmarks that start `target/release/autoinspect`, which is built first for them.

@@ -1,7 +1,7 @@
 //! Packets of eight rays and their intersection with solids, in f32, laid out so that the compiler vectorises the loops.
 //!
 //! Eight rays of one LiDAR ring in neighbouring columns have nearly the same origin and direction, so one traversal of the tree and
-//! one test per solid serve all eight. Every test is branch-free per lane. Directions have unit length, so the
+//! one test per solid serve all eight. Every test is branch-free per lane, and inlined into the traversal, which is compiled for two sets of instructions. Directions have unit length, so the
 //! ray parameter is the range in metres.
 
 use crate::shape::{Shape, Solid};
@@ -50,6 +50,7 @@ impl RayPacket {
     }
 
     /// Ends the rays that have hit something, so that they hit nothing more. Returns whether any ray is left.
+    #[inline(always)]
     pub(crate) fn end_hits(&mut self) -> bool {
         let mut any = false;
         for lane in 0..LANES {
@@ -65,7 +66,7 @@ impl RayPacket {
     }
 
     /// Whether any ray enters the box before its nearest hit.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn intersects_box(&self, min: &[f32; 3], max: &[f32; 3]) -> bool {
         let mut slack = [0.0_f32; LANES];
         for lane in 0..LANES {
@@ -184,7 +185,7 @@ impl From<&Solid> for PackedShape {
 
 impl PackedShape {
     /// Intersects the rays of `packet` with this solid and records hits under `id`. Rays that start inside the solid do not hit it.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn intersect(&self, packet: &mut RayPacket, id: u32) {
         match self {
             Self::AlignedBox { min, max } => {
@@ -252,7 +253,7 @@ fn face(offset: [f32; 3], half: &[f32; 3]) -> (usize, f32) {
     (axis, 1.0_f32.copysign(offset[axis]))
 }
 
-#[inline]
+#[inline(always)]
 fn intersect_oriented_box(
     packet: &mut RayPacket,
     id: u32,
@@ -277,7 +278,7 @@ fn intersect_oriented_box(
     }
 }
 
-#[inline]
+#[inline(always)]
 fn intersect_cylinder(
     packet: &mut RayPacket,
     id: u32,
@@ -307,7 +308,7 @@ fn intersect_cylinder(
     }
 }
 
-#[inline]
+#[inline(always)]
 fn intersect_sphere(packet: &mut RayPacket, id: u32, center: [f32; 3], radius: f32) {
     for lane in 0..LANES {
         let direction = [0, 1, 2].map(|i| packet.direction[i][lane]);
@@ -320,7 +321,7 @@ fn intersect_sphere(packet: &mut RayPacket, id: u32, center: [f32; 3], radius: f
 }
 
 /// Source: Möller, Trumbore, *Fast, minimum storage ray-triangle intersection*, 1997.
-#[inline]
+#[inline(always)]
 fn intersect_triangle(packet: &mut RayPacket, id: u32, corner: [f32; 3], edges: &[[f32; 3]; 2]) {
     for lane in 0..LANES {
         let direction = [0, 1, 2].map(|i| packet.direction[i][lane]);

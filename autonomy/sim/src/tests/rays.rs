@@ -77,6 +77,32 @@ fn the_tree_finds_the_same_ranges_as_sphere_tracing() {
     }
 }
 
+/// A random packet from one free point.
+fn random_packet(site: &SimulatedSite, rng: &mut Rng) -> RayPacket {
+    let origin = free_point(site, rng);
+    let directions: [Vector3; LANES] = std::array::from_fn(|_| random_direction(rng));
+    RayPacket::new(
+        [0, 1, 2].map(|axis| [origin[axis] as f32; LANES]),
+        [0, 1, 2].map(|axis| directions.map(|d| d[axis] as f32)),
+        60.0,
+    )
+}
+
+#[test]
+fn both_sets_of_instructions_find_the_same_bits() {
+    for name in SiteName::ALL {
+        let (site, mut rng) = (SimulatedSite::new(name), RngTree::new(9).rng());
+        for _ in 0..500 {
+            let mut fast = random_packet(&site, &mut rng);
+            let mut portable = fast.clone();
+            site.bvh().cast(&mut fast);
+            site.bvh().cast_portable(&mut portable);
+            let bits = |packet: &RayPacket| (packet.range.map(f32::to_bits), packet.solid);
+            assert_eq!(bits(&fast), bits(&portable), "{name}");
+        }
+    }
+}
+
 #[test]
 fn normals_point_away_from_surfaces_and_single_casts_agree_with_packets() {
     for name in SiteName::ALL {

@@ -192,17 +192,12 @@ impl Client {
 const CLIENTS: u128 = 10;
 const EDITS_PER_S: u32 = 20;
 
-/// Seconds of editing; a full run takes a minute: `AUTOINSPECT_EDIT_SECONDS=60`.
-fn edit_seconds() -> u32 {
-    std::env::var("AUTOINSPECT_EDIT_SECONDS").ok().and_then(|text| text.parse().ok()).unwrap_or(3)
-}
-
 /// Starts a mission of waits at the two ends of a short walk, long enough for all edits. Returns the number of its tasks.
-fn start_mission(operator: &mut Operator) -> usize {
+fn start_mission(operator: &mut Operator, edit_seconds: u32) -> usize {
     let ends = localised(operator);
     let wait = || request("wait", "duration_s", Parameter::Number(1.0));
     // A task takes 2 s at least: the robot lives twice as fast as the clock.
-    let tasks = 3 + edit_seconds() as usize / 2;
+    let tasks = 3 + edit_seconds as usize / 2;
     put(operator, mission_site(ends, (0..tasks).map(|_| wait()).collect()));
     let start = MissionCommandKind::Start { run: RUN, mission: MISSION, mode: StartMode::Now };
     operator.command(api::Command::Mission(start));
@@ -228,13 +223,25 @@ fn follow_mission(operator: &mut Operator) -> (Vec<TaskStatus>, RunState) {
 
 #[test]
 fn ten_clients_that_edit_at_once_disturb_no_mission_end_with_the_same_site_and_undo_their_own_last_edit() {
+    edit_with_ten_clients(3);
+}
+
+mod nightly {
+    #[test]
+    fn ten_clients_edit_for_a_minute_while_a_mission_runs() {
+        super::edit_with_ten_clients(60);
+    }
+}
+
+/// Ten clients edit one site for this time, and undo their own last edit, while a mission runs.
+fn edit_with_ten_clients(edit_seconds: u32) {
     let dir = tempfile::tempdir().expect("temporary directory");
     let platform = RunningPlatform::start_with_robot(dir.path(), &["--lidar-columns", "400", "--speed", "2"]);
     let address = platform.address();
     let mut operator = Operator::connect(address);
-    let tasks = start_mission(&mut operator);
+    let tasks = start_mission(&mut operator, edit_seconds);
     let mission = thread::spawn(move || follow_mission(&mut operator));
-    let edits = edit_seconds() * EDITS_PER_S;
+    let edits = edit_seconds * EDITS_PER_S;
     let barrier = Barrier::new(CLIENTS as usize);
     let (states, sent, still_runs) = thread::scope(|scope| {
         let threads: Vec<_> = (1..=CLIENTS)
@@ -284,8 +291,7 @@ fn ten_clients_that_edit_at_once_disturb_no_mission_end_with_the_same_site_and_u
         assert_eq!(name_of(&states[0].site, 10 * number), Some("kept"), "of client {number}");
     }
     println!(
-        "{CLIENTS} clients sent {sent} edits in {} s; {} were applied, {} objects",
-        edit_seconds(),
+        "{CLIENTS} clients sent {sent} edits in {edit_seconds} s; {} were applied, {} objects",
         states[0].revision,
         states[0].site.objects().len()
     );
