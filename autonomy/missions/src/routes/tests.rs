@@ -8,8 +8,8 @@ use crate::graph::{GraphPlace, RouteConditions, RouteConfig, RouteGraph};
 use crate::runs::{GoalRequest, RouteGoalResult};
 use crate::testing::{SiteBuilder, edge_id, node_id};
 use site_model::{
-    ActionRequest, DockId, EdgeBlock, EdgeFailStep, EdgeId, EdgeStage, MutexHold, MutexHoldId, NodeId,
-    Object, ObjectId, Parameters, ReachFailure, RouteActionPlace, RouteWait, Traversal, ZoneEffect,
+    ActionRequest, DockId, EdgeBlock, EdgeFailStep, EdgeId, EdgeStage, EditId, MutexHold, MutexHoldId,
+    NodeId, Object, ObjectId, Parameters, ReachFailure, RouteActionPlace, RouteWait, Traversal, ZoneEffect,
 };
 use std::collections::VecDeque;
 use uuid::Uuid;
@@ -307,6 +307,32 @@ fn where_there_is_no_other_route_the_robot_waits_for_the_end_of_short_blocks() {
     world.walk_to_the_end();
     assert_eq!(world.ended, [RouteGoalResult::Reached]);
     assert_eq!(world.unblocked, [edge_id(3, 4)]);
+}
+
+#[test]
+fn a_block_that_a_person_lifts_ends_the_wait_at_once() {
+    let mut world = World::new();
+    for (from, to) in [(2, 5), (5, 4)] {
+        world.builder.change_edge(from, to, |edge| edge.is_enabled = false);
+    }
+    world.stand_at(3);
+    world.begin(GoalRequest::Route(node_id(4)));
+    world.end_walk(blocked());
+    world.wait(1);
+    assert!(world.walks.is_empty(), "the site does not show the block yet");
+    for block in world.blocks.clone() {
+        world.builder.put(Object::EdgeBlock(block));
+    }
+    world.wait(1);
+    assert!(world.walks.is_empty(), "it waits");
+    for edge in [edge_id(3, 4), edge_id(4, 3)] {
+        let edit = world.builder.site().removal(EditId(Uuid::nil()), ObjectId::EdgeBlock(edge));
+        world.builder.apply(&edit);
+    }
+    world.wait(1);
+    assert_eq!(world.walks.len(), 1, "it tries the edge again");
+    world.walk_to_the_end();
+    assert_eq!(world.ended, [RouteGoalResult::Reached]);
 }
 
 #[test]
