@@ -121,7 +121,12 @@ impl GatewayLink {
         let accept_thread = watchdog.spawn("gateway-accept", config.thread_limit, move |heartbeat| {
             accept(&listener, &shared, heartbeat)
         })?;
-        Ok(Self { path: path.to_owned(), listener: for_shutdown, is_ending, accept_thread: Some(accept_thread) })
+        Ok(Self {
+            path: path.to_owned(),
+            listener: for_shutdown,
+            is_ending,
+            accept_thread: Some(accept_thread),
+        })
     }
 }
 

@@ -151,6 +151,7 @@ pub mod theme;
 
 mod button;
 mod camera_preview;
+mod corner_fields;
 mod feature_panel;
 mod features;
 mod frame;
@@ -167,6 +168,7 @@ mod result_files;
 mod screens;
 mod select;
 mod status_line;
+mod tag_field;
 mod text_input;
 mod texts;
 mod thermal;

@@ -1,5 +1,7 @@
 //! The topological map: adding and joining nodes, what is selected of it, and its problems.
 
+mod closures;
+mod docks;
 mod edge;
 mod edge_actions;
 mod edge_policy;
@@ -7,6 +9,7 @@ mod edge_routing;
 mod facts;
 mod generation;
 mod group;
+mod influence;
 mod moment;
 mod node;
 #[cfg(test)]
@@ -123,9 +126,11 @@ impl FeaturePanel for SiteGraphPanel {
                     self.edge.show(ui, cx, site, edge);
                 }
             }
+            None if selected.is_empty() => docks::show_list(ui, cx, site),
             None if selected.len() > 1 => self.group.show(ui, cx, site, &selected),
             _ => {}
         }
+        closures::show_all(ui, cx, site);
         self.show_problems(ui, cx, site);
     }
 }
