@@ -626,7 +626,7 @@ fn an_edge_of_a_group_that_somebody_holds_is_waited_for() {
     assert!(world.walks.is_empty() && world.ended.is_empty());
     let (edge, holder) = (edge_id(3, 4), "Forklift".to_owned());
     assert_eq!(world.waits_for(), Some(RouteWait::Hold { edge, group, holder }));
-    let removal = world.builder.site().removal(site_model::EditId(Uuid::nil()), ObjectId::MutexHold(id));
+    let removal = world.builder.site().removal(EditId(Uuid::nil()), ObjectId::MutexHold(id));
     world.builder.apply(&removal);
     world.wait(1);
     assert_eq!(world.waits_for(), None);

@@ -336,7 +336,7 @@ fn a_picture_is_shown_large_arrows_go_on_and_escape_closes_without_a_stop() {
 fn a_picture_is_compared_with_the_one_before_at_its_inspection_point() {
     let mut harness = with_pictures();
     show_large(&mut harness, "Show photo.jpg of Cable tray");
-    let point = site_model::InspectionPointId(Uuid::from_u128(500));
+    let point = InspectionPointId(Uuid::from_u128(500));
     let asked = ClientCommand::OpenPrevious { point, before: 2 };
     assert!(!harness.state().emitted(&asked));
     click(&mut harness, "With the last one");

@@ -4,7 +4,7 @@ use super::facts::{missing_name, name_of};
 use super::texts;
 use crate::button::Button;
 use crate::feature_panel::PanelContext;
-use crate::{format, icon, widgets};
+use crate::{format, icon, screens, widgets};
 use client_model::{ClientCommand, Selection};
 use egui::Ui;
 use site_model::{Edge, EdgeBlock, MutexHold, Site};
@@ -69,6 +69,7 @@ fn show_block(ui: &mut Ui, cx: &mut PanelContext<'_>, site: &Site, block: &EdgeB
         if is_listed
             && Button::new(&texts::show_edge(&ends)).icon(icon::EYE).wide(ui).show(ui, tokens).clicked()
         {
+            cx.commands.push(ClientCommand::ShowScreen(screens::SITE));
             cx.commands.push(ClientCommand::Select(Some(Selection::Edge(block.edge))));
         }
         let name = texts::unblock(&ends);

@@ -16,6 +16,7 @@ mod node;
 mod tests;
 mod texts;
 
+pub(crate) use closures::show_all as show_closures;
 pub(crate) use facts::name_of;
 
 use crate::button::{Button, Kind};
