@@ -23,6 +23,7 @@ mod mission_status;
 mod monitor;
 mod mutex_hold;
 mod object;
+mod order_cycle;
 mod parameters;
 mod plan_file;
 mod problem;
@@ -62,6 +63,7 @@ pub use mission_status::{
 pub use monitor::{Monitor, MonitorCondition, MonitorResponse, Resumption};
 pub use mutex_hold::MutexHold;
 pub use object::{Object, Revision, Versioned};
+pub use order_cycle::find_order_cycle;
 pub use parameters::{Parameter, Parameters};
 pub use plan_file::{PLAN_FILE_VERSION, PlanFile, PlanFileError};
 pub use problem::{ProblemKind, ProblemSeverity, SiteProblem};
@@ -85,7 +87,7 @@ pub use site::Site;
 pub use thermal_scale::ThermalScale;
 pub use topological_map::{
     Anchor, Asset, Corridor, Dock, Edge, EdgeBlock, EdgeCost, EdgeFailStep, InspectionPoint, Node, NodeKind,
-    PoseTolerance, ReadingLimits, TravelDirection, Traversal, Zone, ZoneEffect,
+    OutsideLimits, PoseTolerance, ReadingLimits, TravelDirection, Traversal, Zone, ZoneEffect,
 };
 pub use undo::UndoHistory;
 pub use utc::Utc;

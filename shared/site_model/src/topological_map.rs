@@ -1,6 +1,6 @@
 //! Objects of the topological map. Poses are those of the site's map, metres and radians.
 
-use crate::{ActionRequest, AssetId, DockId, EdgeId, InspectionPointId, NodeId, Parameters, ZoneId};
+use crate::{ActionRequest, AssetId, DockId, EdgeId, InspectionPointId, NodeId, Parameters, Reading, ZoneId};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use vocab::{KeyframeId, Pose, Span, Stamp, Vec3, is_in_polygon};
@@ -345,4 +345,24 @@ pub struct ReadingLimits {
     pub max: Option<f64>,
     /// Unit of both, such as `bar`.
     pub unit: String,
+}
+
+/// The limit that a reading does not keep.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum OutsideLimits {
+    /// It is smaller than this smallest value.
+    Below(f64),
+    /// It is greater than this greatest value.
+    Above(f64),
+}
+
+impl ReadingLimits {
+    /// The limit that a reading does not keep; none if it keeps both, or has another unit.
+    pub fn outside(&self, reading: &Reading) -> Option<OutsideLimits> {
+        if reading.unit != self.unit {
+            return None;
+        }
+        let below = self.min.filter(|min| reading.value < *min).map(OutsideLimits::Below);
+        below.or_else(|| self.max.filter(|max| reading.value > *max).map(OutsideLimits::Above))
+    }
 }

@@ -4,7 +4,7 @@ use crate::{
     Dock, DockAction, Edge, EdgeCost, InspectionPoint, Mission, MissionEnd, Monitor, MonitorCondition,
     MonitorResponse, Node, NodeId, NodeKind, Object, ObjectId, OrientedBox, ProblemKind, Recurrence,
     ReviewState, SceneChange, SceneChangeKind, Schedule, Site, SiteProblem, TaskId, TaskPlace, Traversal,
-    Zone, ZoneEffect, describe_action,
+    Zone, ZoneEffect, describe_action, find_order_cycle,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use std::mem::{Discriminant, discriminant};
@@ -241,7 +241,7 @@ impl ProblemFinder<'_> {
         for task in missing {
             self.add(id, ProblemKind::OrderConstraintMissing(*task));
         }
-        if is_circular(&mission.order_constraints) {
+        if find_order_cycle(&mission.order_constraints).is_some() {
             self.add(id, ProblemKind::OrderConstraintsCircular);
         }
         if let MissionEnd::Node(node) = mission.end {
@@ -344,19 +344,6 @@ impl ProblemFinder<'_> {
 
     fn add(&mut self, object: ObjectId, kind: ProblemKind) {
         self.found.push(SiteProblem { object, kind });
-    }
-}
-
-/// Whether no order meets all constraints. Removes constraints whose first task waits for no other, until none is left. Quadratic in the constraints.
-fn is_circular(constraints: &[[TaskId; 2]]) -> bool {
-    let mut left = constraints.to_vec();
-    loop {
-        let waiting: BTreeSet<_> = left.iter().map(|[_, second]| *second).collect();
-        let before = left.len();
-        left.retain(|[first, _]| waiting.contains(first));
-        if left.is_empty() || left.len() == before {
-            return !left.is_empty();
-        }
     }
 }
 

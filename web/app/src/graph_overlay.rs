@@ -184,6 +184,15 @@ impl GraphOverlay {
             let arrow = marker(handle, MarkerShape::Arrow, CONFIG.handle_radius_px, tokens.accent, rim);
             self.push(Marker { ahead, ..arrow }, GraphTarget::Heading(node.id));
         }
+        if is_selected && !node.influence_area_m.is_empty() {
+            let ahead = source.ahead(node);
+            let left = DVec3::new(-ahead.y, ahead.x, 0.0);
+            let mut points: Vec<DVec3> =
+                node.influence_area_m.iter().map(|[x, y]| at + ahead * *x + left * *y).collect();
+            points.extend(points.first().copied());
+            let (colour, width) = (solid(tokens.accent), CONFIG.line_width_px);
+            self.lines.push(Polyline { points, colour, width, dash: CONFIG.dash_m });
+        }
         let marker = marker(at, shape_of(node.kind), radius, fill, rim);
         self.push(marker, GraphTarget::Object(Selection::Node(node.id)));
     }

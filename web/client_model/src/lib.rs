@@ -45,8 +45,8 @@ pub use features::mapping::MappingFeature;
 pub use features::maps::SavedMaps;
 pub use features::missions::{
     DraggedTasks, EndProblem, MissionEditor, MissionEditorCommand, MissionPlan, NewTask, OrderGain,
-    PlanStart, PlannedEnd, PlannedStop, StopProblem, TaskDrag, move_tasks, put_in_order, request_of,
-    users_of_mission,
+    PlanStart, PlannedEnd, PlannedStop, StopProblem, TaskDrag, constraints_against_list, move_tasks,
+    put_in_order, request_of, users_of_mission,
 };
 pub use features::notices::{NoticeId, Notices, ShownNotice};
 pub use features::platform::PlatformFeature;
@@ -64,7 +64,7 @@ pub use features::selection::{GraphTool, PointerMode, Selection};
 pub use features::site::{
     ActionForms, CameraSight, DraftChange, DraftCommand, DraftEntry, FieldChange, ParameterField,
     ParameterKind, ParameterProblem, SiteEdit, SiteFeature, StoredDraft, drawn_area, field_changes,
-    middle_of,
+    middle_of, tags_of,
 };
 pub use features::trajectory::Trajectory;
 pub use features::view_settings::{Bookmark, CameraPose, ColourBy, Screen, Theme, ViewFeature, ViewSettings};

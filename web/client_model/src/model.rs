@@ -177,6 +177,11 @@ impl Model {
         self.shared.you.as_ref()
     }
 
+    /// What this client calls itself to others.
+    pub fn operator_name(&self) -> String {
+        self.shared.operator_name()
+    }
+
     /// Whether whoever has signed in may do what needs this role.
     pub fn may(&self, role: Role) -> bool {
         self.you().is_none_or(|you| you.role >= role)

@@ -30,6 +30,16 @@ pub(crate) fn zone_name(number: usize) -> String {
     format!("Zone {number}")
 }
 
+/// Name of a new monitor.
+pub(crate) fn monitor_name(number: usize) -> String {
+    format!("Monitor {number}")
+}
+
+/// Name of a new asset.
+pub(crate) fn asset_name(number: usize) -> String {
+    format!("Asset {number}")
+}
+
 /// Shown when a draft cannot be published yet.
 pub(crate) const DRAFT_CONFLICTS: &str = "Somebody else has changed objects of the draft. Choose on the tab Draft which of the two counts, then publish again.";
 

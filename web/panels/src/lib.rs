@@ -31,17 +31,25 @@
 //! | textbox | `Node name`, with the button `Rename node` | Site, while a node is selected |
 //! | button (toggled) | `Waypoint`, `Inspection`, `Hold`, `Safe` | Site, while a node is selected: its kind |
 //! | button | `Make it a dock`, `It is no dock`, `Delete node NAME` | Site, while a node is selected |
+//! | textbox | `Tags` | Site, while a node is selected, and of an asset that is open |
+//! | button (toggled) | `Near it`, `In an area too`, then the corners as of a zone | Site, while a node is selected |
+//! | button | `Dock NAME` | Site, while nothing is selected: selects the node on it |
+//! | textbox | `Dock name`, with the button `Rename dock` | Site, while a node of a dock is selected |
+//! | button | `Approached from` | the same: unfolds a list |
+//! | status | `Block of FROM → TO`, with the buttons `Show FROM → TO` and `Unblock FROM → TO now` | Site and Live, while an edge is blocked |
+//! | button | `Hold GROUP`, `Release GROUP` | Site, while an edge of the group is selected; the second also in the list of held groups |
 //! | button | `Edge FROM to TO` | Site, while a node is selected: selects the edge |
 //! | button (toggled) | `Routes may use it`, `Both ways` | Site, while an edge is selected |
 //! | button | `Split edge`, `Delete edge` | Site, while an edge is selected |
 //! | button | the sentence itself | Site: a problem; selects its object |
 //! | button | `MOMENT: add an action`, `MOMENT NUMBER: ACTION`, each with `Remove …` | Site, while an edge is selected; moments are `Before setting out`, `While walking`, `After arriving` |
 //! | button | `Add a step`, `Step NUMBER` with `Remove Step NUMBER` | Site, while an edge is selected: what is tried if it cannot be walked |
-//! | button (toggled) | `Topological map`, `Inspection points`, `Zones`, `Draft` | Site: parts of its card |
+//! | button (toggled) | `Topological map`, `Inspection points`, `Assets`, `Zones`, `Draft` | Site: parts of its card |
 //! | button (toggled) | `Draw a zone` | Site, Zones: the next drag over the floor draws one |
 //! | button (toggled) | `Zone NAME` | Site, Zones: selects it |
 //! | textbox | `Zone name`, `At most (m/s)`, `Factor`, `From (m)`, `To (m)`, `From`, `Until` | Site, while a zone is selected |
-//! | button (toggled) | `Keep out`, `Speed limit`, `Penalty`; `All heights`, `From … to`, `Only floor NUMBER`; `Always`, `Every day` | Site, while a zone is selected |
+//! | button (toggled) | `Keep out`, `Speed limit`, `Penalty`, `Action`; `All heights`, `From … to`, `Only floor NUMBER`; `Always`, `Every day` | Site, while a zone is selected |
+//! | button | `Action on entering`, then the parameters of the action | Site, while a zone with an action is selected |
 //! | button | `NUMBER corners`, then `Remove corner NUMBER`, `Add a corner`, and the textboxes `NUMBER: x (m)`, `NUMBER: y (m)` | Site, while a zone is selected |
 //! | button | `Rename zone`, `Show the zone`, `Delete zone NAME` | Site, while a zone is selected |
 //! | button | `Edit as draft`, then `Publish`, `Discard the draft` or `End the draft` | Site, Draft |
@@ -53,6 +61,10 @@
 //! | button (toggled) | `Inspection point NAME` | Site: selects it |
 //! | status | `Stand-off`, `Target`, `Camera view` | Site, while an inspection point is selected |
 //! | button | `Seen from`, `Action` | Site, while an inspection point is selected: each unfolds a list |
+//! | button | `Asset`, `Reading` | Site, while an inspection point is selected: each unfolds a list |
+//! | textbox | `At least (UNIT)`, `At most (UNIT)` | Site, while an inspection point with limits is selected |
+//! | button | `New asset`, `Asset NAME`, then `Rename asset`, `Select inspection point NAME`, `Delete asset NAME` | Site, Assets |
+//! | textbox | `Asset name`, `Find an asset` | Site, Assets |
 //! | textbox | `Stand off (m)`, with the buttons `Less: Stand off (m)` and `More: Stand off (m)` | Site, while an inspection point is selected |
 //! | button | `Turn the node to the target` | Site, while an inspection point is selected |
 //! | textbox | `Inspection point name`, and the parameters of its action | Site, while an inspection point is selected |
@@ -67,6 +79,9 @@
 //! | button (toggled) | `Task NUMBER NAME` | Missions: selects and unfolds; a drag moves |
 //! | button | `Move task NUMBER NAME` | Missions: Enter lets ↑ and ↓ move it, Enter drops it, Escape puts it back |
 //! | button | `Place`, `Action`, `POLICY: Further tries`, `POLICY: Then` | Missions, a task: each unfolds a list |
+//! | button | `Comes after`, `Comes before` | Missions, a task: each unfolds the other tasks |
+//! | button | `Remove: ORDER` | Missions, a task, and below a circle of order constraints |
+//! | status | `Problem of the order`, with the button `Put the list in this order` | Missions, while order constraints contradict each other or the list |
 //! | button | `Move up`, `Move down`, `Duplicate task`, `Delete task` | Missions, tasks that are selected |
 //! | button (toggled) | `As listed`, `Shortest`, `Keep the first`, `Keep the last`, `Nearest dock`, `Stay there`, `A node` | Missions |
 //! | button (toggled) | `Week`, `Agenda` | Schedule: how occurrences are shown |
@@ -100,6 +115,10 @@
 //! | button | `Previous picture`, `Next picture`, `Zoom in`, `Zoom out`, `Whole picture`, `Close the pictures` | in it |
 //! | button (toggled) | `With the last one` | in it: side by side with the last picture of the same inspection point |
 //! | status | `Spectrum` | in it: counts, live time, and what the pointer reads |
+//! | button (toggled) | `Settings`, `Monitors` | Settings: parts of its card |
+//! | button | `New monitor`, `Monitor NAME`, then `Signal`, `What happens`, `Which mission`, `Use the built-in values of NAME`, `Delete monitor NAME` | Settings, Monitors |
+//! | button (toggled) | `It is watched`; `Below`, `Above`, `Silent`; `Goes on`, `Ends` | Settings, Monitors |
+//! | textbox | `Monitor name`, `Below (%)`, `Until above (%)`, `For at least (s)` | Settings, Monitors |
 //! | searchbox | `Find a time zone` | Settings |
 //! | button (toggled) | `Time zone NAME` | Settings |
 //! | button | `Open panel`, `Close panel` | top bar below 1100 px: the right card as a drawer; below 700 px the bar at the bottom opens it |
@@ -151,6 +170,7 @@ pub mod theme;
 
 mod button;
 mod camera_preview;
+mod corner_fields;
 mod feature_panel;
 mod features;
 mod frame;
@@ -167,6 +187,7 @@ mod result_files;
 mod screens;
 mod select;
 mod status_line;
+mod tag_field;
 mod text_input;
 mod texts;
 mod thermal;

@@ -31,7 +31,7 @@ pub(crate) struct NumberField<'a> {
     pub(crate) value: Option<f64>,
     /// What holds while it has none.
     pub(crate) hint: &'a str,
-    /// What a button adds or takes. From no number, the first step leads to `range[0]`.
+    /// What a button adds or takes. From no number, the first step leads to the number of the range that is nearest to 0.
     pub(crate) step: f64,
     /// Digits after the point.
     pub(crate) decimals: usize,
@@ -120,7 +120,7 @@ impl NumberField<'_> {
     /// The next number in this direction; steps end at multiples of themselves.
     fn stepped(&self, step: f64) -> f64 {
         let [min, max] = self.range;
-        let Some(value) = self.value else { return min };
+        let Some(value) = self.value else { return 0.0_f64.clamp(min, max) };
         let steps = value / self.step;
         // A number that is nearly a multiple counts as one.
         let next = if step < 0.0 { (steps - 1e-6).ceil() - 1.0 } else { (steps + 1e-6).floor() + 1.0 };

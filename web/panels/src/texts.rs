@@ -7,6 +7,13 @@ pub(crate) const UNKNOWN_MAP: &str = "the map";
 /// Accessible name of a message. Its value is the sentence.
 pub(crate) const MESSAGE: &str = "Message";
 
+/// Adds a corner to an area.
+pub(crate) const ADD_CORNER: &str = "Add a corner";
+/// Name of the field for the tags of an object.
+pub(crate) const TAGS: &str = "Tags";
+/// Shown while an object has no tags.
+pub(crate) const TAGS_HINT: &str = "Words, with commas between them";
+
 /// Name of the tab with what the robot reports of itself.
 pub(crate) const ROBOT_TAB: &str = "Robot";
 /// Name of the tab with the mapping session and the saved maps.
@@ -19,6 +26,16 @@ pub(crate) fn month(number: u8) -> &'static str {
     const MONTHS: [&str; 12] =
         ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"];
     usize::from(number).checked_sub(1).and_then(|index| MONTHS.get(index)).copied().unwrap_or_default()
+}
+
+/// Name of the field of a coordinate of a corner.
+pub(crate) fn coordinate(number: usize, axis: usize) -> String {
+    format!("{number}: {} (m)", ["x", "y"][axis])
+}
+
+/// Name of the button that removes a corner.
+pub(crate) fn remove_corner(number: usize) -> String {
+    format!("Remove corner {number}")
 }
 
 /// `12 s old`, of a duration with its unit.

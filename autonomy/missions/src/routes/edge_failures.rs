@@ -6,7 +6,8 @@ use super::interface::{RouteEffect, RouteView};
 use crate::graph::next_block;
 use crate::runs::RouteGoalResult;
 use crate::texts;
-use site_model::{Edge, EdgeFailStep, EdgeId, ReachFailure};
+use site_model::{Edge, EdgeBlock, EdgeFailStep, EdgeId, ReachFailure};
+use std::collections::BTreeMap;
 use vocab::Stamp;
 
 impl RouteExecutor {
@@ -53,6 +54,25 @@ impl RouteExecutor {
         let block = next_block(edge, previous, at, reason, &self.config.blocks);
         self.effects.push(RouteEffect::Block(block.clone()));
         self.blocks.insert(edge, block);
+        // The site shows the block before it, if there was one, until it has this one.
+        self.shown_blocks.remove(&edge);
+    }
+
+    /// Forgets the blocks that a person has lifted. Returns whether there were any. Linear in the blocks.
+    pub(super) fn forget_lifted_blocks(&mut self, view: &RouteView<'_>) -> bool {
+        let before = self.blocks.len();
+        if before == 0 {
+            return false;
+        }
+        let shown: BTreeMap<EdgeId, &EdgeBlock> =
+            view.newest.edge_blocks().map(|block| (block.edge, block)).collect();
+        let was_shown = std::mem::take(&mut self.shown_blocks);
+        self.blocks.retain(|edge, _| shown.contains_key(edge) || !was_shown.contains(edge));
+        let is_shown = |(edge, block): &(&EdgeId, &EdgeBlock)| {
+            was_shown.contains(edge) || shown.get(edge).is_some_and(|it| it.until == block.until)
+        };
+        self.shown_blocks = self.blocks.iter().filter(is_shown).map(|(edge, _)| *edge).collect();
+        self.blocks.len() < before
     }
 }
 

@@ -74,6 +74,8 @@ pub struct RouteExecutor {
     pub(super) active: Option<ActiveRoute>,
     /// Blocks that the site may not show yet.
     pub(super) blocks: BTreeMap<EdgeId, EdgeBlock>,
+    /// Those of them that the site has shown. One that it shows no more was lifted by a person.
+    pub(super) shown_blocks: BTreeSet<EdgeId>,
     /// Zones with an action in which the robot is, also between goals.
     pub(super) inside: BTreeSet<ZoneId>,
     pub(super) effects: Vec<RouteEffect>,
@@ -171,6 +173,7 @@ impl RouteExecutor {
     /// Time has passed, or the site has changed. To be called also between goals, so that it is known which zones the robot enters.
     pub fn tick(&mut self, at: Stamp, view: &RouteView<'_>) -> Vec<RouteEffect> {
         self.enter_zones(view);
+        let is_any_lifted = self.forget_lifted_blocks(view);
         let Some(ActiveRoute { leg: Some((walk, leg)), target, .. }) = &self.active else {
             return std::mem::take(&mut self.effects);
         };
@@ -196,7 +199,7 @@ impl RouteExecutor {
                 self.end_wait(at, RouteAttempt::WaitedForEdge);
                 self.walk_edge(at, edge, view);
             }
-            Leg::WaitForBlock { until } if at >= until => {
+            Leg::WaitForBlock { until } if at >= until || is_any_lifted => {
                 self.end_wait(at, RouteAttempt::WaitedForEdge);
                 self.forget_place();
                 self.next_leg(at, view);

@@ -8,8 +8,8 @@ use crate::graph::{GraphPlace, RouteConditions, RouteConfig, RouteGraph};
 use crate::runs::{GoalRequest, RouteGoalResult};
 use crate::testing::{SiteBuilder, edge_id, node_id};
 use site_model::{
-    ActionRequest, DockId, EdgeBlock, EdgeFailStep, EdgeId, EdgeStage, MutexHold, MutexHoldId, NodeId,
-    Object, ObjectId, Parameters, ReachFailure, RouteActionPlace, RouteWait, Traversal, ZoneEffect,
+    ActionRequest, DockId, EdgeBlock, EdgeFailStep, EdgeId, EdgeStage, EditId, MutexHold, MutexHoldId,
+    NodeId, Object, ObjectId, Parameters, ReachFailure, RouteActionPlace, RouteWait, Traversal, ZoneEffect,
 };
 use std::collections::VecDeque;
 use uuid::Uuid;
@@ -310,6 +310,32 @@ fn where_there_is_no_other_route_the_robot_waits_for_the_end_of_short_blocks() {
 }
 
 #[test]
+fn a_block_that_a_person_lifts_ends_the_wait_at_once() {
+    let mut world = World::new();
+    for (from, to) in [(2, 5), (5, 4)] {
+        world.builder.change_edge(from, to, |edge| edge.is_enabled = false);
+    }
+    world.stand_at(3);
+    world.begin(GoalRequest::Route(node_id(4)));
+    world.end_walk(blocked());
+    world.wait(1);
+    assert!(world.walks.is_empty(), "the site does not show the block yet");
+    for block in world.blocks.clone() {
+        world.builder.put(Object::EdgeBlock(block));
+    }
+    world.wait(1);
+    assert!(world.walks.is_empty(), "it waits");
+    for edge in [edge_id(3, 4), edge_id(4, 3)] {
+        let edit = world.builder.site().removal(EditId(Uuid::nil()), ObjectId::EdgeBlock(edge));
+        world.builder.apply(&edit);
+    }
+    world.wait(1);
+    assert_eq!(world.walks.len(), 1, "it tries the edge again");
+    world.walk_to_the_end();
+    assert_eq!(world.ended, [RouteGoalResult::Reached]);
+}
+
+#[test]
 fn the_fail_policy_of_an_edge_is_followed_in_turn() {
     let mut world = World::new();
     world.builder.change_edge(2, 3, |edge| {
@@ -600,7 +626,7 @@ fn an_edge_of_a_group_that_somebody_holds_is_waited_for() {
     assert!(world.walks.is_empty() && world.ended.is_empty());
     let (edge, holder) = (edge_id(3, 4), "Forklift".to_owned());
     assert_eq!(world.waits_for(), Some(RouteWait::Hold { edge, group, holder }));
-    let removal = world.builder.site().removal(site_model::EditId(Uuid::nil()), ObjectId::MutexHold(id));
+    let removal = world.builder.site().removal(EditId(Uuid::nil()), ObjectId::MutexHold(id));
     world.builder.apply(&removal);
     world.wait(1);
     assert_eq!(world.waits_for(), None);

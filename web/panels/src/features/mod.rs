@@ -16,6 +16,7 @@
 pub(crate) mod account;
 pub(crate) mod action_form;
 pub(crate) mod alignment;
+pub(crate) mod assets;
 pub(crate) mod changes;
 pub(crate) mod connection;
 pub(crate) mod control;
@@ -35,6 +36,7 @@ pub(crate) mod mission_editor;
 pub(crate) mod mission_list;
 pub(crate) mod mission_palette;
 pub(crate) mod mission_task;
+pub(crate) mod monitors;
 pub(crate) mod notices;
 pub(crate) mod platform;
 pub(crate) mod quality;
@@ -120,6 +122,8 @@ panels_of! {
     site_graph: site_graph::SiteGraphPanel,
     /// What is looked at, from where.
     inspection_points: inspection_points::InspectionPointsPanel,
+    /// The things that are inspected.
+    assets: assets::AssetsPanel,
     /// Areas in which a rule holds.
     zones: zones::ZonesPanel,
     /// Edits that gather until they are published.
@@ -134,6 +138,8 @@ panels_of! {
     schedule: schedule::SchedulePanel,
     /// What holds for the whole site.
     site_settings: site_settings::SiteSettingsPanel,
+    /// Conditions that are watched.
+    monitors: monitors::MonitorsPanel,
     /// Notices.
     notices: notices::NoticesPanel,
     /// What is selected.

@@ -129,6 +129,37 @@ pub(crate) fn carry_out(harness: &mut egui_kittest::Harness<'_, TestClient>) {
     harness.run_steps(2);
 }
 
+/// Clicks the control of this name and carries out what the panels emitted.
+pub(crate) fn press(harness: &mut egui_kittest::Harness<'_, TestClient>, name: &str) {
+    super::click(harness, name);
+    carry_out(harness);
+}
+
+/// Undoes the last step.
+pub(crate) fn undo(harness: &mut egui_kittest::Harness<'_, TestClient>) {
+    harness.state_mut().commands.push(ClientCommand::Undo);
+    carry_out(harness);
+}
+
+/// Types a text into the field of this name in place of what it has, and presses Enter.
+pub(crate) fn type_into(harness: &mut egui_kittest::Harness<'_, TestClient>, name: &str, text: &str) {
+    use egui_kittest::kittest::Queryable;
+
+    harness.get_by_label(name).focus();
+    harness.run_steps(2);
+    // Where it was edited before, the cursor is still there.
+    harness.key_press(egui::Key::End);
+    for _ in 0..super::value(harness, name).chars().count() {
+        harness.key_press(egui::Key::Backspace);
+    }
+    harness.run_steps(2);
+    harness.get_by_label(name).type_text(text);
+    harness.run_steps(2);
+    harness.key_press(egui::Key::Enter);
+    harness.run_steps(2);
+    carry_out(harness);
+}
+
 /// The same client after the robot has all edits.
 pub(crate) fn confirmed(client: &TestClient) -> TestClient {
     let open = client.model.missions.open();

@@ -4,11 +4,13 @@
 mod command;
 mod drag;
 mod edits;
+mod order_edits;
 mod plan;
 
 pub use command::MissionEditorCommand;
 pub use drag::{DraggedTasks, NewTask, TaskDrag, move_tasks};
 pub use edits::users_of_mission;
+pub use order_edits::constraints_against_list;
 pub use plan::{
     EndProblem, MissionPlan, OrderGain, PlanStart, PlannedEnd, PlannedStop, StopProblem, put_in_order,
     request_of,

@@ -1,7 +1,7 @@
 use crate::testing::TestClient;
 use crate::{
     ClientCommand, DraggedTasks, EndProblem, MissionEditorCommand, MissionPlan, NewTask, ParameterProblem,
-    PlanStart, PlannedStop, SiteEdit, StopProblem, TaskDrag, users_of_mission,
+    PlanStart, PlannedStop, SiteEdit, StopProblem, TaskDrag, constraints_against_list, users_of_mission,
 };
 use api::{SiteParts, SiteState};
 use missions::NoRoute;
@@ -397,4 +397,34 @@ fn docking_on_the_way_is_planned_from_where_the_robot_is_then_with_its_charging(
     let missing = Parameter::Text(Uuid::from_u128(99).to_string());
     set(&mut client, "dock", missing);
     assert_eq!(client.plan().stops[number].problem, Some(StopProblem::NoPlace));
+}
+
+#[test]
+fn order_constraints_are_made_removed_and_met_by_the_list() {
+    let mut client = TestClient::with_mission(&[point(2), point(3), point(4)]);
+    let tasks = client.tasks();
+    let site = |client: &TestClient| client.model.site.clone();
+    for [first, second] in [[2, 0], [1, 0], [2, 0]] {
+        let edit = site(&client).constraining_order(client.mission(), tasks[first], tasks[second]);
+        client.command(ClientCommand::EditSite(edit));
+    }
+    let same = site(&client).constraining_order(client.mission(), tasks[1], tasks[1]);
+    assert_eq!(same, SiteEdit::default());
+    let mission = |client: &TestClient| {
+        client.model.site.site().and_then(|site| site.mission(client.mission())).cloned().expect("there")
+    };
+    assert_eq!(constraints_against_list(&mission(&client)), [[tasks[2], tasks[0]], [tasks[1], tasks[0]]]);
+    let edit = site(&client).listing_in_constrained_order(client.mission());
+    client.command(ClientCommand::EditSite(edit));
+    assert_eq!(client.places(), [3, 4, 2], "tasks stay in their order where they may");
+    assert!(constraints_against_list(&mission(&client)).is_empty());
+
+    let edit = site(&client).constraining_order(client.mission(), tasks[0], tasks[2]);
+    client.command(ClientCommand::EditSite(edit));
+    let edit = site(&client).listing_in_constrained_order(client.mission());
+    assert_eq!(edit, SiteEdit::default(), "no order meets a circle");
+    let edit = site(&client).freeing_order(client.mission(), [tasks[0], tasks[2]]);
+    client.command(ClientCommand::EditSite(edit));
+    client.command(ClientCommand::Undo);
+    assert_eq!(mission(&client).order_constraints.len(), 3);
 }

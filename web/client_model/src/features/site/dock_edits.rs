@@ -45,6 +45,47 @@ impl SiteFeature {
         edit
     }
 
+    /// A dock under another name.
+    pub fn renaming_dock(&self, id: DockId, name: String) -> SiteEdit {
+        let dock = self.site().and_then(|site| site.docks().find(|dock| dock.id == id));
+        let put = dock.map(|dock| Object::Dock(Dock { name, ..dock.clone() }));
+        SiteEdit { put: put.into_iter().collect(), removed: Vec::new() }
+    }
+
+    /// The nodes from which an edge leads onto a dock, so that the robot can align itself there; the present one first.
+    pub fn dock_approaches(&self, dock: &Dock) -> Vec<NodeId> {
+        let mut nodes = vec![dock.approach];
+        for edge in self.site().into_iter().flat_map(|site| site.edges()) {
+            if edge.to == dock.node && !nodes.contains(&edge.from) {
+                nodes.push(edge.from);
+            }
+        }
+        nodes
+    }
+
+    /// A dock onto which the robot walks from another of [`Self::dock_approaches`]. The edges onto it and the kinds of both nodes follow.
+    pub fn moving_dock_approach(&self, dock: &Dock, approach: NodeId) -> SiteEdit {
+        let mut edit = SiteEdit::default();
+        let Some(site) = self.site().filter(|_| approach != dock.approach && approach != dock.node) else {
+            return edit;
+        };
+        for (node, kind) in [(dock.approach, NodeKind::Waypoint), (approach, NodeKind::DockApproach)] {
+            edit.put.extend(self.changing_node(node, |node| node.kind = kind).put);
+        }
+        for edge in site.edges().filter(|edge| edge.to == dock.node) {
+            let (traversal, direction) = if edge.from == approach {
+                (Traversal::Dock, TravelDirection::Backward)
+            } else if edge.from == dock.approach {
+                (Traversal::Walk, TravelDirection::Forward)
+            } else {
+                continue;
+            };
+            edit.put.push(Object::Edge(Edge { traversal, direction, ..edge.clone() }));
+        }
+        edit.put.push(Object::Dock(Dock { approach, ..dock.clone() }));
+        edit
+    }
+
     /// A node is no dock any more: it becomes a waypoint, and the node before it too.
     pub fn unmaking_dock(&self, node: NodeId) -> SiteEdit {
         let mut edit = SiteEdit::default();
@@ -107,6 +148,23 @@ mod tests {
         let problems = site.problems(&ValidationConfig::default());
         assert!(problems.iter().all(|problem| problem.object != ObjectId::Dock(dock.id)), "{problems:?}");
         assert_eq!(client.model.site.making_dock(node), SiteEdit::default(), "it is one");
+
+        let renamed = client.model.site.renaming_dock(dock.id, "Charger".to_owned());
+        client.command(ClientCommand::EditSite(renamed));
+        client.command(ClientCommand::EditSite(client.model.site.connecting(other, node)));
+        let dock = client.model.site.site().unwrap().docks().next().unwrap().clone();
+        assert_eq!(client.model.site.dock_approaches(&dock), [dock.approach, other]);
+        client.command(ClientCommand::EditSite(client.model.site.moving_dock_approach(&dock, other)));
+        let site = client.model.site.site().unwrap();
+        let moved = site.docks().next().unwrap();
+        assert_eq!((moved.name.as_str(), moved.approach), ("Charger", other));
+        let onto: Vec<_> = site.edges().filter(|edge| edge.traversal == Traversal::Dock).collect();
+        assert_eq!((onto.len(), onto[0].from, onto[0].to), (1, other, node));
+        let problems = site.problems(&ValidationConfig::default());
+        assert!(problems.iter().all(|problem| problem.object != ObjectId::Dock(dock.id)), "{problems:?}");
+        for _ in 0..3 {
+            client.command(ClientCommand::Undo);
+        }
 
         client.command(ClientCommand::EditSite(client.model.site.unmaking_dock(node)));
         let site = client.model.site.site().unwrap();

@@ -6,6 +6,8 @@
 //! An edit waits until earlier ones of the same objects are answered. So none is applied to a state that the operator has not seen.
 
 mod action_forms;
+mod asset_edits;
+mod block_edits;
 mod camera_sight;
 mod dock_edits;
 mod draft;
@@ -16,12 +18,14 @@ mod floors;
 mod graph_edits;
 mod group_edits;
 mod inspection_edits;
+mod monitor_edits;
 mod pending;
 mod plan_file;
 mod topomap_generation;
 mod zone_edits;
 
 pub use action_forms::{ActionForms, ParameterField, ParameterKind, ParameterProblem};
+pub use asset_edits::tags_of;
 pub use camera_sight::CameraSight;
 pub use draft::{DraftChange, DraftCommand, DraftEntry, StoredDraft};
 pub use draft_fields::{FieldChange, field_changes};

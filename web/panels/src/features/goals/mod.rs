@@ -9,6 +9,7 @@ pub(crate) use destinations::show_send_button;
 
 use crate::button::{Button, Kind};
 use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
+use crate::features::site_graph::show_closures;
 use crate::features::{robot, tabs};
 use crate::message::show_message;
 use crate::theme::{self, Tokens, Weight, font};
@@ -53,6 +54,9 @@ impl FeaturePanel for GoalsPanel {
         }
         if let Some(outcome) = model.goals.outcome() {
             show_outcome(ui, cx, outcome);
+        }
+        if let Some(site) = model.site.site() {
+            show_closures(ui, cx, site);
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Inspection points: what is looked at, from which node, and with which action.
 
+mod limits;
 mod request;
 mod sight;
 #[cfg(test)]
@@ -130,6 +131,12 @@ impl InspectionPointsPanel {
         }
         if let Some(request) = self.request.show(ui, cx, point) {
             change(cx, point, |point| point.request = request);
+        }
+        if let Some(asset) = limits::show_asset(ui, cx, point) {
+            change(cx, point, |point| point.asset = asset);
+        }
+        if let Some(limits) = limits::show(ui, cx, &mut self.typed, point) {
+            change(cx, point, |point| point.limits = limits);
         }
         let is_editable = model.is_site_on_screen();
         widgets::section_head(ui, tokens, texts::VIEW_HEAD);

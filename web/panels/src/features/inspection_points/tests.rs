@@ -1,12 +1,13 @@
 //! Inspection points by their panel.
 
 use crate::screens;
+use crate::test_support::missions::{press, type_into, undo};
 use crate::test_support::{TestClient, click, map, value};
 use api::{Event, SiteParts, SiteState};
 use client_model::{ClientCommand, GraphTool, Selection};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use site_model::{InspectionPoint, NodeId};
+use site_model::{InspectionPoint, NodeId, ReadingLimits};
 use std::sync::Arc;
 use vocab::Vec3;
 
@@ -146,4 +147,26 @@ fn the_node_is_placed_at_a_distance_and_turned_and_the_line_of_sight_is_said() {
     assert_eq!(value(&harness, "Stand-off"), "1.9 m");
     let before = value(&harness, "Camera view");
     assert_eq!(before, "The points of the map are being looked at.", "the check was of another place");
+}
+
+#[test]
+fn limits_of_the_reading_have_a_unit_and_stay_in_order() {
+    let mut harness = with_point();
+    let limits = |harness: &Harness<'_, TestClient>| points(harness)[0].limits.clone();
+    press(&mut harness, "Reading");
+    press(&mut harness, "Temperature (°C)");
+    assert_eq!(limits(&harness), Some(ReadingLimits { min: None, max: None, unit: "°C".into() }));
+    type_into(&mut harness, "At most (°C)", "60");
+    type_into(&mut harness, "At least (°C)", "-5,5");
+    let wanted = ReadingLimits { min: Some(-5.5), max: Some(60.0), unit: "°C".into() };
+    assert_eq!(limits(&harness), Some(wanted.clone()));
+    type_into(&mut harness, "At least (°C)", "80");
+    assert_eq!(limits(&harness).and_then(|limits| limits.min), Some(59.99), "below the greater one");
+    undo(&mut harness);
+    assert_eq!(limits(&harness), Some(wanted));
+    type_into(&mut harness, "At most (°C)", "");
+    assert_eq!(limits(&harness).and_then(|limits| limits.max), None);
+    press(&mut harness, "Reading");
+    press(&mut harness, "Not judged");
+    assert_eq!(limits(&harness), None);
 }

@@ -33,6 +33,39 @@ pub(super) const TARGET: &str = "Target";
 pub(super) const MOVE_TARGET: &str = "Pick the target anew";
 pub(super) const SHOW: &str = "Show the target";
 pub(super) const ACTION: &str = "Action";
+pub(super) const ASSET: &str = "Asset";
+pub(super) const NO_ASSET: &str = "None";
+pub(super) const LIMITS_HEAD: &str = "Limits of the reading";
+pub(super) const READING: &str = "Reading";
+pub(super) const NOT_JUDGED: &str = "Not judged";
+pub(super) const NO_LIMIT: &str = "None";
+pub(super) const LIMITS_REMARK: &str =
+    "The Runs screen marks readings of this unit that are below or above. An empty field is no limit.";
+
+/// Units of readings, with what is read in them.
+const UNITS: [(&str, &str); 5] = [
+    ("°C", "Temperature (°C)"),
+    ("%", "Humidity (%)"),
+    ("1/s", "Count rate (1/s)"),
+    ("µSv/h", "Dose rate (µSv/h)"),
+    ("bar", "Pressure (bar)"),
+];
+
+/// Units of what an action reads; of an action that the platform does not know, all.
+pub(super) fn units(action: &str) -> &'static [(&'static str, &'static str)] {
+    match action {
+        "thermal_photo" => &UNITS[..1],
+        "temperature_humidity" => &UNITS[..2],
+        "gamma_spectrum" => &UNITS[2..4],
+        _ => &UNITS,
+    }
+}
+
+/// Name of the field of a limit.
+pub(super) fn limit(is_max: bool, unit: &str) -> String {
+    format!("{} ({unit})", if is_max { "At most" } else { "At least" })
+}
+
 pub(super) const DELETE_SHORT: &str = "Delete";
 
 pub(super) fn point(name: &str) -> String {

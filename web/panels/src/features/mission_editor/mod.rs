@@ -10,7 +10,7 @@ mod texts;
 use crate::button::{Button, Kind};
 use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
 use crate::features::mission_palette::MissionPalette;
-use crate::features::mission_task::{push_command, push_edit};
+use crate::features::mission_task::{order, push_command, push_edit};
 use crate::features::tabs;
 use crate::message::show_message;
 use crate::name_field::MAX_NAME_CHARS;
@@ -84,6 +84,9 @@ impl FeaturePanel for MissionEditorPanel {
                 area.show(ui, |ui| {
                     ui.spacing_mut().item_spacing.y = dragging::GAP;
                     show_start(ui, cx, site, plan);
+                    if model.missions.drag().is_none() {
+                        order::show_problems(ui, cx, site, mission);
+                    }
                     self.list.show(ui, cx, site, plan);
                     settings::show(ui, cx, site, mission, plan);
                 });

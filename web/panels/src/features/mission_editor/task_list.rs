@@ -182,6 +182,14 @@ fn show_row(
     };
     let title = mission_task::title(site, task);
     let action = mission_task::action(site, task);
+    let before: Vec<usize> = plan
+        .mission
+        .order_constraints
+        .iter()
+        .filter(|[_, second]| *second == task.id)
+        .filter_map(|[first, _]| plan.stop_of(*first).map(|(number, _)| number))
+        .collect();
+    let noted = texts::noted(&action, &before);
     let problem = stop.and_then(|stop| stop.problem.as_ref()).map(|problem| {
         let sentence = mission_task::stop_problem(site, problem);
         match problem {
@@ -201,7 +209,7 @@ fn show_row(
         title: &title,
         note: match &problem {
             Some(problem) => (problem, tokens.bad),
-            None => (&action, tokens.dim),
+            None => (&noted, tokens.dim),
         },
         value: &value,
         edge: if problem.is_some() || is_selected { colour } else { tokens.line },

@@ -151,7 +151,7 @@ fn a_task_is_moved_by_keys_and_the_robot_does_not_walk_meanwhile() {
 
 #[test]
 fn several_tasks_are_selected_with_ctrl_and_shift_and_deleted_together() {
-    let mut harness = with_mission(&[point(2), point(3), point(4), point(5)]).shown(1440.0, 900.0);
+    let mut harness = with_mission(&[point(2), point(3), point(4), point(5)]).shown(1440.0, 1200.0);
     let click_with = |harness: &mut Harness<'_, TestClient>, name: &str, modifiers: Modifiers| {
         harness.get_by_label(name).click_modifiers(modifiers);
         harness.run_steps(2);
@@ -261,4 +261,36 @@ fn everything_of_the_editor_is_within_the_window_on_all_sizes() {
         let stop = harness.get_by_label("Stop motion").rect();
         assert!(stop.right() > width - 24.0);
     }
+}
+
+#[test]
+fn order_constraints_are_added_shown_and_a_circle_is_named_with_what_ends_it() {
+    let mut harness = with_mission(&[point(2), point(3), point(4)]).shown(1440.0, 2400.0);
+    let constraints = |harness: &Harness<'_, TestClient>| mission(harness.state()).order_constraints.len();
+    press_name(&mut harness, "Task 2 P3");
+    press_name(&mut harness, "Comes after");
+    press_name(&mut harness, "3 P4");
+    assert_eq!(constraints(&harness), 1);
+    let said = value(&harness, "Problem of the order");
+    assert_eq!(said, "3 P4 has to come before 2 P3, but the list has them the other way round.");
+    press_name(&mut harness, "Put the list in this order");
+    assert_eq!(names(harness.state()), ["P2", "P4", "P3"]);
+    assert!(harness.query_by_label("Problem of the order").is_none());
+    assert!(harness.query_by_label("Remove: After 2 P4").is_some());
+
+    press_name(&mut harness, "Comes before");
+    press_name(&mut harness, "2 P4");
+    let said = value(&harness, "Problem of the order");
+    assert!(said.contains("2 P4 → 3 P3 → 2 P4") || said.contains("3 P3 → 2 P4 → 3 P3"), "{said}");
+    press_name(&mut harness, "Remove: 3 P3 before 2 P4");
+    assert!(harness.query_by_label("Problem of the order").is_none());
+    click(&mut harness, "Undo edit");
+    carry_out(&mut harness);
+    assert_eq!(constraints(&harness), 2);
+}
+
+/// Clicks the control of this name and carries out what it emitted.
+fn press_name(harness: &mut Harness<'_, TestClient>, name: &str) {
+    click(harness, name);
+    carry_out(harness);
 }

@@ -55,6 +55,15 @@ pub(super) fn of_action(action: &str, sentence: &str) -> String {
     format!("{action}: {sentence}")
 }
 
+/// An action, and the numbers of the tasks that come before it: `Photo · after 1, 3`.
+pub(super) fn noted(action: &str, before: &[usize]) -> String {
+    if before.is_empty() {
+        return action.to_owned();
+    }
+    let numbers: Vec<String> = before.iter().map(usize::to_string).collect();
+    format!("{action} · after {}", numbers.join(", "))
+}
+
 pub(super) fn selected(count: usize) -> String {
     format!("{count} tasks selected")
 }

@@ -1,5 +1,6 @@
 //! A task of a mission: what it is called, its icon, what is wrong with it, and its form. The list of tasks and the palette use these.
 
+pub(crate) mod order;
 mod policy;
 pub(crate) mod row;
 #[cfg(test)]
@@ -17,8 +18,8 @@ use client_model::{
 };
 use egui::{Id, Ui};
 use site_model::{
-    ActionRequest, DockAction, InspectionPoint, MissionId, Node, Object, Parameters, Site, Task, TaskPlace,
-    actions_at_places,
+    ActionRequest, DockAction, InspectionPoint, Mission, MissionId, Node, Object, Parameters, Site, Task,
+    TaskId, TaskPlace, actions_at_places,
 };
 use std::collections::BTreeSet;
 
@@ -47,6 +48,13 @@ pub(crate) fn nodes(site: &Site) -> Vec<&Node> {
     nodes
 }
 
+/// The missions of a site, by name.
+pub(crate) fn missions_by_name(site: &Site) -> Vec<&Mission> {
+    let mut missions: Vec<_> = site.missions().collect();
+    missions.sort_by(|a, b| in_order(&a.name, &b.name));
+    missions
+}
+
 /// The order of names: `N2` comes before `N10`.
 fn in_order(a: &str, b: &str) -> std::cmp::Ordering {
     let key = |name: &str| {
@@ -66,6 +74,14 @@ pub(crate) fn title(site: &Site, task: &Task) -> String {
             site.node(*node).map_or_else(|| texts::MISSING_NODE.to_owned(), |node| node.name.clone())
         }
         TaskPlace::ByAction { request } => dock_title(site, request),
+    }
+}
+
+/// A task with its number in the list: `2 Pump`.
+pub(crate) fn numbered_title(site: &Site, mission: &Mission, task: TaskId) -> String {
+    match mission.tasks.iter().enumerate().find(|(_, listed)| listed.id == task) {
+        Some((index, listed)) => format!("{} {}", index + 1, title(site, listed)),
+        None => texts::MISSING_TASK.to_owned(),
     }
 }
 
@@ -180,6 +196,9 @@ impl TaskForm {
             let edit = cx.model.site.changing_task(mission, task.id, |task| *task = changed);
             cx.commands.push(ClientCommand::EditSite(edit));
         }
+        if let Some(of_site) = site.mission(mission) {
+            order::show(ui, cx, site, of_site, task);
+        }
         ui.add_space(4.0);
         show_buttons(ui, cx, mission, &BTreeSet::from([task.id]));
     }
@@ -190,7 +209,7 @@ pub(crate) fn show_buttons(
     ui: &mut Ui,
     cx: &mut PanelContext<'_>,
     mission: MissionId,
-    tasks: &BTreeSet<site_model::TaskId>,
+    tasks: &BTreeSet<TaskId>,
 ) {
     let (model, tokens) = (cx.model, cx.tokens);
     ui.horizontal(|ui| {

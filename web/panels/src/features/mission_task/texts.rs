@@ -78,6 +78,45 @@ pub(super) fn point_option(name: &str) -> String {
     format!("Point {name}")
 }
 
+/// Head of the order constraints of a task.
+pub(super) const ORDER_HEAD: &str = "Order, also where the shortest way is taken";
+pub(super) const ADD_AFTER: &str = "Comes after";
+pub(super) const ADD_BEFORE: &str = "Comes before";
+pub(super) const CHOOSE_TASK: &str = "A task";
+pub(super) const MISSING_TASK: &str = "a deleted task";
+/// Accessible name of what is wrong with the order constraints.
+pub(super) const ORDER_PROBLEM: &str = "Problem of the order";
+pub(super) const MEND_LIST: &str = "Put the list in this order";
+
+/// A constraint as a task has it.
+pub(super) fn order_row(is_after: bool, other: &str) -> String {
+    if is_after { format!("After {other}") } else { format!("Before {other}") }
+}
+
+pub(super) fn before_row(first: &str, second: &str) -> String {
+    format!("{first} before {second}")
+}
+
+pub(super) fn remove_order(row: &str) -> String {
+    format!("Remove: {row}")
+}
+
+/// Tasks that wait for each other.
+pub(super) fn circle(titles: &[String]) -> String {
+    match titles {
+        [one] => format!("{one} would have to come before itself. Remove this."),
+        _ => {
+            let first = titles.first().map_or("", String::as_str);
+            format!("No order is possible: {} → {first}. Remove one of these.", titles.join(" → "))
+        }
+    }
+}
+
+/// A list that has two tasks the wrong way round.
+pub(super) fn against_list([first, second]: &[String; 2]) -> String {
+    format!("{first} has to come before {second}, but the list has them the other way round.")
+}
+
 /// Why a task cannot be done: a sentence.
 pub(super) fn stop_problem(site: &Site, problem: &StopProblem) -> String {
     match problem {

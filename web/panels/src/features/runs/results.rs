@@ -7,7 +7,7 @@ use crate::button::Button;
 use crate::feature_panel::PanelContext;
 use crate::paint::focus_ring;
 use crate::result_files::ResultFile;
-use crate::widgets::fact;
+use crate::widgets::fact_with_note;
 use crate::{icon, theme};
 use client_model::StoredResult;
 use egui::{Color32, Id, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
@@ -106,9 +106,13 @@ fn show_report(
     report: &ActionReport,
     result_view: Option<&ResultView>,
 ) {
-    let tokens = cx.tokens;
+    let (tokens, site) = (cx.tokens, cx.model.site.site());
     for reading in &report.readings {
-        fact(ui, tokens, &texts::reading_name(&reading.name), &texts::reading(reading));
+        let point = result.details.inspection_point.and_then(|point| site?.inspection_point(point));
+        let outside = point.and_then(|point| point.limits.as_ref()?.outside(reading));
+        let note = outside.map(|outside| texts::outside(outside, &reading.unit));
+        let note = note.as_deref().map(|note| (note, tokens.bad));
+        fact_with_note(ui, tokens, &texts::reading_name(&reading.name), &texts::reading(reading), note);
     }
     // What is drawn is opened from there.
     for file in report.files.iter().filter(|_| result_view.is_none()) {

@@ -3,17 +3,18 @@
 use crate::screens;
 use crate::test_support::{TestClient, click, value};
 use api::{Event, SiteParts, SiteState};
-use client_model::{ClientCommand, ClientEvent, ClientTime, RunContent, RunQuery};
+use client_model::{ClientCommand, ClientEvent, ClientTime, RunContent, RunQuery, SiteEdit};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use site_model::{
-    ActionRequest, EditId, EndedRun, Mission, MissionCommandKind, MissionId, MissionStatus, Node, NodeId,
-    NodeKind, Object, PoseTolerance, QuestionAnswer, ReachFailure, RunCause, RunId, RunState, RunStatus,
-    Site, Task, TaskFailure, TaskId, TaskPlace, TaskState, TaskStatus,
+    ActionRequest, EditId, EndedRun, InspectionPoint, InspectionPointId, Mission, MissionCommandKind,
+    MissionId, MissionStatus, Node, NodeId, NodeKind, Object, PoseTolerance, QuestionAnswer, ReachFailure,
+    ReadingLimits, RunCause, RunId, RunState, RunStatus, Site, Task, TaskFailure, TaskId, TaskPlace,
+    TaskState, TaskStatus,
 };
 use std::sync::Arc;
 use uuid::Uuid;
-use vocab::{CommandId, Pose};
+use vocab::{CommandId, Pose, Vec3};
 
 const MISSION: MissionId = MissionId(Uuid::from_u128(11));
 const RUN: RunId = RunId(Uuid::from_u128(12));
@@ -211,6 +212,32 @@ fn ended_runs_are_listed_filtered_and_opened_with_what_was_gathered() {
     harness.run_steps(2);
     assert!(harness.query_by_label("Door east, done").is_some());
     assert_eq!(value(&harness, "Dose rate"), "0.11 ± 0.02 µSv/h");
+
+    // The limits of its inspection point judge it.
+    let point = InspectionPoint {
+        id: InspectionPointId(Uuid::from_u128(40)),
+        name: "Door".into(),
+        asset: None,
+        node: node_id(4),
+        target_m: Vec3::default(),
+        request: ActionRequest { action: "gamma_spectrum".into(), parameters: Default::default() },
+        limits: Some(ReadingLimits { min: None, max: Some(0.1), unit: "µSv/h".into() }),
+    };
+    let with_point = result.replace(
+        r#""details": { "value""#,
+        &format!(r#""details": {{ "inspection_point": "{}", "value""#, point.id),
+    );
+    let edit = SiteEdit { put: vec![Object::InspectionPoint(point)], removed: Vec::new() };
+    let event = ClientEvent::Command(ClientCommand::EditSite(edit));
+    harness.state_mut().model.handle_event(ClientTime(2.0), event, &mut Vec::new());
+    let content = RunContent {
+        attempts: vec![serde_json::from_str(&attempt).unwrap()],
+        results: vec![serde_json::from_str(&with_point).unwrap()],
+    };
+    let event = ClientEvent::RunFetched { run: RUN, result: Ok(content) };
+    harness.state_mut().model.handle_event(ClientTime(3.0), event, &mut Vec::new());
+    harness.run_steps(2);
+    assert_eq!(value(&harness, "Dose rate"), "0.11 ± 0.02 µSv/h, above 0.10 µSv/h");
 }
 
 #[test]
@@ -309,7 +336,7 @@ fn a_picture_is_shown_large_arrows_go_on_and_escape_closes_without_a_stop() {
 fn a_picture_is_compared_with_the_one_before_at_its_inspection_point() {
     let mut harness = with_pictures();
     show_large(&mut harness, "Show photo.jpg of Cable tray");
-    let point = site_model::InspectionPointId(Uuid::from_u128(500));
+    let point = InspectionPointId(Uuid::from_u128(500));
     let asked = ClientCommand::OpenPrevious { point, before: 2 };
     assert!(!harness.state().emitted(&asked));
     click(&mut harness, "With the last one");

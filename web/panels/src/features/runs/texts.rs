@@ -3,8 +3,8 @@
 use crate::format;
 use client_model::{PastRun, StoredResult};
 use site_model::{
-    ActionReport, AskDefault, EdgeStage, LocalDateTime, Reading, RouteWait, RunCause, RunState, RunStatus,
-    Site, SkipReason, TaskState, TaskStatus,
+    ActionReport, AskDefault, EdgeStage, LocalDateTime, OutsideLimits, Reading, RouteWait, RunCause,
+    RunState, RunStatus, Site, SkipReason, TaskState, TaskStatus,
 };
 
 pub(super) const CURRENT_TAB: &str = "Now";
@@ -301,6 +301,14 @@ pub(super) fn reading(reading: &Reading) -> String {
     let digits = if reading.value.abs() >= 100.0 { 0 } else { 2 };
     let deviation = reading.standard_deviation.map(|deviation| format!(" ± {deviation:.digits$}"));
     format!("{:.digits$}{} {}", reading.value, deviation.unwrap_or_default(), reading.unit)
+}
+
+/// Which limit of its inspection point a reading does not keep.
+pub(super) fn outside(outside: OutsideLimits, unit: &str) -> String {
+    match outside {
+        OutsideLimits::Below(min) => format!("below {} {unit}", format::decimal(min, 2)),
+        OutsideLimits::Above(max) => format!("above {} {unit}", format::decimal(max, 2)),
+    }
 }
 
 pub(super) fn open_file(file: &str, task: &str) -> String {

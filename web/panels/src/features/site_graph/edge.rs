@@ -1,5 +1,6 @@
 //! The edge that is selected: how it may be used. What is changed holds for both directions of a pair.
 
+use super::closures;
 use super::edge_actions::EdgeActions;
 use super::edge_policy;
 use super::edge_routing::{self, GroupField};
@@ -36,6 +37,7 @@ impl EdgeSection {
         widgets::section_head(ui, tokens, texts::EDGE_HEAD);
         let ends = texts::ends(name_of(site, edge.from), name_of(site, edge.to));
         fact(ui, tokens, &ends, &format::distance(length_m(site, edge)));
+        closures::show_of_edge(ui, cx, site, edge);
         let both: Vec<EdgeId> = both_directions(site, edge).map(|edge| edge.id).collect();
         if Button::new(texts::ENABLED).on(edge.is_enabled).wide(ui).show(ui, tokens).clicked() {
             change(cx, site, edge, |it| it.is_enabled = !edge.is_enabled);

@@ -1,5 +1,7 @@
 //! The topological map: adding and joining nodes, what is selected of it, and its problems.
 
+mod closures;
+mod docks;
 mod edge;
 mod edge_actions;
 mod edge_policy;
@@ -7,12 +9,14 @@ mod edge_routing;
 mod facts;
 mod generation;
 mod group;
+mod influence;
 mod moment;
 mod node;
 #[cfg(test)]
 mod tests;
 mod texts;
 
+pub(crate) use closures::show_all as show_closures;
 pub(crate) use facts::name_of;
 
 use crate::button::{Button, Kind};
@@ -123,9 +127,11 @@ impl FeaturePanel for SiteGraphPanel {
                     self.edge.show(ui, cx, site, edge);
                 }
             }
+            None if selected.is_empty() => docks::show_list(ui, cx, site),
             None if selected.len() > 1 => self.group.show(ui, cx, site, &selected),
             _ => {}
         }
+        closures::show_all(ui, cx, site);
         self.show_problems(ui, cx, site);
     }
 }

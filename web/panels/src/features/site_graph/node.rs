@@ -1,7 +1,7 @@
 //! The node that is selected: its name, kind, place, edges, and what needs it.
 
 use super::facts::{both_directions, length_m, missing_name, name_of, needed_by};
-use super::texts;
+use super::{docks, influence, texts};
 use crate::button::{Button, Kind};
 use crate::feature_panel::PanelContext;
 use crate::features::goals::show_send_button;
@@ -9,6 +9,7 @@ use crate::heading::{heading_deg, orientation_of};
 use crate::icon;
 use crate::name_field::NameField;
 use crate::number_field::{NumberField, TypedNumber};
+use crate::tag_field::TagField;
 use crate::widgets;
 use client_model::{ClientCommand, Selection, SiteEdit};
 use egui::Ui;
@@ -30,6 +31,8 @@ const TOLERANCES: ToleranceLimitsConfig = ToleranceLimitsConfig { max_m: 5.0 };
 #[derive(Debug, Default)]
 pub(super) struct NodeSection {
     name: NameField,
+    tags: TagField,
+    dock_name: NameField,
     typed: TypedNumber,
 }
 
@@ -40,13 +43,20 @@ impl NodeSection {
         if let Some(name) = self.name.show(ui, cx, &texts::NAME_FIELD, ObjectId::Node(node.id), &node.name) {
             change(cx, node, |node| node.name = name);
         }
+        if let Some(tags) = self.tags.show(ui, cx, ObjectId::Node(node.id), &node.tags) {
+            change(cx, node, |node| node.tags = tags);
+        }
         for kinds in texts::KINDS.chunks(2) {
             widgets::choice(ui, tokens, kinds, node.kind, |kind| change(cx, node, |node| node.kind = kind));
         }
-        show_dock(ui, cx, site, node);
+        docks::show_of_node(ui, cx, &mut self.dock_name, site, node);
         show_send_button(ui, cx, site, node.id);
         self.show_place(ui, cx, node);
         self.show_tolerance(ui, cx, node);
+        if let Some(corners) = influence::show(ui, cx, &mut self.typed, node) {
+            change(cx, node, |node| node.influence_area_m = corners);
+        }
+        widgets::section_head(ui, tokens, texts::WAYS_HEAD);
         // Of a pair of edges the one that leads away stands for both.
         let leads_here_only = |edge: &Edge| edge.to == node.id && both_directions(site, edge).count() == 1;
         for edge in site.edges().filter(|edge| edge.from == node.id || leads_here_only(edge)) {
@@ -117,23 +127,6 @@ impl NodeSection {
             }
         }
         widgets::remark(ui, cx.tokens, texts::TOLERANCE_REMARK);
-    }
-}
-
-/// Whether the robot charges here: making it a dock, and no dock again.
-fn show_dock(ui: &mut Ui, cx: &mut PanelContext<'_>, site: &Site, node: &Node) {
-    let tokens = cx.tokens;
-    if let Some(dock) = site.docks().find(|dock| dock.node == node.id || dock.approach == node.id) {
-        widgets::remark(ui, tokens, &texts::of_dock(&dock.name, dock.node == node.id));
-        let button = Button::new(texts::UNMAKE_DOCK).icon(icon::X).wide(ui);
-        if dock.node == node.id && button.show(ui, tokens).clicked() {
-            cx.commands.push(ClientCommand::EditSite(cx.model.site.unmaking_dock(node.id)));
-        }
-        return;
-    }
-    let button = Button::new(texts::MAKE_DOCK).icon(icon::BATTERY_CHARGING).hint(texts::MAKE_DOCK_HINT);
-    if button.wide(ui).show(ui, tokens).clicked() {
-        cx.commands.push(ClientCommand::EditSite(cx.model.site.making_dock(node.id)));
     }
 }
 

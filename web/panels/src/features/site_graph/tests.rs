@@ -1,6 +1,7 @@
 //! Editing the topological map by its panel.
 
 use crate::screens;
+use crate::test_support::missions::{press, type_into as give, undo};
 use crate::test_support::{TestClient, click, map, value};
 use api::{Event, SiteParts, SiteState, TopomapGeneration, TopomapStage, TopomapSummary};
 use client_model::{CameraMove, ClientCommand, GraphTool, Selection};
@@ -435,4 +436,87 @@ fn cost_group_and_traversal_by_an_action_of_the_robot_are_set_for_both_direction
         carry_out(&mut harness);
     }
     assert_eq!(edges(&harness), before, "each of the five is one step");
+}
+
+#[test]
+fn a_dock_gets_a_name_and_is_listed() {
+    let mut harness = with_two_nodes().shown(1440.0, 2800.0);
+    press(&mut harness, "Make it a dock");
+    give(&mut harness, "Dock name", "Charger north");
+    let docks = |harness: &egui_kittest::Harness<'_, TestClient>| -> Vec<site_model::Dock> {
+        harness.state().model.site.site().unwrap().docks().cloned().collect()
+    };
+    let dock = docks(&harness)[0].clone();
+    assert_eq!(dock.name, "Charger north");
+    harness.state_mut().commands.push(ClientCommand::Select(None));
+    carry_out(&mut harness);
+    press(&mut harness, "Dock Charger north");
+    assert_eq!(harness.state().model.selection(), Some(Selection::Node(dock.node)));
+    let site = harness.state().model.site.site().unwrap();
+    let other = site.nodes().find(|node| node.id != dock.node && node.id != dock.approach).unwrap().id;
+    let edit = harness.state().model.site.connecting(other, dock.node);
+    harness.state_mut().commands.push(ClientCommand::EditSite(edit));
+    carry_out(&mut harness);
+    press(&mut harness, "Approached from");
+    press(&mut harness, "N1");
+    assert_eq!(docks(&harness)[0].approach, other);
+    undo(&mut harness);
+    assert_eq!(docks(&harness)[0].approach, dock.approach);
+}
+
+#[test]
+fn a_node_gets_tags_and_an_area_in_which_the_robot_is_there() {
+    let mut harness = with_two_nodes().shown(1440.0, 2800.0);
+    let node = |harness: &egui_kittest::Harness<'_, TestClient>| {
+        let Some(Selection::Node(node)) = harness.state().model.selection() else { panic!("a node") };
+        harness.state().model.site.site().unwrap().node(node).unwrap().clone()
+    };
+    give(&mut harness, "Tags", "gate, south");
+    assert_eq!(node(&harness).tags.len(), 2);
+    press(&mut harness, "In an area too");
+    press(&mut harness, "More: 1: x (m)");
+    assert!((node(&harness).influence_area_m[0][0] - 0.6).abs() < 1e-9);
+    press(&mut harness, "Near it");
+    assert!(node(&harness).influence_area_m.is_empty());
+    undo(&mut harness);
+    assert_eq!(node(&harness).influence_area_m.len(), 4);
+}
+
+#[test]
+fn blocked_edges_say_why_and_are_unblocked_and_groups_are_held_and_released() {
+    let client = with_two_nodes();
+    let site = client.model.site.site().unwrap();
+    let edges: Vec<_> = site.edges().cloned().collect();
+    let block = |edge: &site_model::Edge| {
+        let reason = "The path is blocked at 1.0, 2.0 m.".to_owned();
+        let until = vocab::Stamp::from_secs_f64(90.0);
+        site_model::Object::EdgeBlock(site_model::EdgeBlock { edge: edge.id, until, failures: 3, reason })
+    };
+    let put = edges.iter().map(block).collect();
+    let edit = client_model::SiteEdit { put, removed: Vec::new() };
+    let mut harness = client
+        .command(ClientCommand::EditSite(edit))
+        .command(ClientCommand::Select(Some(Selection::Edge(edges[0].id))))
+        .shown(1440.0, 3200.0);
+    let blocks = |harness: &egui_kittest::Harness<'_, TestClient>| {
+        harness.state().model.site.site().unwrap().edge_blocks().count()
+    };
+    let said = harness.query_all_by_label("Block of N1 → N2").next().and_then(|node| node.value());
+    let said = said.or_else(|| Some(value(&harness, "Block of N2 → N1"))).unwrap();
+    assert!(said.contains("blocked at 1.0, 2.0 m") && said.contains("tried 3 times"), "{said}");
+    harness.state_mut().commands.push(ClientCommand::Select(None));
+    carry_out(&mut harness);
+    press(&mut harness, "Unblock N1 → N2 now");
+    assert_eq!(blocks(&harness), 0, "both directions");
+    undo(&mut harness);
+    assert_eq!(blocks(&harness), 2);
+
+    press(&mut harness, "Show N2 → N1");
+    give(&mut harness, "One robot at a time", "Corridor");
+    press(&mut harness, "Hold Corridor");
+    assert!(harness.query_all_by_label_contains("holds Corridor (2 edges)").next().is_some());
+    harness.state_mut().commands.push(ClientCommand::Select(None));
+    carry_out(&mut harness);
+    press(&mut harness, "Release Corridor");
+    assert!(harness.state().model.site.mutex_holds().is_empty());
 }

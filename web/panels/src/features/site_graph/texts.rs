@@ -6,7 +6,8 @@ use crate::format;
 use crate::name_field::NameFieldTexts;
 use api::TopomapSummary;
 use site_model::{
-    EdgeCost, EdgeFailStep, NodeKind, ProblemSeverity, SiteProblem, TravelDirection, Traversal,
+    EdgeBlock, EdgeCost, EdgeFailStep, MutexHold, NodeKind, ProblemSeverity, SiteProblem, TravelDirection,
+    Traversal,
 };
 
 pub(super) const TAB: &str = "Topological map";
@@ -58,6 +59,21 @@ pub(super) const MAKE_DOCK: &str = "Make it a dock";
 pub(super) const MAKE_DOCK_HINT: &str =
     "The robot stands on it with the heading of the node, and leaves it ahead. A node before it is added.";
 pub(super) const UNMAKE_DOCK: &str = "It is no dock";
+pub(super) const DOCKS_HEAD: &str = "Docks";
+pub(super) const DOCK_HEAD: &str = "Dock";
+pub(super) const DOCK_NAME_FIELD: NameFieldTexts =
+    NameFieldTexts { field: "Dock name", rename: "Rename dock", rename_short: "Rename" };
+pub(super) const APPROACH: &str = "Approached from";
+pub(super) const APPROACH_REMARK: &str =
+    "There the robot looks for the dock and aligns itself. Nodes with an edge onto the dock can be chosen.";
+pub(super) const INFLUENCE_HEAD: &str = "Counts as at the node";
+/// Whether an area counts.
+pub(super) const INFLUENCES: [(&str, bool); 2] = [("Near it", false), ("In an area too", true)];
+pub(super) const WAYS_HEAD: &str = "Edges of it";
+pub(super) const BLOCKS_HEAD: &str = "Blocked now";
+pub(super) const HOLDS_HEAD: &str = "Held groups";
+pub(super) const UNBLOCK_SHORT: &str = "Unblock now";
+pub(super) const RELEASE_SHORT: &str = "Release";
 pub(super) const EDGE_HEAD: &str = "Edge";
 pub(super) const ENABLED: &str = "Routes may use it";
 pub(super) const BOTH_DIRECTIONS: &str = "Both ways";
@@ -234,6 +250,64 @@ pub(super) fn of_dock(dock: &str, is_on_it: bool) -> String {
     } else {
         format!("From here the robot looks for {dock} and aligns itself.")
     }
+}
+
+/// `Dock 1 · on N3`.
+pub(super) fn dock_row(dock: &str, node: &str) -> String {
+    format!("{dock} · on {node}")
+}
+
+pub(super) fn dock(name: &str) -> String {
+    format!("Dock {name}")
+}
+
+/// What decides whether the robot is at a node.
+pub(super) fn influence_remark(has_area: bool) -> &'static str {
+    if has_area {
+        "The robot is at the node also while its middle is in this area. Metres from the node: x ahead, y to the left."
+    } else {
+        "The robot is at the node while it is as near as it has to come, and a little farther."
+    }
+}
+
+/// What blocks an edge, until when, and how often it was tried. `left`: the time until it is tried again, if the robot's clock is known.
+pub(super) fn blocked(ends: &str, left: Option<&str>, block: &EdgeBlock) -> String {
+    let EdgeBlock { failures, reason, .. } = block;
+    let until = left.map_or_else(String::new, |left| format!(" for {left} more"));
+    let tries = match failures {
+        0 | 1 => String::new(),
+        failures => format!(" It was tried {failures} times in a row."),
+    };
+    let reason =
+        if reason.is_empty() { String::new() } else { format!(" {}.", reason.trim_end_matches('.')) };
+    format!("{ends} is not used{until}.{reason}{tries}")
+}
+
+/// Accessible name of a block.
+pub(super) fn block_of(ends: &str) -> String {
+    format!("Block of {ends}")
+}
+
+pub(super) fn show_edge(ends: &str) -> String {
+    format!("Show {ends}")
+}
+
+pub(super) fn unblock(ends: &str) -> String {
+    format!("Unblock {ends} now")
+}
+
+/// Who holds a group, and what of.
+pub(super) fn held(hold: &MutexHold, edges: usize) -> String {
+    let of = counted(edges as u32, "edge", "edges");
+    format!("{} holds {} ({of}). The robot waits before them.", hold.holder, hold.group)
+}
+
+pub(super) fn hold_group(group: &str) -> String {
+    format!("Hold {group}")
+}
+
+pub(super) fn release_group(group: &str) -> String {
+    format!("Release {group}")
 }
 
 pub(super) fn floor(floor: i32) -> String {

@@ -1,7 +1,6 @@
 //! Zones: areas that the robot keeps out of, slows down in or walks round where it can.
 
 mod change;
-mod corners;
 mod effect;
 mod effect_kind;
 mod holds;
@@ -16,9 +15,10 @@ use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
 use crate::message::show_message;
 use crate::name_field::NameField;
 use crate::number_field::TypedNumber;
-use crate::{icon, screens, widgets};
+use crate::{corner_fields, icon, screens, widgets};
 use change::change;
 use client_model::{CameraMove, ClientCommand, GraphTool, Selection, SiteEdit, middle_of};
+use effect::EffectFields;
 use egui::{Context, Ui};
 use holds::HoldsFields;
 use site_model::{ObjectId, Site, Zone};
@@ -32,6 +32,7 @@ const ZONES: Tab = Tab { screen: screens::SITE, name: texts::TAB, scrolls: true,
 pub(crate) struct ZonesPanel {
     name: NameField,
     typed: TypedNumber,
+    effect: EffectFields,
     holds: HoldsFields,
     /// Whether the coordinates of the corners are shown.
     are_corners_open: bool,
@@ -116,14 +117,17 @@ impl ZonesPanel {
         if let Some(name) = self.name.show(ui, cx, &texts::NAME_FIELD, object, &zone.name) {
             change(cx, zone, |zone| zone.name = name);
         }
-        effect::show(ui, cx, &mut self.typed, zone);
+        self.effect.show(ui, cx, &mut self.typed, zone);
         holds::show_heights(ui, cx, &mut self.typed, zone);
         self.holds.show_times(ui, cx, zone);
         let corners = texts::corners(zone.corners_m.len());
         let open = Button::new(&corners).on(self.are_corners_open).wide(ui);
         self.are_corners_open ^= open.show(ui, tokens).clicked();
         if self.are_corners_open {
-            corners::show(ui, cx, &mut self.typed, zone);
+            let corners = corner_fields::show(ui, cx, &mut self.typed, object, &zone.corners_m);
+            if let Some(corners) = corners {
+                change(cx, zone, |zone| zone.corners_m = corners);
+            }
         }
         let is_shown = cx.model.is_site_on_screen();
         if Button::new(texts::SHOW).icon(icon::EYE).enabled(is_shown).wide(ui).show(ui, tokens).clicked() {

@@ -1,6 +1,7 @@
 //! Zones by their panel.
 
 use crate::screens;
+use crate::test_support::missions::type_into;
 use crate::test_support::{TestClient, click, map};
 use api::{Event, SiteParts, SiteState};
 use client_model::{ClientCommand, GraphTool, Selection};
@@ -91,6 +92,31 @@ fn what_holds_in_a_zone_is_chosen_with_its_number() {
         carry_out(&mut harness);
     }
     assert_eq!(zone(&harness).effect, ZoneEffect::KeepOut);
+}
+
+#[test]
+fn a_zone_calls_an_action_with_its_parameters() {
+    let mut harness = with_zone();
+    press(&mut harness, "Action");
+    let action = |harness: &Harness<'_, TestClient>| match zone(harness).effect {
+        ZoneEffect::Action(request) => request,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(action(&harness).action, "message");
+    type_into(&mut harness, "Text", "Mind the gate.");
+    // Enter begins another line in a field of several.
+    harness.get_by_label("Zone name").focus();
+    harness.run_steps(2);
+    carry_out(&mut harness);
+    let text = action(&harness).parameters["text"].clone();
+    assert_eq!(text, site_model::Parameter::Text("Mind the gate.".into()));
+    press(&mut harness, "Action on entering");
+    press(&mut harness, "Photo");
+    assert_eq!(action(&harness).action, "photo");
+    assert!(action(&harness).parameters.is_empty());
+    harness.state_mut().commands.push(ClientCommand::Undo);
+    carry_out(&mut harness);
+    assert_eq!(action(&harness).parameters["text"], text);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Texts of zones, by key.
 
 use super::effect_kind::EffectKind;
+use crate::features::action_form::action_title;
 use crate::name_field::NameFieldTexts;
 use site_model::{Zone, ZoneEffect};
 
@@ -17,11 +18,14 @@ pub(super) const DRAW_HINT: &str = "Drag over the floor from one corner to the o
 pub(super) const NAME_FIELD: NameFieldTexts =
     NameFieldTexts { field: "Zone name", rename: "Rename zone", rename_short: "Rename" };
 pub(super) const EFFECT_HEAD: &str = "What holds there";
-pub(super) const EFFECTS: [(&str, EffectKind); 3] = [
+pub(super) const EFFECTS: [(&str, EffectKind); 4] = [
     ("Keep out", EffectKind::KeepOut),
     ("Speed limit", EffectKind::SpeedLimit),
     ("Penalty", EffectKind::Penalty),
+    ("Action", EffectKind::Action),
 ];
+/// Which action, of a zone with one.
+pub(super) const ACTION: &str = "Action on entering";
 pub(super) const SPEED: &str = "At most (m/s)";
 pub(super) const PENALTY: &str = "Factor";
 pub(super) const HEIGHT_HEAD: &str = "Heights";
@@ -33,7 +37,6 @@ pub(super) const ALWAYS: &str = "Always";
 pub(super) const DAILY: &str = "Every day";
 pub(super) const HOURS: [&str; 2] = ["From", "Until"];
 pub(super) const DAILY_REMARK: &str = "In the time zone of the site. It may go past midnight.";
-pub(super) const ADD_CORNER: &str = "Add a corner";
 pub(super) const SHOW: &str = "Show the zone";
 pub(super) const DELETE_SHORT: &str = "Delete";
 
@@ -43,7 +46,9 @@ pub(super) fn effect_remark(kind: EffectKind) -> &'static str {
         EffectKind::KeepOut => "The robot does not enter it. Routes lead round it.",
         EffectKind::SpeedLimit => "The robot walks no faster in it.",
         EffectKind::Penalty => "Ways through it count this many times their length, so routes avoid it.",
-        EffectKind::Action => "An action is performed on entering it.",
+        EffectKind::Action => {
+            "When the robot comes into it on its way, the action is called, and the robot walks on."
+        }
     }
 }
 
@@ -53,9 +58,14 @@ pub(crate) fn tag(zone: &Zone) -> String {
         ZoneEffect::KeepOut => "keep out".to_owned(),
         ZoneEffect::SpeedLimit(speed) => format!("at most {speed:.1} m/s"),
         ZoneEffect::Penalty(factor) => format!("{factor:.1} times the way"),
-        ZoneEffect::Action(request) => request.action.replace('_', " "),
+        ZoneEffect::Action(request) => action_title(&request.action).to_lowercase(),
     };
     format!("{} · {effect}", zone.name)
+}
+
+/// What people are told when the robot comes into a zone, unless they write something else.
+pub(super) fn entered(zone: &str) -> String {
+    format!("The robot has come into {zone}.")
 }
 
 pub(super) fn zone(name: &str) -> String {
@@ -68,15 +78,6 @@ pub(super) fn only_floor(floor: i32) -> String {
 
 pub(super) fn corners(count: usize) -> String {
     format!("{count} corners")
-}
-
-/// The field of a coordinate of a corner.
-pub(super) fn coordinate(number: usize, axis: usize) -> String {
-    format!("{number}: {} (m)", ["x", "y"][axis])
-}
-
-pub(super) fn remove_corner(number: usize) -> String {
-    format!("Remove corner {number}")
 }
 
 pub(super) fn delete(name: &str) -> String {

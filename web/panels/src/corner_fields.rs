@@ -1,25 +1,29 @@
-//! The corners of a zone as numbers, so that keys and fingers move them as drags do.
+//! The corners of an area as numbers, so that keys and fingers move them as drags do.
 
-use super::change::change;
-use super::texts;
 use crate::button::{Button, Kind};
 use crate::feature_panel::PanelContext;
 use crate::icon;
 use crate::number_field::{NumberField, TypedNumber};
+use crate::texts;
 use egui::Ui;
-use site_model::{ObjectId, Zone};
+use site_model::ObjectId;
 
 /// Coordinates that people may enter, m.
 const RANGE_M: [f64; 2] = [-100_000.0, 100_000.0];
 /// Fewest corners of an area.
 const MIN_CORNERS: usize = 3;
 
-/// Shows two fields for each corner, and what adds or removes one.
-pub(super) fn show(ui: &mut Ui, cx: &mut PanelContext<'_>, typed: &mut TypedNumber, zone: &Zone) {
+/// Shows two fields for each corner of an area of `object`, and what adds or removes one. Returns the corners once they are changed.
+pub(crate) fn show(
+    ui: &mut Ui,
+    cx: &mut PanelContext<'_>,
+    typed: &mut TypedNumber,
+    object: ObjectId,
+    corners_m: &[[f64; 2]],
+) -> Option<Vec<[f64; 2]>> {
     let tokens = cx.tokens;
-    let object = ObjectId::Zone(zone.id);
-    let mut corners = zone.corners_m.clone();
-    for (index, corner) in zone.corners_m.iter().enumerate() {
+    let mut corners = corners_m.to_vec();
+    for (index, corner) in corners_m.iter().enumerate() {
         for axis in [0, 1] {
             let name = texts::coordinate(index + 1, axis);
             let value = Some(corner[axis]);
@@ -31,7 +35,7 @@ pub(super) fn show(ui: &mut Ui, cx: &mut PanelContext<'_>, typed: &mut TypedNumb
         }
         let name = texts::remove_corner(index + 1);
         let button = Button::new(&name).icon(icon::X).kind(Kind::Quiet).wide(ui);
-        if button.enabled(zone.corners_m.len() > MIN_CORNERS).show(ui, tokens).clicked() {
+        if button.enabled(corners_m.len() > MIN_CORNERS).show(ui, tokens).clicked() {
             corners.remove(index);
         }
     }
@@ -41,7 +45,5 @@ pub(super) fn show(ui: &mut Ui, cx: &mut PanelContext<'_>, typed: &mut TypedNumb
         // In the middle of the last side, from where it is moved.
         corners.push([0.5 * (first[0] + last[0]), 0.5 * (first[1] + last[1])]);
     }
-    if corners != zone.corners_m {
-        change(cx, zone, |zone| zone.corners_m = corners);
-    }
+    (corners != corners_m).then_some(corners)
 }
