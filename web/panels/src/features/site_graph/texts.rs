@@ -252,9 +252,9 @@ pub(super) fn of_dock(dock: &str, is_on_it: bool) -> String {
     }
 }
 
-/// `Dock 1 · on N3`.
+/// `Dock 1 · N3`.
 pub(super) fn dock_row(dock: &str, node: &str) -> String {
-    format!("{dock} · on {node}")
+    format!("{dock} · {node}")
 }
 
 pub(super) fn dock(name: &str) -> String {
