@@ -115,7 +115,7 @@
 //! | button | `Previous picture`, `Next picture`, `Zoom in`, `Zoom out`, `Whole picture`, `Close the pictures` | in it |
 //! | button (toggled) | `With the last one` | in it: side by side with the last picture of the same inspection point |
 //! | status | `Spectrum` | in it: counts, live time, and what the pointer reads |
-//! | button (toggled) | `Settings`, `Monitors` | Settings: parts of its card |
+//! | button (toggled) | `General`, `Monitors` | Settings: parts of its card |
 //! | button | `New monitor`, `Monitor NAME`, then `Signal`, `What happens`, `Which mission`, `Use the built-in values of NAME`, `Delete monitor NAME` | Settings, Monitors |
 //! | button (toggled) | `It is watched`; `Below`, `Above`, `Silent`; `Goes on`, `Ends` | Settings, Monitors |
 //! | textbox | `Monitor name`, `Below (%)`, `Until above (%)`, `For at least (s)` | Settings, Monitors |

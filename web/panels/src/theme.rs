@@ -97,19 +97,20 @@ const DARK: Tokens = Tokens {
     dark: true,
 };
 
+/// Indoors by day: every text and sign at 4.5:1 or better against what is behind it, boxes in the colour of a state included.
 const LIGHT: Tokens = Tokens {
     ground: rgb(0xf4_f6f9),
     card: Color32::WHITE,
     raised: rgb(0xee_f2f7),
     line: rgb(0xd8_dfe8),
     text: rgb(0x17_202b),
-    dim: rgb(0x64_7284),
-    accent: rgb(0x1f_6feb),
+    dim: rgb(0x5a_6778),
+    accent: rgb(0x17_5cc4),
     accent_filled: rgb(0x1f_6feb),
     on_filled: Color32::WHITE,
-    good: rgb(0x2d_a44e),
-    warn: rgb(0xbf_8700),
-    bad: rgb(0xcf_222e),
+    good: rgb(0x1a_7635),
+    warn: rgb(0x8f_5f00),
+    bad: rgb(0xc6_1e2a),
     stop: rgb(0xc9_371f),
     robot: rgb(0xd4_a300),
     closed: rgb(0x82_50df),
@@ -157,14 +158,20 @@ impl Tokens {
         Stroke::new(self.line_width, self.line)
     }
 
+    /// Lines and areas behind content: grids, and what is left of a bar. Borders are stronger outdoors.
+    pub fn faint(&self) -> Color32 {
+        let card = self.card.to_opaque();
+        if self.line_width > 1.0 { mix(card, self.text, 0.25) } else { mix(card, self.line, 0.8) }
+    }
+
     /// Background of a selected row or rail entry: the card's colour with a little of the accent.
     pub fn selected(&self) -> Color32 {
-        mix(self.card.to_opaque(), self.accent_filled, if self.dark { 0.28 } else { 0.14 })
+        mix(self.card.to_opaque(), self.accent_filled, if self.dark { 0.28 } else { 0.08 })
     }
 
     /// Background of a box that carries a state's colour.
     pub fn tinted(&self, colour: Color32) -> Color32 {
-        mix(self.raised, colour, 0.14)
+        mix(self.card.to_opaque(), colour, if self.dark { 0.12 } else { 0.08 })
     }
 
     /// A button's background while the pointer is over it.

@@ -143,7 +143,7 @@ const BAR_HEIGHT: f32 = 6.0;
 pub(crate) fn progress_bar(ui: &mut Ui, tokens: &Tokens, share: f32) -> Response {
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), BAR_HEIGHT), Sense::hover());
     let radius = CornerRadius::same(3);
-    ui.painter().rect_filled(rect, radius, tokens.line);
+    ui.painter().rect_filled(rect, radius, tokens.faint());
     let mut done = rect;
     done.set_width(rect.width() * share);
     ui.painter().rect_filled(done, radius, tokens.accent);

@@ -21,9 +21,7 @@ pub(super) fn show(ctx: &Context, panels: &mut FeaturePanels, cx: &mut PanelCont
         let mut open = cx.frame.tab_of(screen).filter(|tab| tabs.contains(tab)).unwrap_or(*first);
         if tabs.len() > 1 {
             let choices: Vec<(&str, Tab)> = tabs.iter().map(|tab| (tab.name, *tab)).collect();
-            // Names that are too long for one row stand in two.
-            let letters: usize = tabs.iter().map(|tab| tab.name.len()).sum();
-            for row in choices.chunks(if letters > MAX_ROW_LETTERS { 2 } else { tabs.len() }) {
+            for row in rows_of(&choices) {
                 widgets::choice(ui, tokens, row, open, |tab| open = tab);
             }
             cx.frame.open_tab(open);
@@ -40,6 +38,20 @@ pub(super) fn show(ctx: &Context, panels: &mut FeaturePanels, cx: &mut PanelCont
     } else {
         layout::card(ctx, tokens, name, rect, content);
     }
+}
+
+/// The choices in as many rows as their names need.
+fn rows_of<'a>(choices: &'a [(&'a str, Tab)]) -> Vec<&'a [(&'a str, Tab)]> {
+    let (mut rows, mut begin, mut letters) = (Vec::new(), 0, 0);
+    for (index, (name, _)) in choices.iter().enumerate() {
+        if letters + name.len() > MAX_ROW_LETTERS && index > begin {
+            rows.push(&choices[begin..index]);
+            (begin, letters) = (index, 0);
+        }
+        letters += name.len();
+    }
+    rows.push(&choices[begin..]);
+    rows
 }
 
 /// The tabs of a screen, in the order of the panels that name them first.

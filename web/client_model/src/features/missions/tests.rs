@@ -428,3 +428,19 @@ fn order_constraints_are_made_removed_and_met_by_the_list() {
     client.command(ClientCommand::Undo);
     assert_eq!(mission(&client).order_constraints.len(), 3);
 }
+
+#[test]
+fn the_duration_of_a_schedule_counts_no_block_because_it_has_ended_by_then() {
+    let mut client = TestClient::with_mission(&[point(3)]);
+    let durations = |client: &TestClient| crate::expected_durations(client.model.site.site().expect("there"));
+    let before = durations(&client);
+    let edges = client.model.site.site().into_iter().flat_map(|site| site.edges());
+    let blocks = edges.map(|edge| {
+        let (until, reason) = (vocab::Stamp::from_secs_f64(60.0), String::new());
+        Object::EdgeBlock(site_model::EdgeBlock { edge: edge.id, until, failures: 1, reason })
+    });
+    let put = blocks.collect();
+    client.command(ClientCommand::EditSite(SiteEdit { put, removed: Vec::new() }));
+    assert_eq!(durations(&client), before);
+    assert!(!before.is_empty());
+}

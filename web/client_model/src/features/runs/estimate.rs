@@ -3,6 +3,7 @@
 use crate::features::missions::{MissionPlanConfig, PlanConditions, PlanOrder, plan_mission};
 use site_model::{RouteStatus, RunStatus, Site, TaskId, TaskState};
 use std::collections::BTreeMap;
+use vocab::Stamp;
 
 /// What a run is expected to take.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -32,14 +33,14 @@ impl RunEstimate {
     }
 }
 
-/// Plans the mission of a run as it is in the site now. None if the site lacks it.
-pub fn estimate_run(site: &Site, run: &RunStatus) -> Option<RunEstimate> {
+/// Plans the mission of a run as it is in the site now. None if the site lacks it. `now`: time on the robot's clock, by which blocks of edges end; none: every block counts.
+pub fn estimate_run(site: &Site, run: &RunStatus, now: Option<Stamp>) -> Option<RunEstimate> {
     let mission = site.mission(run.mission)?.clone();
     let plan = plan_mission(
         site,
         mission,
         PlanOrder::Dragged,
-        &PlanConditions::default(),
+        &PlanConditions { now, ..PlanConditions::default() },
         &MissionPlanConfig::default(),
     );
     let mut estimate = RunEstimate { end_s: plan.end.walk.time_s, ..RunEstimate::default() };

@@ -40,8 +40,8 @@ pub(crate) struct RunsPanel {
     current: CurrentRun,
     history: RunHistory,
     lightbox: Lightbox,
-    /// What the run under way takes, with the run and the revision of the site that it was computed for.
-    estimate: Option<(RunId, u64, Option<RunEstimate>)>,
+    /// What the run under way takes, with the run, the revision of the site and the number of blocked edges that it was computed for.
+    estimate: Option<((RunId, u64, usize), Option<RunEstimate>)>,
 }
 
 impl FeaturePanel for RunsPanel {
@@ -49,9 +49,10 @@ impl FeaturePanel for RunsPanel {
         self.lightbox.update(ctx, cx);
         let model = cx.model;
         let (Some(run), Some(site)) = (model.runs.current(), model.site.site()) else { return };
-        let revision = model.site.revision();
-        if self.estimate.as_ref().is_none_or(|(of, at, _)| (*of, *at) != (run.run, revision)) {
-            self.estimate = Some((run.run, revision, estimate_run(site, run)));
+        let now = model.connection().clock().stamp_at(model.now());
+        let computed_for = (run.run, model.site.revision(), model.site.blocks_now(now).len());
+        if self.estimate.as_ref().is_none_or(|(of, _)| *of != computed_for) {
+            self.estimate = Some((computed_for, estimate_run(site, run, now)));
         }
     }
 
@@ -88,7 +89,7 @@ impl FeaturePanel for RunsPanel {
             return self.history.show(ui, cx, &mut self.lightbox);
         }
         let run = cx.model.runs.current();
-        let of_run = self.estimate.as_ref().filter(|(of, ..)| run.is_some_and(|run| run.run == *of));
+        let of_run = self.estimate.as_ref().filter(|((of, ..), _)| run.is_some_and(|run| run.run == *of));
         let estimate = of_run.and_then(|(.., estimate)| estimate.as_ref());
         match run {
             Some(run) if tab == tabs::ROBOT => {

@@ -104,7 +104,7 @@ fn axes_in(plot: Rect, spectrum: &GammaSpectrum, highest: u32) -> Axes {
 fn paint_axes(painter: &Painter, tokens: &Tokens, axes: &Axes) {
     let plot = axes.plot;
     let small = font(theme::SMALL, Weight::Regular);
-    let grid = Stroke::new(1.0, mix(tokens.card, tokens.line, 0.7));
+    let grid = Stroke::new(1.0, tokens.faint());
     for decade in 0..=axes.decades as u32 {
         let count = 10_u64.pow(decade);
         let y = axes.y(count as f32);

@@ -44,7 +44,7 @@ pub(super) struct BlockLook<'a> {
 /// Lines and hours of the grid.
 pub(super) fn paint_hours(ui: &Ui, tokens: &Tokens, plan: &CachedPlan, grid: &WeekGrid) {
     let painter = ui.painter();
-    let faint = mix(tokens.card.to_opaque(), tokens.line, 0.6);
+    let faint = Stroke::new(1.0, tokens.faint());
     let today = plan.zone.to_local(plan.now).date;
     for day in 0..7 {
         let left = grid.day_left(day);
@@ -59,13 +59,13 @@ pub(super) fn paint_hours(ui: &Ui, tokens: &Tokens, plan: &CachedPlan, grid: &We
                 mix(tokens.card.to_opaque(), tokens.accent, 0.05),
             );
         }
-        painter.vline(left, grid.rect.y_range(), Stroke::new(tokens.line_width, tokens.line));
+        painter.vline(left, grid.rect.y_range(), faint);
     }
     for hour in 0..24_u8 {
         let y = grid.y(60.0 * f32::from(hour));
         if hour > 0 {
             let from = grid.rect.left() + grid.gutter - 6.0;
-            painter.hline(from..=grid.rect.right(), y, Stroke::new(tokens.line_width, faint));
+            painter.hline(from..=grid.rect.right(), y, faint);
         }
         paint_hour(ui, tokens, plan, grid, hour, y);
     }

@@ -252,9 +252,9 @@ pub(super) fn of_dock(dock: &str, is_on_it: bool) -> String {
     }
 }
 
-/// `Dock 1 · on N3`.
+/// `Dock 1 · N3`.
 pub(super) fn dock_row(dock: &str, node: &str) -> String {
-    format!("{dock} · on {node}")
+    format!("{dock} · {node}")
 }
 
 pub(super) fn dock(name: &str) -> String {
@@ -299,7 +299,8 @@ pub(super) fn unblock(ends: &str) -> String {
 /// Who holds a group, and what of.
 pub(super) fn held(hold: &MutexHold, edges: usize) -> String {
     let of = counted(edges as u32, "edge", "edges");
-    format!("{} holds {} ({of}). The robot waits before them.", hold.holder, hold.group)
+    let them = if edges == 1 { "it" } else { "them" };
+    format!("{} holds {} ({of}). The robot waits before {them}.", hold.holder, hold.group)
 }
 
 pub(super) fn hold_group(group: &str) -> String {

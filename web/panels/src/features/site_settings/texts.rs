@@ -3,7 +3,7 @@
 use crate::format;
 use site_model::LocalDateTime;
 
-pub(super) const TAB: &str = "Settings";
+pub(super) const TAB: &str = "General";
 pub(super) const LOADING: &str = "The site has not arrived from the robot yet.";
 pub(super) const SITE_HEAD: &str = "Site";
 pub(super) const UNNAMED_SITE: &str = "Site";
