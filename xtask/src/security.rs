@@ -10,7 +10,7 @@ use crate::shell;
 const PACKAGES: [&str; 6] = ["accounts", "api", "autoinspect", "gateway", "runtime", "store"];
 
 /// Their modules and names.
-const FILTER: &str = "not test(/(^|::)nightly::/) and (test(/(^|::)(attacks|access|privilege_matrix|reserved_places|abuse|uploads|tls|throttle|passwords|cookies|hosts|address_places|core_queue|authority|tls::files|lease_arbiter)::/) or binary(privileges) \
+const FILTER: &str = "not test(/(^|::)nightly::/) and (test(/(^|::)(attacks|access|audit_notes|repeats|journal|ledger::tests|privilege_matrix|reserved_places|abuse|uploads|tls|throttle|passwords|cookies|hosts|address_places|core_queue|authority|tls::files|lease_arbiter)::/) or binary(privileges) \
                       or test(/no_path_leads_out/) or binary(ledger_kills))";
 
 pub(crate) fn command() -> Result<ExitCode> {

@@ -27,8 +27,14 @@ pub fn run(args: &VerifyArgs) -> Result<(), Failure> {
     if !path.exists() {
         return Err(Failure::usage(texts::no_ledger(&path)));
     }
-    let (entries, last) = store::verify_ledger(&path).map_err(Failure::failed)?;
-    let last = last.map(|hash| hash.iter().map(|byte| format!("{byte:02x}")).collect::<String>());
-    print_human(args.json, &texts::ledger_is_whole(entries, last.as_deref().unwrap_or("none")));
-    print_json(args.json, &json!({ "audit_entries": entries, "last_checksum": last }))
+    let audit = store::verify_ledger(&path).map_err(Failure::failed)?;
+    let checksum =
+        audit.checksum.map(|hash| hash.iter().map(|byte| format!("{byte:02x}")).collect::<String>());
+    let (first, last) = (audit.first, audit.last);
+    print_human(args.json, &texts::ledger_is_whole(first, last, checksum.as_deref().unwrap_or("none")));
+    let entries = if last == 0 { 0 } else { last + 1 - first };
+    print_json(
+        args.json,
+        &json!({ "audit_entries": entries, "first_entry": first, "last_entry": last, "last_checksum": checksum }),
+    )
 }

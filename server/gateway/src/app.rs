@@ -1,6 +1,7 @@
 //! What every connection of one gateway shares.
 
 use crate::GatewayConfig;
+use crate::edit_places::EditPlaces;
 use crate::hub::Hub;
 use crate::limits::{FIXED, Limits};
 use crate::reserved_places::ReservedPlaces;
@@ -23,8 +24,8 @@ pub(crate) struct App {
     pub(crate) uploading: Semaphore,
     /// One permit for each control socket of which the first message may be read.
     pub(crate) greeting: Semaphore,
-    /// One permit for each edit over HTTP that may be read.
-    pub(crate) editing: Semaphore,
+    /// Places of edits over HTTP that are being read.
+    pub(crate) editing: EditPlaces,
     /// One permit for each run that may be downloaded.
     pub(crate) downloading: Arc<Semaphore>,
     stopping: watch::Receiver<bool>,
@@ -50,7 +51,7 @@ impl App {
             static_dir: config.static_dir.clone(),
             uploading: Semaphore::new(FIXED.max_uploads_at_a_time),
             greeting: Semaphore::new(FIXED.max_greetings_at_a_time),
-            editing: Semaphore::new(FIXED.max_http_edits_at_a_time),
+            editing: EditPlaces::default(),
             downloading: Arc::new(Semaphore::new(FIXED.max_downloads_at_a_time)),
             stopping,
             _alive: alive,

@@ -1,7 +1,7 @@
 //! The control socket: sends state to a client and receives its commands.
 
 use crate::access::Identity;
-use crate::access::texts::{SIGN_IN_FIRST, role_refused};
+use crate::access::texts::{self as access_texts, SIGN_IN_FIRST, role_refused};
 use crate::app::App;
 use crate::hub::ControlSeat;
 use crate::limits::RateLimit;
@@ -57,7 +57,10 @@ async fn converse(
     };
     let seat = match ControlSeat::claim(&app.hub, caller, identity.account.as_deref()) {
         Ok(seat) => seat,
-        Err(reason) => return Closing::Refused(reason),
+        Err(reason) => {
+            app.hub.access.journal.refused(identity, access_texts::CONTROL_PLACE, reason.clone());
+            return Closing::Refused(reason);
+        }
     };
     let you = you(&seat, identity, app);
     tokio::select! {
@@ -151,12 +154,14 @@ async fn sink_message(sink: &mut Outgoing, message: &ServerMessageRef<'_>) -> Re
 /// Reads commands and pings until the client leaves or falls silent.
 async fn listen(incoming: &mut Incoming, seat: &ControlSeat, app: &App, identity: &Identity) -> Closing {
     let mut rates = CommandRates::new(app.limits.commands_per_second);
+    let journal = &app.hub.access.journal;
     loop {
         let message = incoming.message().await;
         app.hub.access.note_used(identity);
         if let Ok(message) = &message
             && let Err(reason) = check(message, identity)
         {
+            journal.refused(identity, name_of(message), reason.clone());
             refuse(seat, message, reason);
             continue;
         }
@@ -164,8 +169,17 @@ async fn listen(incoming: &mut Incoming, seat: &ControlSeat, app: &App, identity
             Ok(ClientMessage::Ping { token }) => seat.outbox.pong(token),
             Ok(ClientMessage::RequestGraph) => seat.outbox.request_graph(),
             Ok(ClientMessage::RequestSite) => seat.outbox.request_site(),
-            Ok(ClientMessage::Edit(edit)) => handle_edit(seat, &mut rates, edit),
-            Ok(ClientMessage::Command { id, command }) => handle_command(seat, &mut rates, id, command),
+            Ok(ClientMessage::Edit(edit)) => {
+                if let Some(reason) = handle_edit(seat, &mut rates, edit) {
+                    journal.refused(identity, access_texts::EDIT, reason);
+                }
+            }
+            Ok(ClientMessage::Command { id, command }) => {
+                let name = command_name(&command);
+                if let Some(reason) = handle_command(seat, &mut rates, id, command) {
+                    journal.refused(identity, name, reason);
+                }
+            }
             Ok(ClientMessage::Hello { .. }) => {
                 return Closing::Refused(texts::SECOND_HELLO.to_owned());
             }
@@ -205,15 +219,45 @@ fn refuse(seat: &ControlSeat, message: &ClientMessage, reason: String) {
     seat.outbox.answer(Arc::new(event));
 }
 
-fn handle_command(seat: &ControlSeat, rates: &mut CommandRates, id: CommandId, command: Command) {
-    let forwarded = rates.check(&command).and_then(|()| seat.forward(id, command));
-    if let Err(reason) = forwarded {
-        let outcome = CommandOutcome::Refused(reason.to_owned());
-        seat.outbox.answer(Arc::new(Event::CommandDone { id, outcome }));
+/// What the audit log calls a message.
+fn name_of(message: &ClientMessage) -> String {
+    match message {
+        ClientMessage::Command { command, .. } => command_name(command),
+        ClientMessage::Edit(_) => access_texts::EDIT.to_owned(),
+        message => first_word(message),
     }
 }
 
-fn handle_edit(seat: &ControlSeat, rates: &mut CommandRates, edit: Edit) {
+/// What the audit log calls a command, without its values: those that differ in these only are counted together.
+fn command_name(command: &Command) -> String {
+    match command {
+        Command::Mission(command) => format!("Mission {}", first_word(command)),
+        command => first_word(command),
+    }
+}
+
+/// The name of a variant.
+fn first_word(value: &impl std::fmt::Debug) -> String {
+    let is_of_name = |letter: &char| letter.is_alphanumeric();
+    format!("{value:?}").chars().take_while(is_of_name).collect()
+}
+
+/// Forwards a command. Returns why it was refused here, if it was.
+fn handle_command(
+    seat: &ControlSeat,
+    rates: &mut CommandRates,
+    id: CommandId,
+    command: Command,
+) -> Option<String> {
+    let forwarded = rates.check(&command).and_then(|()| seat.forward(id, command));
+    let reason = forwarded.err()?.to_owned();
+    let outcome = CommandOutcome::Refused(reason.clone());
+    seat.outbox.answer(Arc::new(Event::CommandDone { id, outcome }));
+    Some(reason)
+}
+
+/// Forwards an edit. Returns why it was refused here, if it was.
+fn handle_edit(seat: &ControlSeat, rates: &mut CommandRates, edit: Edit) -> Option<String> {
     let id = edit.id;
     let is_allowed = rates.edits.allow(Instant::now());
     let refusal = if !is_allowed {
@@ -223,10 +267,14 @@ fn handle_edit(seat: &ControlSeat, rates: &mut CommandRates, edit: Edit) {
     } else {
         seat.forward_edit(edit).err().map(|reason| EditRefusal::Unavailable(reason.to_owned()))
     };
-    if let Some(refusal) = refusal {
-        let outcome = EditOutcome::Refused(refusal);
-        seat.outbox.answer(Arc::new(Event::EditDone(EditDone { id, outcome })));
-    }
+    let refusal = refusal?;
+    let reason = match &refusal {
+        EditRefusal::Unavailable(reason) | EditRefusal::Rejected(reason) => reason.clone(),
+        EditRefusal::Invalid(errors) => errors.first().map_or_else(String::new, ToString::to_string),
+    };
+    let outcome = EditOutcome::Refused(refusal);
+    seat.outbox.answer(Arc::new(Event::EditDone(EditDone { id, outcome })));
+    Some(reason)
 }
 
 /// Rate limits of one client. Stop motion has a limit of its own, so that other commands cannot delay it.

@@ -420,6 +420,20 @@ impl Hub {
         }
     }
 
+    /// Tells the core what its audit log has to say of requests that it has not seen; never returns. While the core is not connected, what is to be told is counted on.
+    pub(crate) async fn report_journal(&self) {
+        let mut interval = tokio::time::interval(FIXED.journal_report_period);
+        loop {
+            interval.tick().await;
+            let state = self.lock();
+            let Some(core) = state.core.as_ref().filter(|core| core.has_room()) else { continue };
+            let notes = self.access.journal.take_due(Instant::now());
+            if !notes.is_empty() && core.send(GatewayMessage::Audit(notes)).is_err() {
+                tracing::warn!("refusals could not be told to the core");
+            }
+        }
+    }
+
     /// The site, if the core has sent it.
     pub(crate) fn site(&self) -> Option<Arc<SiteState>> {
         self.lock().snapshot.site().cloned()

@@ -18,6 +18,7 @@ mod client_io;
 mod control;
 mod core_link;
 mod documents;
+mod edit_places;
 mod example;
 mod files;
 mod hub;

@@ -92,8 +92,15 @@ pub(crate) struct FixedLimits {
     pub(crate) max_object_json_bytes: usize,
     /// Longest JSON document of an edit of the site, bytes. Chosen: four times the binary form, because JSON is longer.
     pub(crate) max_edit_json_bytes: usize,
-    /// Edits over HTTP that are read at a time. One takes three times its length while it is read. Chosen: 48 MB of memory at most.
-    pub(crate) max_http_edits_at_a_time: usize,
+    /// Longest document of an edit that counts as short, bytes. Chosen: edits by hand and of small programs are shorter.
+    pub(crate) max_short_edit_bytes: u64,
+    /// Short edits over HTTP that are read at a time. Chosen: 8 MB of memory at most.
+    pub(crate) max_short_edits_at_a_time: usize,
+    /// Those of one account. Chosen: eight accounts that send slowly do not take all.
+    pub(crate) max_short_edits_of_account: usize,
+    /// Long edits over HTTP that are read at a time, one of an account. One takes three times its length while it is parsed. Chosen: so that an account that sends slowly leaves
+    /// a place to another; 64 MB of memory at most.
+    pub(crate) max_long_edits_at_a_time: usize,
     /// Values in the document of an edit, with 32 bytes and more for each once it is parsed. An edit of 4 MB has 500,000 numbers at most. Chosen: a fifth more.
     pub(crate) max_edit_values: usize,
     /// Longest time for the document of an edit: 16 MB at 4 Mbit/s. Chosen: slower links send edits in parts.
@@ -121,6 +128,8 @@ pub(crate) struct FixedLimits {
     pub(crate) max_account_requests: usize,
     /// Time between two reports of used sessions to the core. Chosen: shorter than the minutes in which the ledger notes them.
     pub(crate) use_report_period: Duration,
+    /// Time between two reports of refusals to the core. Chosen: people who look at the audit log do not notice it.
+    pub(crate) journal_report_period: Duration,
     /// Uploads at a time. Chosen: the disk is shared with recordings.
     pub(crate) max_uploads_at_a_time: usize,
     /// Runs that are downloaded at a time. Chosen: for the same reason.
@@ -168,7 +177,10 @@ pub(crate) const FIXED: FixedLimits = FixedLimits {
     max_large_edits: 4,
     max_object_json_bytes: 1 << 20,
     max_edit_json_bytes: 16 << 20,
-    max_http_edits_at_a_time: 1,
+    max_short_edit_bytes: 256 << 10,
+    max_short_edits_at_a_time: 32,
+    max_short_edits_of_account: 4,
+    max_long_edits_at_a_time: 2,
     max_edit_values: 600_000,
     max_edit_read_time: Duration::from_secs(30),
     graph_answer_period: Duration::from_secs(5),
@@ -182,6 +194,7 @@ pub(crate) const FIXED: FixedLimits = FixedLimits {
     max_answer_wait: Duration::from_secs(120),
     max_account_requests: 64,
     use_report_period: Duration::from_secs(20),
+    journal_report_period: Duration::from_secs(1),
     max_uploads_at_a_time: 1,
     max_downloads_at_a_time: 4,
     max_download_chunks: 4,

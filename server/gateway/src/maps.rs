@@ -187,7 +187,9 @@ pub(crate) async fn perform(app: &App, command: Command) -> Result<(), ProblemRe
     let answer = app.hub.request(command).map_err(ProblemResponse::unavailable)?;
     match tokio::time::timeout(FIXED.max_answer_wait, answer).await {
         Ok(Ok(CommandOutcome::Accepted)) => Ok(()),
-        Ok(Ok(CommandOutcome::Refused(reason))) => Err(ProblemResponse::new(StatusCode::CONFLICT, reason)),
+        Ok(Ok(CommandOutcome::Refused(reason))) => {
+            Err(ProblemResponse::new(StatusCode::CONFLICT, reason).of_core())
+        }
         Ok(Err(_)) => Err(ProblemResponse::unavailable(texts::CORE_LOST_BEFORE_ANSWER)),
         Err(_) => Err(ProblemResponse::new(StatusCode::GATEWAY_TIMEOUT, texts::COMMAND_NOT_ANSWERED)),
     }

@@ -28,18 +28,23 @@ struct ProblemBody {
     members: Map<String, Value>,
 }
 
+/// Marks a response to a request that this process has refused by itself, with the sentence that says why. Of one that the core has refused the core itself knows.
+#[derive(Clone, Debug)]
+pub(crate) struct RefusedHere(pub(crate) String);
+
 /// A [`Problem`] as a response.
 #[derive(Debug)]
 pub(crate) struct ProblemResponse {
     status: StatusCode,
     detail: String,
     extension: Option<Box<Extension>>,
+    is_of_core: bool,
 }
 
 impl ProblemResponse {
     /// `detail` says what is wrong here and what to do.
     pub(crate) fn new(status: StatusCode, detail: impl Into<String>) -> Self {
-        Self { status, detail: detail.into(), extension: None }
+        Self { status, detail: detail.into(), extension: None, is_of_core: false }
     }
 
     /// What is wrong and what to do.
@@ -71,6 +76,12 @@ impl ProblemResponse {
         self
     }
 
+    /// It is the answer of the core, which has noted it.
+    pub(crate) fn of_core(mut self) -> Self {
+        self.is_of_core = true;
+        self
+    }
+
     /// 400.
     pub(crate) fn malformed(detail: impl Into<String>) -> Self {
         Self::new(StatusCode::BAD_REQUEST, detail)
@@ -89,6 +100,7 @@ impl ProblemResponse {
 
 impl IntoResponse for ProblemResponse {
     fn into_response(self) -> Response {
+        let refused = (!self.is_of_core).then(|| RefusedHere(self.detail.clone()));
         let problem = Problem {
             status: self.status.as_u16(),
             title: self.status.canonical_reason().unwrap_or("Error").to_owned(),
@@ -102,6 +114,9 @@ impl IntoResponse for ProblemResponse {
         headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
         if self.status == StatusCode::SERVICE_UNAVAILABLE {
             headers.insert(header::RETRY_AFTER, HeaderValue::from_static("1"));
+        }
+        if let Some(refused) = refused {
+            response.extensions_mut().insert(refused);
         }
         response
     }

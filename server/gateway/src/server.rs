@@ -57,6 +57,7 @@ pub async fn serve_with(
         () = core_link::run(&config.core_socket, &hub) => {}
         () = beat(config.heartbeat) => {}
         () = hub.report_uses() => {}
+        () = hub.report_journal() => {}
         () = shutdown => {}
     }
     stop.send_replace(true);

@@ -1,6 +1,6 @@
 //! Conversion between the log schema (`messages`) and the contract with clients (`api`). Each can change without the other.
 
-use crate::imports::{ImportRequest, ImportSource};
+use crate::imports::ImportSource;
 use crate::interrupted_sessions::SessionDecision;
 use crate::stored_data::StoredDataChange;
 use api::{Command, Event, LoopsChanged};
@@ -19,8 +19,8 @@ pub enum RoutedCommand {
     Stack(CommandKind),
     /// The link of a simulated robot. The stack must not know simulated faults.
     SimulatedFault(SimulatedFault),
-    /// The import thread: makes a map of an uploaded file, or aligns a saved map.
-    Import(ImportRequest),
+    /// The import thread: makes a map of this name of an uploaded file, or aligns a saved map.
+    Import(UploadId, String, ImportSource),
     /// The disk lane: a decision on a session that was interrupted.
     InterruptedSession(SessionDecision),
     /// The disk lane: a change of stored maps or uploaded files.
@@ -40,16 +40,12 @@ pub fn route(command: Command) -> RoutedCommand {
     RoutedCommand::Stack(match command {
         Command::InjectFault(fault) => return RoutedCommand::SimulatedFault(limit_fault(fault)),
         Command::ImportMap { upload, name, frame } => {
-            return RoutedCommand::Import(ImportRequest {
-                upload,
-                name,
-                source: ImportSource::File { frame },
-            });
+            return RoutedCommand::Import(upload, name, ImportSource::File { frame });
         }
         Command::AlignMap { upload, name, map, onto, mut pairs } => {
             pairs.truncate(api::MAX_PAIRS);
             let source = ImportSource::Map { map, onto, pairs };
-            return RoutedCommand::Import(ImportRequest { upload, name, source });
+            return RoutedCommand::Import(upload, name, source);
         }
         Command::SaveInterruptedSession { session, map, name, resume_as } => {
             let decision = SessionDecision::Save { session, map, name, resume_as };

@@ -81,6 +81,8 @@ pub struct CoreConfig {
     pub robot_restart: Option<RobotRestart>,
     /// Whether people have to sign in. Given by the command line.
     pub access: AccessMode,
+    /// Entries of the audit log that are kept; `None`: [`LedgerConfig::audit_entries`]. Given by the command line.
+    pub audit_entries: Option<u64>,
 }
 
 /// The simulated robot failed and was started again.
@@ -132,6 +134,7 @@ impl Core {
             restart,
             robot_restart,
             access: access_mode,
+            audit_entries,
         } = config;
         let (mailbox, state_publisher, clock) =
             (Arc::<Mailbox>::default(), Arc::<StatePublisher>::default(), Arc::default());
@@ -142,13 +145,17 @@ impl Core {
         let map_usage = Arc::new(MapUsage::new(last_pose.map(|pose| pose.map)));
 
         let (ledger_sender, ledger_inputs) = crossbeam_channel::bounded(QUEUE_LIMITS.max_ledger_inputs);
+        let ledger_config = LedgerConfig {
+            audit_entries: audit_entries.unwrap_or(LedgerConfig::default().audit_entries),
+            ..LedgerConfig::default()
+        };
         let site = SiteKeeper::open(
             Arc::clone(&store),
             Arc::clone(&state_publisher),
             ledger_sender.clone(),
             Arc::clone(&mailbox),
             Arc::clone(&clock),
-            LedgerConfig::default().retry_period,
+            ledger_config,
         );
         let InterruptedSessions { sessions: interrupted, mut problems } =
             store.interrupted_sessions().map_err(StartError::Sessions)?;
@@ -194,7 +201,7 @@ impl Core {
             calendar: CalendarTime::read,
             tiles_searched: Instant::now(),
         };
-        let (ledger, inbox) = LedgerQueue::new(LedgerConfig::default());
+        let (ledger, inbox) = LedgerQueue::new(ledger_config);
         let boot = link.boot();
         let standing_height_m = boot.mounting.standing_height_m.unwrap_or(boot.profile.standing_height_m);
         let topomap = TopomapGenerator::new(

@@ -137,6 +137,7 @@ fn bench_of(
         restart: Some(restart),
         robot_restart: Some(RobotRestart { restart: of_robot, is_new: true }),
         access: AccessMode::Demo,
+        audit_entries: None,
     };
     Bench { core: Some(Core::start(config).expect("starts")), robot, written, socket, failures, _dir: dir }
 }

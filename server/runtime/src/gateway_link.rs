@@ -4,7 +4,7 @@
 //! So is one that does not read: by [`StatePublisher`] when its queue is full, or when a write takes longer than
 //! [`GatewayLinkConfig::write_timeout`].
 
-use crate::access::{AccessDirectory, AccountInbox};
+use crate::access::{AccessDirectory, AccountInbox, audit_texts};
 use crate::clock::{CalendarTime, RobotClock};
 use crate::control_loop::LoopRequest;
 use crate::convert::{self, RoutedCommand};
@@ -12,13 +12,16 @@ use crate::imports::{ImportQueue, ImportRequest};
 use crate::interrupted_sessions::SessionRequest;
 use crate::jobs::{DiskJob, Jobs};
 use crate::lease_arbiter::{LeaseArbiter, LeaseDecision};
-use crate::ledger::{EditRequest, LedgerInbox};
+use crate::ledger::{EditRequest, LedgerInbox, refusal_reason};
 use crate::state_publisher::StatePublisher;
 use crate::stored_data::StoredDataRequest;
 use crate::texts;
 use crate::topomap_generation::{TopomapGenerator, TopomapRequest};
 use api::access::{command_privilege, edit_privilege, query_privilege};
-use api::{CoreMessage, EditDone, EditOutcome, EditRefusal, Event, GatewayMessage, MAX_MESSAGE_BYTES};
+use api::{
+    AuditNote, Caller, CoreMessage, EditDone, EditOutcome, EditRefusal, Event, GatewayMessage,
+    MAX_AUDIT_NOTES, MAX_MESSAGE_BYTES,
+};
 use crossbeam_channel::{Sender, TrySendError};
 use messages::{Command, CommandKind, Principal};
 use std::fs;
@@ -72,6 +75,35 @@ struct Shared {
     clock: Arc<RobotClock>,
     is_ending: Arc<AtomicBool>,
     watchdog: Watchdog,
+}
+
+impl Shared {
+    /// Puts what the gateway has refused or done itself into the audit log.
+    fn note(&self, AuditNote { by, request, refused, count }: &AuditNote) {
+        let Some(audit) = self.state_publisher.audit() else { return };
+        let principal = self.access.principal(by).ok();
+        let mut outcome = refused
+            .as_ref()
+            .map_or_else(|| audit_texts::DONE.to_owned(), |reason| audit_texts::refused_because(reason));
+        if principal.is_none()
+            && let Some(owner) = self.access.former_owner(by)
+        {
+            outcome.push_str(&audit_texts::with_old_credential_of(&owner));
+        }
+        audit.note(principal, by.address, request, &outcome, *count);
+    }
+
+    /// Puts a refusal of the core into the audit log.
+    fn note_refused(&self, by: &Caller, request: &str, reason: &str) {
+        let refused = Some(reason.to_owned());
+        self.note(&AuditNote { by: *by, request: request.to_owned(), refused, count: 1 });
+    }
+
+    fn note_refused_edit(&self, by: &Caller, outcome: &EditOutcome) {
+        if let EditOutcome::Refused(refusal) = outcome {
+            self.note_refused(by, audit_texts::EDIT, &refusal_reason(refusal.clone()));
+        }
+    }
 }
 
 impl GatewayLink {
@@ -245,7 +277,7 @@ fn read_all(stream: &UnixStream, shared: &Shared, heartbeat: &Heartbeat) -> io::
                     Err(reason) => {
                         if let Some(audit) = shared.state_publisher.audit() {
                             let by = shared.access.principal(&caller).ok();
-                            audit.refuse(by, &caller, &format!("{command:?}"), &reason);
+                            audit.refuse(by, caller.address, &format!("{command:?}"), &reason);
                         }
                         shared.state_publisher.answer(id, by, Some(reason));
                         continue;
@@ -285,7 +317,9 @@ fn read_all(stream: &UnixStream, shared: &Shared, heartbeat: &Heartbeat) -> io::
                     }
                     RoutedCommand::Stack(kind) => LoopRequest::Command(Command { id, by: principal, kind }),
                     RoutedCommand::SimulatedFault(fault) => LoopRequest::InjectFault { id, by, fault },
-                    RoutedCommand::Import(import) => {
+                    RoutedCommand::Import(upload, name, source) => {
+                        let address = caller.address;
+                        let import = ImportRequest { upload, by: principal, address, name, source };
                         shared.state_publisher.answer(id, by, shared.imports.begin(import).err());
                         continue;
                     }
@@ -297,7 +331,7 @@ fn read_all(stream: &UnixStream, shared: &Shared, heartbeat: &Heartbeat) -> io::
                         continue;
                     }
                     RoutedCommand::StoredData(change) => {
-                        let job = DiskJob::StoredData(StoredDataRequest { id, by, change });
+                        let job = DiskJob::StoredData(StoredDataRequest { id, by: principal, change });
                         if let Err(reason) = shared.jobs.start_for_person(job) {
                             shared.state_publisher.answer(id, by, Some(reason.to_owned()));
                         }
@@ -309,7 +343,7 @@ fn read_all(stream: &UnixStream, shared: &Shared, heartbeat: &Heartbeat) -> io::
                         continue;
                     }
                     RoutedCommand::MakeExample(upload, time_zone) => {
-                        let request = ImportRequest::example(upload, principal, time_zone);
+                        let request = ImportRequest::example(upload, principal, caller.address, time_zone);
                         shared.state_publisher.answer(id, by, shared.imports.begin(request).err());
                         continue;
                     }
@@ -337,10 +371,11 @@ fn read_all(stream: &UnixStream, shared: &Shared, heartbeat: &Heartbeat) -> io::
                 let id = edit.id;
                 let refused = |reason| EditOutcome::Refused(EditRefusal::Rejected(reason));
                 let handed_in = match shared.access.admit(&caller, edit_privilege(&edit)) {
-                    Ok(by) => shared.ledger.edit(EditRequest { by, edit }),
+                    Ok(by) => shared.ledger.edit(EditRequest { by, address: caller.address, edit }),
                     Err(reason) => Err(refused(reason)),
                 };
                 if let Err(outcome) = handed_in {
+                    shared.note_refused_edit(&caller, &outcome);
                     let event = Event::EditDone(EditDone { id, outcome });
                     shared.state_publisher.push(CoreMessage::Event { to: Some(caller.client), event });
                 }
@@ -353,10 +388,15 @@ fn read_all(stream: &UnixStream, shared: &Shared, heartbeat: &Heartbeat) -> io::
                 }
             }
             GatewayMessage::Account { number, by, request } => {
+                let asked = audit_texts::request(&request);
                 if let Err(refusal) = shared.accounts.ask(number, by, request) {
+                    shared.note_refused(&by, &asked, &refusal.reason);
                     let result = Err(refusal);
                     shared.state_publisher.push(CoreMessage::AccountReply { number, result });
                 }
+            }
+            GatewayMessage::Audit(notes) => {
+                notes.iter().take(MAX_AUDIT_NOTES).for_each(|note| shared.note(note));
             }
             GatewayMessage::Clients(clients) => shared.lease.set_clients(clients, Instant::now()),
             GatewayMessage::CredentialsUsed(credentials) => {

@@ -3,6 +3,7 @@
 //! The work itself is done by the [`MapImporter`] in another process. The new map is adopted by the store when it is complete, and the uploaded file
 //! goes. If no map could be made, the file is kept for a second attempt, unless a person cancelled the import.
 
+use crate::access::audit_texts;
 use crate::clock::{CalendarTime, RobotClock};
 use crate::ledger::LedgerInbox;
 use crate::mailbox::Mailbox;
@@ -15,6 +16,7 @@ use crossbeam_channel::{Receiver, Sender, TrySendError};
 use messages::{Command, Principal, Severity};
 use ports::{ExampleMaker, ExampleRequest, MapImporter, error_with_causes};
 use std::fs;
+use std::net::IpAddr;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -39,6 +41,10 @@ const CONFIG: ImportsConfig =
 pub struct ImportRequest {
     /// Id of the uploaded file, or for an alignment an id made by the client.
     pub upload: UploadId,
+    /// Who asks.
+    pub by: Principal,
+    /// From where; none: from the robot's own computer.
+    pub address: Option<IpAddr>,
     /// Name of the map.
     pub name: String,
     /// Where its points come from.
@@ -63,8 +69,6 @@ pub enum ImportSource {
     },
     /// The example, which a simulated robot walks.
     Example {
-        /// Who asks.
-        by: Principal,
         /// Time zone of its schedule.
         time_zone: String,
     },
@@ -72,9 +76,9 @@ pub enum ImportSource {
 
 impl ImportRequest {
     /// A request for the example.
-    pub fn example(upload: UploadId, by: Principal, time_zone: String) -> Self {
-        let source = ImportSource::Example { by, time_zone };
-        Self { upload, name: texts::EXAMPLE_NAME.to_owned(), source }
+    pub fn example(upload: UploadId, by: Principal, address: Option<IpAddr>, time_zone: String) -> Self {
+        let source = ImportSource::Example { time_zone };
+        Self { upload, by, address, name: texts::EXAMPLE_NAME.to_owned(), source }
     }
 }
 
@@ -85,6 +89,15 @@ impl ImportSource {
             Self::File { frame } => frame.iter().copied().collect(),
             Self::Map { map, onto, .. } => vec![*map, *onto],
             Self::Example { .. } => Vec::new(),
+        }
+    }
+
+    /// What the audit log says is done.
+    fn verb_of_command(&self) -> &'static str {
+        match self {
+            Self::File { .. } => "import",
+            Self::Map { .. } => "align",
+            Self::Example { .. } => "make",
         }
     }
 
@@ -175,7 +188,7 @@ impl ImportWorker {
                 recv(self.requests) -> request => match request {
                     Ok(request) => {
                         let _job = heartbeat.begin_long_job(CONFIG.max_duration);
-                        self.import(request.upload, &display_name(&request.name), &request.source);
+                        self.import(&request, &display_name(&request.name));
                     }
                     Err(_) => return,
                 },
@@ -184,7 +197,8 @@ impl ImportWorker {
         }
     }
 
-    fn import(&self, upload: UploadId, name: &str, source: &ImportSource) {
+    fn import(&self, request: &ImportRequest, name: &str) {
+        let ImportRequest { upload, ref by, address, ref source, .. } = *request;
         let out = self.store.dir().upload_map(upload);
         self.usage.begin_import(upload, source.maps());
         self.note(upload, name, source, None);
@@ -198,7 +212,7 @@ impl ImportWorker {
             if self.is_cancelled(upload) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
         let adopted = match source {
-            ImportSource::Example { by, time_zone } => {
+            ImportSource::Example { time_zone } => {
                 self.make_example(upload, by, ExampleRequest { name, time_zone, out: &out }, &mut progress)
             }
             _ if progress(ImportStage::Reading, 0.0).is_break() => Err(texts::IMPORT_CANCELLED.to_owned()),
@@ -215,6 +229,13 @@ impl ImportWorker {
             _ => self.remove(upload, source),
         }
         self.usage.end_import();
+        if let Some(audit) = self.state_publisher.audit() {
+            let outcome = match &adopted {
+                Ok(_) => audit_texts::DONE.to_owned(),
+                Err(reason) => audit_texts::failed_because(reason),
+            };
+            audit.ended(by, address, &audit_texts::map_made(source.verb_of_command(), name), &outcome);
+        }
         self.publish_outcome(upload, name, source.verb(), adopted.map(|summary| summary.id));
     }
 

@@ -5,7 +5,9 @@ use uuid::Uuid;
 
 fn request(number: u128) -> ImportRequest {
     let upload = UploadId(Uuid::from_u128(number));
-    ImportRequest { upload, name: "Hall".to_owned(), source: ImportSource::File { frame: None } }
+    let by = Principal::operator(vocab::ClientId(Uuid::from_u128(5)));
+    let source = ImportSource::File { frame: None };
+    ImportRequest { upload, by, address: None, name: "Hall".to_owned(), source }
 }
 
 #[test]

@@ -55,7 +55,7 @@ fn edits(maps: &[MapId]) -> (Vec<Edit>, Vec<String>) {
         inputs.clone(),
         Arc::clone(&mailbox),
         Arc::clone(&clock),
-        Duration::from_millis(1),
+        LedgerConfig { retry_period: Duration::from_millis(1), ..LedgerConfig::default() },
     );
     inbox
         .change_site(SiteWork {

@@ -8,12 +8,12 @@ use crate::map_usage::{MapUsage, MapUse};
 use crate::state_publisher::StatePublisher;
 use crate::texts;
 use api::InterruptedSession;
-use messages::Severity;
+use messages::{Principal, Severity};
 use ports::error_with_causes;
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 use store::{Store, StoreError};
-use vocab::{ClientId, CommandId, MapId, UploadId};
+use vocab::{CommandId, MapId, UploadId};
 
 /// Parameters of [`StoredDataWorker::clean_up`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,7 +36,7 @@ pub struct StoredDataRequest {
     /// Made by the client.
     pub id: CommandId,
     /// Who asks.
-    pub by: ClientId,
+    pub by: Principal,
     /// What is to be done.
     pub change: StoredDataChange,
 }
@@ -84,7 +84,7 @@ impl StoredDataWorker {
         };
         // Before the answer, so that whoever waits for it finds the new state.
         self.publish();
-        self.state_publisher.answer(id, by, done.err());
+        self.state_publisher.answer(id, by.client, done.err());
     }
 
     fn rename(&self, map: MapId, name: &str) -> Result<(), String> {

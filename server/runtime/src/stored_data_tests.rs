@@ -5,6 +5,7 @@ use crate::testing::{MAP, save_map};
 use api::{BinnedMap, CommandOutcome, CoreMessage, Event};
 use messages::{LocalisationState, Publication};
 use uuid::Uuid;
+use vocab::ClientId;
 use vocab::{SessionId, Stamp};
 
 const CLIENT: ClientId = ClientId(Uuid::from_u128(5));
@@ -52,7 +53,7 @@ impl Bench {
         interrupted: &[InterruptedSession],
     ) -> (CommandOutcome, Vec<String>, Vec<BinnedMap>) {
         let id = CommandId(Uuid::from_u128(9));
-        self.worker.handle(StoredDataRequest { id, by: CLIENT, change }, interrupted);
+        self.worker.handle(StoredDataRequest { id, by: Principal::operator(CLIENT), change }, interrupted);
         let (mut names, mut binned) = (Vec::new(), Vec::new());
         loop {
             match self.worker.state_publisher.next(self.connection).expect("connected") {

@@ -45,7 +45,7 @@ fn bench() -> Bench {
         inputs.clone(),
         Arc::clone(&mailbox),
         Arc::clone(&clock),
-        Duration::from_millis(1),
+        LedgerConfig { retry_period: Duration::from_millis(1), ..LedgerConfig::default() },
     );
     let connection = publisher.connect();
     let (store_of_worker, inbox_of_worker) = (Arc::clone(&store), Arc::clone(&inbox));

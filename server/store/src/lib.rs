@@ -50,7 +50,7 @@ pub use files::write_json;
 pub use keyframe_descriptors::keyframe_descriptors;
 pub use ledger::{
     AccountReader, Accounts, AuditEntry, EditRecord, Ledger, LedgerWriter, StoredAccount, StoredCredential,
-    UnfinishedRun, verify_ledger,
+    UnfinishedRun, VerifiedAudit, verify_ledger,
 };
 pub use map_bin::BinnedMap;
 pub use map_cloud::{CloudSelection, MapCloud};

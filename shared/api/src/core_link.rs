@@ -105,4 +105,22 @@ pub enum GatewayMessage {
     Clients(Vec<ClientId>),
     /// Sessions and tokens that were used since the last such message.
     CredentialsUsed(Vec<CredentialId>),
+    /// What the gateway has refused or done itself, for the audit log; [`MAX_AUDIT_NOTES`] at most.
+    Audit(Vec<AuditNote>),
+}
+
+/// Most [`AuditNote`]s in one message.
+pub const MAX_AUDIT_NOTES: usize = 256;
+
+/// Requests of which the core would know nothing, because the gateway has refused or done them itself. Those that are equal are counted.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AuditNote {
+    /// Who asked last. A credential that is not valid is named here too.
+    pub by: Caller,
+    /// What was asked.
+    pub request: String,
+    /// Why it was refused, one sentence; none: it was done.
+    pub refused: Option<String>,
+    /// How often.
+    pub count: u32,
 }

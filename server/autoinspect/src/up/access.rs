@@ -26,6 +26,9 @@ pub struct AccessArgs {
     /// Key of that certificate, a PEM file.
     #[arg(long, value_name = "FILE", requires = "tls_certificate")]
     tls_key: Option<PathBuf>,
+    /// Entries of the audit log that are kept, 1,000 at least [default: 500000]. Older ones are removed, and an entry says so.
+    #[arg(long, value_name = "NUMBER", value_parser = clap::value_parser!(u64).range(1_000..))]
+    audit_entries: Option<u64>,
 }
 
 /// Values of `--tls`.
@@ -56,7 +59,13 @@ impl AccessArgs {
             path.as_ref().map(|path| format!("--{option}={}", path.display()))
         };
         let files = [file("tls-certificate", &self.tls_certificate), file("tls-key", &self.tls_key)];
-        demo.into_iter().chain(hosts).chain(own).chain(files.into_iter().flatten()).collect()
+        let audit = self.audit_entries.map(|entries| format!("--audit-entries={entries}"));
+        demo.into_iter().chain(hosts).chain(own).chain(files.into_iter().flatten()).chain(audit).collect()
+    }
+
+    /// Entries of the audit log that are kept, if that was given.
+    pub fn audit_entries(&self) -> Option<u64> {
+        self.audit_entries
     }
 
     /// Whether connections are encrypted.

@@ -134,6 +134,7 @@ pub fn run_core(args: &CoreArgs) -> Result<(), Failure> {
         restart: args.supervision.restart(ProcessRole::Core),
         robot_restart: args.robot_restart(),
         access: args.access.of_core(),
+        audit_entries: args.access.audit_entries(),
     };
     let _core = Core::start(config).map_err(Failure::failed)?;
     select! {

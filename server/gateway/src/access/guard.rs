@@ -1,9 +1,9 @@
 //! What stands before every handler: the name of the server, the origin of the page, and the privilege table.
 
 use super::identity::{TcpConnection, is_for_reserved_places, scope};
-use super::texts;
+use super::{AccessGate, Identity, texts};
 use crate::app::App;
-use crate::problem::ProblemResponse;
+use crate::problem::{ProblemResponse, RefusedHere};
 use crate::security;
 use crate::tls::trust;
 use api::access::{Endpoint, HttpMethod};
@@ -22,10 +22,17 @@ pub(crate) async fn known_host(
     next: Next,
 ) -> Response {
     let host = single(request.headers(), header::HOST);
-    let Some(host) = host.filter(|host| app.hub.access.hosts.allows(host, connection.local)) else {
+    let access = &app.hub.access;
+    let Some(host) = host.filter(|host| access.hosts.allows(host, connection.local)) else {
+        let nobody = Identity::nobody(None, connection.peer);
+        access.journal.refused(&nobody, texts::UNDER_OTHER_NAME, texts::UNKNOWN_HOST);
         return ProblemResponse::new(StatusCode::MISDIRECTED_REQUEST, texts::UNKNOWN_HOST).into_response();
     };
     if connection.lacks_tls && !trust::is_shown_without_tls(request.uri().path()) {
+        if request.headers().contains_key(header::AUTHORIZATION) {
+            let by = access.identify(request.headers(), &connection);
+            access.journal.refused(&by, texts::WITHOUT_TLS, texts::NEEDS_TLS);
+        }
         return encrypted_address(host, &request);
     }
     let is_certified_by_site = app.encryption.as_ref().is_some_and(|own| own.authority().is_none());
@@ -72,6 +79,8 @@ pub(crate) async fn guard(
     if (is_socket || changes_something) && !security::is_same_origin(headers, connection.is_tls)
         || security::is_cross_site(headers)
     {
+        let by = app.hub.access.identify(headers, &connection);
+        app.hub.access.journal.refused(&by, texts::request_to(endpoint), crate::texts::FOREIGN_ORIGIN);
         return ProblemResponse::new(StatusCode::FORBIDDEN, crate::texts::FOREIGN_ORIGIN).into_response();
     }
     if connection.reserved.is_some() && !is_for_reserved_places(endpoint) {
@@ -80,22 +89,42 @@ pub(crate) async fn guard(
     let access = &app.hub.access;
     let identity = access.identify(headers, &connection);
     if !endpoint.privilege().admits(identity.role) {
-        return match identity.role {
-            Some(role) => {
-                let detail = texts::role_refused(role, endpoint.privilege());
-                ProblemResponse::new(StatusCode::FORBIDDEN, detail).into_response()
-            }
-            None if !access.is_complete() => {
-                ProblemResponse::unavailable(texts::ACCOUNTS_NOT_KNOWN).into_response()
-            }
-            None => ProblemResponse::new(StatusCode::UNAUTHORIZED, texts::SIGN_IN_FIRST)
-                .with_header(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer"))
-                .into_response(),
-        };
+        return not_admitted(access, endpoint, &identity).into_response();
     }
     if let (Some(place), Some(_)) = (connection.reserved, identity.role) {
         app.reserved_places.serve(place);
     }
     request.extensions_mut().insert(identity.clone());
-    scope(&identity, next.run(request)).await
+    let path = request.uri().path().to_owned();
+    let response = scope(&identity, next.run(request)).await;
+    note_outcome(access, endpoint, &identity, &path, &response);
+    response
+}
+
+/// Answers somebody who may not use an endpoint, and notes it for the audit log.
+fn not_admitted(access: &AccessGate, endpoint: Endpoint, identity: &Identity) -> ProblemResponse {
+    let Some(role) = identity.role else {
+        if !access.is_complete() {
+            return ProblemResponse::unavailable(texts::ACCOUNTS_NOT_KNOWN);
+        }
+        let is_presented = identity.caller.credential.is_some();
+        let reason = if is_presented { texts::NOT_VALID } else { texts::SIGN_IN_FIRST };
+        access.journal.refused(identity, texts::request_to(endpoint), reason);
+        return ProblemResponse::new(StatusCode::UNAUTHORIZED, texts::SIGN_IN_FIRST)
+            .with_header(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer"));
+    };
+    let detail = texts::role_refused(role, endpoint.privilege());
+    access.journal.refused(identity, texts::request_to(endpoint), detail.clone());
+    ProblemResponse::new(StatusCode::FORBIDDEN, detail)
+}
+
+/// Notes what the core does not see itself: changes that a handler has refused before it asked the core, and files that go in or out.
+fn note_outcome(access: &AccessGate, endpoint: Endpoint, by: &Identity, path: &str, response: &Response) {
+    if let Some(RefusedHere(reason)) = response.extensions().get() {
+        if endpoint.method() != HttpMethod::Get {
+            access.journal.refused(by, texts::request_to(endpoint), reason.clone());
+        }
+    } else if response.status().is_success() && matches!(endpoint, Endpoint::Upload | Endpoint::DownloadRun) {
+        access.journal.done(by, format!("{} {path}", endpoint.method()));
+    }
 }

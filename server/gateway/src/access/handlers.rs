@@ -248,5 +248,5 @@ fn problem(AccountRefusal { kind, reason }: AccountRefusal) -> ProblemResponse {
         AccountRefusalKind::Busy => StatusCode::TOO_MANY_REQUESTS,
         AccountRefusalKind::Unavailable => StatusCode::SERVICE_UNAVAILABLE,
     };
-    ProblemResponse::new(status, reason)
+    ProblemResponse::new(status, reason).of_core()
 }

@@ -22,9 +22,12 @@ pub(crate) struct TcpConnection {
     pub(crate) reserved: Option<ReservedPlaceId>,
 }
 
-/// What can be asked for when all connections are taken.
+/// What can be asked for when all connections are taken. A control socket is for those who have signed in, and there are few ([`crate::limits::Limits::clients`]).
 pub(super) fn is_for_reserved_places(endpoint: Endpoint) -> bool {
-    matches!(endpoint, Endpoint::StopMotion | Endpoint::SignIn | Endpoint::Session | Endpoint::Health)
+    matches!(
+        endpoint,
+        Endpoint::StopMotion | Endpoint::SignIn | Endpoint::Session | Endpoint::Health | Endpoint::Control
+    )
 }
 
 /// Whose commands those are that came over HTTP without a sign-in.

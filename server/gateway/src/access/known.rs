@@ -2,7 +2,7 @@
 
 use super::cookies::presented;
 use super::identity::{Identity, TcpConnection, http_client};
-use super::{AccessConfig, HostList};
+use super::{AccessConfig, AccessJournal, HostList};
 use accounts::credential_id;
 use api::access::{AccessState, Grant};
 use api::{Caller, CredentialId, Role};
@@ -26,6 +26,8 @@ struct PublishedAccess {
 pub(crate) struct AccessGate {
     pub(crate) is_demo: bool,
     pub(crate) hosts: HostList,
+    /// What the audit log has to say of requests of which the core knows nothing.
+    pub(crate) journal: AccessJournal,
     known: watch::Sender<Arc<PublishedAccess>>,
     used: Mutex<BTreeSet<CredentialId>>,
 }
@@ -36,6 +38,7 @@ impl AccessGate {
         Self {
             is_demo: config.is_demo,
             hosts: HostList::new(&config.allowed_hosts),
+            journal: AccessJournal::default(),
             known: watch::Sender::default(),
             used: Mutex::default(),
         }

@@ -10,12 +10,14 @@ pub(crate) mod guard;
 pub(crate) mod handlers;
 mod hosts;
 mod identity;
+mod journal;
 mod known;
 pub(crate) mod texts;
 
 pub(crate) use hosts::HostList;
 pub use identity::socket_client;
 pub(crate) use identity::{Identity, TcpConnection, current_caller, on_behalf_of};
+pub(crate) use journal::AccessJournal;
 pub(crate) use known::AccessGate;
 
 use std::net::IpAddr;

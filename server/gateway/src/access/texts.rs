@@ -1,5 +1,6 @@
 //! Sentences for people about access, by key. English.
 
+use api::access::Endpoint;
 use api::{Privilege, Role};
 
 /// The host of a request is no name of this server.
@@ -11,6 +12,21 @@ pub(crate) const NO_AUTHORITY: &str = "This server has no certificate authority 
 /// Something needs an account.
 pub(crate) const SIGN_IN_FIRST: &str =
     "Nobody has signed in, or the session has ended. Sign in, or send a token in the Authorization header.";
+/// Somebody presents a session or token that is not valid: it has ended, or there has never been one.
+pub(crate) const NOT_VALID: &str =
+    "The session or token is not valid: it has ended, or is not one of this server.";
+/// What the audit log says is asked, where too many different requests are refused.
+pub(crate) const OTHER_REQUESTS: &str = "other requests";
+/// Why they are not told apart.
+pub(crate) const TOO_MANY_KINDS: &str = "Too many different requests were refused to list each.";
+/// What the audit log says of a request under a name that is none of the server's.
+pub(crate) const UNDER_OTHER_NAME: &str = "a request under another name of the server";
+/// What the audit log says of a secret that was sent over plain http.
+pub(crate) const WITHOUT_TLS: &str = "a request with a token over plain http";
+/// What the audit log says of a socket that got no place.
+pub(crate) const CONTROL_PLACE: &str = "a place among the control sockets";
+/// What the audit log says of an edit that the gateway has refused.
+pub(crate) const EDIT: &str = "edit";
 /// The core has not yet said who may use the platform.
 pub(crate) const ACCOUNTS_NOT_KNOWN: &str =
     "The robot's core has not said yet who may use the platform. Try again in a few seconds.";
@@ -37,3 +53,8 @@ pub(crate) const ONE_CHANGE: &str =
     "The document has to have exactly one of role, password, is_enabled and end_sessions.";
 /// The audit log was asked for in a format that there is not.
 pub(crate) const FORMAT_UNKNOWN: &str = "The format is json or csv. Leave it out for JSON.";
+
+/// What the audit log says of a request to an endpoint.
+pub(crate) fn request_to(endpoint: Endpoint) -> String {
+    format!("{} {}", endpoint.method(), endpoint.path())
+}

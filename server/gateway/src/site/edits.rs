@@ -6,6 +6,7 @@ use super::objects::{KindPath, ObjectPath, kind_of, named, no_object, respond, s
 use super::parse;
 use super::paths::{Condition, edit_id, etag, if_match, must_be_new, new_id, path_of};
 use super::schemas::{EditDocument, EditResultDocument, FieldsProblemDocument, RemovalDocument};
+use crate::access::Identity;
 use crate::app::App;
 use crate::documents::Answer;
 use crate::json_response::json;
@@ -15,6 +16,7 @@ use crate::problem_schemas::SiteChangeProblems;
 use crate::schemas::ProblemDocument;
 use crate::texts;
 use api::{EditOutcome, EditRefusal, SiteState};
+use axum::Extension;
 use axum::body::Bytes;
 use axum::extract::rejection::BytesRejection;
 use axum::extract::{Request, State};
@@ -207,9 +209,16 @@ pub(crate) async fn delete_object(
     (status = 422, body = FieldsProblemDocument, content_type = "application/problem+json", description = "The site cannot be as the edit would make it; each field is named"),
     SiteChangeProblems
 ))]
-pub(crate) async fn post_edit(State(app): State<Arc<App>>, request: Request) -> Answer {
+pub(crate) async fn post_edit(
+    State(app): State<Arc<App>>,
+    Extension(identity): Extension<Identity>,
+    request: Request,
+) -> Answer {
+    let length = request.headers().get(header::CONTENT_LENGTH);
+    let length: Option<u64> = length.and_then(|length| length.to_str().ok()?.parse().ok());
     // Before anything of it is read, because what is read stays in memory.
-    let _place = app.editing.acquire().await.map_err(|_| ProblemResponse::unavailable(texts::CORE_BUSY))?;
+    let place = app.editing.claim(identity.account.as_deref(), length).await;
+    let _place = place.map_err(|_| ProblemResponse::unavailable(texts::CORE_BUSY))?;
     let bytes = read_long(request).await?;
     // A long document takes tenths of a second, for which no connection should wait.
     let parsed = tokio::task::spawn_blocking(move || {
@@ -269,7 +278,7 @@ async fn perform(app: &App, edit: Edit) -> Result<(u64, Vec<RevisionChange>), Pr
     let answer = app.hub.edit(edit.clone()).map_err(ProblemResponse::unavailable)?;
     match tokio::time::timeout(FIXED.max_answer_wait, answer).await {
         Ok(Ok(EditOutcome::Applied { revision, changes })) => Ok((revision, changes)),
-        Ok(Ok(EditOutcome::Refused(refusal))) => Err(refusal_problem(app, &edit, refusal)),
+        Ok(Ok(EditOutcome::Refused(refusal))) => Err(refusal_problem(app, &edit, refusal).of_core()),
         Ok(Err(_)) => Err(ProblemResponse::unavailable(texts::CORE_LOST_BEFORE_ANSWER)),
         Err(_) => Err(ProblemResponse::new(StatusCode::GATEWAY_TIMEOUT, texts::COMMAND_NOT_ANSWERED)),
     }

@@ -9,7 +9,7 @@ use api::{
 };
 use gateway::Limits;
 use std::time::{Duration, Instant};
-use tokio::io::AsyncReadExt;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpSocket, TcpStream};
 use tokio_tungstenite::tungstenite::Message;
 use vocab::{CommandId, Stamp};
@@ -261,5 +261,106 @@ async fn a_viewer_uploads_nothing() {
     assert!(
         !gateway.folder.path().join("data/uploads").join("11111111-0000-4000-8000-000000000001").exists()
     );
+    gateway.stop().await;
+}
+
+/// Sends the head of an edit of this length, and nothing of its content.
+async fn begin_edit(gateway: &Gateway, secret: &str, length: usize) -> TcpStream {
+    let mut stream = TcpStream::connect(gateway.address).await.expect("a connection");
+    let head = format!(
+        "POST /api/v1/site/edits HTTP/1.1\r\nhost: {}\r\nauthorization: Bearer {secret}\r\ncontent-length: {length}\r\n\r\n{{",
+        gateway.address
+    );
+    stream.write_all(head.as_bytes()).await.expect("written");
+    stream
+}
+
+#[tokio::test]
+async fn an_operator_who_sends_edits_slowly_does_not_hold_those_of_others() {
+    let (gateway, core) = with_access().await;
+    let mut slow = Vec::new();
+    for number in 0..40 {
+        // Short and long ones.
+        slow.push(begin_edit(&gateway, "operator", if number % 2 == 0 { 100 } else { 1 << 20 }).await);
+    }
+    let ask = async {
+        let headers = ["authorization: Bearer admin", "content-length: 2"];
+        gateway.send("POST", api::paths::SITE_EDITS_PATH, &headers, b"[]").await.status
+    };
+    let status =
+        tokio::time::timeout(Duration::from_secs(10), ask).await.expect("nobody waits for the slow one");
+    assert_eq!(status, 400, "it was read");
+    drop((slow, core));
+    gateway.stop().await;
+}
+
+/// Opens a connection from an address of this computer, asks for long answers, and reads nothing.
+async fn slow_reader(gateway: &Gateway, last: u8) -> TcpStream {
+    let socket = TcpSocket::new_v4().expect("a socket");
+    socket.set_recv_buffer_size(4 << 10).expect("settable");
+    socket.bind(([127, 0, 0, last], 0).into()).expect("an address of this computer");
+    let mut stream = socket.connect(gateway.address).await.expect("a connection");
+    let ask = format!("GET /long.js HTTP/1.1\r\nhost: {}\r\n\r\n", gateway.address).repeat(4);
+    stream.write_all(ask.as_bytes()).await.ok();
+    stream
+}
+
+/// 1,000 readers that read nothing are there at once. Those beyond the limit get a clear answer, the gateway stays small, and a viewer can still stop the robot, somebody can
+/// sign in, and an operator gets a control socket.
+#[tokio::test]
+async fn a_thousand_slow_readers_keep_nobody_from_stop_sign_in_and_a_seat() {
+    raise_file_limit();
+    // They are not ended for reading nothing while the test goes on.
+    let limits = Limits { write_stall: PATIENCE * 4, ..Limits::default() };
+    let (gateway, mut core) = with_limited_access(limits).await;
+    gateway.write("static/long.js", &vec![b' '; 4 << 20]);
+    let before = resident_bytes();
+    let mut readers = Vec::new();
+    for number in 0..1_000_u16 {
+        readers.push(slow_reader(&gateway, 10 + (number % 40) as u8).await);
+    }
+    let grown = resident_bytes().saturating_sub(before);
+    println!("1,000 slow readers: {} MB grown", grown >> 20);
+    assert!(grown < 64 << 20, "{} MB", grown >> 20);
+    let stop = gateway.request(
+        "POST",
+        api::paths::STOP_PATH,
+        &["authorization: Bearer viewer", "content-length: 0"],
+    );
+    let heard = async {
+        let client = loop {
+            if let GatewayMessage::Command { id, by, command: Command::StopMotion } = core.command().await {
+                break (id, by.client);
+            }
+        };
+        let event = Event::CommandDone { id: client.0, outcome: api::CommandOutcome::Accepted };
+        core.send(&CoreMessage::Event { to: Some(client.1), event }).await;
+    };
+    let (answer, ()) = tokio::join!(stop, heard);
+    assert_eq!(answer.status, 204);
+    let body = br#"{"account": "ada", "password": "a wrong password"}"#;
+    let length = format!("content-length: {}", body.len());
+    let sign_in =
+        gateway.send("POST", api::paths::SESSION_PATH, &["content-type: application/json", &length], body);
+    let heard = async {
+        loop {
+            if let GatewayMessage::Account { number, .. } = core.command().await {
+                let (kind, reason) = (api::access::AccountRefusalKind::NotSignedIn, "No.".to_owned());
+                let result = Err(api::access::AccountRefusal { kind, reason });
+                return core.send(&CoreMessage::AccountReply { number, result }).await;
+            }
+        }
+    };
+    let (answer, ()) = tokio::join!(sign_in, heard);
+    assert_eq!(answer.status, 401, "the core was asked");
+    let mut operator = welcomed_with(&gateway, "operator", lease(7)).await;
+    operator
+        .send(&ClientMessage::Command { id: CommandId(uuid::Uuid::from_u128(9)), command: Command::LeaveMap })
+        .await;
+    assert!(matches!(core.command().await, GatewayMessage::Command { command: Command::LeaveMap, .. }));
+    // What a place beyond the limit is not for gets a clear answer.
+    let refused = gateway.get(api::paths::MAPS_PATH, &["authorization: Bearer operator"]).await;
+    refused.expect_problem(503);
+    drop(readers);
     gateway.stop().await;
 }

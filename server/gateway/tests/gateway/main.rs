@@ -3,6 +3,7 @@
 mod abuse;
 mod access;
 mod attacks;
+mod audit_notes;
 mod control;
 mod core_link;
 mod http;

@@ -269,12 +269,23 @@ impl TestCore {
         self.send(&CoreMessage::Event { to: None, event }).await;
     }
 
-    /// The gateway's next message, but for lists of the clients.
+    /// The gateway's next message, but for lists of the clients and what is for the audit log.
     pub async fn receive(&mut self) -> GatewayMessage {
         loop {
             match self.receive_any().await {
-                GatewayMessage::Clients(_) => {}
+                GatewayMessage::Clients(_) | GatewayMessage::Audit(_) => {}
                 message => return message,
+            }
+        }
+    }
+
+    /// Waits for a note for the audit log for which `take` has a value.
+    pub async fn note<T>(&mut self, mut take: impl FnMut(&api::AuditNote) -> Option<T>) -> T {
+        loop {
+            if let GatewayMessage::Audit(notes) = self.receive_any().await
+                && let Some(found) = notes.iter().find_map(&mut take)
+            {
+                return found;
             }
         }
     }

@@ -1,5 +1,7 @@
 //! What the audit log says of commands about accounts and of their outcomes, by key. English.
 
+use accounts::AccountName;
+use api::access::AccountRequest;
 use std::fmt::Display;
 
 /// It was done.
@@ -14,6 +16,40 @@ pub const NOT_ANSWERED: &str = "not answered";
 pub const SIGN_IN: &str = "sign in";
 /// Somebody has changed the own password.
 pub const CHANGE_OWN_PASSWORD: &str = "change own password";
+
+/// Requests that are not told apart, because there were too many different ones.
+pub const OTHER_REQUESTS: &str = "other requests";
+/// Commands beyond those of an account that have an entry each.
+pub const FURTHER_COMMANDS: &str = "further commands";
+/// What has come of them.
+pub const NOT_LISTED: &str = "not listed one by one";
+/// An edit of the site.
+pub const EDIT: &str = "edit";
+
+/// How often, after an outcome.
+pub fn times(count: u32) -> String {
+    if count > 1 { format!(" ({count} times)") } else { String::new() }
+}
+
+/// So many entries could not be written before this one, after an outcome.
+pub fn entries_lost(count: u64) -> String {
+    format!("; {count} entries before this one are missing, because the disk has failed")
+}
+
+/// Whoever asked has presented what was a session of an account or a token before, after an outcome.
+pub fn with_old_credential_of(owner: &str) -> String {
+    format!(" It was a session or token of {owner}.")
+}
+
+/// The making of a map has ended.
+pub fn map_made(verb: &str, name: &str) -> String {
+    format!("{verb} map {name}")
+}
+
+/// What was begun has failed.
+pub fn failed_because(reason: &str) -> String {
+    format!("failed: {reason}")
+}
 
 /// It was refused with this reason.
 pub fn refused_because(reason: &str) -> String {
@@ -87,4 +123,26 @@ pub fn end_token(name: &str) -> String {
 /// A command was given on the robot's own console.
 pub fn on_console(command: &str) -> String {
     format!("console: {command}")
+}
+
+/// A request about accounts. A name that is none may be a password in the wrong field, so it is left out.
+pub fn request(request: &AccountRequest) -> String {
+    let (what, account) = match request {
+        AccountRequest::SignIn { account, .. } => (SIGN_IN, Some(account)),
+        AccountRequest::SignOut => ("sign out", None),
+        AccountRequest::MakeFirstAdmin(first) => ("make the first admin", Some(&first.account)),
+        AccountRequest::ChangeOwnPassword { .. } => (CHANGE_OWN_PASSWORD, None),
+        AccountRequest::ListAccounts => ("list accounts", None),
+        AccountRequest::AddAccount { account, .. } => ("add account", Some(account)),
+        AccountRequest::ChangeAccount { account, .. } => ("change account", Some(account)),
+        AccountRequest::RemoveAccount { account } => ("remove account", Some(account)),
+        AccountRequest::ListTokens => ("list tokens", None),
+        AccountRequest::AddToken { .. } => ("make token", None),
+        AccountRequest::RevokeToken(_) => ("end token", None),
+    };
+    match account.and_then(|account| account.parse::<AccountName>().ok()) {
+        Some(account) if matches!(request, AccountRequest::SignIn { .. }) => sign_in_as(&account),
+        Some(account) => format!("{what} {account}"),
+        None => what.to_owned(),
+    }
 }

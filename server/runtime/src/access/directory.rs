@@ -68,6 +68,12 @@ impl AccessDirectory {
         }
     }
 
+    /// Whose session or token it was that somebody presents, if it was one.
+    pub fn former_owner(&self, caller: &Caller) -> Option<String> {
+        let known = self.lock();
+        Some(known.accounts.credentials.get(&caller.credential?)?.owner.clone())
+    }
+
     /// Sessions and tokens were used.
     pub fn note_used(&self, credentials: &[CredentialId], now: Stamp) {
         let mut known = self.lock();

@@ -25,6 +25,8 @@ impl AccessWorker {
         let is_known = name.is_some() && self.directory.is_known(text, by);
         let now = Instant::now();
         if let Some(wait) = self.throttle.wait(by.address, text, is_known, now) {
+            self.failures.0 += 1;
+            self.note_failure(by, name.as_ref());
             return refused(AccountRefusalKind::Busy, texts::too_many_failures(wait));
         }
         let stored = self.directory.with_accounts(|accounts| accounts.accounts.get(text).cloned());

@@ -51,7 +51,7 @@ impl Bench {
             inputs.clone(),
             Arc::clone(&mailbox),
             Arc::clone(&clock),
-            Duration::ZERO,
+            LedgerConfig { retry_period: Duration::ZERO, ..LedgerConfig::default() },
         );
         let (queue, inbox) = LedgerQueue::new(LedgerConfig::default());
         let directory = Arc::new(AccessDirectory::new(mode));

@@ -3,14 +3,14 @@
 
 use super::first_admin::FirstAdminLink;
 use super::inbox::{AccountInbox, Closed, WaitingAccountRequest};
-use super::texts;
 use super::{AccessDirectory, AccessMode, AccountsConfig};
+use super::{audit_texts, texts};
 use crate::clock::CalendarTime;
 use crate::ledger::{LedgerInbox, LedgerWork};
 use crate::state_publisher::StatePublisher;
 use accounts::SignInThrottle;
 use api::CoreMessage;
-use api::access::{AccessState, AccountRefusal, AccountRefusalKind};
+use api::access::{AccessState, AccountRefusal, AccountRefusalKind, AccountRequest};
 use ports::error_with_causes;
 use std::sync::Arc;
 use std::time::Instant;
@@ -67,9 +67,21 @@ impl AccessWorker {
         loop {
             self.refresh();
             heartbeat.beat();
+            if let Some(audit) = self.state_publisher.audit() {
+                audit.flush(Instant::now());
+            }
             match self.inbox.next(self.config.poll_period) {
                 Ok(Some(WaitingAccountRequest { number, by, request })) => {
+                    let asked = audit_texts::request(&request);
+                    // Failed sign-ins have entries of their own.
+                    let is_sign_in = matches!(request, AccountRequest::SignIn { .. });
                     let result = self.handle(&by, request);
+                    if let (Err(refusal), false, Some(audit)) =
+                        (&result, is_sign_in, self.state_publisher.audit())
+                    {
+                        let principal = self.directory.principal(&by).ok();
+                        audit.refuse(principal, by.address, &asked, &refusal.reason);
+                    }
                     // Whoever has signed in may use the answer at once.
                     self.refresh();
                     self.state_publisher.push(CoreMessage::AccountReply { number, result });

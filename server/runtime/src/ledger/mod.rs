@@ -24,6 +24,7 @@ use ports::error_with_causes;
 use site_model::{Edit, Site};
 use std::collections::VecDeque;
 use std::fmt;
+use std::net::IpAddr;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use store::{LedgerWriter, Store, StoreError};
@@ -41,6 +42,8 @@ pub struct LedgerConfig {
     pub max_waiting_bytes: usize,
     /// Edits that are written in one transaction. They share its wait for the disk. Chosen: a transaction then takes milliseconds more than one edit does.
     pub max_edits_at_once: usize,
+    /// Entries of the audit log that are kept. Given by `--audit-entries`; the default is chosen: more than a year of 1,000 entries a day.
+    pub audit_entries: u64,
 }
 
 impl Default for LedgerConfig {
@@ -50,6 +53,7 @@ impl Default for LedgerConfig {
             max_waiting_requests: 512,
             max_waiting_bytes: 4 * api::MAX_EDIT_BYTES,
             max_edits_at_once: 64,
+            audit_entries: 500_000,
         }
     }
 }
@@ -72,6 +76,8 @@ impl Commit {
 #[derive(Debug)]
 pub struct EditRequest {
     pub by: Principal,
+    /// From where; none: from the robot's own computer.
+    pub address: Option<IpAddr>,
     pub edit: Edit,
 }
 

@@ -1,6 +1,7 @@
 //! The site and the ledger that holds it. An edit is applied to the site in memory, written, and then published and answered.
 
-use super::{EditRequest, LedgerWrite, SiteWork};
+use super::{EditRequest, LedgerConfig, LedgerWrite, SiteWork, refusal_reason};
+use crate::access::audit_texts;
 use crate::clock::{CalendarTime, RobotClock};
 use crate::mailbox::Mailbox;
 use crate::state_publisher::StatePublisher;
@@ -29,6 +30,8 @@ pub struct SiteKeeper {
     /// When it is tried again.
     retry_at: Instant,
     retry_period: Duration,
+    /// Entries of the audit log that are kept.
+    audit_entries: u64,
     state_publisher: Arc<StatePublisher>,
     /// What the stack has to know of the site and of earlier runs. Bounded: the ledger waits while it is full.
     inputs: Sender<Input>,
@@ -59,14 +62,15 @@ impl SiteKeeper {
         inputs: Sender<Input>,
         mailbox: Arc<Mailbox>,
         clock: Arc<RobotClock>,
-        retry_period: Duration,
+        config: LedgerConfig,
     ) -> Self {
         let mut keeper = Self {
             store,
             open: None,
             problem: String::new(),
             retry_at: Instant::now(),
-            retry_period,
+            retry_period: config.retry_period,
+            audit_entries: config.audit_entries,
             state_publisher,
             inputs,
             are_missions_restored: false,
@@ -89,7 +93,8 @@ impl SiteKeeper {
                 return Err(self.problem.clone());
             }
             match self.store.open_ledger() {
-                Ok((ledger, state)) => {
+                Ok((mut ledger, state)) => {
+                    ledger.keep_audit_entries(self.audit_entries);
                     self.state_publisher.publish_site(&state);
                     self.send_to_stack(&ledger, &state);
                     self.open = Some(OpenLedger { ledger, state });
@@ -146,7 +151,7 @@ impl SiteKeeper {
         let applied = self.transaction(|writer, state| {
             edits
                 .iter()
-                .map(|EditRequest { by, edit }| apply_edit(writer, state, Some(by), edit, at))
+                .map(|EditRequest { by, edit, .. }| apply_edit(writer, state, Some(by), edit, at))
                 .collect()
         });
         let applied = applied.unwrap_or_else(|reason| {
@@ -158,7 +163,12 @@ impl SiteKeeper {
             };
             edits.iter().map(refused).collect::<Vec<_>>()
         });
-        for (Applied { id, outcome, changed }, EditRequest { by, .. }) in applied.into_iter().zip(edits) {
+        for (Applied { id, outcome, changed }, EditRequest { by, address, .. }) in
+            applied.into_iter().zip(edits)
+        {
+            if let (EditOutcome::Refused(refusal), Some(audit)) = (&outcome, self.state_publisher.audit()) {
+                audit.refuse(Some(by.clone()), address, audit_texts::EDIT, &refusal_reason(refusal.clone()));
+            }
             self.publish(changed);
             self.answer_edit(by.client, id, outcome);
         }

@@ -47,7 +47,7 @@ impl Bench {
             sender.clone(),
             Arc::clone(&mailbox),
             Arc::clone(&clock),
-            config.retry_period,
+            config,
         );
         let connection = publisher.connect();
         let worker = LedgerWorker {
@@ -109,7 +109,7 @@ impl Bench {
     fn edit(&self, edit: Edit) -> (EditOutcome, Vec<u64>) {
         let id = edit.id;
         let by = Principal::operator(ClientId(Uuid::from_u128(5)));
-        self.inbox.edit(EditRequest { by, edit }).expect("room for it");
+        self.inbox.edit(EditRequest { by, address: None, edit }).expect("room for it");
         self.done(id)
     }
 }
@@ -287,6 +287,7 @@ fn what_does_not_fit_the_queue_is_refused_at_once() {
         LedgerQueue::new(LedgerConfig { max_waiting_requests: 1, ..LedgerConfig::default() });
     let request = || EditRequest {
         by: Principal::operator(ClientId(Uuid::from_u128(5))),
+        address: None,
         edit: put(1, None, asset(1, "Pump")),
     };
     assert_eq!(inbox.edit(request()), Ok(()));

@@ -84,7 +84,7 @@ fn changes_of_two_starts(found: Option<usize>) -> (Vec<SceneChange>, Vec<String>
             inputs.clone(),
             Arc::clone(&mailbox),
             Arc::clone(&clock),
-            Duration::from_millis(1),
+            LedgerConfig { retry_period: Duration::from_millis(1), ..LedgerConfig::default() },
         );
         let ledger = LedgerWorker {
             store: Arc::clone(&store),

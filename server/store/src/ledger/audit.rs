@@ -1,4 +1,8 @@
 //! The audit log: who asked for what, and what became of it. Each entry holds the checksum of the one before.
+//!
+//! Beyond a number of entries the oldest are removed. The same transaction adds an entry that says up to which number, and holds the checksum of the last one that was
+//! removed. So the chain goes on from there: whoever has kept the removed entries can show that they belong to it, and without such an entry a log that does not begin
+//! with its first entry counts as changed.
 
 use super::documents::{author, json};
 use super::rows::{DAMAGED_ROW, Fault, integer, or_null, text};
@@ -71,8 +75,44 @@ impl LedgerWriter<'_> {
             Value::from(outcome.to_owned()),
             previous,
         ];
-        AUDIT.put(self.transaction, &values)
+        AUDIT.put(self.transaction, &values)?;
+        match self.max_audit_entries {
+            Some(most) => self.cut_audit(seq + 1, most, at),
+            None => Ok(()),
+        }
     }
+
+    /// Removes the oldest entries if there are more than `most` and some. `newest` is the number of the last one.
+    fn cut_audit(&self, newest: i64, most: u64, at: Stamp) -> Result<(), Fault> {
+        let most = i64::try_from(most.max(1)).unwrap_or(i64::MAX);
+        let slack = (most / CUT_SHARE).max(1);
+        let oldest = AUDIT.read(self.transaction, "ORDER BY seq LIMIT 1", [], |row| integer(&row[0]))?;
+        let Some(oldest) =
+            oldest.first().copied().filter(|oldest| newest - oldest >= most.saturating_add(slack))
+        else {
+            return Ok(());
+        };
+        // The entry that says so comes on top.
+        let last = (newest + 1 - most).max(oldest);
+        let removed =
+            AUDIT.read(self.transaction, "WHERE seq = ?1", [last], |row| Some(AUDIT.checksum(row)))?;
+        let Some(Value::Blob(checksum)) = removed.first() else { return Err(Fault::Broken(DAMAGED_ROW)) };
+        let outcome = cut_outcome(last, checksum);
+        self.transaction.prepare_cached("DELETE FROM audit WHERE seq <= ?1")?.execute([last])?;
+        self.put_audit_row(Value::Null, CUT, &outcome, at)
+    }
+}
+
+/// The log is cut once it has this share of its greatest number too much, so that it is not cut at every entry.
+const CUT_SHARE: i64 = 100;
+
+/// What the entry that is added to a log that was cut says of who asked for what: the platform itself.
+const CUT: &str = "remove old entries of the audit log";
+
+/// What it says was done.
+fn cut_outcome(last: i64, checksum: &[u8]) -> String {
+    let checksum: String = checksum.iter().map(|byte| format!("{byte:02x}")).collect();
+    format!("done up to entry {last}, of which the checksum is {checksum}")
 }
 
 impl Ledger {
@@ -106,18 +146,38 @@ impl Ledger {
     }
 }
 
-/// Checks that no entry was changed, removed or put in between.
+/// Checks that no entry was changed, removed or put in between. Those that the platform has removed itself are named by an entry, with the checksum of the last.
 pub(super) fn check_chain(connection: &Connection) -> Result<(), Fault> {
-    let mut last = (0, Value::Null);
+    let changed = || Fault::Broken(crate::texts::AUDIT_LOG_CHANGED);
+    let mut last: Option<(i64, Value)> = None;
+    // What an entry has to say if the log does not begin with the first.
+    let mut missing: Option<String> = None;
     AUDIT.for_each(connection, "ORDER BY seq", [], |row| {
         let values = AUDIT.whole(&row).ok_or(Fault::Broken(DAMAGED_ROW))?;
         let seq = integer(&values[0]).unwrap_or(0);
-        if seq != last.0 + 1 || values[5] != last.1 {
-            return Err(Fault::Broken(crate::texts::AUDIT_LOG_CHANGED));
+        match &last {
+            Some((before, checksum)) if seq == before + 1 && values[5] == *checksum => {}
+            None if seq == 1 && values[5] == Value::Null => {}
+            None => match &values[5] {
+                Value::Blob(checksum) => missing = Some(cut_outcome(seq - 1, checksum)),
+                _ => return Err(changed()),
+            },
+            Some(_) => return Err(changed()),
         }
-        last = (seq, AUDIT.checksum(values));
+        let is_cut = values[2] == Value::Null && text(&values[3]) == Some(CUT);
+        if is_cut && missing.as_deref() == text(&values[4]) {
+            missing = None;
+        }
+        last = Some((seq, AUDIT.checksum(values)));
         Ok(())
-    })
+    })?;
+    if missing.is_some() { Err(changed()) } else { Ok(()) }
+}
+
+/// Number of the first entry that is there.
+pub(super) fn first_entry(connection: &Connection) -> Result<u64, Fault> {
+    let first = AUDIT.read(connection, "ORDER BY seq LIMIT 1", [], |row| integer(&row[0]))?;
+    Ok(first.first().and_then(|first| (*first).try_into().ok()).unwrap_or(0))
 }
 
 /// Number and checksum of the last entry.

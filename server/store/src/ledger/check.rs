@@ -9,6 +9,17 @@ use std::fs;
 use std::ops::ControlFlow;
 use std::path::Path;
 
+/// The audit log of a ledger that is whole.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct VerifiedAudit {
+    /// Number of the first entry; 0 without any.
+    pub first: u64,
+    /// Number of the last entry; 0 without any.
+    pub last: u64,
+    /// Checksum of the last entry.
+    pub checksum: Option<[u8; 32]>,
+}
+
 /// How thoroughly SQLite looks at its structure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Depth {
@@ -44,15 +55,17 @@ fn check_all(connection: &Connection) -> Result<(), Fault> {
 }
 
 /// Reads the whole ledger at `path`, compares every row with its checksum, and checks that no entry of the audit log was changed, removed or put in between. Returns the
-/// number of entries of the audit log and the checksum of the last one, which anchors the whole log: whoever notes it elsewhere notices also a log that was cut at its end.
+/// numbers of the first and the last entry of the audit log, both 0 without any, and the checksum of the last one, which anchors the whole log: whoever notes it elsewhere
+/// notices also a log that was cut at its end.
 ///
 /// # Errors
 /// When the ledger cannot be read or is damaged.
-pub fn verify_ledger(path: &Path) -> Result<(u64, Option<[u8; 32]>), StoreError> {
+pub fn verify_ledger(path: &Path) -> Result<VerifiedAudit, StoreError> {
     let verify = || {
         let connection = open_for_reading(path)?;
         check_all(&connection)?;
-        audit::last_entry(&connection)
+        let (last, checksum) = audit::last_entry(&connection)?;
+        Ok(VerifiedAudit { first: audit::first_entry(&connection)?, last, checksum })
     };
     verify().map_err(|fault| error(path, fault))
 }

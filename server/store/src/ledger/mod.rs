@@ -1,7 +1,7 @@
 //! The ledger: what people have made of the site, what the robot did and who asked for it, in one SQLite database with one writer.
 //!
 //! A transaction is on the disk when [`Ledger::write`] returns (WAL, `synchronous=FULL`). Rows are added or replaced by newer ones; none is deleted but those of accounts
-//! that were removed and of sessions that ended long ago. A damaged
+//! that were removed, of sessions that ended long ago, and the oldest of the audit log ([`Ledger::keep_audit_entries`]). A damaged
 //! database is put aside under another name and a new one is begun with what can still be read of its documents, see `recovery.rs`.
 
 mod accounts;
@@ -18,7 +18,7 @@ mod wal;
 
 pub use accounts::{AccountReader, Accounts, StoredAccount, StoredCredential};
 pub use audit::AuditEntry;
-pub use check::verify_ledger;
+pub use check::{VerifiedAudit, verify_ledger};
 pub use documents::EditRecord;
 pub use runs::UnfinishedRun;
 
@@ -46,6 +46,8 @@ const CONFIG: DatabaseConfig = DatabaseConfig { busy_timeout: Duration::from_sec
 pub struct Ledger {
     connection: Connection,
     path: PathBuf,
+    /// Entries of the audit log that are kept; `None`: all.
+    max_audit_entries: Option<u64>,
 }
 
 /// A transaction of the ledger.
@@ -53,6 +55,7 @@ pub struct Ledger {
 pub struct LedgerWriter<'a> {
     transaction: &'a Transaction<'a>,
     path: &'a Path,
+    max_audit_entries: Option<u64>,
 }
 
 impl Ledger {
@@ -82,7 +85,7 @@ impl Ledger {
         connection.pragma_update(None, "synchronous", "FULL")?;
         schema::migrate(&mut connection)?;
         let state = documents::read_site(&connection)?;
-        Ok((Self { connection, path: path.to_owned() }, state))
+        Ok((Self { connection, path: path.to_owned(), max_audit_entries: None }, state))
     }
 
     /// Opens the ledger of a data directory that a core may be using, or makes one. Nothing is repaired: that is the core's to do.
@@ -91,6 +94,11 @@ impl Ledger {
     /// When it cannot be opened.
     pub fn open_beside_core(path: &Path) -> Result<Self, StoreError> {
         Ok(Self::open(path)?.0)
+    }
+
+    /// Keeps this number of entries of the audit log from now on, and about a hundredth more. Older ones are removed, and an entry says so. A ledger that was opened keeps all.
+    pub fn keep_audit_entries(&mut self, most: u64) {
+        self.max_audit_entries = Some(most);
     }
 
     /// Writes what `write` does in one transaction, which is on the disk when this returns. Nothing of it is written if it fails.
@@ -105,7 +113,8 @@ impl Ledger {
         let failed = |source: rusqlite::Error| error(path, source.into());
         let transaction =
             self.connection.transaction_with_behavior(TransactionBehavior::Immediate).map_err(failed)?;
-        let done = write(&LedgerWriter { transaction: &transaction, path })?;
+        let max_audit_entries = self.max_audit_entries;
+        let done = write(&LedgerWriter { transaction: &transaction, path, max_audit_entries })?;
         transaction.commit().map_err(failed)?;
         Ok(done)
     }

@@ -118,8 +118,8 @@ fn accounts_are_read_by_others_when_they_change() {
 fn an_entry_of_the_audit_log_that_was_changed_is_found() {
     let (dir, _) = filled();
     let path = dir.path().join("ledger.db");
-    let (entries, last) = verify_ledger(&path).expect("whole");
-    assert!(entries >= 3 && last.is_some());
+    let verified = verify_ledger(&path).expect("whole");
+    assert!(verified.first == 1 && verified.last >= 3 && verified.checksum.is_some());
     // Whoever changes a row can compute its checksum anew, but not those of all that follow.
     let connection = Connection::open(&path).expect("opens");
     let rows = AUDIT.read(&connection, "WHERE seq = 2", [], |row| Some(row.to_vec())).expect("readable");
@@ -128,6 +128,48 @@ fn an_entry_of_the_audit_log_that_was_changed_is_found() {
     AUDIT.put(&connection, &row).expect("written");
     drop(connection);
     assert!(verify_ledger(&path).is_err());
+}
+
+/// Adds this number of entries, of which 100 are kept, each in a transaction of its own.
+fn log_of_100(path: &std::path::Path, added: u64) {
+    let mut ledger = Ledger::open_beside_core(path).expect("opens");
+    ledger.keep_audit_entries(100);
+    for number in 0..added {
+        let (command, outcome) = (format!("command {number}"), "accepted".to_owned());
+        let entry = AuditEntry { by: None, address: None, command, outcome };
+        ledger.write(|writer| writer.put_audit_entry(&entry, AT)).expect("written");
+    }
+}
+
+#[test]
+fn a_log_that_was_cut_is_bounded_and_its_chain_holds() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let path = dir.path().join("ledger.db");
+    log_of_100(&path, 99);
+    assert_eq!(verify_ledger(&path).expect("whole").first, 1, "nothing is removed yet");
+    for _ in 0..5 {
+        log_of_100(&path, 150);
+        let VerifiedAudit { first, last, .. } = verify_ledger(&path).expect("the chain holds");
+        assert!(first > 1 && (100..=102).contains(&(last + 1 - first)), "{first} to {last}");
+    }
+    let ledger = Ledger::open_beside_core(&path).expect("opens");
+    let told = ledger.audit(None, "remove old entries", 10).expect("readable");
+    assert!(told[0].outcome.starts_with("done up to entry "), "{told:?}");
+}
+
+#[test]
+fn entries_that_others_have_removed_at_the_beginning_are_missed() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let path = dir.path().join("ledger.db");
+    log_of_100(&path, 50);
+    let connection = Connection::open(&path).expect("opens");
+    connection.execute("DELETE FROM audit WHERE seq <= 10", []).expect("deleted");
+    assert!(verify_ledger(&path).is_err(), "nothing says that they were removed");
+    log_of_100(&path, 150);
+    verify_ledger(&path).expect("what the platform has removed includes them");
+    let first = verify_ledger(&path).expect("whole").first;
+    connection.execute("DELETE FROM audit WHERE seq = ?1", [first]).expect("deleted");
+    assert!(verify_ledger(&path).is_err(), "one more than the platform has removed");
 }
 
 #[test]

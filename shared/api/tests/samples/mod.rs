@@ -475,6 +475,12 @@ pub fn gateway_messages() -> Vec<GatewayMessage> {
         GatewayMessage::RequestGraph,
         GatewayMessage::Edit { by: CLIENT.into(), edit: site::edit() },
         GatewayMessage::RequestSite,
+        GatewayMessage::Audit(vec![AuditNote {
+            by: access::caller(),
+            request: name(),
+            refused: Some(name()),
+            count: 300,
+        }]),
     ];
     let query = |query| GatewayMessage::Query { number: 300, by: CLIENT.into(), query };
     messages.extend(queries().into_iter().map(query));
