@@ -234,6 +234,7 @@ mod nightly {
 }
 
 /// Ten clients edit one site for this time, and undo their own last edit, while a mission runs.
+#[expect(clippy::print_stdout, reason = "figures of a test")]
 fn edit_with_ten_clients(edit_seconds: u32) {
     let dir = tempfile::tempdir().expect("temporary directory");
     let platform = RunningPlatform::start_with_robot(dir.path(), &["--lidar-columns", "400", "--speed", "2"]);
