@@ -159,7 +159,7 @@ fn optimise(wasm_opt: &Path, wasm: &Path) -> Result<()> {
     let status = Command::new("node")
         .arg(wasm_opt)
         .args(WASM_FEATURES)
-        // The second pass makes the compressed file another 9 kB smaller.
+        // Twice: of a client of 2,175,870 bytes after brotli, the second pass saved 9 kB.
         .args(["-Os", "-Os", "--output"])
         .args([wasm, wasm])
         .status()
