@@ -340,8 +340,8 @@ async fn a_thousand_slow_readers_keep_nobody_from_stop_sign_in_and_a_seat() {
     assert_eq!(answer.status, 204);
     let body = br#"{"account": "ada", "password": "a wrong password"}"#;
     let length = format!("content-length: {}", body.len());
-    let sign_in =
-        gateway.send("POST", api::paths::SESSION_PATH, &["content-type: application/json", &length], body);
+    let headers = ["content-type: application/json", &length];
+    let sign_in = gateway.send("POST", api::paths::SESSION_PATH, &headers, body);
     let heard = async {
         loop {
             if let GatewayMessage::Account { number, .. } = core.command().await {

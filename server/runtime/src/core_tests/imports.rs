@@ -84,6 +84,9 @@ fn imports_run_one_at_a_time_can_be_cancelled_and_report_why_they_fail() {
     assert_eq!(failed(&mut gateway), (work, "Aligned cannot be aligned by 3 pairs.".to_owned()));
     gateway.command(8, align(vec![[Vec3::default(); 2]; api::MAX_PAIRS + 9]));
     assert_eq!(failed(&mut gateway).1, format!("Aligned cannot be aligned by {} pairs.", api::MAX_PAIRS));
+    let entry = audit_entry(&mut gateway, "import map Second");
+    assert_eq!(entry.outcome, "failed: Second is no cloud.");
+    assert!(entry.origin.is_some_and(|origin| origin.contains(&CLIENT.to_string())), "who has started it");
     // The file of the cancelled import is gone; of the others each is kept with its note.
     let kept = |upload: UploadId| uploads.join(upload.to_string()).exists();
     assert_eq!((kept(first), kept(second), kept(missing)), (false, true, true));
@@ -112,4 +115,46 @@ fn a_core_without_an_importer_refuses_imports() {
         _ => None,
     });
     assert!(refused);
+}
+
+/// Waits for the entry of the audit log with this command.
+pub(super) fn audit_entry(gateway: &mut FakeGateway, command: &str) -> api::StoredAudit {
+    let end = Instant::now() + Duration::from_secs(30);
+    for number in 0.. {
+        assert!(Instant::now() < end, "no entry says {command:?}");
+        let query = api::Query::Audit { before: None, containing: command.to_owned(), limit: 10 };
+        gateway.send(&GatewayMessage::Query { number, by: CLIENT.into(), query });
+        let found = loop {
+            if let CoreMessage::Reply { result: Ok(api::QueryReply::Audit(entries)), .. } =
+                gateway.next().expect("the core goes on")
+            {
+                break entries.into_iter().find(|entry| entry.command == command);
+            }
+        };
+        if let Some(entry) = found {
+            return entry;
+        }
+    }
+    unreachable!("the loop ends by one of the above")
+}
+
+#[test]
+fn what_the_gateway_has_refused_and_edits_that_do_not_fit_are_entries_of_the_audit_log() {
+    let bench = bench(usize::MAX);
+    bench.clock(0);
+    let mut gateway = bench.gateway();
+    let note = api::AuditNote {
+        by: api::Caller { address: Some([192, 0, 2, 7].into()), ..CLIENT.into() },
+        request: "GET /api/v1/audit".to_owned(),
+        refused: Some("Ask an admin.".to_owned()),
+        count: 40,
+    };
+    gateway.send(&GatewayMessage::Audit(vec![note]));
+    let entry = audit_entry(&mut gateway, "GET /api/v1/audit");
+    assert_eq!(entry.outcome, "refused: Ask an admin. (40 times)");
+    assert!(entry.origin.is_some_and(|origin| origin.contains("192.0.2.7")), "from where");
+    let edit = site_model::Edit { id: site_model::EditId(Uuid::from_u128(1)), changes: Vec::new() };
+    gateway.send(&GatewayMessage::Edit { by: CLIENT.into(), edit });
+    let entry = audit_entry(&mut gateway, "edit");
+    assert!(entry.outcome.starts_with("refused: ") && entry.origin.is_some(), "{entry:?}");
 }

@@ -131,7 +131,7 @@ fn an_entry_of_the_audit_log_that_was_changed_is_found() {
 }
 
 /// Adds this number of entries, of which 100 are kept, each in a transaction of its own.
-fn log_of_100(path: &std::path::Path, added: u64) {
+fn log_of_100(path: &Path, added: u64) {
     let mut ledger = Ledger::open_beside_core(path).expect("opens");
     ledger.keep_audit_entries(100);
     for number in 0..added {
@@ -168,7 +168,7 @@ fn entries_that_others_have_removed_at_the_beginning_are_missed() {
     log_of_100(&path, 150);
     verify_ledger(&path).expect("what the platform has removed includes them");
     let first = verify_ledger(&path).expect("whole").first;
-    connection.execute("DELETE FROM audit WHERE seq = ?1", [first]).expect("deleted");
+    connection.execute("DELETE FROM audit WHERE seq = ?1", [first as i64]).expect("deleted");
     assert!(verify_ledger(&path).is_err(), "one more than the platform has removed");
 }
 
