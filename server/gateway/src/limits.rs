@@ -151,7 +151,7 @@ pub(crate) struct FixedLimits {
     pub(crate) close_timeout: Duration,
     /// Longest time for which the clock is extrapolated without a new stamp. After that the robot is silent, and its clock stands. Chosen: forty ticks of the core.
     pub(crate) max_clock_extrapolation: Duration,
-    /// Bytes read from the disk at a time, which a connection that does not read keeps in memory. Chosen: 33 MB for all connections.
+    /// Bytes read from the disk at a time, which a connection that does not read keeps in memory about twice. Chosen: 25 MB for all connections.
     pub(crate) file_chunk_bytes: usize,
 }
 
@@ -205,7 +205,7 @@ pub(crate) const FIXED: FixedLimits = FixedLimits {
     accept_pause: Duration::from_millis(50),
     close_timeout: Duration::from_secs(2),
     max_clock_extrapolation: Duration::from_secs(2),
-    file_chunk_bytes: 64 << 10,
+    file_chunk_bytes: 16 << 10,
 };
 
 /// A token bucket.

@@ -186,9 +186,7 @@ async fn serve_connection<Io>(io: Io, service: ConnectionService, app: &App)
 where
     Io: AsyncRead + AsyncWrite + Unpin + Send + 'static,
 {
-    let has_one_request = service.about.reserved.is_some();
     let connection = http1::Builder::new()
-        .keep_alive(!has_one_request)
         .timer(TokioTimer::new())
         .header_read_timeout(app.limits.header_timeout)
         .max_headers(FIXED.max_request_headers)

@@ -14,13 +14,21 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
 
-/// Answers only requests for a name of this server.
+/// Answers only requests for a name of this server. A connection at a reserved place ends after its request, unless that opens a socket.
 pub(crate) async fn known_host(
     State(app): State<Arc<App>>,
     Extension(connection): Extension<TcpConnection>,
     request: Request,
     next: Next,
 ) -> Response {
+    let mut response = answer_known_host(&app, connection, request, next).await;
+    if connection.reserved.is_some() && response.status() != StatusCode::SWITCHING_PROTOCOLS {
+        response.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
+    }
+    response
+}
+
+async fn answer_known_host(app: &App, connection: TcpConnection, request: Request, next: Next) -> Response {
     let host = single(request.headers(), header::HOST);
     let access = &app.hub.access;
     let Some(host) = host.filter(|host| access.hosts.allows(host, connection.local)) else {

@@ -61,8 +61,8 @@ async fn foreign_names_and_origins_and_secrets_that_are_not_valid_are_noted() {
 async fn an_edit_that_the_gateway_refuses_is_noted() {
     let (gateway, mut core) = with_access().await;
     let headers = ["authorization: Bearer operator", "content-type: application/json", "content-length: 2"];
-    assert_eq!(gateway.send("POST", "/api/v1/site/asset", &headers, b"[]").await.status, 400);
-    let (note, _) = refused(&mut core, "POST /api/v1/site/{kind}").await;
+    assert_eq!(gateway.send("POST", api::paths::SITE_EDITS_PATH, &headers, b"[]").await.status, 400);
+    let (note, _) = refused(&mut core, "POST /api/v1/site/edits").await;
     assert_eq!(note.by.credential, Some(credential("operator")));
     gateway.stop().await;
 }
