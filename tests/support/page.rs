@@ -25,7 +25,7 @@ pub struct Page {
 pub const NEXT_PICTURES: &str =
     "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))";
 
-/// A control that moves less than this between two frames stands still, CSS pixels. Chosen: far less than the smallest button.
+/// A control that moves less than this while the pointer comes stands still, CSS pixels. Chosen: far less than the smallest button.
 const STILL_PX: f64 = 2.0;
 
 /// A key in the form of the protocol.
@@ -216,7 +216,7 @@ impl Page {
         (corners.len() == 8).then(|| At { x: mean(0), y: mean(1) })
     }
 
-    /// Waits until the control with this role and name is enabled and stays where it is for two frames, as a person would, and clicks it.
+    /// Waits until the control with this role and name is enabled and is where it was before the pointer came, as a person would, and clicks it.
     #[track_caller]
     pub fn click(&mut self, role: &str, name: &str) {
         let at = wait_for(
@@ -225,7 +225,6 @@ impl Page {
             || {
                 let at = self.middle_if_enabled(role, name)?;
                 self.pointer("mouseMoved", at);
-                self.evaluate(NEXT_PICTURES);
                 let now = self.middle_if_enabled(role, name)?;
                 ((now.x - at.x).hypot(now.y - at.y) < STILL_PX).then_some(now)
             },
