@@ -102,6 +102,15 @@ impl Bvh {
         self.traverse(packet, |_| true);
     }
 
+    /// Whether the processor has the instructions that test a whole packet at once.
+    #[cfg(any(test, target_arch = "x86_64"))]
+    pub(crate) fn has_wide_instructions() -> bool {
+        #[cfg(target_arch = "x86_64")]
+        return std::arch::is_x86_feature_detected!("avx2");
+        #[cfg(not(target_arch = "x86_64"))]
+        return false;
+    }
+
     /// As [`Self::cast`], with the instructions that every processor has.
     #[cfg(test)]
     pub(crate) fn cast_portable(&self, packet: &mut RayPacket) {
@@ -118,7 +127,7 @@ impl Bvh {
     #[allow(unsafe_code, reason = "instructions that not every processor has")]
     fn traverse(&self, packet: &mut RayPacket, goes_on: impl Fn(&mut RayPacket) -> bool) {
         #[cfg(target_arch = "x86_64")]
-        if std::arch::is_x86_feature_detected!("avx2") {
+        if Self::has_wide_instructions() {
             // SAFETY: the processor has these instructions.
             return unsafe { self.traverse_avx2(packet, goes_on) };
         }

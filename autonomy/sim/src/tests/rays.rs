@@ -90,6 +90,10 @@ fn random_packet(site: &SimulatedSite, rng: &mut Rng) -> RayPacket {
 
 #[test]
 fn both_sets_of_instructions_find_the_same_bits() {
+    if !crate::Bvh::has_wide_instructions() {
+        println!("skipped: this processor has no AVX2");
+        return;
+    }
     for name in SiteName::ALL {
         let (site, mut rng) = (SimulatedSite::new(name), RngTree::new(9).rng());
         for _ in 0..500 {

@@ -1,6 +1,6 @@
 //! Tests of the commands that work without a robot.
 
-use crate::program::{data, json, text};
+use crate::program::{data, json, run, text};
 use std::fs;
 use std::path::Path;
 
@@ -71,6 +71,20 @@ fn a_simulated_walk_is_recorded_mapped_compared_and_replayed_bit_for_bit() {
     for _ in 0..2 {
         assert_eq!(json(&["replay", text(&log)])["fingerprint"], fingerprint.as_str());
     }
+
+    // The effects as lines of JSON, in the order of the robot's clock.
+    let effects = path("effects.jsonl");
+    let replayed = json(&["replay", text(&log), "--effects", text(&effects)]);
+    assert_eq!(replayed["fingerprint"], fingerprint.as_str());
+    let lines = fs::read_to_string(&effects).expect("written");
+    let lines: Vec<serde_json::Value> =
+        lines.lines().map(|line| serde_json::from_str(line).expect("a line is an object")).collect();
+    assert!(lines.iter().any(|line| line["effect"]["Publish"]["Estimate"].is_object()));
+    assert!(lines.iter().all(|line| line["effect"]["Publish"]["Scan"].is_null()), "clouds are left out");
+    assert!(lines.is_sorted_by_key(|line| line["at_ns"].as_i64()));
+    let nowhere = path("missing").join("effects.jsonl");
+    let complaint = run(&["replay", text(&log), "--effects", text(&nowhere)]).stderr;
+    assert!(String::from_utf8_lossy(&complaint).contains(text(&nowhere)), "it names the file");
 
     // A journal of another walk has another fingerprint, so the check can fail.
     let (other, other_log) = (path("other.mcap"), path("other_journal.mcap"));

@@ -75,7 +75,7 @@ struct Refusal {
     outcome: String,
 }
 
-/// Commands of an account without an entry of their own would be those beyond this.
+/// How many more commands of an account get an entry of their own: a token bucket.
 #[derive(Clone, Copy, Debug)]
 struct Budget {
     left: f64,

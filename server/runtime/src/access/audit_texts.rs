@@ -31,7 +31,7 @@ pub fn times(count: u32) -> String {
     if count > 1 { format!(" ({count} times)") } else { String::new() }
 }
 
-/// So many entries could not be written before this one, after an outcome.
+/// The number of entries before this one that could not be written, after an outcome.
 pub fn entries_lost(count: u64) -> String {
     format!("; {count} entries before this one are missing, because the disk has failed")
 }

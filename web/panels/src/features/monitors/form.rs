@@ -18,8 +18,10 @@ struct FormConfig {
     silences_s: [f64; 2],
     /// Silence that a new condition waits for, seconds. Chosen: as long as a lost link that comes back by itself.
     new_silence_s: f64,
-    /// Range of a signal that is no share.
+    /// Range of a signal that is no share, in its unit. Chosen: wider than any signal, so that a slip of the finger is still a finite number.
     values: [f64; 2],
+    /// Limits of a new condition on a signal that was watched for silence, shares. Chosen: those of the built-in monitor of the battery.
+    new_limits: [f64; 2],
 }
 
 const CONFIG: FormConfig = FormConfig {
@@ -27,6 +29,7 @@ const CONFIG: FormConfig = FormConfig {
     silences_s: [1.0, 86_400.0],
     new_silence_s: 60.0,
     values: [-1e9, 1e9],
+    new_limits: [0.2, 0.8],
 };
 
 /// Shows all fields of a monitor, and puts what was changed into `changed`.
@@ -181,7 +184,7 @@ fn condition_of(kind: ConditionKind, before: MonitorCondition) -> MonitorConditi
     let (low, high) = match before {
         MonitorCondition::Below { threshold, release } => (threshold, release),
         MonitorCondition::Above { threshold, release } => (release, threshold),
-        MonitorCondition::Silent(_) => (0.2, 0.8),
+        MonitorCondition::Silent(_) => (CONFIG.new_limits[0], CONFIG.new_limits[1]),
     };
     match kind {
         ConditionKind::Below => MonitorCondition::Below { threshold: low, release: high },
