@@ -4,16 +4,16 @@ use crate::byte_range::ByteRange;
 use crate::limits::FIXED;
 use crate::problem::ProblemResponse;
 use crate::texts;
-use axum::body::Body;
+use axum::body::{Body, Bytes};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use futures_util::Stream;
 use std::fs::Metadata;
-use std::io::{self, SeekFrom};
+use std::io::{self, Read, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 use tokio::fs::File;
-use tokio::io::{AsyncReadExt, AsyncSeekExt};
-use tokio_util::io::ReaderStream;
+use tokio::io::AsyncSeekExt;
 
 /// The client may keep the file for ever.
 pub(crate) const IMMUTABLE: &str = "public, max-age=31536000, immutable";
@@ -80,9 +80,26 @@ pub(crate) async fn respond(
         file.seek(SeekFrom::Start(first)).await.map_err(|error| not_read(path, &error))?;
     }
     // `take`, because a file that grows meanwhile must not outgrow the length just promised.
-    *response.body_mut() =
-        Body::from_stream(ReaderStream::with_capacity(file.take(count), FIXED.file_chunk_bytes));
+    *response.body_mut() = Body::from_stream(chunks(file, count).await);
     Ok(Some(response))
+}
+
+/// The next `count` bytes of a file, or fewer if it ends before; each chunk is read when the connection asks for it. A reader that reads nothing keeps no buffer of the file
+/// beyond what the connection holds, which is why this is not `ReaderStream` of tokio-util: that one keeps two more chunks for each reader.
+async fn chunks(file: File, count: u64) -> impl Stream<Item = io::Result<Bytes>> {
+    futures_util::stream::try_unfold((file.into_std().await, count), |(file, left)| async move {
+        if left == 0 {
+            return Ok(None);
+        }
+        let read = tokio::task::spawn_blocking(move || {
+            let limit = left.min(FIXED.file_chunk_bytes as u64);
+            let mut chunk = Vec::with_capacity(usize::try_from(limit).unwrap_or(FIXED.file_chunk_bytes));
+            (&file).take(limit).read_to_end(&mut chunk).map(|_| (Bytes::from(chunk), file))
+        });
+        let (chunk, file) = read.await.map_err(io::Error::other)??;
+        let left = left - chunk.len() as u64;
+        Ok((!chunk.is_empty()).then_some((chunk, (file, left))))
+    })
 }
 
 /// A file that never changes, because it is named by its content. `name`, from a parsed id, is its strong validator; `missing`: a sentence for a file that is not there.
