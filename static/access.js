@@ -48,8 +48,9 @@ function show(isFirstAdmin, needsFirstAdmin) {
   repeated.required = isFirstAdmin;
   password.autocomplete = isFirstAdmin ? "new-password" : "current-password";
   problem.hidden = true;
-  if (dialog.hidden) {
-    dialog.hidden = false;
+  if (!dialog.open) {
+    // Modal: the client below keeps what was typed into it, and neither Tab nor a finger reaches it.
+    dialog.showModal();
     (account.value ? password : account).focus();
   }
 }
@@ -84,9 +85,9 @@ async function submit(event) {
     firstAdminSecret = null;
     password.value = "";
     repeated.value = "";
-    dialog.hidden = true;
     const resumed = waiting;
     waiting = [];
+    dialog.close();
     resumed.forEach((resume) => resume());
   } catch {
     refuse("The robot's server does not answer. Check the network, then try again.");
@@ -112,10 +113,13 @@ async function signOut() {
 
 takeSecretOfLink();
 form.addEventListener("submit", submit);
+// Escape does not sign in.
+dialog.addEventListener("cancel", (event) => event.preventDefault());
+dialog.addEventListener("close", () => waiting.length > 0 && dialog.showModal());
 addEventListener("autoinspect-sign-out", signOut);
 addEventListener("autoinspect-manage-people", () => open("people.html", "_blank", "noopener"));
 // Without a control socket. The client says that the stop may not arrive, and sends it again once it is connected.
 addEventListener("autoinspect-stop", () => fetch("api/v1/stop", { method: "POST" }).catch(() => {}));
 addEventListener("autoinspect-change-password", () => open("password.html", "_blank", "noopener"));
 // The client says so when it has lost its connection: perhaps the session has ended.
-addEventListener("autoinspect-disconnected", () => dialog.hidden && signedIn());
+addEventListener("autoinspect-disconnected", () => !dialog.open && signedIn());

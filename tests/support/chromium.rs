@@ -4,7 +4,7 @@ use std::fs;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-use serde_json::json;
+use serde_json::{Value, json};
 use tempfile::TempDir;
 
 use super::devtools::DevTools;
@@ -53,9 +53,24 @@ impl Chromium {
 
     /// Opens an empty page of `width` by `height` CSS pixels.
     pub fn open(&self, width: u32, height: u32) -> Page {
+        self.open_with(width, height, |_| json!({ "url": "about:blank" }))
+    }
+
+    /// As [`Self::open`], with cookies and storage of its own, as on another computer.
+    pub fn open_apart(&self, width: u32, height: u32) -> Page {
+        self.open_with(width, height, |devtools| {
+            let context = devtools.call(None, "Target.createBrowserContext", json!({}));
+            // In a window of its own, because only the page in front of a window draws frames.
+            json!({ "url": "about:blank", "browserContextId": context["browserContextId"], "newWindow": true })
+        })
+    }
+
+    /// `target`: what is asked of the browser for the new page.
+    fn open_with(&self, width: u32, height: u32, target: impl FnOnce(&mut DevTools) -> Value) -> Page {
         let (port, path) = wait_for("Chromium to start", START_LIMIT, || self.address());
         let mut devtools = DevTools::connect(port, &path);
-        let target = devtools.call(None, "Target.createTarget", json!({ "url": "about:blank" }));
+        let target = target(&mut devtools);
+        let target = devtools.call(None, "Target.createTarget", target);
         let attached = devtools.call(
             None,
             "Target.attachToTarget",

@@ -40,7 +40,15 @@ impl KeyPress {
     pub const W: Self = Self { code: "KeyW", key: "w", number: b'W' };
     pub const ESCAPE: Self = Self { code: "Escape", key: "Escape", number: 27 };
     pub const ENTER: Self = Self { code: "Enter", key: "Enter", number: 13 };
+    pub const TAB: Self = Self { code: "Tab", key: "Tab", number: 9 };
     pub const Q: Self = Self { code: "KeyQ", key: "q", number: b'Q' };
+}
+
+impl KeyPress {
+    /// `text`: the character that the key types, or nothing.
+    fn event(self, kind: &str, text: &str) -> Value {
+        json!({ "type": kind, "code": self.code, "key": self.key, "windowsVirtualKeyCode": self.number, "text": text })
+    }
 }
 
 /// An element of the page with a role and a name.
@@ -280,6 +288,20 @@ impl Page {
         );
     }
 
+    /// Waits as [`Self::click`] does, and taps the control with a finger.
+    #[track_caller]
+    pub fn tap(&mut self, role: &str, name: &str) {
+        let what = format!("an enabled {role} “{name}” that stays in its place");
+        let at = wait_for(&what, CONTROL_LIMIT, || {
+            let at = self.middle_if_enabled(role, name)?;
+            self.wait_for_frame();
+            let now = self.middle_if_enabled(role, name)?;
+            ((now.x - at.x).hypot(now.y - at.y) < STILL_PX).then_some(now)
+        });
+        self.touch("touchStart", Some(at));
+        self.touch("touchEnd", None);
+    }
+
     /// A finger: `touchStart`, `touchMove` or, without a place, `touchEnd`.
     pub fn touch(&mut self, kind: &str, at: Option<At>) {
         let points: Vec<Value> = at.iter().map(|at| json!({ "x": at.x, "y": at.y })).collect();
@@ -294,11 +316,14 @@ impl Page {
         self.key("keyUp", key);
     }
 
+    /// Presses and releases a key as in a form, where Enter is a character too.
+    pub fn key_in_form(&mut self, key: KeyPress) {
+        self.call("Input.dispatchKeyEvent", key.event("keyDown", if key.number == 13 { "\r" } else { "" }));
+        self.key_up(key);
+    }
+
     fn key(&mut self, kind: &str, key: KeyPress) {
-        self.call(
-            "Input.dispatchKeyEvent",
-            json!({ "type": kind, "code": key.code, "key": key.key, "windowsVirtualKeyCode": key.number }),
-        );
+        self.call("Input.dispatchKeyEvent", key.event(kind, ""));
     }
 
     /// Types `text` into the element with the focus.

@@ -1,5 +1,6 @@
 //! `cargo xtask test security`: runs the attacks on the platform that stand as tests, and prints what came of each.
 
+use std::collections::BTreeSet;
 use std::process::{ExitCode, Stdio};
 
 use anyhow::{Result, bail};
@@ -10,18 +11,25 @@ use crate::shell;
 const PACKAGES: [&str; 6] = ["accounts", "api", "autoinspect", "gateway", "runtime", "store"];
 
 /// Their modules and names.
-const FILTER: &str = "not test(/(^|::)nightly::/) and (test(/(^|::)(attacks|access|audit_notes|repeats|journal|ledger::tests|privilege_matrix|reserved_places|abuse|uploads|tls|throttle|passwords|cookies|hosts|address_places|core_queue|authority|tls::files|lease_arbiter)::/) or binary(privileges) \
+const TESTS: &str = "not test(/(^|::)nightly::/) and (test(/(^|::)(attacks|access|audit_notes|repeats|journal|ledger::tests|privilege_matrix|reserved_places|abuse|uploads|tls|throttle|passwords|cookies|hosts|address_places|core_queue|authority|tls::files|lease_arbiter)::/) or binary(privileges) \
                       or test(/no_path_leads_out/) or binary(ledger_kills))";
 
 pub(crate) fn command() -> Result<ExitCode> {
     let mut tests = shell::cargo();
-    tests.args(["nextest", "run", "--no-fail-fast", "--color", "never", "--status-level", "all"]);
-    for package in PACKAGES {
-        tests.args(["-p", package]);
-    }
-    let output = tests.args(["-E", FILTER]).stdout(Stdio::piped()).stderr(Stdio::piped()).output()?;
+    // The whole workspace, because packages alone select other features, and half of all crates would be compiled again.
+    tests.args(["nextest", "run", "--workspace", "--exclude", "benches"]);
+    tests.args(["--no-fail-fast", "--color", "never", "--status-level", "all"]);
+    let packages = PACKAGES.map(|package| format!("package({package})")).join(" or ");
+    let output = tests
+        .args(["-E", &format!("({packages}) and {TESTS}")])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .output()?;
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
-    let rows: Vec<_> = text.lines().filter_map(row).collect();
+    let mut rows: Vec<_> = text.lines().filter_map(row).collect();
+    // What failed is printed once more at the end.
+    let mut seen = BTreeSet::new();
+    rows.retain(|row| seen.insert(row.clone()));
     if rows.is_empty() {
         bail!("no attack was tried; cargo nextest says:\n{text}");
     }

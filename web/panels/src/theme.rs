@@ -239,6 +239,8 @@ pub fn install(ctx: &egui::Context, theme: Theme) {
     let egui_theme = if tokens.dark { egui::Theme::Dark } else { egui::Theme::Light };
     ctx.set_theme(egui_theme);
     ctx.set_visuals_of(egui_theme, visuals(&tokens));
+    // A press of any length is a click. Long presses mean nothing here, egui counts a press from frame to frame, and on a slow tablet a frame may be longer than egui's limit.
+    ctx.options_mut(|options| options.input_options.max_click_duration = f64::INFINITY);
     ctx.all_styles_mut(|style| {
         style.spacing.item_spacing = egui::vec2(8.0, 8.0);
         style.spacing.interact_size = egui::vec2(TOUCH, 32.0);
