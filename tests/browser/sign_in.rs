@@ -23,6 +23,8 @@ fn people_sign_in_and_do_what_their_roles_allow() {
     let server = Server::start_with_accounts("b1", data.path());
     let mut ada = browser.open(1440, 900);
     the_first_admin_signs_in(&mut ada, &server, data.path());
+    an_admin_sees_people_and_what_they_did(browser.open(1440, 900), &server);
+    ada.bring_to_front();
     a_session_ends_in_the_middle_of_an_edit(&mut ada);
     let mut bob = browser.open_apart(412, 915);
     an_operator_signs_in_by_touch(&mut bob, &server);
@@ -51,6 +53,26 @@ fn the_first_admin_signs_in(page: &mut Page, server: &Server, data: &Path) {
     }
     page.click("button", "Live");
     page.control("button", "People and tokens");
+}
+
+/// In a second page of the same browser, which has the session already.
+fn an_admin_sees_people_and_what_they_did(mut page: Page, server: &Server) {
+    page.go(&format!("{}people.html", server.url()));
+    wait_for("the accounts", LIMIT, || {
+        let text = page.evaluate("document.body.innerText");
+        ["ada", "bob", "vic"]
+            .iter()
+            .all(|name| text.as_str().is_some_and(|text| text.contains(name)))
+            .then_some(())
+    });
+    for (width, height) in [(1440, 900), (412, 915)] {
+        page.resize(width, height);
+        page.wait_for_pictures();
+        page.screenshot().save(&format!("people-{width}x{height}"));
+        let overflow = "document.documentElement.scrollWidth > innerWidth";
+        assert_eq!(page.evaluate(overflow), false, "nothing is cut off at a width of {width}");
+    }
+    assert_eq!(page.errors(), Vec::<String>::new());
 }
 
 /// The session ends while half a name stands in a field: the client asks to sign in again, over what is shown, and the name can be finished.

@@ -21,6 +21,8 @@ pub(crate) struct Day {
     pub(crate) lockstep: Lockstep,
     commands: u128,
     pub(crate) estimate: Pose,
+    /// The estimate when each action was called.
+    pub(crate) estimates_of_calls: Vec<Pose>,
     pub(crate) graph: Arc<PoseGraph>,
     pub(crate) mapping: MappingState,
     /// Every published state of mapping.
@@ -72,6 +74,7 @@ impl Day {
             lockstep: Lockstep::new(config, session, true),
             commands: 0,
             estimate: Pose::IDENTITY,
+            estimates_of_calls: Vec::new(),
             graph: Arc::default(),
             mapping: MappingState::Idle,
             states: Vec::new(),
@@ -113,6 +116,7 @@ impl Day {
         let Self {
             lockstep,
             estimate,
+            estimates_of_calls,
             graph,
             mapping,
             states,
@@ -132,6 +136,7 @@ impl Day {
         } = self;
         lockstep.advance(until, &mut |_, effect| match effect {
             StackEffect::Publish(Publication::Estimate(now)) => *estimate = now.map_from_base,
+            StackEffect::CallAction { .. } => estimates_of_calls.push(*estimate),
             StackEffect::Publish(Publication::Graph { graph: now, .. }) => *graph = Arc::clone(now),
             StackEffect::Publish(Publication::GraphDelta(delta)) => {
                 assert!(Arc::make_mut(graph).apply(delta), "the delta belongs to another graph");

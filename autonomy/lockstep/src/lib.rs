@@ -31,4 +31,6 @@ mod loops_tests;
 #[cfg(test)]
 mod mission_tests;
 #[cfg(test)]
+mod site_mission_tests;
+#[cfg(test)]
 mod tests;

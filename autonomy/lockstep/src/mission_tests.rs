@@ -218,26 +218,6 @@ fn a_mission_docks_and_charges_between_its_photos_and_goes_on_after_undocking() 
 }
 
 #[test]
-fn missions_among_people_are_done_without_touching_anything() {
-    for seed in [61, 62] {
-        // One of the five walks through the middle of the round.
-        let mut day = morning(seed, 5);
-        let start = MissionCommandKind::Start { run: RUN, mission: MISSION, mode: StartMode::Now };
-        day.command(CommandKind::Mission(start));
-        let outcome = until_ended(&mut day, 300);
-        assert_eq!(outcome, Some(RunState::Succeeded), "seed {seed}: {:?} {:?}", day.missions, day.route);
-        for (call, number) in [(0, 4), (1, 6)] {
-            let (distance_m, yaw_rad) = error_at(&day, call, number);
-            assert!(distance_m < 0.1 && yaw_rad < 0.0524, "seed {seed}: {distance_m} m, {yaw_rad} rad");
-        }
-        assert_eq!(day.route.docked, Some(DOCK), "seed {seed}");
-        let contacts = day.lockstep.simulator().take_contacts();
-        let touched: Vec<_> = contacts.iter().filter(|contact| contact.is_by_robot).collect();
-        assert!(touched.is_empty(), "seed {seed}: {touched:?}");
-    }
-}
-
-#[test]
 fn driving_by_hand_pauses_a_run_and_resuming_goes_on() {
     let mut day = morning(52, 0);
     let start = MissionCommandKind::Start { run: RUN, mission: MISSION, mode: StartMode::Now };

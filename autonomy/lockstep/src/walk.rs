@@ -56,7 +56,7 @@ pub struct Lockstep {
     /// The site as a ledger would have it.
     site: Site,
     edits: u64,
-    /// Steps and results of runs as a ledger would get them.
+    /// Events, steps and results of runs as a ledger would get them.
     rows: Vec<LedgerEvent>,
     calls: Vec<CalledAction>,
     /// Turns of the body that the next calls need, radians.
@@ -190,7 +190,7 @@ impl Lockstep {
         &self.site
     }
 
-    /// Steps and results of runs, in the order in which they became durable.
+    /// Events, steps and results of runs, in the order in which they became durable.
     pub fn rows(&self) -> &[LedgerEvent] {
         &self.rows
     }
@@ -256,7 +256,9 @@ impl Lockstep {
                     for event in events {
                         match event {
                             LedgerEvent::Site(write) => self.write_site(write),
-                            LedgerEvent::Step(_) | LedgerEvent::Result(_) => self.rows.push(event),
+                            LedgerEvent::Mission(_) | LedgerEvent::Step(_) | LedgerEvent::Result(_) => {
+                                self.rows.push(event);
+                            }
                             _ => {}
                         }
                     }

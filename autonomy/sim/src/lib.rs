@@ -46,7 +46,7 @@ pub use body::STANDING_HEIGHT;
 pub use bvh::Bvh;
 pub use camera::{
     CameraConfig, CameraImage, CameraScene, CameraSnapshot, Face, Fixture, Intrinsics, SimulatedQuantity,
-    ThermalImage,
+    ThermalImage, off_centre,
 };
 pub use contacts::{Contact, ContactWith};
 pub use faults::ScheduledFault;

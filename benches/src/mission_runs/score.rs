@@ -3,12 +3,11 @@
 use super::day::MissionDay;
 use super::site::{InspectionTarget, MISSION, MissionSite};
 use anyhow::{Context, Result};
-use geometry::{Isometry, Vector3, isometry_from_pose};
+use geometry::{Vector3, isometry_from_pose};
 use lockstep::CalledAction;
 use messages::CommandKind;
-use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
-use sim::{CameraConfig, ContactWith, SimConfig, Simulator, Start};
+use sim::{ContactWith, SimConfig, Simulator, Start};
 use site_model::{MissionCommandKind, RunId, RunState, StartMode, TaskFailure, TaskStep};
 use std::sync::Arc;
 use uuid::Uuid;
@@ -176,56 +175,7 @@ fn picture_score(
         position_m: error.translation.vector.xy().norm(),
         heading_rad: ahead.y.atan2(ahead.x).abs(),
         off_centre: estimate.and_then(isometry_from_pose).and_then(|map_from_base| {
-            off_centre(&truth, &map_from_base, &asked_m, &target.site_m, parameters.zoom)
+            sim::off_centre(&truth, &map_from_base, &asked_m, &target.site_m, parameters.zoom)
         }),
     })
-}
-
-/// Where the true target is in the picture, from its centre, as a share of the picture. None where the head cannot point there, or the target is behind it.
-fn off_centre(
-    site_from_base: &Isometry,
-    map_from_base: &Isometry,
-    map_target_m: &Vector3,
-    site_target_m: &Vector3,
-    zoom: f64,
-) -> Option<f64> {
-    let cameras = CameraConfig::default();
-    let in_base = map_from_base.inverse_transform_point(&Point3::from(*map_target_m)).coords;
-    let aim = cameras.aim_at(&in_base, zoom);
-    if cameras.clamped(&aim) != aim {
-        return None;
-    }
-    let site_from_camera = site_from_base * cameras.base_from_camera(&aim);
-    let in_camera = site_from_camera.inverse_transform_point(&Point3::from(*site_target_m)).coords;
-    let intrinsics = cameras.intrinsics(aim.zoom);
-    let [x, y] = intrinsics.project(&in_camera)?;
-    let [centre_x, centre_y] = intrinsics.centre_px;
-    let across = (x - centre_x).abs() / f64::from(intrinsics.width_px);
-    let down = (y - centre_y).abs() / f64::from(intrinsics.height_px);
-    Some(across.max(down))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use geometry::Rotation;
-
-    #[test]
-    fn a_target_is_off_the_centre_by_the_error_of_the_estimate() {
-        let truth = Isometry::identity();
-        let target = Vector3::new(4.32, 0.0, 0.2);
-        let share = off_centre(&truth, &truth, &target, &target, 1.0);
-        assert!(share.is_some_and(|share| share < 1e-9), "{share:?}");
-        // 1 degree of heading, 4 m away: 0.017 of 0.577 half widths, twice.
-        let turned = Isometry::from_parts(
-            nalgebra::Translation3::identity(),
-            Rotation::from_euler_angles(0.0, 0.0, 0.01745),
-        );
-        let share = off_centre(&truth, &turned, &target, &target, 1.0).unwrap_or(f64::NAN);
-        assert!((share - 0.0163).abs() < 5e-4, "{share}");
-        let zoomed = off_centre(&truth, &turned, &target, &target, 4.0).unwrap_or(f64::NAN);
-        assert!((zoomed - 4.0 * share).abs() < 1e-3, "{zoomed}");
-        // Behind: beyond the reach of the head.
-        assert_eq!(off_centre(&truth, &truth, &Vector3::new(-4.0, 0.0, 0.2), &target, 1.0), None);
-    }
 }

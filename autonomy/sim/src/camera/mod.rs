@@ -23,7 +23,7 @@ mod surfaces;
 mod thermal;
 
 pub use fixtures::{Face, Fixture, SimulatedQuantity};
-pub use optics::{CameraConfig, Intrinsics};
+pub use optics::{CameraConfig, Intrinsics, off_centre};
 pub use snapshot::CameraSnapshot;
 pub(crate) use surfaces::air_celsius;
 pub use thermal::ThermalImage;

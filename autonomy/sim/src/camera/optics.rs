@@ -2,7 +2,7 @@
 
 use geometry::{Isometry, Rotation, Vector3};
 use messages::RobotProfile;
-use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion};
+use nalgebra::{Matrix3, Point3, Rotation3, Translation3, UnitQuaternion};
 use vocab::{CameraAim, CameraHead};
 
 /// The cameras on the head. By default the head is that of the default robot profile.
@@ -145,4 +145,30 @@ impl Intrinsics {
         let scale = self.focal_px / point.z;
         (point.z > 1e-6).then(|| [point.x * scale + self.centre_px[0], point.y * scale + self.centre_px[1]])
     }
+}
+
+/// How far a target is from the centre of a picture, as a share of the picture along the axis on which it is greater, for scoring: the head is aimed by the estimate `map_from_base` at
+/// `map_target_m`, and the picture is taken from the true pose `site_from_base` of what is at `site_target_m`. `None` where the head cannot point there, or the target is
+/// behind it.
+pub fn off_centre(
+    site_from_base: &Isometry,
+    map_from_base: &Isometry,
+    map_target_m: &Vector3,
+    site_target_m: &Vector3,
+    zoom: f64,
+) -> Option<f64> {
+    let cameras = CameraConfig::default();
+    let in_base = map_from_base.inverse_transform_point(&Point3::from(*map_target_m)).coords;
+    let aim = cameras.aim_at(&in_base, zoom);
+    if cameras.clamped(&aim) != aim {
+        return None;
+    }
+    let site_from_camera = site_from_base * cameras.base_from_camera(&aim);
+    let in_camera = site_from_camera.inverse_transform_point(&Point3::from(*site_target_m)).coords;
+    let intrinsics = cameras.intrinsics(aim.zoom);
+    let [x, y] = intrinsics.project(&in_camera)?;
+    let [centre_x, centre_y] = intrinsics.centre_px;
+    let across = (x - centre_x).abs() / f64::from(intrinsics.width_px);
+    let down = (y - centre_y).abs() / f64::from(intrinsics.height_px);
+    Some(across.max(down))
 }

@@ -1,7 +1,7 @@
 //! Pictures of the simulated cameras.
 
 use super::{quiet, site_from_base};
-use crate::{CameraConfig, Face, Fixture, SimConfig, SimulatedSite, Simulator, SiteName, Start};
+use crate::{CameraConfig, Face, Fixture, SimConfig, SimulatedSite, Simulator, SiteName, Start, off_centre};
 use geometry::{Isometry, Vector3};
 use nalgebra::Point3;
 use vocab::{CameraAim, Vec3};
@@ -174,4 +174,21 @@ fn a_picture_is_neither_black_nor_white_on_any_site() {
         let extreme = image.rgb.iter().filter(|byte| **byte < 2 || **byte > 253).count();
         assert!((extreme as f64) < 0.1 * image.rgb.len() as f64, "{name}: {extreme} bytes without detail");
     }
+}
+
+#[test]
+fn a_target_is_off_the_centre_by_the_error_of_the_estimate() {
+    let truth = Isometry::identity();
+    let target = Vector3::new(4.32, 0.0, 0.2);
+    let share = off_centre(&truth, &truth, &target, &target, 1.0);
+    assert!(share.is_some_and(|share| share < 1e-9), "{share:?}");
+    // 1 degree of heading, 4 m away: 0.017 of 0.577 half widths, twice.
+    let rotation = geometry::Rotation::from_euler_angles(0.0, 0.0, 0.01745);
+    let turned = Isometry::from_parts(nalgebra::Translation3::identity(), rotation);
+    let share = off_centre(&truth, &turned, &target, &target, 1.0).unwrap_or(f64::NAN);
+    assert!((share - 0.0163).abs() < 5e-4, "{share}");
+    let zoomed = off_centre(&truth, &turned, &target, &target, 4.0).unwrap_or(f64::NAN);
+    assert!((zoomed - 4.0 * share).abs() < 1e-3, "{zoomed}");
+    // Behind: beyond the reach of the head.
+    assert_eq!(off_centre(&truth, &truth, &Vector3::new(-4.0, 0.0, 0.2), &target, 1.0), None);
 }
