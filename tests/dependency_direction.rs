@@ -22,6 +22,7 @@ const OURS: &[(&str, &[&str])] = &[
     ("site_model", &["vocab"]),
     ("scan_codec", &["messages", "vocab"]),
     ("time_zones", &[]),
+    ("readings", &[]),
     //
     ("geometry", &["vocab"]),
     ("factors", &["geometry"]),
@@ -130,7 +131,7 @@ const OURS: &[(&str, &[&str])] = &[
         ],
     ),
     //
-    ("client_model", &["api", "missions", "site_model", "vocab"]),
+    ("client_model", &["api", "missions", "readings", "site_model", "vocab"]),
     ("scene", &[]),
     ("panels", &["api", "client_model", "missions", "site_model", "vocab"]),
     ("app", &["api", "client_model", "map_codec", "panels", "scene", "site_model", "vocab"]),
