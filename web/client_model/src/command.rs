@@ -2,8 +2,8 @@
 
 use crate::{
     AccountAction, CameraMove, DraftCommand, GraphTool, LoopInitialGuess, LoopPair, MissionEditorCommand,
-    NoticeId, ResultFileKind, RunQuery, ScanOverlay, ScheduleSelection, Screen, Selection, SiteEdit,
-    ViewSettings,
+    NoticeId, PointHistoryCommand, ResultFileKind, RunQuery, ScanOverlay, ScheduleSelection, Screen,
+    Selection, SiteEdit, ViewSettings,
 };
 use api::SimulatedFault;
 use site_model::{DockId, InspectionPointId, LocalDate, MissionCommandKind, MissionId, NodeId, RunId};
@@ -186,6 +186,8 @@ pub enum ClientCommand {
         /// Number of the later result.
         before: u64,
     },
+    /// Look at the history of an inspection point.
+    PointHistory(PointHistoryCommand),
     /// Save missions and schedules as a file of the operator's machine.
     SavePlanFile,
     /// Open the file dialogue for a file of missions and schedules, and put what it has into the site.

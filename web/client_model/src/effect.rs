@@ -78,6 +78,20 @@ pub enum ClientEffect {
         /// Number of the later result.
         before: u64,
     },
+    /// Fetch a page of the results at an inspection point.
+    FetchPointResults {
+        /// The inspection point.
+        point: InspectionPointId,
+        /// Where the page begins; none: at the newest.
+        before: Option<String>,
+    },
+    /// Save a table as a file of the operator's machine.
+    SaveTable {
+        /// Name of the file.
+        name: String,
+        /// Comma-separated values.
+        text: String,
+    },
     /// Fetch the attempts and results of a run.
     FetchRun(RunId),
     /// Fetch and decode a file of a result.

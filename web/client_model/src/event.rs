@@ -114,6 +114,15 @@ pub enum ClientEvent {
         /// The result; none: there is none before it. Or a sentence that says why it could not be fetched.
         result: Result<Option<StoredResult>, String>,
     },
+    /// The request for a page of the results at an inspection point ended.
+    PointResultsFetched {
+        /// The inspection point.
+        point: InspectionPointId,
+        /// Where the page begins; none: at the newest.
+        before: Option<String>,
+        /// The page, or a sentence that says why not.
+        result: Result<StoredPage<StoredResult>, String>,
+    },
     /// The request for the attempts and results of a run ended.
     RunFetched {
         /// Which run.

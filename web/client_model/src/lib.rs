@@ -50,11 +50,14 @@ pub use features::missions::{
 };
 pub use features::notices::{NoticeId, Notices, ShownNotice};
 pub use features::platform::PlatformFeature;
+pub use features::point_history::{
+    HistorySpan, PointHistory, PointHistoryCommand, PointResult, ReadingSeries, ResultJudgement, SeriesValue,
+};
 pub use features::quality::QualityFeature;
 pub use features::robot::{RobotTelemetry, position_sigma_m};
 pub use features::runs::{
     PastRun, ResultFileKind, RunContent, RunEstimate, RunQuery, Runs, StoredAttempt, StoredPage,
-    StoredResult, StoredRun, StoredSlot, StoredSlotDetails, estimate_run,
+    StoredResult, StoredResultDetails, StoredRun, StoredSlot, StoredSlotDetails, estimate_run,
 };
 pub use features::schedule::{
     ChangeScope, DaySegment, Occurrence, OccurrenceState, ScheduleFeature, SchedulePlan, ScheduleSelection,

@@ -63,6 +63,7 @@ impl Model {
         let conditions = self.plan_conditions();
         self.missions.update(&self.site, &conditions);
         self.runs.update(&self.site, conditions.now);
+        self.point_history.update(&self.site);
     }
 
     /// What plans of missions depend on besides the site.

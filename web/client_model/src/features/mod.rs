@@ -41,6 +41,7 @@ pub(crate) mod maps;
 pub(crate) mod missions;
 pub(crate) mod notices;
 pub(crate) mod platform;
+pub(crate) mod point_history;
 pub(crate) mod quality;
 pub(crate) mod robot;
 pub(crate) mod runs;
@@ -141,6 +142,8 @@ model_of! {
     missions: missions::MissionEditor,
     /// Runs of missions.
     runs: runs::Runs,
+    /// The history of an inspection point.
+    point_history: point_history::PointHistory,
     /// Schedules, as the operator works on them.
     schedule: schedule::ScheduleFeature,
     /// Quality of the map under construction.

@@ -8,7 +8,8 @@ mod stored;
 pub use estimate::{RunEstimate, estimate_run};
 pub use result_file::ResultFileKind;
 pub use stored::{
-    RunContent, RunQuery, StoredAttempt, StoredPage, StoredResult, StoredRun, StoredSlot, StoredSlotDetails,
+    RunContent, RunQuery, StoredAttempt, StoredPage, StoredResult, StoredResultDetails, StoredRun,
+    StoredSlot, StoredSlotDetails,
 };
 
 use super::Feature;

@@ -160,6 +160,8 @@ pub struct StoredResult {
     /// When it was stored.
     #[serde(rename = "at_ns")]
     pub at: Utc,
+    /// Its run.
+    pub run: RunId,
     /// The action, such as `photo`.
     #[serde(default)]
     pub kind: String,

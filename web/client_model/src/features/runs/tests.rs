@@ -165,7 +165,7 @@ fn what_is_stored_of_a_run_is_read_as_the_gateway_writes_it() {
     )
     .unwrap();
     let results: StoredPage<StoredResult> = serde_json::from_str(
-        r#"{ "items": [{ "number": 1, "step": 0, "attempt": 2, "kind": "gamma", "blob": null, "at_ns": 3,
+        r#"{ "items": [{ "number": 1, "run": "00000000-0000-0000-0000-000000000002", "step": 0, "attempt": 2, "kind": "gamma", "blob": null, "at_ns": 3,
             "details": { "value": { "at": { "robot_time": 0, "utc_ns": 3, "is_synchronised": true },
                 "readings": [{ "name": "dose_rate", "value": 0.11, "unit": "µSv/h" }] } } }], "next": null }"#,
     )
@@ -300,6 +300,7 @@ fn results_of_the_active_run_are_fetched_as_they_are_stored() {
     let result = |number| StoredResult {
         number,
         at: Utc(0),
+        run: RUN,
         kind: "photo".to_owned(),
         step: 0,
         attempt: 1,

@@ -97,7 +97,8 @@ impl SiteFeature {
     }
 }
 
-fn yaw_of(q: &Quat) -> f64 {
+/// Heading of a rotation, radians.
+pub(crate) fn yaw_of(q: &Quat) -> f64 {
     (2.0 * (q.w * q.z + q.x * q.y)).atan2(1.0 - 2.0 * (q.y * q.y + q.z * q.z))
 }
 

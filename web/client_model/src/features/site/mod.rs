@@ -27,6 +27,7 @@ mod zone_edits;
 pub use action_forms::{ActionForms, ParameterField, ParameterKind, ParameterProblem};
 pub use asset_edits::tags_of;
 pub use camera_sight::CameraSight;
+pub(crate) use camera_sight::yaw_of;
 pub use draft::{DraftChange, DraftCommand, DraftEntry, StoredDraft};
 pub use draft_fields::{FieldChange, field_changes};
 pub use edit::SiteEdit;

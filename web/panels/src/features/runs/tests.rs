@@ -200,7 +200,7 @@ fn ended_runs_are_listed_filtered_and_opened_with_what_was_gathered() {
         task_id(4),
         node_id(4)
     );
-    let result = r#"{ "number": 1, "at_ns": 3, "step": 4, "attempt": 1, "details": { "value": {
+    let result = r#"{ "number": 1, "run": "00000000-0000-0000-0000-00000000000c", "at_ns": 3, "step": 4, "attempt": 1, "details": { "value": {
         "at": { "robot_time": 0, "utc_ns": 3, "is_synchronised": true },
         "readings": [{ "name": "dose_rate", "value": 0.11, "standard_deviation": 0.02, "unit": "µSv/h" }] } } }"#;
     let content = RunContent {
@@ -262,7 +262,7 @@ fn live_shows_the_run_in_short() {
 
 fn photo_result(number: u64, blob: &str) -> String {
     format!(
-        r#"{{ "number": {number}, "at_ns": {number}000000000000, "step": {step}, "attempt": 1, "kind": "photo",
+        r#"{{ "number": {number}, "run": "00000000-0000-0000-0000-00000000000c", "at_ns": {number}000000000000, "step": {step}, "attempt": 1, "kind": "photo",
             "details": {{ "inspection_point": "00000000-0000-0000-0000-0000000001f4", "value": {{
                 "at": {{ "robot_time": 0, "utc_ns": 3, "is_synchronised": true }},
                 "files": [{{ "name": "photo.jpg", "media_type": "image/jpeg", "blob": "{hash}", "bytes": 5 }}] }} }} }}"#,

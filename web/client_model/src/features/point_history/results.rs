@@ -1,0 +1,136 @@
+//! Results of an inspection point, in pages from the newest to the oldest, and as they are stored.
+
+use crate::{StoredPage, StoredResult, StoredResultDetails};
+use site_model::{ActionReport, InspectionPointId, RunId, Utc};
+
+/// A result at an inspection point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PointResult {
+    /// Its number among all results of the robot. Later ones are greater.
+    pub number: u64,
+    /// When it was stored.
+    pub at: Utc,
+    /// Its run.
+    pub run: RunId,
+    /// Number of the attempt, from 1.
+    pub attempt: u32,
+    /// The action, such as `photo`.
+    pub kind: String,
+    /// What was found; none for an action whose report is of another form.
+    pub report: Option<ActionReport>,
+}
+
+impl PointResult {
+    fn of(stored: &StoredResult) -> Self {
+        Self {
+            number: stored.number,
+            at: stored.at,
+            run: stored.run,
+            attempt: stored.attempt,
+            kind: stored.kind.clone(),
+            report: stored.report(),
+        }
+    }
+}
+
+/// The results that were fetched, the oldest first.
+#[derive(Clone, Debug, Default)]
+pub(super) struct PointResults {
+    items: Vec<PointResult>,
+    /// Where older ones begin, if there are any.
+    older: Option<String>,
+    /// Whether the newest page was fetched.
+    is_begun: bool,
+    /// Where the page begins that is on its way: none for the newest.
+    awaited: Option<Option<String>>,
+    revision: u64,
+}
+
+impl PointResults {
+    pub(super) fn items(&self) -> &[PointResult] {
+        &self.items
+    }
+
+    /// Grows with every change of the results.
+    pub(super) fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    pub(super) fn is_whole(&self) -> bool {
+        self.is_begun && self.older.is_none()
+    }
+
+    pub(super) fn is_fetching(&self) -> bool {
+        self.awaited.is_some()
+    }
+
+    /// The place of a result in the list.
+    pub(super) fn find(&self, number: u64) -> Option<usize> {
+        self.items.binary_search_by_key(&number, |item| item.number).ok()
+    }
+
+    /// The newest page is on its way. One that was before is no longer waited for.
+    pub(super) fn begin_newest(&mut self) {
+        self.awaited = Some(None);
+    }
+
+    /// The next page of older results is on its way from now on. Returns where it begins; none if there is none, or another is on its way.
+    pub(super) fn begin_older(&mut self) -> Option<String> {
+        if self.awaited.is_some() {
+            return None;
+        }
+        let older = self.older.clone()?;
+        self.awaited = Some(Some(older.clone()));
+        Some(older)
+    }
+
+    /// Whether this page is waited for.
+    pub(super) fn is_awaited(&self, before: Option<&str>) -> bool {
+        self.awaited.as_ref().is_some_and(|awaited| awaited.as_deref() == before)
+    }
+
+    /// The page that was waited for does not come.
+    pub(super) fn give_up(&mut self) {
+        self.awaited = None;
+    }
+
+    /// Adds a page. The newest page replaces what is known, except results that were stored since.
+    pub(super) fn add(&mut self, before: Option<&str>, page: &StoredPage<StoredResult>) {
+        self.awaited = None;
+        let mut items: Vec<PointResult> = page.items.iter().rev().map(PointResult::of).collect();
+        if before.is_none() {
+            let newest = items.last().map_or(0, |item| item.number);
+            items.extend(std::mem::take(&mut self.items).into_iter().filter(|item| item.number > newest));
+            self.items = items;
+        } else if !items.is_empty() {
+            let oldest = self.items.first().map_or(u64::MAX, |item| item.number);
+            items.retain(|item| item.number < oldest);
+            items.append(&mut self.items);
+            self.items = items;
+        }
+        // A page without results is the last one, whatever it says.
+        self.older = page.next.clone().filter(|_| !page.items.is_empty());
+        self.is_begun = true;
+        self.revision += 1;
+    }
+
+    /// Adds a result that was stored just now, if it is of this point.
+    pub(super) fn add_stored(&mut self, stored: &api::StoredResult, point: InspectionPointId) {
+        let Ok(details) = serde_json::from_str::<StoredResultDetails>(&stored.body) else { return };
+        let is_newer = self.items.last().is_none_or(|last| last.number < stored.number);
+        if details.inspection_point != Some(point) || !is_newer {
+            return;
+        }
+        let result = StoredResult {
+            number: stored.number,
+            at: Utc(stored.at.nanos()),
+            kind: stored.kind.clone(),
+            run: stored.run,
+            step: stored.step,
+            attempt: stored.attempt,
+            details,
+        };
+        self.items.push(PointResult::of(&result));
+        self.revision += 1;
+    }
+}
