@@ -232,6 +232,7 @@ impl eframe::App for ClientApp {
             panels::show_labels(ui, &runtime.model, &tokens, &labels, &mut commands);
             self.panels.set_scene_drag(self.viewport.graph().scene_drag(&runtime.model, was_dragging));
             self.panels.clock.utc = browser::utc();
+            self.panels.is_motion_reduced = browser::reduced_motion();
             panels::show(&ctx, &runtime.model, &mut self.panels, &mut commands);
             if let Some(view) = self.viewport.view() {
                 self.camera_inset.show(&ctx, &mut self.panels, &self.scene, &view);

@@ -105,6 +105,17 @@ impl Downloads {
         });
     }
 
+    /// Fetches a page of the results at an inspection point, the newest first. The result is [`ClientEvent::PointResultsFetched`].
+    pub(crate) fn fetch_point_results(&self, point: InspectionPointId, before: Option<String>) {
+        let inbox = self.inbox.clone();
+        spawn_local(async move {
+            let path = api::paths::POINT_RESULTS_PATH.replace("{id}", &point.to_string());
+            let from = before.as_ref().map(|before| format!("?before={before}")).unwrap_or_default();
+            let result = fetch_json(&format!("{path}{from}")).await;
+            inbox.push_event(ClientEvent::PointResultsFetched { point, before, result });
+        });
+    }
+
     /// Fetches the attempts and results of a run. The result is [`ClientEvent::RunFetched`].
     pub(crate) fn fetch_run(&self, run: RunId) {
         let inbox = self.inbox.clone();

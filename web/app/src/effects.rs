@@ -9,12 +9,16 @@ use crate::downloads::Downloads;
 use crate::inbox::Inbox;
 use crate::plan_files::{self, PlanFiles};
 use crate::result_files::ResultFileLoader;
+use crate::saved_file;
 use crate::sockets::SocketConnections;
 use crate::storage;
 use crate::uploads::Uploads;
 use api::TileHash;
 use client_model::{AccountAction, CameraMove, ClientEffect, Socket};
 use std::collections::VecDeque;
+
+/// Media type of tables.
+const TABLE_TYPE: &str = "text/csv;charset=utf-8";
 
 /// The connections of the client, and the effects that wait for a frame.
 pub(crate) struct EffectExecutor {
@@ -73,6 +77,10 @@ impl EffectExecutor {
             ClientEffect::FetchRuns { query, before } => self.downloads.fetch_runs(query, before),
             ClientEffect::FetchSlots => self.downloads.fetch_slots(),
             ClientEffect::FetchPrevious { point, before } => self.downloads.fetch_previous(point, before),
+            ClientEffect::FetchPointResults { point, before } => {
+                self.downloads.fetch_point_results(point, before);
+            }
+            ClientEffect::SaveTable { name, text } => saved_file::save(&name, TABLE_TYPE, &text),
             ClientEffect::FetchRun(run) => self.downloads.fetch_run(run),
             ClientEffect::FetchResultFile { blob, kind } => self.result_files.fetch(blob, kind),
             ClientEffect::OpenPlanFile => self.plan_files.open_file_dialog(),

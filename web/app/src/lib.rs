@@ -45,6 +45,7 @@ mod png16;
 mod result_files;
 #[cfg(target_arch = "wasm32")]
 mod runtime;
+mod saved_file;
 #[cfg(target_arch = "wasm32")]
 mod scene_labels;
 #[cfg(target_arch = "wasm32")]

@@ -3,17 +3,19 @@
 use crate::browser;
 use crate::file_dialog::FileDialog;
 use crate::inbox::Inbox;
+use crate::saved_file;
 use crate::texts;
 use client_model::ClientEvent;
 use site_model::PlanFile;
-use wasm_bindgen::{JsCast, JsValue};
 use wasm_bindgen_futures::JsFuture;
-use web_sys::{Blob, File, HtmlAnchorElement, Url};
+use web_sys::File;
 
 /// File types that the dialogue offers first.
 const FILE_TYPES: &str = ".json";
 /// Id of the page's file input.
 const INPUT_ID: &str = "plan-file";
+/// Media type of a saved file.
+const FILE_TYPE: &str = "application/json";
 /// Name that a saved file is given.
 const FILE_NAME: &str = "autoinspect-plan.json";
 
@@ -62,21 +64,8 @@ async fn read(file: &File) -> Result<PlanFile, String> {
 
 /// Saves a file as a download of the browser.
 pub(crate) fn save(file: &PlanFile) {
-    let saved = serde_json::to_string_pretty(file).ok().and_then(|text| download(&text));
-    if saved.is_none() {
-        browser::log_warning("missions and schedules could not be saved");
+    match serde_json::to_string_pretty(file) {
+        Ok(text) => saved_file::save(FILE_NAME, FILE_TYPE, &text),
+        Err(error) => browser::log_warning(&format!("missions and schedules could not be saved: {error}")),
     }
-}
-
-fn download(text: &str) -> Option<()> {
-    let parts = js_sys::Array::of1(&JsValue::from_str(text));
-    let blob = Blob::new_with_str_sequence(&parts).ok()?;
-    let url = Url::create_object_url_with_blob(&blob).ok()?;
-    let link: HtmlAnchorElement = browser::create("a")?.dyn_into().ok()?;
-    link.set_href(&url);
-    link.set_download(FILE_NAME);
-    link.click();
-    // The browser keeps the data until the download has ended.
-    let _ = Url::revoke_object_url(&url);
-    Some(())
 }

@@ -23,6 +23,8 @@ pub(crate) struct PanelContext<'a> {
     pub(crate) utc_offset_s: i64,
     /// The calendar clock and time zone of the operator's machine.
     pub(crate) clock: &'a PageClock,
+    /// Whether the operator's system asks for reduced motion.
+    pub(crate) is_motion_reduced: bool,
     /// The bridge to the text inputs of the page.
     pub(crate) text_inputs: &'a mut TextInputs,
     /// Pictures and other files of results.

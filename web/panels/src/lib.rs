@@ -94,7 +94,7 @@
 //! | group | `Which occurrences?` with `This one`, `This and following`, `All`, `Cancel` | Schedule: after a drag, or for a deletion |
 //! | button | `All schedules`, `Pause schedule`, `Resume schedule`, `Skip next`, `Delete schedule` | Schedule: the one that is open |
 //! | button | `Save to a file`, `Load from a file` | Schedule and Missions: missions and schedules together |
-//! | button (toggled) | `Now`, `History` | Runs: parts of its card |
+//! | button (toggled) | `Now`, `History`, `Points` | Runs: parts of its card |
 //! | status | `Progress` | Runs, while a mission runs |
 //! | button | `Pause`, `Resume`, `Skip task`, `Cancel run`, `Abort…` | Runs, while a mission runs; the last asks once more |
 //! | button (toggled) | `TASK, STATE` | Runs: unfolds `Skip task TASK` or `Redo task TASK` |
@@ -115,6 +115,18 @@
 //! | button | `Previous picture`, `Next picture`, `Zoom in`, `Zoom out`, `Whole picture`, `Close the pictures` | in it |
 //! | button (toggled) | `With the last one` | in it: side by side with the last picture of the same inspection point |
 //! | status | `Spectrum` | in it: counts, live time, and what the pointer reads |
+//! | button | `History of this point: TASK`, `History of this point` | Runs, below a result of an inspection point; Site, while one is selected |
+//! | button | `Inspection point` | Runs, Points: unfolds the points below their assets |
+//! | button (toggled) | `24 h`, `Week`, `Month`, `All` | Runs, Points: the part of the history that is shown |
+//! | slider | `Time line` | Runs, Points: a drag zooms in, a press chooses, arrow keys go on |
+//! | button | `Previous result`, `Next result`, `Picture A, TIME`, `Picture B, TIME`, `Compare large` | Runs, Points |
+//! | button (toggled) | `Keep this one as A`, then `A is the one before` | Runs, Points |
+//! | status | `READING, UNIT`, `Median`, `Trend`, `By the hour of the day`, `Limits`, `Unusual`, `Outside the limits` | Runs, Points: a plot and its facts |
+//! | button | `Fetch again`, `Save all as a table (CSV)`, `Do not save` | Runs, Points |
+//! | group | `Comparison of two results` | Runs, Points, after `Compare large`; Escape closes it |
+//! | button | `Side by side`, `Wipe`, `Blink`, `Stop blinking`, `Go on blinking`, `Show the other one`, `Whole picture`, `Close the comparison` | in it |
+//! | slider | `Divider` | in it, while wiping: a drag and arrow keys move it |
+//! | status | `Shown` | in it, while blinking |
 //! | button (toggled) | `General`, `Monitors` | Settings: parts of its card |
 //! | button | `New monitor`, `Monitor NAME`, then `Signal`, `What happens`, `Which mission`, `Use the built-in values of NAME`, `Delete monitor NAME` | Settings, Monitors |
 //! | button (toggled) | `It is watched`; `Below`, `Above`, `Silent`; `Goes on`, `Ends` | Settings, Monitors |
@@ -220,6 +232,8 @@ pub struct PanelState {
     pub files: ResultFiles,
     /// The calendar clock and time zone of the operator's machine.
     pub clock: PageClock,
+    /// Whether the operator's system asks for reduced motion: nothing moves or blinks by itself then.
+    pub is_motion_reduced: bool,
     /// Which tabs are open and what is unfolded.
     frame: FrameState,
     /// What the panels of features keep.
@@ -286,6 +300,7 @@ pub fn show(ctx: &egui::Context, model: &Model, state: &mut PanelState, commands
         layout: &Layout::of(ctx.content_rect()),
         utc_offset_s: state.clock.utc_offset_s,
         clock: &state.clock,
+        is_motion_reduced: state.is_motion_reduced,
         text_inputs: &mut state.text_inputs,
         files: &mut state.files,
         frame: &mut state.frame,

@@ -39,6 +39,7 @@ pub(crate) mod mission_task;
 pub(crate) mod monitors;
 pub(crate) mod notices;
 pub(crate) mod platform;
+pub(crate) mod point_history;
 pub(crate) mod quality;
 pub(crate) mod robot;
 pub(crate) mod runs;
@@ -92,6 +93,8 @@ panels_of! {
     mapping: mapping::MappingPanel,
     /// Runs of missions.
     runs: runs::RunsPanel,
+    /// The history of an inspection point.
+    point_history: point_history::PointHistoryPanel,
     /// What has changed between visits.
     changes: changes::ChangesPanel,
     /// The robot's state.

@@ -16,7 +16,7 @@ use crate::number_field::{NumberField, TypedNumber};
 use crate::select::select;
 use crate::widgets::{self, fact};
 use crate::{format, icon, screens};
-use client_model::{CameraMove, ClientCommand, GraphTool, Selection, SiteEdit};
+use client_model::{CameraMove, ClientCommand, GraphTool, PointHistoryCommand, Selection, SiteEdit};
 use egui::{Context, Ui};
 use request::RequestFields;
 use site_model::{InspectionPoint, NodeId, ObjectId, Site};
@@ -156,6 +156,9 @@ impl InspectionPointsPanel {
         }
         if Button::new(texts::SHOW).icon(icon::EYE).enabled(is_editable).wide(ui).show(ui, tokens).clicked() {
             cx.commands.push(ClientCommand::MoveCamera(CameraMove::Point(point.target_m)));
+        }
+        if Button::new(texts::HISTORY).icon(icon::CLOCK).wide(ui).show(ui, tokens).clicked() {
+            cx.commands.push(ClientCommand::PointHistory(PointHistoryCommand::Open(point.id)));
         }
         let needed = site.missions_that_need(object);
         let names: Vec<&str> =

@@ -3,6 +3,7 @@
 use crate::format;
 use crate::name_field::NameFieldTexts;
 
+pub(super) const HISTORY: &str = "History of this point";
 pub(super) const TAB: &str = "Inspection points";
 pub(super) const HEAD: &str = "Inspection points";
 pub(super) const LOADING: &str = "The site has not arrived from the robot yet.";

@@ -1,25 +1,19 @@
 //! Pictures and spectra large, over everything but the top bar: one, or side by side with the last one of the same inspection point.
 
-use super::picture_paint::{paint_marker, paint_picture, paint_scale, show_note};
-use super::picture_view::{PictureView, ZOOM, middle_of, pixel_at};
+use super::pane::{CommonAxes, Pane, halves, show_pane};
+use super::picture_paint::show_note;
+use super::picture_view::{PictureView, ZOOM};
 use super::result_view::{ResultView, result_views, viewable};
-use super::{look, spectrum, texts};
+use super::{look, texts};
 use crate::button::{Button, Kind};
 use crate::feature_panel::PanelContext;
-use crate::result_files::ResultFile;
-use crate::theme::{self, GAP, Tokens, Weight, font};
-use crate::thermal::Scale;
+use crate::theme::{self, GAP, Tokens, Weight};
 use crate::{Width, icon, layout, screens, widgets};
 use client_model::ResultFileKind;
 use client_model::{ClientCommand, StoredResult};
-use egui::{Align, Align2, Color32, Context, Key, Layout, Order, Rect, Sense, Ui, pos2, vec2};
+use egui::{Align, Context, Key, Layout, Order, Rect, Sense, Ui, pos2, vec2};
 use missions::SiteZone;
 use site_model::{ActionReport, MissionId, ReportFile, RunId, Site};
-
-/// Width of the scale of a thermal picture with its labels, points.
-const SCALE_WIDTH: f32 = 72.0;
-/// Height of the line above a picture, points.
-const CAPTION_HEIGHT: f32 = 28.0;
 
 /// What is looked at.
 #[derive(Debug, Default)]
@@ -28,13 +22,6 @@ pub(super) struct Lightbox {
     open: Option<(RunId, MissionId, u64)>,
     is_compared: bool,
     view: PictureView,
-}
-
-/// One of the pictures that are shown.
-struct Pane {
-    file: ReportFile,
-    kind: ResultFileKind,
-    caption: String,
 }
 
 impl Lightbox {
@@ -132,12 +119,11 @@ impl Lightbox {
             let caption = texts::before(&taken(result), age_s);
             panes.insert(0, Pane { file: file.clone(), kind: *kind, caption });
         }
-        let places = if self.is_compared { halves(rect, cx.layout.width) } else { vec![rect] };
+        let places = if self.is_compared { halves(rect, cx.layout.width).to_vec() } else { vec![rect] };
         let places_of_panes = if panes.len() < places.len() { &places[1..] } else { &places[..] };
-        let scale = common_scale(cx, &panes);
-        let highest = common_height(cx, &panes);
+        let axes = CommonAxes::of(cx, &panes);
         for (pane, place) in panes.iter().zip(places_of_panes) {
-            self.show_pane(ui, cx, pane, *place, scale, highest);
+            show_pane(ui, cx, pane, *place, axes, &mut self.view);
         }
         if self.is_compared && earlier.is_none() {
             let has_point = result_view.result.details.inspection_point.is_some();
@@ -287,71 +273,6 @@ impl Lightbox {
             self.view = PictureView::default();
         }
     }
-
-    fn show_pane(
-        &mut self,
-        ui: &mut Ui,
-        cx: &mut PanelContext<'_>,
-        pane: &Pane,
-        place: Rect,
-        scale: Option<Scale>,
-        highest: u32,
-    ) {
-        let tokens = cx.tokens;
-        let (line, rect) = place.split_top_bottom_at_y(place.top() + CAPTION_HEIGHT);
-        let caption_font = font(theme::BODY, Weight::Medium);
-        ui.painter().text(line.left_center(), Align2::LEFT_CENTER, &pane.caption, caption_font, tokens.text);
-        let response =
-            ui.interact(rect, ui.scope_id().with(("pane", pane.file.blob.0)), Sense::click_and_drag());
-        let ground = if tokens.dark { Color32::from_gray(8) } else { tokens.ground };
-        ui.painter().rect_filled(rect, f32::from(theme::BUTTON_RADIUS), ground);
-        let ctx = ui.ctx().clone();
-        match cx.files.get(pane.file.blob, pane.kind) {
-            ResultFile::Loading => show_note(ui, tokens, rect, texts::FETCHING_FILE),
-            ResultFile::Failed(sentence) => show_note(ui, tokens, rect, &sentence.clone()),
-            ResultFile::Picture(texture) => {
-                let size = texture.size_vec2();
-                self.view.follow(ui, &response, rect, size);
-                paint_picture(ui, texture.id(), self.view.picture_rect(rect, size), rect);
-            }
-            ResultFile::Thermal(picture) => {
-                let scale = scale.unwrap_or_else(|| picture.scale());
-                let texture = picture.texture(&ctx, scale);
-                let (rect, side) = rect.split_left_right_at_x(rect.right() - SCALE_WIDTH);
-                let size = texture.size_vec2();
-                self.view.follow(ui, &response, rect, size);
-                let shown = self.view.picture_rect(rect, size);
-                paint_picture(ui, texture.id(), shown, rect);
-                let pointer = response.hover_pos().filter(|at| rect.contains(*at));
-                let pixel = pointer.and_then(|at| pixel_at(at, shown, picture.size()));
-                let markers = [(picture.warmest(), texts::WARMEST), (pixel, texts::HERE)];
-                let mut read = None;
-                for (pixel, what) in markers {
-                    let Some((pixel, celsius)) = pixel.and_then(|it| Some((it, picture.at(it[0], it[1])?)))
-                    else {
-                        continue;
-                    };
-                    paint_marker(
-                        ui,
-                        rect,
-                        middle_of(pixel, shown, picture.size()),
-                        &texts::marker(what, celsius),
-                    );
-                    read = Some(celsius);
-                }
-                paint_scale(ui, tokens, side.shrink2(vec2(8.0, 16.0)), scale, read);
-            }
-            ResultFile::Spectrum(found) => {
-                let read = spectrum::paint(ui, tokens, rect, found, highest, response.hover_pos());
-                let total = texts::spectrum_total(spectrum::total(found), found.live_time_s);
-                let value = read.map_or_else(|| total.clone(), |read| format!("{total} · {read}"));
-                let at = pos2(rect.right() - 16.0, line.center().y);
-                let small = font(theme::BODY, Weight::Regular);
-                ui.painter().text(at, Align2::RIGHT_CENTER, &total, small, tokens.dim);
-                widgets::status_node(&response, texts::SPECTRUM, &value);
-            }
-        }
-    }
 }
 
 /// Opens a file in a tab of its own.
@@ -362,35 +283,4 @@ pub(super) fn open_blob(ui: &Ui, file: &ReportFile) {
 
 fn can_go(all: &[ResultView], at: usize, step: i64) -> bool {
     if step < 0 { at > 0 } else { at + 1 < all.len() }
-}
-
-/// Places for two pictures: beside each other, or on narrow windows below each other.
-fn halves(rect: Rect, width: Width) -> Vec<Rect> {
-    let half = 0.5 * GAP;
-    let (a, b) = if width == Width::Narrow {
-        let (a, b) = rect.split_top_bottom_at_fraction(0.5);
-        (a.with_max_y(a.bottom() - half), b.with_min_y(b.top() + half))
-    } else {
-        let (a, b) = rect.split_left_right_at_fraction(0.5);
-        (a.with_max_x(a.right() - half), b.with_min_x(b.left() + half))
-    };
-    vec![a, b]
-}
-
-/// The scale that all thermal pictures share, so that equal colours are equal temperatures.
-fn common_scale(cx: &mut PanelContext<'_>, panes: &[Pane]) -> Option<Scale> {
-    let scales = panes.iter().filter_map(|pane| match cx.files.get(pane.file.blob, pane.kind) {
-        ResultFile::Thermal(picture) => Some(picture.scale()),
-        _ => None,
-    });
-    scales.reduce(Scale::of_both)
-}
-
-/// The greatest number of events of all spectra, which share one axis.
-fn common_height(cx: &mut PanelContext<'_>, panes: &[Pane]) -> u32 {
-    let heights = panes.iter().filter_map(|pane| match cx.files.get(pane.file.blob, pane.kind) {
-        ResultFile::Spectrum(found) => Some(spectrum::highest(found)),
-        _ => None,
-    });
-    heights.max().unwrap_or(0)
 }

@@ -5,6 +5,7 @@ mod filter;
 mod history;
 mod lightbox;
 mod look;
+mod pane;
 mod picture_paint;
 mod picture_view;
 mod result_view;
@@ -27,7 +28,14 @@ use history::RunHistory;
 use lightbox::Lightbox;
 use site_model::RunId;
 
-pub(crate) use texts::skip_reason;
+pub(crate) use pane::{
+    CommonAxes, Pane, follow, halves, paint_ground, paint_pane, show_caption, show_pane, split_caption,
+};
+pub(crate) use picture_paint::show_note;
+pub(crate) use picture_view::PictureView;
+pub(crate) use result_view::viewable;
+pub(crate) use results::paint_file;
+pub(crate) use texts::{date_and_time, difference, outside, reading, reading_name, skip_reason};
 
 /// The tab of the run under way.
 const CURRENT: Tab = Tab { screen: screens::RUNS, name: texts::CURRENT_TAB, scrolls: true, row_spacing: 8.0 };

@@ -12,7 +12,7 @@ pub(super) fn paint_picture(ui: &Ui, texture: egui::TextureId, picture: Rect, cl
 }
 
 /// A sentence in the middle of a place.
-pub(super) fn show_note(ui: &Ui, tokens: &Tokens, rect: Rect, sentence: &str) {
+pub(crate) fn show_note(ui: &Ui, tokens: &Tokens, rect: Rect, sentence: &str) {
     let room = (rect.width() - 48.0).max(80.0);
     let galley =
         ui.painter().layout(sentence.to_owned(), font(theme::BODY, Weight::Regular), tokens.dim, room);

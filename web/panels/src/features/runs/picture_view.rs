@@ -17,7 +17,7 @@ pub(super) const ZOOM: PictureZoomConfig =
 
 /// The part of a picture that is shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct PictureView {
+pub(crate) struct PictureView {
     /// 1 shows the whole picture.
     pub(super) zoom: f32,
     /// The point of the picture in the middle, as shares of its width and height.

@@ -31,7 +31,7 @@ impl ResultView {
 }
 
 /// The file that is drawn of a report. Temperatures come before their picture in colours, because they can be read.
-pub(super) fn viewable(report: &ActionReport) -> Option<(ReportFile, ResultFileKind)> {
+pub(crate) fn viewable(report: &ActionReport) -> Option<(ReportFile, ResultFileKind)> {
     let named = |name: &str| report.files.iter().find(|file| file.name == name);
     let picture = || report.files.iter().find(|file| file.media_type.starts_with("image/"));
     let found = named("temperatures_centikelvin.png")

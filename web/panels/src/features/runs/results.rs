@@ -3,15 +3,16 @@
 use super::lightbox::{Lightbox, open_blob};
 use super::result_view::ResultView;
 use super::{spectrum, texts};
-use crate::button::Button;
+use crate::button::{Button, Kind};
 use crate::feature_panel::PanelContext;
 use crate::paint::focus_ring;
 use crate::result_files::ResultFile;
 use crate::widgets::fact_with_note;
 use crate::{icon, theme};
-use client_model::StoredResult;
+use client_model::{ClientCommand, PointHistoryCommand, ResultFileKind, StoredResult};
 use egui::{Color32, Id, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
-use site_model::{ActionReport, MissionId, RunId};
+use site_model::{ActionReport, InspectionPointId, MissionId, RunId};
+use vocab::BlobHash;
 
 /// Height of a picture in the list, points.
 const PICTURE_HEIGHT: f32 = 168.0;
@@ -46,12 +47,31 @@ pub(super) fn show_results<'a>(
         if let Some(report) = result.report() {
             show_report(ui, cx, task.title, result, &report, result_view.as_ref());
         }
+        if let Some(point) = result.details.inspection_point {
+            show_history_button(ui, cx, task.title, result, point);
+        }
+    }
+}
+
+/// The button that leads to all results at an inspection point.
+fn show_history_button(
+    ui: &mut Ui,
+    cx: &mut PanelContext<'_>,
+    title: &str,
+    result: &StoredResult,
+    point: InspectionPointId,
+) {
+    let name = texts::point_history(title);
+    let button = Button::new(&name).text(texts::POINT_HISTORY).icon(icon::CLOCK).kind(Kind::Quiet).left();
+    let button = button.wide(ui);
+    if ui.push_id(("history", result.number), |ui| button.show(ui, cx.tokens)).inner.clicked() {
+        cx.commands.push(ClientCommand::PointHistory(PointHistoryCommand::Open(point)));
+        cx.commands.push(ClientCommand::PointHistory(PointHistoryCommand::Choose(result.number)));
     }
 }
 
 /// A picture or a spectrum over the width of the card. Returns whether it was pressed.
 fn show_exhibit(ui: &mut Ui, cx: &mut PanelContext<'_>, result_view: &ResultView) -> bool {
-    use client_model::ResultFileKind;
     let tokens = cx.tokens;
     let height = if result_view.kind == ResultFileKind::Spectrum { SPECTRUM_HEIGHT } else { PICTURE_HEIGHT };
     let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());
@@ -60,26 +80,7 @@ fn show_exhibit(ui: &mut Ui, cx: &mut PanelContext<'_>, result_view: &ResultView
     response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &name));
     if ui.is_rect_visible(rect) {
         let radius = f32::from(theme::BUTTON_RADIUS);
-        ui.painter().rect_filled(rect, radius, tokens.raised);
-        let ctx = ui.ctx().clone();
-        match cx.files.get(result_view.file.blob, result_view.kind) {
-            ResultFile::Loading => {}
-            ResultFile::Failed(sentence) => {
-                let room = (rect.width() - 24.0).max(40.0);
-                let small = theme::font(theme::SMALL, theme::Weight::Regular);
-                let galley = ui.painter().layout(sentence.clone(), small, tokens.dim, room);
-                ui.painter().galley(rect.center() - 0.5 * galley.size(), galley, tokens.dim);
-            }
-            ResultFile::Picture(texture) => {
-                paint_cropped(ui, texture.id(), texture.size_vec2(), rect, radius)
-            }
-            ResultFile::Thermal(picture) => {
-                let scale = picture.scale();
-                let texture = picture.texture(&ctx, scale);
-                paint_cropped(ui, texture.id(), texture.size_vec2(), rect, radius);
-            }
-            ResultFile::Spectrum(found) => spectrum::paint_small(ui, tokens, rect, found),
-        }
+        paint_file(ui, cx, (result_view.file.blob, result_view.kind), rect);
         let border = if response.hovered() { tokens.accent } else { tokens.line };
         ui.painter().rect_stroke(rect, radius, (tokens.line_width, border), egui::StrokeKind::Inside);
         if response.has_focus() {
@@ -87,6 +88,33 @@ fn show_exhibit(ui: &mut Ui, cx: &mut PanelContext<'_>, result_view: &ResultView
         }
     }
     response.on_hover_cursor(egui::CursorIcon::ZoomIn).clicked()
+}
+
+/// Paints a picture or a spectrum small, so that it fills a place.
+pub(crate) fn paint_file(
+    ui: &Ui,
+    cx: &mut PanelContext<'_>,
+    (blob, kind): (BlobHash, ResultFileKind),
+    rect: Rect,
+) {
+    let (tokens, radius) = (cx.tokens, f32::from(theme::BUTTON_RADIUS));
+    ui.painter().rect_filled(rect, radius, tokens.raised);
+    match cx.files.get(blob, kind) {
+        ResultFile::Loading => {}
+        ResultFile::Failed(sentence) => {
+            let room = (rect.width() - 24.0).max(40.0);
+            let small = theme::font(theme::SMALL, theme::Weight::Regular);
+            let galley = ui.painter().layout(sentence.clone(), small, tokens.dim, room);
+            ui.painter().galley(rect.center() - 0.5 * galley.size(), galley, tokens.dim);
+        }
+        ResultFile::Picture(texture) => paint_cropped(ui, texture.id(), texture.size_vec2(), rect, radius),
+        ResultFile::Thermal(picture) => {
+            let scale = picture.scale();
+            let texture = picture.texture(ui.ctx(), scale);
+            paint_cropped(ui, texture.id(), texture.size_vec2(), rect, radius);
+        }
+        ResultFile::Spectrum(found) => spectrum::paint_small(ui, tokens, rect, found),
+    }
 }
 
 /// The middle of a picture, so that it fills a place.

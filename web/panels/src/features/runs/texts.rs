@@ -84,6 +84,7 @@ pub(super) const WARMEST: &str = "warmest";
 pub(super) const HERE: &str = "here";
 pub(super) const ENERGY_AXIS: &str = "Energy, keV";
 pub(super) const COUNT_AXIS: &str = "Counts in a channel";
+pub(super) const POINT_HISTORY: &str = "History of this point";
 pub(super) const NO_PAST_RUNS: &str = "No such run has ended yet.";
 pub(super) const FETCHING: &str = "Its tasks are fetched from the robot.";
 pub(super) const NO_ATTEMPTS: &str = "It ended before its first task.";
@@ -257,7 +258,7 @@ pub(super) fn day_and_time(at: LocalDateTime) -> String {
 }
 
 /// `24 Nov 2026, 11:00`.
-pub(super) fn date_and_time(at: LocalDateTime) -> String {
+pub(crate) fn date_and_time(at: LocalDateTime) -> String {
     let (date, time) = (at.date, at.time);
     format!("{} {} {}, {:02}:{:02}", date.day, month(at), date.year, time.hour, time.minute)
 }
@@ -290,21 +291,21 @@ pub(super) fn past_facts(site: &Site, run: &PastRun<'_>, began: Option<LocalDate
 }
 
 /// Name of a reading: `Dose rate`.
-pub(super) fn reading_name(name: &str) -> String {
+pub(crate) fn reading_name(name: &str) -> String {
     let words = name.replace('_', " ");
     let mut letters = words.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// `0.11 ± 0.02 µSv/h`.
-pub(super) fn reading(reading: &Reading) -> String {
+pub(crate) fn reading(reading: &Reading) -> String {
     let digits = if reading.value.abs() >= 100.0 { 0 } else { 2 };
     let deviation = reading.standard_deviation.map(|deviation| format!(" ± {deviation:.digits$}"));
     format!("{:.digits$}{} {}", reading.value, deviation.unwrap_or_default(), reading.unit)
 }
 
 /// Which limit of its inspection point a reading does not keep.
-pub(super) fn outside(outside: OutsideLimits, unit: &str) -> String {
+pub(crate) fn outside(outside: OutsideLimits, unit: &str) -> String {
     match outside {
         OutsideLimits::Below(min) => format!("below {} {unit}", format::decimal(min, 2)),
         OutsideLimits::Above(max) => format!("above {} {unit}", format::decimal(max, 2)),
@@ -313,6 +314,11 @@ pub(super) fn outside(outside: OutsideLimits, unit: &str) -> String {
 
 pub(super) fn open_file(file: &str, task: &str) -> String {
     format!("Open {file} of {task}")
+}
+
+/// Accessible name of the button that leads to all results at a place.
+pub(super) fn point_history(place: &str) -> String {
+    format!("{POINT_HISTORY}: {place}")
 }
 
 pub(super) fn file(name: &str, bytes: u64) -> String {
@@ -364,7 +370,7 @@ pub(super) fn no_previous(
 }
 
 /// What differs in how two pictures were taken, a clause; none if that is little.
-pub(super) fn difference(before: &ActionReport, now: &ActionReport) -> Option<String> {
+pub(crate) fn difference(before: &ActionReport, now: &ActionReport) -> Option<String> {
     let (before, now) = (before.camera?.aim, now.camera?.aim);
     let turned = (before.pan_rad - now.pan_rad).hypot(before.tilt_rad - now.tilt_rad).to_degrees();
     let zoomed = (before.zoom / now.zoom.max(f64::EPSILON)).ln().abs() > 0.05;

@@ -1,0 +1,60 @@
+//! The readings of a point: a plot for each, and what they have in common in words.
+
+use super::{plot, texts};
+use crate::feature_panel::PanelContext;
+use crate::widgets::{self, fact, fact_with_note};
+use client_model::ReadingSeries;
+use egui::Ui;
+use missions::SiteZone;
+
+/// Shows all readings, those of the newest result first.
+pub(super) fn show(ui: &mut Ui, cx: &mut PanelContext<'_>, zone: &SiteZone) {
+    let model = cx.model;
+    let series = model.point_history.series();
+    if series.is_empty() {
+        return;
+    }
+    widgets::section_head(ui, cx.tokens, texts::READINGS_HEAD);
+    for of_one in series {
+        ui.push_id((&of_one.name, &of_one.unit), |ui| show_series(ui, cx, of_one, zone));
+    }
+    widgets::remark(ui, cx.tokens, texts::PLOT_REMARK);
+}
+
+fn show_series(ui: &mut Ui, cx: &mut PanelContext<'_>, series: &ReadingSeries, zone: &SiteZone) {
+    let tokens = cx.tokens;
+    widgets::sentence(ui, tokens, &texts::series(series));
+    plot::show(ui, cx, series, zone);
+    let Some(analysis) = &series.analysis else { return };
+    let (unit, decimals) = (&series.unit, texts::decimals(analysis.deviation));
+    let median = texts::median(analysis.median, analysis.median_absolute_deviation, unit, decimals);
+    fact(ui, tokens, texts::MEDIAN, &median);
+    match analysis.trend {
+        Some(trend) if analysis.is_trend_clear => {
+            fact(ui, tokens, texts::TREND, &texts::trend(trend.per_s, unit, decimals));
+        }
+        Some(_) => {
+            fact(ui, tokens, texts::TREND, texts::NO_CLEAR_TREND);
+        }
+        None => widgets::remark(ui, tokens, texts::FEW_READINGS),
+    }
+    let offsets = || analysis.hour_offsets.iter().flatten().copied();
+    let range = offsets().min_by(f64::total_cmp).zip(offsets().max_by(f64::total_cmp));
+    if let Some((least, greatest)) = range.filter(|(least, greatest)| least < greatest) {
+        fact(ui, tokens, texts::BY_HOUR, &texts::by_hour([least, greatest], unit, decimals));
+    }
+    if let Some(limits) = series.limits.as_ref().filter(|limits| limits.min.is_some() || limits.max.is_some())
+    {
+        fact(ui, tokens, texts::LIMITS, &texts::limits(limits.min, limits.max, unit));
+    }
+    let unusual = series.values.iter().filter(|value| value.is_anomaly).count();
+    let outside = series.values.iter().filter(|value| value.outside.is_some()).count();
+    for (name, count, sign, colour) in [
+        (texts::UNUSUAL, unusual, crate::icon::WARNING, tokens.warn),
+        (texts::OUTSIDE, outside, crate::icon::WARNING_OCTAGON, tokens.bad),
+    ] {
+        if count > 0 {
+            fact_with_note(ui, tokens, name, &count.to_string(), Some((sign, colour)));
+        }
+    }
+}

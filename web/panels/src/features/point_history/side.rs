@@ -1,0 +1,55 @@
+//! One of the two results that are compared: what is drawn of it, and its facts in words.
+
+use super::texts;
+use crate::feature_panel::PanelContext;
+use crate::features::runs::{Pane, date_and_time, viewable};
+use client_model::{Model, PointResult};
+use missions::SiteZone;
+use site_model::RunId;
+
+/// A result with its letter.
+pub(super) struct Side<'a> {
+    pub(super) letter: &'static str,
+    pub(super) result: &'a PointResult,
+}
+
+/// The earlier and the later result that are compared, as far as there are such.
+pub(super) fn sides(model: &Model) -> [Option<Side<'_>>; 2] {
+    let history = &model.point_history;
+    [
+        history.earlier().map(|result| Side { letter: texts::EARLIER_LETTER, result }),
+        history.later().map(|result| Side { letter: texts::LATER_LETTER, result }),
+    ]
+}
+
+impl Side<'_> {
+    /// What is drawn of it; none if it has neither a picture nor a spectrum.
+    pub(super) fn pane(&self, cx: &PanelContext<'_>, zone: &SiteZone) -> Option<Pane> {
+        let (file, kind) = viewable(self.result.report.as_ref()?)?;
+        Some(Pane { file, kind, caption: self.caption(cx, zone) })
+    }
+
+    /// Letter, time and age.
+    pub(super) fn caption(&self, cx: &PanelContext<'_>, zone: &SiteZone) -> String {
+        let age_s = cx.clock.utc.0.saturating_sub(self.result.at.0) as f64 * 1e-9;
+        texts::caption(self.letter, zone.to_local(self.result.at), age_s)
+    }
+
+    /// Its run and how far the pose is to be trusted.
+    pub(super) fn facts(&self, cx: &PanelContext<'_>, zone: &SiteZone) -> String {
+        let place = self.result.report.as_ref().and_then(|report| report.place.as_ref());
+        texts::facts(&run_name(cx.model, self.result.run, zone), place)
+    }
+}
+
+/// Name of a run: its mission and when it began, if it is listed.
+fn run_name(model: &Model, run: RunId, zone: &SiteZone) -> String {
+    let listed = model.runs.past().find(|past| past.run == run);
+    let mission = listed.and_then(|past| model.site.site()?.mission(past.mission));
+    let began = listed.and_then(|past| past.began).map(|began| date_and_time(zone.to_local(began)));
+    match (mission, began) {
+        (Some(mission), Some(began)) => format!("{}, {began}", mission.name),
+        (Some(mission), None) => mission.name.clone(),
+        (None, _) => texts::run(run),
+    }
+}

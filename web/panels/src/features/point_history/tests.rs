@@ -1,0 +1,298 @@
+//! The history of an inspection point in the panel.
+
+use super::plot;
+use super::time_axis::TimeAxis;
+use crate::screens;
+use crate::test_support::{TestClient, click, value};
+use api::{Event, SiteParts, SiteState};
+use client_model::{
+    ClientCommand, ClientEvent, ClientTime, HistorySpan, PointHistoryCommand, Selection, StoredPage,
+    StoredResult,
+};
+use egui::{Key, Rect, pos2, vec2};
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use site_model::{
+    ActionRequest, Asset, AssetId, EditId, InspectionPoint, InspectionPointId, NodeId, Object, ReadingLimits,
+    Site, SiteSettings, Utc,
+};
+use std::sync::Arc;
+use std::time::Instant;
+use uuid::Uuid;
+use vocab::Vec3;
+
+const PUMP: InspectionPointId = InspectionPointId(Uuid::from_u128(5));
+const GATE: InspectionPointId = InspectionPointId(Uuid::from_u128(6));
+/// 2026-07-01T10:00 UTC, 12:00 in Rome.
+const FIRST_NS: i64 = 1_782_900_000_000_000_000;
+const HOUR_NS: i64 = 3_600_000_000_000;
+
+fn site() -> Site {
+    let asset = AssetId(Uuid::from_u128(7));
+    let point = |id, name: &str, asset| {
+        Object::InspectionPoint(InspectionPoint {
+            id,
+            name: name.into(),
+            asset,
+            node: NodeId(Uuid::from_u128(9)),
+            target_m: Vec3::new(0.0, 0.0, 0.0),
+            request: ActionRequest { action: "thermal_photo".into(), parameters: Default::default() },
+            limits: Some(ReadingLimits { min: None, max: Some(26.0), unit: "°C".into() }),
+        })
+    };
+    let objects = [
+        Object::Settings(SiteSettings { name: "Works".into(), time_zone: "Europe/Rome".into(), map: None }),
+        Object::Asset(Asset { id: asset, name: "Cooling".into(), tags: Default::default() }),
+        point(PUMP, "Pump 7", Some(asset)),
+        point(GATE, "Gate valve", None),
+    ];
+    let mut site = Site::default();
+    for (number, object) in (1..).zip(objects) {
+        let id = EditId(Uuid::from_u128(number));
+        let edit = site.put(id, object);
+        site.apply(&edit, id).unwrap();
+    }
+    site
+}
+
+/// A result each hour, with a picture.
+fn result(number: u64, celsius: f64) -> StoredResult {
+    let at_ns = FIRST_NS + (number as i64 - 1) * HOUR_NS;
+    let blob = format!("{number:064x}");
+    serde_json::from_value(serde_json::json!({
+        "number": number, "run": Uuid::from_u128(number.into()), "at_ns": at_ns, "step": 0, "attempt": 1, "kind": "photo",
+        "details": { "inspection_point": PUMP, "value": {
+            "at": { "robot_time": 0, "utc_ns": at_ns, "is_synchronised": true },
+            "files": [{ "name": "photo.jpg", "media_type": "image/jpeg", "blob": blob, "bytes": 5 }],
+            "readings": [{ "name": "temperature", "value": celsius, "unit": "°C" }] } }
+    }))
+    .unwrap()
+}
+
+/// 20.0 to 20.4 °C in turn; number 10 is unusual, number 20 outside the limits.
+fn celsius(number: u64) -> f64 {
+    match number {
+        10 => 23.0,
+        20 => 27.5,
+        _ => 20.0 + 0.1 * (number * 3 % 5) as f64,
+    }
+}
+
+fn client() -> TestClient {
+    let state = SiteState { site: site(), ..SiteState::default() };
+    let part = SiteParts::new(Arc::new(state)).next_part();
+    TestClient::connected().event(Event::SitePart(part)).on(screens::RUNS)
+}
+
+/// Results 1 to `count` of the pump.
+fn fetched(mut client: TestClient, count: u64) -> TestClient {
+    client = client.command(ClientCommand::PointHistory(PointHistoryCommand::Open(PUMP)));
+    let items = (1..=count).rev().map(|number| result(number, celsius(number))).collect();
+    let page = StoredPage { items, next: None };
+    let event = ClientEvent::PointResultsFetched { point: PUMP, before: None, result: Ok(page) };
+    client.model.handle_event(ClientTime(2.0), event, &mut Vec::new());
+    client
+}
+
+/// Carries out what the panels asked of the history, as the shell does.
+fn obey(harness: &mut Harness<'_, TestClient>) {
+    let client = harness.state_mut();
+    for command in std::mem::take(&mut client.commands) {
+        if matches!(command, ClientCommand::PointHistory(_)) {
+            client.model.handle_event(ClientTime(2.0), ClientEvent::Command(command), &mut Vec::new());
+        }
+    }
+    harness.run_steps(2);
+}
+
+fn asked(harness: &Harness<'_, TestClient>, command: PointHistoryCommand) -> bool {
+    harness.state().emitted(&ClientCommand::PointHistory(command))
+}
+
+fn large(harness: &mut Harness<'_, TestClient>) {
+    click(harness, "Compare large");
+    harness.run_steps(3);
+}
+
+#[test]
+fn a_point_is_chosen_below_its_asset() {
+    let mut harness = client().shown(1440.0, 900.0);
+    click(&mut harness, "Points");
+    click(&mut harness, "Inspection point");
+    for head in ["Cooling", "Without an asset"] {
+        assert!(harness.query_by_label(head).is_some(), "{head}");
+    }
+    click(&mut harness, "Gate valve");
+    assert!(asked(&harness, PointHistoryCommand::Open(GATE)));
+    obey(&mut harness);
+    assert!(harness.query_by_label("The results are fetched from the robot.").is_some());
+}
+
+#[test]
+fn a_selected_point_leads_to_its_history() {
+    let selection = Some(Selection::InspectionPoint(GATE));
+    let client = client().on(screens::SITE).command(ClientCommand::Select(selection));
+    let mut harness = client.shown(1440.0, 900.0);
+    harness.run_steps(3);
+    click(&mut harness, "History of this point");
+    assert!(asked(&harness, PointHistoryCommand::Open(GATE)));
+    obey(&mut harness);
+    assert!(harness.state().emitted(&ClientCommand::ShowScreen(screens::RUNS)));
+}
+
+#[test]
+fn the_time_line_counts_what_is_remarkable_and_arrow_keys_go_from_result_to_result() {
+    let mut harness = fetched(client(), 40).shown(1440.0, 900.0);
+    let line = value(&harness, "Time line");
+    let told = "40 results, 1 unusual, 1 outside the limits. B: 3 Jul 2026, 03:00, usual.";
+    assert_eq!(line, told, "times are those of the site");
+    harness.get_by_label("Time line").focus();
+    harness.run_steps(2);
+    harness.key_press(Key::ArrowLeft);
+    harness.run_steps(2);
+    assert!(asked(&harness, PointHistoryCommand::Step(-1)));
+    obey(&mut harness);
+    assert!(value(&harness, "Time line").contains("B: 3 Jul 2026, 02:00"));
+    let drives = |command: &ClientCommand| matches!(command, ClientCommand::SetVelocity(_));
+    assert!(!harness.state().commands.iter().any(drives), "arrow keys do not drive");
+    click(&mut harness, "Week");
+    assert!(asked(&harness, PointHistoryCommand::ShowSpan(HistorySpan::Week)));
+}
+
+#[test]
+fn a_drag_over_the_time_line_zooms_in() {
+    let mut harness = fetched(client(), 40)
+        .command(ClientCommand::PointHistory(PointHistoryCommand::ShowSpan(HistorySpan::All)));
+    let mut harness = {
+        let shown = std::mem::replace(&mut harness, client());
+        shown.shown(1440.0, 900.0)
+    };
+    let place = harness.get_by_label("Time line").rect();
+    let [from, to] = [0.25, 0.75].map(|share| pos2(place.left() + share * place.width(), place.center().y));
+    harness.drag_at(from);
+    harness.run_steps(1);
+    harness.hover_at(to);
+    harness.run_steps(1);
+    harness.drop_at(to);
+    harness.run_steps(2);
+    let zoomed = harness.state().commands.iter().find_map(|command| match command {
+        ClientCommand::PointHistory(PointHistoryCommand::ShowSpan(HistorySpan::Between(range))) => {
+            Some(*range)
+        }
+        _ => None,
+    });
+    let [from, to] = zoomed.expect("a part is shown").map(|at| (at.0 - FIRST_NS) as f64 / HOUR_NS as f64);
+    assert!((from - 0.25 * 39.0).abs() < 0.3 && (to - 0.75 * 39.0).abs() < 0.3, "{from} {to}");
+}
+
+#[test]
+fn readings_are_told_with_their_trend_and_what_is_wrong() {
+    let harness = fetched(client(), 40).shown(1440.0, 1600.0);
+    let plot = value(&harness, "Temperature, °C");
+    assert!(plot.starts_with("40 readings, newest 20.0"), "{plot}");
+    assert!(plot.ends_with("1 unusual, 1 outside the limits"), "{plot}");
+    assert_eq!(value(&harness, "Trend"), "none that is clear");
+    assert!(value(&harness, "Limits").contains("at most 26.00 °C"));
+    assert!(value(&harness, "Median").starts_with("20.2"), "{}", value(&harness, "Median"));
+}
+
+#[test]
+fn two_pictures_are_shown_beside_each_other_wiped_and_in_turn() {
+    let mut harness = fetched(client(), 40).shown(1440.0, 900.0);
+    let wanted = harness.state_mut().panels.files.take_wanted();
+    assert_eq!(wanted.len(), 2, "A and B");
+    for (blob, _) in wanted {
+        let image = egui::ColorImage::filled([64, 48], egui::Color32::RED);
+        let ctx = harness.ctx.clone();
+        harness.state_mut().panels.files.insert(&ctx, blob, Ok(crate::ResultFileContent::Picture(image)));
+    }
+    large(&mut harness);
+    click(&mut harness, "Wipe");
+    assert_eq!(value(&harness, "Divider"), "50 %");
+    harness.get_by_label("Divider").focus();
+    harness.run_steps(2);
+    harness.key_press(Key::ArrowRight);
+    harness.run_steps(2);
+    assert_eq!(value(&harness, "Divider"), "52 %");
+    click(&mut harness, "Blink");
+    let first = value(&harness, "Shown");
+    click(&mut harness, "Stop blinking");
+    let stopped = value(&harness, "Shown");
+    harness.run_steps(120);
+    assert_eq!(value(&harness, "Shown"), stopped, "nothing changes by itself");
+    click(&mut harness, "Show the other one");
+    assert_ne!(value(&harness, "Shown"), stopped);
+    assert!(first.starts_with("A · ") || first.starts_with("B · "), "{first}");
+    click(&mut harness, "Side by side");
+    assert!(harness.query_by_label("Divider").is_none());
+    harness.key_press(Key::ArrowLeft);
+    harness.run_steps(2);
+    assert!(asked(&harness, PointHistoryCommand::Step(-1)));
+    harness.key_press(Key::Escape);
+    harness.run_steps(2);
+    assert!(harness.query_by_label("Close the comparison").is_none());
+    assert!(!harness.state().emitted(&ClientCommand::StopMotion));
+}
+
+#[test]
+fn pictures_blink_by_themselves_unless_the_system_asks_for_reduced_motion() {
+    for is_reduced in [false, true] {
+        let mut client = fetched(client(), 3);
+        client.panels.is_motion_reduced = is_reduced;
+        let mut harness = client.shown(1440.0, 900.0);
+        large(&mut harness);
+        click(&mut harness, "Blink");
+        let mut seen = std::collections::BTreeSet::new();
+        // A step is a quarter of a second.
+        for _ in 0..12 {
+            seen.insert(value(&harness, "Shown"));
+            harness.run_steps(1);
+        }
+        assert_eq!(seen.len(), if is_reduced { 1 } else { 2 }, "{seen:?}");
+    }
+}
+
+#[test]
+fn the_chosen_result_is_kept_for_comparisons_and_everything_is_saved() {
+    let mut harness = fetched(client(), 40).shown(1440.0, 1600.0);
+    click(&mut harness, "Keep this one as A");
+    assert!(asked(&harness, PointHistoryCommand::Keep(Some(40))));
+    obey(&mut harness);
+    click(&mut harness, "A is the one before");
+    assert!(asked(&harness, PointHistoryCommand::Keep(None)));
+    click(&mut harness, "Save all as a table (CSV)");
+    assert!(asked(&harness, PointHistoryCommand::Export));
+}
+
+#[test]
+fn what_could_not_be_fetched_is_fetched_again() {
+    let mut client = client().command(ClientCommand::PointHistory(PointHistoryCommand::Open(PUMP)));
+    let result = Err("The server does not answer.".to_owned());
+    let event = ClientEvent::PointResultsFetched { point: PUMP, before: None, result };
+    client.model.handle_event(ClientTime(2.0), event, &mut Vec::new());
+    let mut harness = client.shown(1440.0, 900.0);
+    assert!(harness.query_by_label("The server does not answer.").is_some());
+    click(&mut harness, "Fetch again");
+    assert!(asked(&harness, PointHistoryCommand::Retry));
+}
+
+/// The figures are for docs; the machine is shared, so none is asserted.
+#[test]
+fn a_plot_of_5_000_readings_has_a_mark_in_each_column_at_most() {
+    let client = fetched(client(), 5_000)
+        .command(ClientCommand::PointHistory(PointHistoryCommand::ShowSpan(HistorySpan::All)));
+    let history = &client.model.point_history;
+    let place = Rect::from_min_size(pos2(0.0, 0.0), vec2(320.0, 100.0));
+    let axis = TimeAxis::new(history.range().unwrap(), place);
+    assert_eq!(axis.to, Utc(FIRST_NS + 4_999 * HOUR_NS));
+    let columns = plot::columns(&history.series()[0], &axis);
+    assert_eq!((columns.len(), columns.iter().flatten().count()), (320, 320));
+    let mut harness = client.shown(1440.0, 1600.0);
+    let frames = 20_u32;
+    let began = Instant::now();
+    harness.run_steps(frames as usize);
+    println!(
+        "5,000 readings: {:.2} ms a frame of the whole page",
+        began.elapsed().as_secs_f64() * 1e3 / f64::from(frames)
+    );
+}
