@@ -35,8 +35,11 @@ pub(super) fn handle(ctx: &Context, panels: &mut FeaturePanels, cx: &mut PanelCo
 
 /// Lets the first panel that has something unfinished cancel it.
 fn cancel(panels: &mut FeaturePanels, cx: &mut PanelContext<'_>) {
+    // Pictures over all cards are of one of these.
     if cx.frame.is_covered {
-        panels.runs.cancel(cx);
+        if !panels.point_history.cancel(cx) {
+            panels.runs.cancel(cx);
+        }
         return;
     }
     for panel in panels.iter_mut() {

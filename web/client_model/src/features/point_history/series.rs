@@ -75,6 +75,12 @@ impl ReadingSeries {
         Some(self.analysis.as_ref()?.trend?.at(self.seconds(at)))
     }
 
+    /// Number of readings that are unusual within the limits, and of those outside the limits.
+    pub fn remarkable(&self) -> [usize; 2] {
+        let count = |is: fn(&&SeriesValue) -> bool| self.values.iter().filter(is).count();
+        [count(|value| value.is_anomaly && value.outside.is_none()), count(|value| value.outside.is_some())]
+    }
+
     /// Seconds since the first reading.
     fn seconds(&self, at: Utc) -> f64 {
         let first = self.values.first().map_or(at.0, |value| value.at.0);

@@ -2,9 +2,11 @@
 
 use super::{plot, texts};
 use crate::feature_panel::PanelContext;
+use crate::paint::line_at;
+use crate::theme::{self, Tokens, Weight};
 use crate::widgets::{self, fact, fact_with_note};
 use client_model::ReadingSeries;
-use egui::Ui;
+use egui::{Sense, Ui, vec2};
 use missions::SiteZone;
 
 /// Shows all readings, those of the newest result first.
@@ -21,9 +23,15 @@ pub(super) fn show(ui: &mut Ui, cx: &mut PanelContext<'_>, zone: &SiteZone) {
     widgets::remark(ui, cx.tokens, texts::PLOT_REMARK);
 }
 
+/// The title of a plot. It is painted only: in the accessible tree the plot has this name itself.
+fn show_title(ui: &mut Ui, tokens: &Tokens, text: &str) {
+    let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 20.0), Sense::hover());
+    line_at(ui, rect.left_center(), rect.width(), text, (theme::BODY, Weight::Medium), tokens.text);
+}
+
 fn show_series(ui: &mut Ui, cx: &mut PanelContext<'_>, series: &ReadingSeries, zone: &SiteZone) {
     let tokens = cx.tokens;
-    widgets::sentence(ui, tokens, &texts::series(series));
+    show_title(ui, tokens, &texts::series(series));
     plot::show(ui, cx, series, zone);
     let Some(analysis) = &series.analysis else { return };
     let (unit, decimals) = (&series.unit, texts::decimals(analysis.deviation));
@@ -47,8 +55,7 @@ fn show_series(ui: &mut Ui, cx: &mut PanelContext<'_>, series: &ReadingSeries, z
     {
         fact(ui, tokens, texts::LIMITS, &texts::limits(limits.min, limits.max, unit));
     }
-    let unusual = series.values.iter().filter(|value| value.is_anomaly).count();
-    let outside = series.values.iter().filter(|value| value.outside.is_some()).count();
+    let [unusual, outside] = series.remarkable();
     for (name, count, sign, colour) in [
         (texts::UNUSUAL, unusual, crate::icon::WARNING, tokens.warn),
         (texts::OUTSIDE, outside, crate::icon::WARNING_OCTAGON, tokens.bad),

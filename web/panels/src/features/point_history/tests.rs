@@ -132,7 +132,7 @@ fn a_point_is_chosen_below_its_asset() {
 fn a_selected_point_leads_to_its_history() {
     let selection = Some(Selection::InspectionPoint(GATE));
     let client = client().on(screens::SITE).command(ClientCommand::Select(selection));
-    let mut harness = client.shown(1440.0, 900.0);
+    let mut harness = client.shown(1440.0, 2_400.0);
     harness.run_steps(3);
     click(&mut harness, "History of this point");
     assert!(asked(&harness, PointHistoryCommand::Open(GATE)));
@@ -161,12 +161,8 @@ fn the_time_line_counts_what_is_remarkable_and_arrow_keys_go_from_result_to_resu
 
 #[test]
 fn a_drag_over_the_time_line_zooms_in() {
-    let mut harness = fetched(client(), 40)
-        .command(ClientCommand::PointHistory(PointHistoryCommand::ShowSpan(HistorySpan::All)));
-    let mut harness = {
-        let shown = std::mem::replace(&mut harness, client());
-        shown.shown(1440.0, 900.0)
-    };
+    let all = ClientCommand::PointHistory(PointHistoryCommand::ShowSpan(HistorySpan::All));
+    let mut harness = fetched(client(), 40).command(all).shown(1440.0, 900.0);
     let place = harness.get_by_label("Time line").rect();
     let [from, to] = [0.25, 0.75].map(|share| pos2(place.left() + share * place.width(), place.center().y));
     harness.drag_at(from);

@@ -211,8 +211,7 @@ pub(super) fn value_at(value: f64, unit: &str, decimals: usize, at: LocalDateTim
 /// In the accessible tree: what a plot shows.
 pub(super) fn plot_value(series: &ReadingSeries, decimals: usize) -> String {
     let newest = series.values.last().map_or(f64::NAN, |value| value.value);
-    let unusual = series.values.iter().filter(|value| value.is_anomaly).count();
-    let outside = series.values.iter().filter(|value| value.outside.is_some()).count();
+    let [unusual, outside] = series.remarkable();
     let count = series.values.len();
     format!(
         "{count} readings, newest {} {}, {unusual} unusual, {outside} outside the limits",
