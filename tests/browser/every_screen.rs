@@ -109,6 +109,15 @@ mod nightly {
         save(&mut operator.page, theme, "runs-compared");
         operator.click("button", "With the last one");
         operator.click("button", "Close the pictures");
+        click_first(operator, "History of this point: ");
+        save(&mut operator.page, theme, "runs-point");
+        operator.click("button", "Compare large");
+        for view in ["Side by side", "Wipe", "Blink"] {
+            operator.click("button", view);
+            save(&mut operator.page, theme, &format!("runs-point-{}", view.to_lowercase().replace(' ', "-")));
+        }
+        operator.click("button", "Close the comparison");
+        operator.click("button", "History");
         if !named(&mut operator.page, "Show spectrum").is_empty() {
             click_first(operator, "Show spectrum");
             save(&mut operator.page, theme, "runs-spectrum");

@@ -52,9 +52,29 @@ fn an_empty_site_becomes_the_example_whose_mission_runs_at_once() {
     page.click("button", "Runs");
     page.control("button", "Pause");
     page.screenshot().save("example-run-1440x900");
+    see_history(&mut page);
     assert!(result["kind"].is_string(), "{result}");
     assert_eq!(page.errors(), Vec::<String>::new());
     server.stop();
+}
+
+/// The history of the point of the first result: its time line, and its picture large.
+fn see_history(page: &mut Page) {
+    let name = wait_for("a result of an inspection point", MAKING_LIMIT, || {
+        let buttons = page.all("button").into_iter().map(|(name, _)| name);
+        buttons.into_iter().find(|name| name.starts_with("History of this point: "))
+    });
+    page.click("button", &name);
+    page.control("slider", "Time line");
+    page.wait_for_pictures();
+    page.screenshot().save("example-point-1440x900");
+    if page.find("button", "Compare large").is_some() {
+        page.click("button", "Compare large");
+        page.control("button", "Close the comparison");
+        page.wait_for_pictures();
+        page.screenshot().save("example-point-compared-1440x900");
+        page.click("button", "Close the comparison");
+    }
 }
 
 fn get(page: &mut Page, path: &str) -> Value {

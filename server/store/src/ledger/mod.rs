@@ -8,6 +8,8 @@ mod accounts;
 mod audit;
 mod check;
 mod documents;
+#[cfg(test)]
+mod history_tests;
 mod recovery;
 mod rows;
 mod runs;

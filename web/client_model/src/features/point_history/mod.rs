@@ -80,6 +80,8 @@ pub struct PointHistory {
     problem: Option<String>,
     span: HistorySpan,
     chosen: Option<u64>,
+    /// Whether the chosen result is older than those that were fetched.
+    is_sought: bool,
     kept: Option<u64>,
     is_exporting: bool,
     /// What the series were computed for.
@@ -271,12 +273,32 @@ impl PointHistory {
             (_, Some([from, _])) => oldest.is_some_and(|oldest| oldest < from),
             (_, None) => true,
         };
-        if self.is_exporting || !is_covered {
+        if self.is_exporting || self.is_sought || !is_covered {
             self.fetch_older(cx);
         }
         if self.is_exporting && self.is_whole() {
             self.is_exporting = false;
             self.save(cx);
+        }
+    }
+
+    /// Chooses a result. One that was not fetched yet is sought among the older ones.
+    fn choose(&mut self, number: u64, cx: &mut Context<'_>) {
+        self.chosen = Some(number);
+        self.seek();
+        self.follow(cx);
+    }
+
+    /// Looks for the chosen result. Once it is there, the part that is shown moves to it.
+    fn seek(&mut self) {
+        let found = self.chosen.and_then(|number| self.results.find(number));
+        self.is_sought = found.is_none() && !self.is_whole();
+        let (Some(index), Some([from, to])) = (found, self.range()) else { return };
+        let at = self.results()[index].at;
+        if !(from..=to).contains(&at) {
+            let half_ns = (to.0 - from.0) / 2;
+            let between = [at.0.saturating_sub(half_ns), at.0.saturating_add(half_ns)];
+            self.span = HistorySpan::Between(between.map(Utc));
         }
     }
 
@@ -295,7 +317,7 @@ impl PointHistory {
         let Some(index) = self.later().and_then(|later| self.results.find(later.number)) else { return };
         let wanted = i64::try_from(index).ok().and_then(|index| usize::try_from(index + step).ok());
         match wanted.and_then(|wanted| self.results().get(wanted)) {
-            Some(result) => self.chosen = Some(result.number),
+            Some(result) => self.choose(result.number, cx),
             None if step < 0 => self.fetch_older(cx),
             None => {}
         }
@@ -311,10 +333,15 @@ impl PointHistory {
             return;
         }
         match result {
-            Ok(page) => self.results.add(before, page),
+            Ok(page) => {
+                self.results.add(before, page);
+                if self.is_sought {
+                    self.seek();
+                }
+            }
             Err(sentence) => {
                 self.results.give_up();
-                self.is_exporting = false;
+                (self.is_exporting, self.is_sought) = (false, false);
                 self.problem = Some(sentence.clone());
             }
         }
@@ -346,7 +373,7 @@ impl Feature for PointHistory {
                 self.span = span;
                 self.follow(cx);
             }
-            PointHistoryCommand::Choose(number) => self.chosen = Some(number),
+            PointHistoryCommand::Choose(number) => self.choose(number, cx),
             PointHistoryCommand::Step(step) => self.step(step, cx),
             PointHistoryCommand::Keep(number) => self.kept = number,
             PointHistoryCommand::Retry if self.results().is_empty() => self.fetch_newest(cx),

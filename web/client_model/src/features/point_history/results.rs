@@ -94,22 +94,31 @@ impl PointResults {
         self.awaited = None;
     }
 
-    /// Adds a page. The newest page replaces what is known, except results that were stored since.
+    /// Adds a page. The newest page replaces what is known, except results that were stored since; if it has a result that is known, nothing is missing between
+    /// them, and what is known stays.
     pub(super) fn add(&mut self, before: Option<&str>, page: &StoredPage<StoredResult>) {
         self.awaited = None;
         let mut items: Vec<PointResult> = page.items.iter().rev().map(PointResult::of).collect();
-        if before.is_none() {
-            let newest = items.last().map_or(0, |item| item.number);
-            items.extend(std::mem::take(&mut self.items).into_iter().filter(|item| item.number > newest));
-            self.items = items;
-        } else if !items.is_empty() {
-            let oldest = self.items.first().map_or(u64::MAX, |item| item.number);
-            items.retain(|item| item.number < oldest);
-            items.append(&mut self.items);
-            self.items = items;
-        }
         // A page without results is the last one, whatever it says.
-        self.older = page.next.clone().filter(|_| !page.items.is_empty());
+        let next = page.next.clone().filter(|_| !page.items.is_empty());
+        match (before, items.first()) {
+            (None, Some(oldest)) if self.is_begun && self.find(oldest.number).is_some() => {
+                items.retain(|item| self.find(item.number).is_none());
+                self.items.append(&mut items);
+                self.items.sort_by_key(|item| item.number);
+            }
+            (None, _) => {
+                let newest = items.last().map_or(0, |item| item.number);
+                items.extend(std::mem::take(&mut self.items).into_iter().filter(|item| item.number > newest));
+                (self.items, self.older) = (items, next);
+            }
+            (Some(_), _) => {
+                let oldest = self.items.first().map_or(u64::MAX, |item| item.number);
+                items.retain(|item| item.number < oldest);
+                items.append(&mut self.items);
+                (self.items, self.older) = (items, next);
+            }
+        }
         self.is_begun = true;
         self.revision += 1;
     }

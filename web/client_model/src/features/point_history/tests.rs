@@ -179,6 +179,28 @@ fn the_newest_is_compared_with_the_one_before_until_others_are_chosen() {
 }
 
 #[test]
+fn a_chosen_result_that_is_old_is_sought_and_the_part_that_is_shown_moves_to_it() {
+    let mut client = opened(None);
+    client.take_effects();
+    ask(&mut client, PointHistoryCommand::ShowSpan(HistorySpan::Week));
+    ask(&mut client, PointHistoryCommand::Choose(11));
+    answer(&mut client, Some("41"), page(21..=40, Some(21)));
+    assert_eq!(client.take_effects(), [fetch(Some("21"))], "although a week is there");
+    assert_eq!(client.model.point_history.later().unwrap().number, 60, "meanwhile the newest");
+    answer(&mut client, Some("21"), page(1..=20, Some(1)));
+    let history = &client.model.point_history;
+    assert_eq!(history.later().unwrap().number, 11);
+    let at = history.later().unwrap().at.0;
+    assert_eq!(history.range().unwrap().map(|it| it.0 - at), [-7 * DAY_NS / 2, 7 * DAY_NS / 2]);
+    assert_eq!(client.take_effects(), []);
+    ask(&mut client, PointHistoryCommand::Choose(999));
+    assert_eq!(client.take_effects(), [fetch(Some("1"))]);
+    answer(&mut client, Some("1"), StoredPage { items: Vec::new(), next: None });
+    assert_eq!(client.take_effects(), [], "there is no such result");
+    assert_eq!(client.model.point_history.later().unwrap().number, 60);
+}
+
+#[test]
 fn a_result_that_is_stored_meanwhile_is_there_at_once_and_after_a_reconnection_the_newest_are_fetched() {
     let mut client = opened(None);
     answer(&mut client, Some("41"), page(21..=40, Some(21)));
@@ -213,7 +235,14 @@ fn a_result_that_is_stored_meanwhile_is_there_at_once_and_after_a_reconnection_t
     assert_eq!(client.model.point_history.results().len(), 41, "they stay meanwhile");
     answer(&mut client, None, page(42..=61, Some(42)));
     let numbers: Vec<u64> = client.model.point_history.results().iter().map(|it| it.number).collect();
-    assert_eq!(numbers, (42..=62).collect::<Vec<_>>());
+    assert_eq!(numbers, (21..=62).collect::<Vec<_>>(), "nothing is missing between them");
+    // A page without any that is known: what lies between is missing.
+    client.lose_connection();
+    client.wait(10.0);
+    client.connect();
+    answer(&mut client, None, page(90..=99, Some(90)));
+    let numbers: Vec<u64> = client.model.point_history.results().iter().map(|it| it.number).collect();
+    assert_eq!(numbers, (90..=99).collect::<Vec<_>>());
 }
 
 #[test]

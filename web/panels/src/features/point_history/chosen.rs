@@ -5,7 +5,7 @@ use super::side::{Side, sides};
 use super::texts;
 use crate::button::{Button, Kind};
 use crate::feature_panel::PanelContext;
-use crate::features::runs::{outside, paint_file, reading, reading_name, viewable};
+use crate::features::runs::{CommonAxes, outside, paint_file, reading, reading_name, viewable};
 use crate::paint::focus_ring;
 use crate::widgets::{self, fact_with_note};
 use crate::{icon, theme};
@@ -28,13 +28,14 @@ pub(super) fn show(ui: &mut Ui, cx: &mut PanelContext<'_>, zone: &SiteZone, comp
         show_steps(ui, cx);
         show_keep(ui, cx);
     });
-    let has_pictures = sides.iter().flatten().any(|side| side.pane(cx, zone).is_some());
-    if has_pictures {
+    let panes: Vec<_> = sides.iter().flatten().filter_map(|side| side.pane(cx, zone)).collect();
+    let axes = CommonAxes::of(cx, &panes);
+    if !panes.is_empty() {
         let width = 0.5 * (ui.available_width() - PICTURE_GAP);
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = PICTURE_GAP;
             for side in sides.iter().flatten() {
-                if show_picture(ui, cx, side, zone, width) {
+                if show_picture(ui, cx, side, zone, axes, width) {
                     comparison.open();
                 }
             }
@@ -61,6 +62,7 @@ fn show_picture(
     cx: &mut PanelContext<'_>,
     side: &Side<'_>,
     zone: &SiteZone,
+    axes: CommonAxes,
     width: f32,
 ) -> bool {
     let (rect, _) = ui.allocate_exact_size(vec2(width, PICTURE_HEIGHT), Sense::hover());
@@ -70,7 +72,7 @@ fn show_picture(
     response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &name));
     if ui.is_rect_visible(rect) {
         let tokens = cx.tokens;
-        paint_file(ui, cx, (file.blob, kind), rect);
+        paint_file(ui, cx, (file.blob, kind), axes, rect);
         let border = if response.hovered() { tokens.accent } else { tokens.line };
         let radius = f32::from(theme::BUTTON_RADIUS);
         ui.painter().rect_stroke(rect, radius, (tokens.line_width, border), egui::StrokeKind::Inside);

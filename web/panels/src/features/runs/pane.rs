@@ -52,6 +52,11 @@ impl CommonAxes {
         }
         axes
     }
+
+    /// The scale in which a thermal picture is shown: its own if it shares none.
+    pub(crate) fn scale_of(&self, picture: &ThermalPicture) -> Scale {
+        self.scale.unwrap_or_else(|| picture.scale())
+    }
 }
 
 /// Shows a pane with its caption. Wheel, pinch and drag change the part that is looked at.
@@ -141,7 +146,7 @@ pub(crate) fn paint_pane(
             paint_picture(ui, texture.id(), view.picture_rect(rect, texture.size_vec2()), rect);
         }
         ResultFile::Thermal(picture) => {
-            let scale = axes.scale.unwrap_or_else(|| picture.scale());
+            let scale = axes.scale_of(picture);
             let texture = picture.texture(ui.ctx(), scale);
             let (rect, side) = split_scale(rect);
             let shown = view.picture_rect(rect, texture.size_vec2());

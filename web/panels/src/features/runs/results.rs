@@ -1,6 +1,7 @@
 //! Results of a task under its row, in the run under way and in ended ones: pictures, spectra, readings and files.
 
 use super::lightbox::{Lightbox, open_blob};
+use super::pane::CommonAxes;
 use super::result_view::ResultView;
 use super::{spectrum, texts};
 use crate::button::{Button, Kind};
@@ -80,7 +81,7 @@ fn show_exhibit(ui: &mut Ui, cx: &mut PanelContext<'_>, result_view: &ResultView
     response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &name));
     if ui.is_rect_visible(rect) {
         let radius = f32::from(theme::BUTTON_RADIUS);
-        paint_file(ui, cx, (result_view.file.blob, result_view.kind), rect);
+        paint_file(ui, cx, (result_view.file.blob, result_view.kind), CommonAxes::default(), rect);
         let border = if response.hovered() { tokens.accent } else { tokens.line };
         ui.painter().rect_stroke(rect, radius, (tokens.line_width, border), egui::StrokeKind::Inside);
         if response.has_focus() {
@@ -90,11 +91,12 @@ fn show_exhibit(ui: &mut Ui, cx: &mut PanelContext<'_>, result_view: &ResultView
     response.on_hover_cursor(egui::CursorIcon::ZoomIn).clicked()
 }
 
-/// Paints a picture or a spectrum small, so that it fills a place.
+/// Paints a picture or a spectrum small, so that it fills a place. `axes`: what it shares with others.
 pub(crate) fn paint_file(
     ui: &Ui,
     cx: &mut PanelContext<'_>,
     (blob, kind): (BlobHash, ResultFileKind),
+    axes: CommonAxes,
     rect: Rect,
 ) {
     let (tokens, radius) = (cx.tokens, f32::from(theme::BUTTON_RADIUS));
@@ -109,7 +111,7 @@ pub(crate) fn paint_file(
         }
         ResultFile::Picture(texture) => paint_cropped(ui, texture.id(), texture.size_vec2(), rect, radius),
         ResultFile::Thermal(picture) => {
-            let scale = picture.scale();
+            let scale = axes.scale_of(picture);
             let texture = picture.texture(ui.ctx(), scale);
             paint_cropped(ui, texture.id(), texture.size_vec2(), rect, radius);
         }
