@@ -4,7 +4,7 @@ use super::{plot, texts};
 use crate::feature_panel::PanelContext;
 use crate::paint::line_at;
 use crate::theme::{self, Tokens, Weight};
-use crate::widgets::{self, fact, fact_with_note};
+use crate::widgets::{self, fact};
 use client_model::ReadingSeries;
 use egui::{Sense, Ui, vec2};
 use missions::SiteZone;
@@ -56,12 +56,9 @@ fn show_series(ui: &mut Ui, cx: &mut PanelContext<'_>, series: &ReadingSeries, z
         fact(ui, tokens, texts::LIMITS, &texts::limits(limits.min, limits.max, unit));
     }
     let [unusual, outside] = series.remarkable();
-    for (name, count, sign, colour) in [
-        (texts::UNUSUAL, unusual, crate::icon::WARNING, tokens.warn),
-        (texts::OUTSIDE, outside, crate::icon::WARNING_OCTAGON, tokens.bad),
-    ] {
+    for (name, count) in [(texts::UNUSUAL, unusual), (texts::OUTSIDE, outside)] {
         if count > 0 {
-            fact_with_note(ui, tokens, name, &count.to_string(), Some((sign, colour)));
+            fact(ui, tokens, name, &texts::readings(count));
         }
     }
 }

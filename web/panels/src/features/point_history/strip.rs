@@ -17,6 +17,8 @@ use site_model::Utc;
 const MARKS_HEIGHT: f32 = 48.0;
 /// Height of the labels below them, points.
 const LABELS_HEIGHT: f32 = 18.0;
+/// Room for a letter at both ends, points.
+const LETTER_ROOM: f32 = 14.0;
 /// Shortest drag that zooms, points. Chosen: a press that slips is shorter.
 const MIN_DRAG: f32 = 6.0;
 
@@ -39,7 +41,7 @@ impl Strip {
         let response = ui.interact(place, id_of(id), Sense::click_and_drag());
         let value = texts::strip_value(history, zone);
         describe(&response, history, &value);
-        let axis = TimeAxis::new(range, place);
+        let axis = TimeAxis::new(range, place.shrink2(vec2(LETTER_ROOM, 0.0)));
         if ui.is_rect_visible(rect) {
             paint(ui, cx.tokens, history, &axis, place);
             paint_labels(ui, cx.tokens, &axis, labels, zone);
@@ -146,12 +148,10 @@ fn paint(ui: &Ui, tokens: &Tokens, history: &PointHistory, axis: &TimeAxis, plac
             continue;
         };
         painter.line_segment([pos2(x, place.top()), pos2(x, place.bottom())], Stroke::new(1.5, colour));
-        let is_left = x > place.right() - 16.0;
-        let (align, at) = if is_left {
-            (Align2::RIGHT_TOP, pos2(x - 3.0, place.top() + 1.0))
-        } else {
-            (Align2::LEFT_TOP, pos2(x + 3.0, place.top() + 1.0))
-        };
+        // A stands left of its line and B right of it, so that neighbours stay legible.
+        let (align, side) =
+            if letter == texts::EARLIER_LETTER { (Align2::RIGHT_TOP, -3.0) } else { (Align2::LEFT_TOP, 3.0) };
+        let at = pos2(x + side, place.top() + 1.0);
         painter.text(at, align, letter, font(theme::SMALL, Weight::SemiBold), colour);
     }
 }

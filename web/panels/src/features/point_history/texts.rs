@@ -101,6 +101,11 @@ pub(super) fn results(count: usize) -> String {
     if count == 1 { "1 result".to_owned() } else { format!("{} results", format::count(count as u64)) }
 }
 
+/// `1 reading`, `5 readings`.
+pub(super) fn readings(count: usize) -> String {
+    if count == 1 { "1 reading".to_owned() } else { format!("{} readings", format::count(count as u64)) }
+}
+
 /// `412 results so far`.
 pub(super) fn fetched(count: usize) -> String {
     format!("Older results are fetched: {} so far.", results(count))
