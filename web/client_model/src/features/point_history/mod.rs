@@ -192,6 +192,22 @@ impl PointHistory {
         found.map_or(ResultJudgement::NotJudged, |index| self.judgements[index].1)
     }
 
+    /// The results with their judgements, the oldest first. Linear in their number.
+    pub fn judged(&self) -> impl Iterator<Item = (&PointResult, ResultJudgement)> {
+        // Both lists are in the order of the numbers.
+        let mut judgements = self.judgements.iter().peekable();
+        self.results().iter().map(move |result| {
+            while judgements.next_if(|(number, _)| *number < result.number).is_some() {}
+            let judged = judgements.peek().filter(|(number, _)| *number == result.number);
+            (result, judged.map_or(ResultJudgement::NotJudged, |(_, judgement)| *judgement))
+        })
+    }
+
+    /// The place of a result in the list of all, by its number.
+    pub fn place_of(&self, number: u64) -> Option<usize> {
+        self.results.find(number)
+    }
+
     /// Whether older results are fetched to save all of them.
     pub fn is_exporting(&self) -> bool {
         self.is_exporting

@@ -75,6 +75,12 @@ impl ReadingSeries {
         Some(self.analysis.as_ref()?.trend?.at(self.seconds(at)))
     }
 
+    /// The reading of a result, by its number; the first one if it has several of this name.
+    pub fn value_of(&self, result: u64) -> Option<&SeriesValue> {
+        let first = self.values.partition_point(|value| value.result < result);
+        self.values.get(first).filter(|value| value.result == result)
+    }
+
     /// Number of readings that are unusual within the limits, and of those outside the limits.
     pub fn remarkable(&self) -> [usize; 2] {
         let count = |is: fn(&&SeriesValue) -> bool| self.values.iter().filter(is).count();

@@ -90,8 +90,7 @@ fn show_readings(ui: &mut Ui, cx: &PanelContext<'_>, result: &PointResult) {
         let is_it =
             |series: &&client_model::ReadingSeries| series.name == found.name && series.unit == found.unit;
         let series = history.series().iter().find(is_it);
-        let value =
-            series.and_then(|series| series.values.iter().find(|value| value.result == result.number));
+        let value = series.and_then(|series| series.value_of(result.number));
         let note = match value {
             Some(value) if value.outside.is_some() => {
                 value.outside.map(|of| (outside(of, &found.unit), cx.tokens.bad))

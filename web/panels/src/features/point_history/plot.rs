@@ -7,7 +7,7 @@ use crate::feature_panel::PanelContext;
 use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets;
 use client_model::{PointHistoryCommand, ReadingSeries, SeriesValue};
-use egui::{Align2, Id, Painter, Rect, Sense, Shape, Stroke, Ui, pos2, vec2};
+use egui::{Align2, Id, Painter, Rect, Sense, Shape, Stroke, Ui, Vec2, pos2, vec2};
 use missions::SiteZone;
 
 /// Height of a plot without its labels, points.
@@ -16,6 +16,8 @@ const PLOT_HEIGHT: f32 = 132.0;
 const LABELS_HEIGHT: f32 = 18.0;
 /// Room for the labels of the values, points.
 const LEFT: f32 = 48.0;
+/// Side of the mark of one reading, points.
+const DOT: f32 = 3.0;
 /// Values with a label at most.
 const MAX_LABELS: f64 = 4.0;
 
@@ -173,7 +175,8 @@ fn paint_column(painter: &Painter, tokens: &Tokens, x: f32, column: &Column, val
     if low - high > 3.0 {
         painter.line_segment([pos2(x, low), pos2(x, high)], Stroke::new(1.5, tokens.accent));
     } else {
-        painter.circle_filled(pos2(x, 0.5 * (low + high)), 1.8, tokens.accent);
+        let dot = Rect::from_center_size(pos2(x, 0.5 * (low + high)), Vec2::splat(DOT));
+        painter.rect_filled(dot, 0.0, tokens.accent);
     }
     if let Some(value) = column.outside {
         let centre = pos2(x, values.y(value));

@@ -95,8 +95,8 @@ pub(super) fn id_of(place: &'static str) -> Id {
 
 /// In the accessible tree: a slider over the results.
 fn describe(response: &Response, history: &PointHistory, value: &str) {
-    let (count, chosen) = (history.results().len(), history.later().map(|later| later.number));
-    let place = history.results().iter().position(|result| Some(result.number) == chosen).unwrap_or(0);
+    let count = history.results().len();
+    let place = history.later().and_then(|later| history.place_of(later.number)).unwrap_or(0);
     response.widget_info(|| WidgetInfo::slider(true, place as f64, texts::STRIP));
     response.ctx.accesskit_node_builder(response.id, |node| {
         node.set_min_numeric_value(0.0);
@@ -108,10 +108,9 @@ fn describe(response: &Response, history: &PointHistory, value: &str) {
 /// The most remarkable judgement of each column of a pixel that has a result.
 pub(super) fn columns(history: &PointHistory, axis: &TimeAxis) -> Vec<Option<ResultJudgement>> {
     let mut columns = vec![None; axis.columns()];
-    for result in history.results() {
+    for (result, judgement) in history.judged() {
         if let Some(column) = axis.column(result.at) {
-            let judgement = Some(history.judgement(result.number));
-            columns[column] = columns[column].max(judgement);
+            columns[column] = columns[column].max(Some(judgement));
         }
     }
     columns

@@ -81,7 +81,7 @@ pub(super) fn judgement(judgement: ResultJudgement) -> &'static str {
 
 /// `412 results, 2 unusual, 1 outside the limits. B: 24 Nov 2026, 11:00, usual.`
 pub(super) fn strip_value(history: &PointHistory, zone: &SiteZone) -> String {
-    let count = |wanted| history.results().iter().filter(|it| history.judgement(it.number) == wanted).count();
+    let count = |wanted| history.judged().filter(|(_, judged)| *judged == wanted).count();
     let mut text = results(history.results().len());
     for wanted in [ResultJudgement::Unusual, ResultJudgement::OutsideLimits] {
         match count(wanted) {
