@@ -1,13 +1,16 @@
 //! The history of one inspection point: its results in all runs, what its readings have in common, and the two results that are compared.
 //!
+//! - `command`: what operators ask of it.
 //! - `results`: results as they are kept, and their pages.
 //! - `series`: readings over time, and the judgement of each result.
 //! - `export`: all of it as a table.
 
+mod command;
 mod export;
 mod results;
 mod series;
 
+pub use command::{HistorySpan, PointHistoryCommand};
 pub use results::PointResult;
 pub use series::{ReadingSeries, ResultJudgement, SeriesValue};
 
@@ -19,56 +22,6 @@ use missions::SiteZone;
 use results::PointResults;
 use series::{SeriesBasis, analyse_results};
 use site_model::{InspectionPoint, InspectionPointId, Utc};
-
-/// The part of a history that is shown. Hours and days count back from the newest result.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum HistorySpan {
-    /// 24 hours.
-    Day,
-    /// 7 days.
-    Week,
-    /// 31 days.
-    #[default]
-    Month,
-    /// Everything.
-    All,
-    /// Between two instants, the earlier one first.
-    Between([Utc; 2]),
-}
-
-impl HistorySpan {
-    /// Its length, nanoseconds; none if it has no fixed one.
-    fn length_ns(self) -> Option<i64> {
-        const HOUR_NS: i64 = 3_600_000_000_000;
-        match self {
-            Self::Day => Some(24 * HOUR_NS),
-            Self::Week => Some(7 * 24 * HOUR_NS),
-            Self::Month => Some(31 * 24 * HOUR_NS),
-            Self::All | Self::Between(_) => None,
-        }
-    }
-}
-
-/// What the operator asks of the history.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum PointHistoryCommand {
-    /// Show the history of this inspection point.
-    Open(InspectionPointId),
-    /// Show this part of it.
-    ShowSpan(HistorySpan),
-    /// Compare this result, by its number, with the one before it, or with the one that is kept.
-    Choose(u64),
-    /// Choose the result that is this number of results later, or earlier if it is negative.
-    Step(i64),
-    /// Compare with this result, by its number, whichever is chosen; none: with the one before.
-    Keep(Option<u64>),
-    /// Fetch again what could not be fetched.
-    Retry,
-    /// Save all results as a table. Older ones are fetched first.
-    Export,
-    /// Do not save them after all.
-    CancelExport,
-}
 
 /// The history that is open.
 #[derive(Clone, Debug, Default)]
