@@ -42,14 +42,16 @@ impl Side<'_> {
     }
 }
 
-/// Name of a run: its mission and when it began, if it is listed.
+/// Name of a run: its mission and when it began, if it is under way or listed.
 fn run_name(model: &Model, run: RunId, zone: &SiteZone) -> String {
-    let listed = model.runs.past().find(|past| past.run == run);
-    let mission = listed.and_then(|past| model.site.site()?.mission(past.mission));
-    let began = listed.and_then(|past| past.began).map(|began| date_and_time(zone.to_local(began)));
-    match (mission, began) {
-        (Some(mission), Some(began)) => format!("{}, {began}", mission.name),
-        (Some(mission), None) => mission.name.clone(),
-        (None, _) => texts::run(run),
+    let current = model.runs.current().filter(|current| current.run == run);
+    let current = current.map(|current| (current.mission, current.began));
+    let listed = || model.runs.past().find(|past| past.run == run).map(|past| (past.mission, past.began));
+    let Some((mission, began)) = current.or_else(listed) else { return texts::run(run) };
+    let mission = model.site.site().and_then(|site| site.mission(mission));
+    let name = mission.map_or_else(|| texts::run(run), |mission| mission.name.clone());
+    match began.map(|began| date_and_time(zone.to_local(began))) {
+        Some(began) => format!("{name}, {began}"),
+        None => name,
     }
 }

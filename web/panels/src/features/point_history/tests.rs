@@ -11,7 +11,7 @@ use client_model::{
 };
 use egui::{Key, Rect, pos2, vec2};
 use egui_kittest::Harness;
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT, Queryable};
 use site_model::{
     ActionRequest, Asset, AssetId, EditId, InspectionPoint, InspectionPointId, NodeId, Object, ReadingLimits,
     Site, SiteSettings, Utc,
@@ -157,6 +157,16 @@ fn the_time_line_counts_what_is_remarkable_and_arrow_keys_go_from_result_to_resu
     assert!(!harness.state().commands.iter().any(drives), "arrow keys do not drive");
     click(&mut harness, "Week");
     assert!(asked(&harness, PointHistoryCommand::ShowSpan(HistorySpan::Week)));
+}
+
+#[test]
+fn of_one_result_there_is_none_before_and_none_after() {
+    let harness = fetched(client(), 1).shown(1440.0, 900.0);
+    for name in ["Previous result", "Next result"] {
+        assert!(harness.get_by_label(name).accesskit_node().is_disabled(), "{name}");
+    }
+    assert!(harness.query_by_label("There is no earlier result to compare with.").is_some());
+    assert_eq!(value(&harness, "Time line"), "1 result. B: 1 Jul 2026, 12:00, usual.");
 }
 
 #[test]
