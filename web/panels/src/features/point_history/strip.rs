@@ -65,6 +65,8 @@ impl Strip {
         if response.drag_started() {
             let origin = ui.input(|input| input.pointer.press_origin());
             self.drag_from = origin.map(|origin| axis.at(origin.x));
+        } else if !response.dragged() && !response.drag_stopped() {
+            self.drag_from = None;
         }
         let Some(pointer) = response.interact_pointer_pos() else { return };
         if let Some(from) = self.drag_from {
