@@ -342,7 +342,7 @@ fn paint_divider(ui: &Ui, rect: Rect, x: f32) {
 fn show_facts(ui: &mut Ui, cx: &PanelContext<'_>, sides: &[Option<Side<'_>>; 2], zone: &SiteZone) {
     let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), FACTS_HEIGHT), Sense::hover());
     let mut facts: Vec<String> =
-        sides.iter().flatten().map(|side| format!("{}: {}", side.letter, side.facts(cx, zone))).collect();
+        sides.iter().flatten().map(|side| texts::facts_of_side(side.letter, &side.facts(cx, zone))).collect();
     let reports = sides.each_ref().map(|side| side.as_ref()?.result.report.as_ref());
     if let [Some(before), Some(now)] = reports {
         facts.extend(difference(before, now));

@@ -2,7 +2,7 @@
 
 use super::texts;
 use crate::feature_panel::PanelContext;
-use crate::features::runs::{Pane, date_and_time, viewable};
+use crate::features::runs::{Pane, viewable};
 use client_model::{Model, PointResult};
 use missions::SiteZone;
 use site_model::RunId;
@@ -50,8 +50,5 @@ fn run_name(model: &Model, run: RunId, zone: &SiteZone) -> String {
     let Some((mission, began)) = current.or_else(listed) else { return texts::run(run) };
     let mission = model.site.site().and_then(|site| site.mission(mission));
     let name = mission.map_or_else(|| texts::run(run), |mission| mission.name.clone());
-    match began.map(|began| date_and_time(zone.to_local(began))) {
-        Some(began) => format!("{name}, {began}"),
-        None => name,
-    }
+    texts::run_of(&name, began.map(|began| zone.to_local(began)))
 }

@@ -159,6 +159,16 @@ pub(super) fn run(run: RunId) -> String {
     format!("Run {}", id.get(..8).unwrap_or(&id))
 }
 
+/// `Round A, 24 Nov 2026, 11:00`.
+pub(super) fn run_of(mission: &str, began: Option<LocalDateTime>) -> String {
+    began.map_or_else(|| mission.to_owned(), |began| format!("{mission}, {}", date_and_time(began)))
+}
+
+/// `A: Round A, 24 Nov 2026, 11:00 · pose known, ±1.4 cm`.
+pub(super) fn facts_of_side(letter: &str, facts: &str) -> String {
+    format!("{letter}: {facts}")
+}
+
 /// `A, 23 Nov 2026, 11:00`: name of a small picture.
 pub(super) fn small_picture(letter: &str, at: LocalDateTime) -> String {
     format!("Picture {letter}, {}", date_and_time(at))
