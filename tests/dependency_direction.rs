@@ -35,6 +35,7 @@ const OURS: &[(&str, &[&str])] = &[
     ("topomap", &["geometry", "mapping", "navigation", "site_model", "vocab"]),
     ("changes", &["geometry", "points", "registration"]),
     ("gauges", &[]),
+    ("picture_changes", &["gauges", "geometry"]),
     ("executive", &["geometry", "localisation", "messages", "navigation", "site_model", "vocab"]),
     ("missions", &["site_model", "time_zones", "vocab"]),
     (
@@ -115,6 +116,7 @@ const OURS: &[(&str, &[&str])] = &[
             "mapping",
             "messages",
             "missions",
+            "picture_changes",
             "points",
             "ports",
             "recorder",

@@ -47,7 +47,7 @@ impl Picture {
     }
 
     /// The pixels, row by row.
-    pub(crate) fn pixels(&self) -> &[[u8; 3]] {
+    pub fn pixels(&self) -> &[[u8; 3]] {
         &self.pixels
     }
 }

@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::{
     account, align, changes, convert, example, export, gauge, import, info, localise, map, merge, optimise,
-    patch, replay, sim_record, site, topomap, trajectory, up, verify,
+    patch, picture_changes, replay, sim_record, site, topomap, trajectory, up, verify,
 };
 use clap::{Parser, Subcommand};
 
@@ -52,6 +52,8 @@ enum Command {
     Changes(changes::ChangesArgs),
     /// Read the needle of a gauge from a picture.
     Gauge(gauge::GaugeArgs),
+    /// Find what has changed between two pictures that were taken from nearly the same place.
+    PictureChanges(picture_changes::PictureChangesArgs),
     /// Make a topological map, nodes and edges, from a saved map.
     Topomap(topomap::TopomapArgs),
     /// Make a site to try: map, topological map, inspection points, a mission and a schedule.
@@ -118,6 +120,7 @@ impl Cli {
             Command::Align(args) => align::run(&args),
             Command::Changes(args) => changes::run(&args),
             Command::Gauge(args) => gauge::run(&args),
+            Command::PictureChanges(args) => picture_changes::run(&args),
             Command::Topomap(args) => topomap::run(&args),
             Command::Example(args) => example::run(&args),
             Command::Optimise(args) => optimise::run(&args),

@@ -25,6 +25,8 @@ mod merge;
 mod optimise;
 mod output;
 mod patch;
+mod picture_changes;
+mod picture_file;
 mod process;
 mod process_limits;
 mod progress;

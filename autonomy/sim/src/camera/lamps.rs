@@ -19,10 +19,8 @@ const MAX_FLOORS: usize = 6;
 const OPEN_SHARE: f64 = 0.2;
 /// Half the edge of a lamp, metres: how soft shadows are. Each pixel has one ray to each lamp, so a larger lamp makes more grain.
 pub(super) const LAMP_HALF_M: f32 = 0.05;
-/// Light of the sun relative to that of the lamps on the floor below.
-pub(super) const SUN: f32 = 2.5;
-/// Direction to the sun, a unit vector.
-pub(super) const TO_SUN: [f32; 3] = [0.48, 0.36, 0.8];
+/// The sun of a scene of which nothing else is said: light relative to that of the lamps on the floor below, and the direction to it.
+const DEFAULT_SUN: Sun = Sun { strength: 2.5, to_sun: [0.48, 0.36, 0.8] };
 /// A lamp lights up what is nearer than this, metres; its light fades smoothly to nothing there. It bounds the number of lamps at a point.
 const REACH_M: f32 = 9.0;
 /// Edge of the cells in which lamps are looked up, metres.
@@ -39,13 +37,22 @@ pub(super) struct Lamp {
     pub(super) intensity: f32,
 }
 
+/// The sun over a site.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Sun {
+    /// Light relative to that of the lamps on the floor below.
+    pub(super) strength: f32,
+    /// Direction to the sun, a unit vector.
+    pub(super) to_sun: [f32; 3],
+}
+
 /// The lamps of a site.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Lamps {
     /// The lamps within reach of each cell of the ground plan.
     cells: BTreeMap<[i32; 2], Vec<Lamp>>,
-    /// Whether a part of the site has no ceiling, so that the sun shines on it.
-    is_open: bool,
+    /// The sun, if a part of the site has no ceiling, so that it shines on it.
+    sun: Option<Sun>,
 }
 
 /// Light at a point, to be weighted by the normal there. It changes smoothly with the point.
@@ -62,7 +69,9 @@ impl Lamps {
     /// A lamp every 3 m under each ceiling.
     pub(super) fn of(site: &SimulatedSite) -> Self {
         let (mut lamps, mut places, mut open) = (Vec::new(), 0, 0);
-        let Some((min, max)) = bounds(site) else { return Self { is_open: true, ..Self::default() } };
+        let Some((min, max)) = bounds(site) else {
+            return Self { sun: Some(DEFAULT_SUN), ..Self::default() };
+        };
         let steps = |axis: usize| {
             let count = ((max[axis] - min[axis]) / SPACING_M).floor().clamp(1.0, 400.0) as usize;
             let first = 0.5 * (min[axis] + max[axis] - SPACING_M * (count - 1) as f64);
@@ -76,10 +85,10 @@ impl Lamps {
                 lamps.extend(found);
             }
         }
-        Self::new(&lamps, open as f64 > OPEN_SHARE * f64::from(places))
+        Self::new(&lamps, (open as f64 > OPEN_SHARE * f64::from(places)).then_some(DEFAULT_SUN))
     }
 
-    fn new(lamps: &[Lamp], is_open: bool) -> Self {
+    fn new(lamps: &[Lamp], sun: Option<Sun>) -> Self {
         let mut cells: BTreeMap<[i32; 2], Vec<Lamp>> = BTreeMap::new();
         let reach = (REACH_M / CELL_M).ceil() as i32;
         for lamp in lamps {
@@ -96,12 +105,22 @@ impl Lamps {
                 }
             }
         }
-        Self { cells, is_open }
+        Self { cells, sun }
     }
 
-    /// Whether a part of the site has no ceiling.
-    pub(super) fn is_open(&self) -> bool {
-        self.is_open
+    /// The sun, if a part of the site has no ceiling.
+    pub(super) fn sun(&self) -> Option<Sun> {
+        self.sun
+    }
+
+    /// Multiplies the light of each lamp by what `level` says of its place, and takes another sun if there is one.
+    pub(super) fn relit(&self, level: impl Fn([f32; 3]) -> f32, sun: Sun) -> Self {
+        let mut relit = self.clone();
+        for lamp in relit.cells.values_mut().flatten() {
+            lamp.intensity *= level(lamp.position);
+        }
+        relit.sun = relit.sun.map(|_| sun);
+        relit
     }
 
     /// The light at a point, site frame, metres. Linear in the number of lamps within reach.
@@ -226,7 +245,7 @@ mod tests {
     #[test]
     fn light_does_not_jump_where_lamps_change_their_order_and_every_lamp_counts_once() {
         let lamp = |x: f32| Lamp { position: [x, 0.0, 2.0], intensity: 4.0 };
-        let lamps = Lamps::new(&[5.0, 1.0, 0.0, 9.0, 3.0, -4.0].map(lamp), false);
+        let lamps = Lamps::new(&[5.0, 1.0, 0.0, 9.0, 3.0, -4.0].map(lamp), None);
         // Without shadows, as the sum of the parts.
         let total = |x: f32| {
             let point = [x, 0.0, 0.0];

@@ -31,7 +31,7 @@ pub use thermal::ThermalImage;
 use crate::people::People;
 use crate::site::SimulatedSite;
 use geometry::{Isometry, Rng};
-use lamps::Lamps;
+use lamps::{Lamps, Sun};
 use std::sync::Arc;
 
 /// A picture in visible light.
@@ -68,6 +68,21 @@ impl CameraScene {
         &self.fixtures
     }
 
+    /// The same scene in other light. `level`: what the light of a lamp is multiplied with, by its place in the site frame, metres. `sun`: light of the sun relative to
+    /// that of the lamps, and the direction to it, a unit vector; without effect under a roof.
+    pub fn relit(&self, level: impl Fn([f32; 3]) -> f32, (strength, to_sun): (f32, [f32; 3])) -> Self {
+        Self { lamps: self.lamps.relit(level, Sun { strength, to_sun }), ..self.clone() }
+    }
+
+    /// The same scene with another value on the gauge of that tag. None if there is no such gauge.
+    pub fn with_reading(&self, tag: &str, value: SimulatedQuantity) -> Option<Self> {
+        let mut scene = self.clone();
+        let fixture = scene.fixtures.iter_mut().find(|fixture| fixture.tag == tag)?;
+        let Face::Gauge { reading, .. } = &mut fixture.face else { return None };
+        *reading = value;
+        Some(scene)
+    }
+
     /// The site.
     pub(crate) fn site(&self) -> &Arc<SimulatedSite> {
         &self.site
@@ -82,7 +97,8 @@ impl CameraScene {
         seconds: f64,
         rng: &mut Rng,
     ) -> CameraImage {
-        let view = render::CameraView { scene: self, people, site_from_camera, intrinsics, seconds };
+        let grain = rng.bits() as u32;
+        let view = render::CameraView { scene: self, people, site_from_camera, intrinsics, seconds, grain };
         let light = view.light();
         exposure::expose(&light, intrinsics, rng)
     }
@@ -96,7 +112,8 @@ impl CameraScene {
         seconds: f64,
         rng: &mut Rng,
     ) -> ThermalImage {
-        let view = render::CameraView { scene: self, people, site_from_camera, intrinsics, seconds };
+        let view =
+            render::CameraView { scene: self, people, site_from_camera, intrinsics, seconds, grain: 0 };
         thermal::measure(&view, rng)
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Eight pixels of a row are one packet of rays. Shadows are packets from there to the strongest lamps. Pixels on edges get two more rays each.
 
-use super::lamps::{LAMP_HALF_M, LocalLight, SHADOWED, SUN, TO_SUN};
+use super::lamps::{LAMP_HALF_M, LocalLight, SHADOWED, Sun};
 use super::optics::Intrinsics;
 use super::surfaces::{Finish, finish, hash};
 use super::{CameraScene, faces, lamps};
@@ -49,6 +49,8 @@ pub(super) struct CameraView<'a> {
     pub(super) intrinsics: &'a Intrinsics,
     /// Time since the start of the simulation, seconds.
     pub(super) seconds: f64,
+    /// Decides where on its lamps the shadow rays of a pixel end: another one for each picture, so that the grain of soft shadows is as different as noise is.
+    pub(super) grain: u32,
 }
 
 /// What a ray has met.
@@ -345,8 +347,8 @@ impl CameraView<'_> {
         for number in 0..SHADOWED {
             self.add_lamps(number, hits, points, &local, &mut fallen);
         }
-        if self.scene.lamps.is_open() {
-            self.add_sun(hits, &mut fallen);
+        if let Some(sun) = self.scene.lamps.sun() {
+            self.add_sun(&sun, hits, &mut fallen);
         }
         std::array::from_fn(|lane| {
             let hit = &hits[lane];
@@ -400,7 +402,7 @@ impl CameraView<'_> {
             let Some((lamp, share)) = local[lane].and_then(|light| light.strongest[number]) else { continue };
             let seed = points[lane].map(f32::to_bits);
             let jitter = [0, 1].map(|axis| {
-                let bits = hash([seed[0], seed[1], (2 * number + axis) as u32]);
+                let bits = hash([seed[0], seed[1], (2 * number + axis) as u32 ^ self.grain]);
                 ((bits >> 8) as f32 / (1 << 23) as f32 - 1.0) * LAMP_HALF_M
             });
             let [x, y, z] = lamp.position;
@@ -417,11 +419,11 @@ impl CameraView<'_> {
         self.add_unless_shadowed(hits, &to_lamp, &strength, range, fallen);
     }
 
-    fn add_sun(&self, hits: &[SurfaceHit; LANES], fallen: &mut [[f32; 2]; LANES]) {
-        let lit = |hit: &SurfaceHit| hit.target != HitTarget::Nothing && dot(hit.normal, TO_SUN) > 0.0;
+    fn add_sun(&self, sun: &Sun, hits: &[SurfaceHit; LANES], fallen: &mut [[f32; 2]; LANES]) {
+        let lit = |hit: &SurfaceHit| hit.target != HitTarget::Nothing && dot(hit.normal, sun.to_sun) > 0.0;
         let range = hits.each_ref().map(|hit| if lit(hit) { MAX_RANGE_M } else { ENDED });
-        let strength = range.map(|range| if range > 0.0 { SUN } else { 0.0 });
-        self.add_unless_shadowed(hits, &[TO_SUN; LANES], &strength, range, fallen);
+        let strength = range.map(|range| if range > 0.0 { sun.strength } else { 0.0 });
+        self.add_unless_shadowed(hits, &[sun.to_sun; LANES], &strength, range, fallen);
     }
 
     fn add_unless_shadowed(

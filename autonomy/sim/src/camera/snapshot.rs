@@ -2,7 +2,7 @@
 
 use super::{CameraConfig, CameraImage, CameraScene, ThermalImage};
 use crate::people::People;
-use geometry::{Isometry, Rng};
+use geometry::{Isometry, Rng, RngTree};
 use vocab::CameraAim;
 
 /// Where the robot and the people are at one instant, for pictures of it. They can be rendered on any thread.
@@ -18,6 +18,12 @@ pub struct CameraSnapshot {
 }
 
 impl CameraSnapshot {
+    /// The instant of a robot that stands somewhere, alone on its site, without a simulation. `site_from_base`: its true pose; `seconds`: time for gauges; `seed`: of the noise.
+    pub fn alone(site_from_base: Isometry, seconds: f64, seed: u64) -> Self {
+        let rng = RngTree::new(seed).child("picture").rng();
+        Self { cameras: CameraConfig::default(), people: People::default(), site_from_base, seconds, rng }
+    }
+
     /// Renders a picture. The head goes to the nearest aim that it can take.
     pub fn picture(&mut self, scene: &CameraScene, aim: &CameraAim) -> CameraImage {
         let aim = self.cameras.clamped(aim);

@@ -1,13 +1,11 @@
 //! `autoinspect gauge`: reads the needle of a gauge from a picture.
 
-mod bmp;
 mod dial_file;
 mod document;
-mod picture_file;
 mod texts;
 
 use crate::failure::Failure;
-use crate::output;
+use crate::{output, picture_file};
 use clap::Args;
 use document::Document;
 use gauges::{GaugeConfig, read_gauge};

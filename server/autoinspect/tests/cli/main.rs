@@ -19,6 +19,7 @@ mod offline;
 mod operator;
 mod optimise;
 mod patch;
+mod picture_changes;
 mod platform;
 mod program;
 mod recordings;

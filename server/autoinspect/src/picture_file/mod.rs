@@ -1,8 +1,10 @@
 //! Reads JPEG, PNG and BMP files. The content says which of them a file is, because names are often wrong.
 
-use super::bmp::{self, BmpError, Pixels};
-use super::texts;
+mod bmp;
+mod texts;
+
 use crate::failure::Failure;
+use bmp::{BmpError, Pixels};
 use gauges::Picture;
 use std::fs;
 use std::io::Cursor;

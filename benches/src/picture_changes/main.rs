@@ -1,0 +1,216 @@
+//! Visits to the gauges of simulated sites: the alignment of their pictures, the changes that are found in them, and the readings, scored by the truth.
+
+#![allow(clippy::print_stdout, reason = "the table is this program's output")]
+
+mod scores;
+mod truth;
+mod visits;
+
+use anyhow::{Context, Error, Result, ensure};
+use benches::thread_ms;
+use clap::Parser;
+use gauges::{Dial, GaugeConfig, GaugeReading, read_gauge};
+use picture_changes::{
+    ChangedRegion, Homography, PictureAlignment, PictureAlignmentConfig, PictureChangesConfig,
+    align_pictures, find_picture_changes, mapped_dial,
+};
+use scores::Scores;
+use sim::{CameraScene, SimulatedSite};
+use site_files::SiteSource;
+use std::sync::Arc;
+use visits::{GaugePoint, Visit};
+
+/// Pictures of gauges, visit after visit, in changing light.
+///
+/// Examples: cargo xtask bench picture_changes
+///           cargo xtask bench picture_changes --sites b1 --visits 10 --shown-width-m 0.8
+#[derive(Parser)]
+struct Arguments {
+    /// Sites, separated by commas: names, generated:SEED, or buildings as FILE.glb.
+    #[arg(long, value_delimiter = ',', default_value = "b1,torus,plant,twins")]
+    sites: Vec<String>,
+    /// Visits to each inspection point after the first one.
+    #[arg(long, default_value_t = 60)]
+    visits: u64,
+    /// Most inspection points of a site.
+    #[arg(long, default_value_t = 4)]
+    points: usize,
+    /// Width of what a picture shows at the gauge, metres. A gauge is 0.1 m wide: at 0.4 m it has 160 of 640 pixels.
+    #[arg(long, default_value_t = 0.4)]
+    shown_width_m: f64,
+    /// Fail if a bar is missed.
+    #[arg(long)]
+    bar: bool,
+    /// Print the regions of false alarms and the reasons of pictures that are not aligned.
+    #[arg(long)]
+    verbose: bool,
+}
+
+/// What a gauge shows, as a share of its range, and how much a planted change is.
+const READING_SHARE: f64 = 0.4;
+const PLANTED_SHARE: f64 = 0.05;
+/// Gauges of fewer pixels across need not be read.
+const MIN_DIAL_PX: f64 = 150.0;
+/// Radius of the scale of a gauge, and the height of its middle over that of its plate, metres.
+const SCALE_RADIUS_M: f64 = 0.047;
+const GAUGE_RADIUS_M: f64 = 0.05;
+const GAUGE_UP_M: f64 = 0.035;
+/// The scale of a gauge covers this angle, symmetric about the top, radians.
+const SCALE_RAD: f64 = 1.5 * std::f64::consts::PI;
+
+fn main() -> Result<()> {
+    let arguments = Arguments::parse();
+    println!("{}", Scores::HEADER);
+    let mut all = Scores::default();
+    for name in &arguments.sites {
+        let source: SiteSource = name.parse().map_err(Error::msg)?;
+        let scores = site_scores(&source.load()?, &arguments).with_context(|| name.clone())?;
+        println!("{}", scores.row(name));
+        all.add(&scores);
+    }
+    println!("{}", all.row("all"));
+    let missed = all.missed();
+    missed.iter().for_each(|bar| println!("BAR MISSED: {bar}"));
+    ensure!(missed.is_empty() || !arguments.bar, "{} bars are missed", missed.len());
+    Ok(())
+}
+
+fn site_scores(site: &Arc<SimulatedSite>, arguments: &Arguments) -> Result<Scores> {
+    let scene = CameraScene::new(Arc::clone(site));
+    let mut scores = Scores::default();
+    for point in visits::gauge_points(site, &scene, arguments.shown_width_m, arguments.points) {
+        scores.points += 1;
+        let run = PointRun { site, scene: &scene, point: &point, verbose: arguments.verbose };
+        run.score(arguments.visits, &mut scores)?;
+    }
+    Ok(scores)
+}
+
+/// All visits to an inspection point.
+struct PointRun<'a> {
+    site: &'a SimulatedSite,
+    scene: &'a CameraScene,
+    point: &'a GaugePoint,
+    verbose: bool,
+}
+
+impl PointRun<'_> {
+    fn score(&self, visits: u64, scores: &mut Scores) -> Result<()> {
+        let [min, max] = truth::range(self.point);
+        let value = min + READING_SHARE * (max - min);
+        let first = visits::visit(self.scene, self.point, 0, value)?;
+        let dial = self.described_dial(&first)?;
+        let mut before = first.clone();
+        for number in 1..=visits {
+            let after = visits::visit(self.scene, self.point, number, value)?;
+            self.score_unchanged(&before, &after, scores);
+            let sign = if number % 2 == 0 { 1.0 } else { -1.0 };
+            let planted_value = value + sign * PLANTED_SHARE * (max - min);
+            let planted = visits::visit(self.scene, self.point, number, planted_value)?;
+            scores.planted += 1;
+            let found = self.align(&before, &planted).map(|found| self.changes(&before, &planted, &found));
+            scores.flagged += usize::from(found.is_some_and(|found| self.is_any_on_plate(&found, &before)));
+            self.score_reading(&first, &dial, &after, scores);
+            before = after;
+        }
+        Ok(())
+    }
+
+    fn score_unchanged(&self, before: &Visit, after: &Visit, scores: &mut Scores) {
+        scores.pairs += 1;
+        let begun = thread_ms();
+        let Some(found) = self.align(before, after) else { return };
+        scores.align_ms.push(thread_ms() - begun);
+        let error = truth::mapping_error(self.site, self.point, [before, after], &found.after_from_before);
+        scores.plate_px.push(error.plate_px);
+        scores.middle_px.push(error.middle_px);
+        scores.within_stated += usize::from(error.plate_px <= found.residual_px);
+        let begun = thread_ms();
+        let changes = self.changes(before, after, &found);
+        scores.changes_ms.push(thread_ms() - begun);
+        scores.false_anywhere += usize::from(!changes.is_empty());
+        scores.false_on_plate += usize::from(self.is_any_on_plate(&changes, before));
+        if self.verbose && !changes.is_empty() {
+            println!("false alarm at {}: {changes:?}", self.point.fixture.tag);
+        }
+    }
+
+    /// Reads the gauge as it was described in the picture of the first visit.
+    fn score_reading(&self, first: &Visit, dial: &Dial, after: &Visit, scores: &mut Scores) {
+        let [min, max] = truth::range(self.point);
+        let mapped = self.align(first, after).and_then(|found| mapped_dial(dial, &found.after_from_before));
+        if mapped.is_some_and(|dial| 2.0 * dial.radius_px * GAUGE_RADIUS_M / SCALE_RADIUS_M < MIN_DIAL_PX) {
+            scores.too_small += 1;
+            return;
+        }
+        let reading = mapped.and_then(|dial| read_gauge(&after.picture, &dial, &GaugeConfig::default()).ok());
+        let error = match reading {
+            Some(GaugeReading::Read { value, .. }) => Some((value - after.value).abs() / (max - min)),
+            _ => None,
+        };
+        if self.verbose && error.is_none_or(|error| error > 0.015) {
+            println!("reading at {}: {reading:?} of {}", self.point.fixture.tag, after.value);
+        }
+        scores.readings.push(error);
+    }
+
+    fn align(&self, before: &Visit, after: &Visit) -> Option<PictureAlignment> {
+        let predicted = Homography::predicted(&before.estimated, &after.estimated, self.point.distance_m);
+        let config = PictureAlignmentConfig::default();
+        let found = align_pictures(&before.picture, &after.picture, predicted.as_ref(), &config);
+        if let (true, Err(error)) = (self.verbose, &found) {
+            println!("not aligned at {}: {error}", self.point.fixture.tag);
+        }
+        found.ok()
+    }
+
+    fn changes(&self, before: &Visit, after: &Visit, found: &PictureAlignment) -> Vec<ChangedRegion> {
+        find_picture_changes(&before.picture, &after.picture, found, &PictureChangesConfig::default())
+    }
+
+    /// Whether a region is on the plate of the gauge, by the truth.
+    fn is_any_on_plate(&self, regions: &[ChangedRegion], visit: &Visit) -> bool {
+        let half_m = self.point.fixture.face.half_m();
+        let corners = [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]]
+            .map(|[x, y]| self.on_picture(visit, [x * half_m[0], y * half_m[1]]));
+        let edge = |axis: usize, pick: fn(f64, f64) -> f64| {
+            corners.iter().flatten().map(|px| px[axis]).reduce(pick).unwrap_or_default()
+        };
+        regions.iter().any(|region| {
+            (0..2).all(|axis| {
+                region.max_px[axis] as f64 >= edge(axis, f64::min)
+                    && region.min_px[axis] as f64 <= edge(axis, f64::max)
+            })
+        })
+    }
+
+    /// The dial as a person marks it in a picture: its middle and the ends of its scale.
+    fn described_dial(&self, visit: &Visit) -> Result<Dial> {
+        let end = |turn_rad: f64| {
+            let (sin, cos) = turn_rad.sin_cos();
+            self.on_picture(visit, [SCALE_RADIUS_M * sin, GAUGE_UP_M + SCALE_RADIUS_M * cos])
+        };
+        let centre_px = self.on_picture(visit, [0.0, GAUGE_UP_M]).context("the gauge is in the picture")?;
+        let [start, finish, top] = [end(-0.5 * SCALE_RAD), end(0.5 * SCALE_RAD), end(0.0)];
+        let (start, finish) = start.zip(finish).context("the scale is in the picture")?;
+        let start_rad = Dial::direction_rad(centre_px, start);
+        let sweep_rad =
+            (Dial::direction_rad(centre_px, finish) - start_rad).rem_euclid(std::f64::consts::TAU);
+        let distance = |[x, y]: [f64; 2]| (x - centre_px[0]).hypot(y - centre_px[1]);
+        let radius_px = 0.5 * (distance(start) + top.map_or(0.0, distance));
+        Ok(Dial {
+            centre_px,
+            axis_px: centre_px,
+            radius_px,
+            start_rad,
+            sweep_rad,
+            range: truth::range(self.point),
+        })
+    }
+
+    /// Where a point of the plate is in the picture of a visit.
+    fn on_picture(&self, visit: &Visit, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
+        let point = self.point.fixture.site_from_plate * nalgebra::Point3::new(x, y, 0.0);
+        truth::project(&visit.truth, &point.coords)
+    }
+}
