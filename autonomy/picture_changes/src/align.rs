@@ -115,13 +115,13 @@ pub fn align_pictures(
     Ok(PictureAlignment { after_from_before: homography, model, residual_px, overlap, blocks })
 }
 
-/// Whether there are enough pixels of structure at full or half resolution: noise hides fine structure.
+/// Whether there are enough pixels of texture at full or half resolution: noise hides fine structure.
 fn has_texture(levels: &[GreyImage], config: &PictureAlignmentConfig) -> bool {
     levels.iter().take(2).any(|level| {
         let count = (1..level.height - 1).flat_map(|y| (1..level.width - 1).map(move |x| (x, y)));
         let is_structure = |(x, y): &(usize, usize)| {
             let [gx, gy] = level.gradient(*x, *y).map(f64::from);
-            gx.hypot(gy) >= config.min_gradient
+            gx.hypot(gy) >= config.texture_gradient
         };
         count.filter(is_structure).count() as f64 >= config.min_structure_share * level.values.len() as f64
     })

@@ -20,7 +20,9 @@ pub struct PictureAlignmentConfig {
     pub search_share_without_poses: f64,
     /// A pixel counts as structure if its normalised value changes by this much a pixel. Chosen: a third of a full edge; noise alone rarely has it.
     pub min_gradient: f64,
-    /// Fewer pixels of structure than this share of the picture are no texture. Chosen: one in 500, which is 600 pixels of 640 x 480.
+    /// It counts as texture, which noise is not, if that value changes by this much. Chosen: four standard deviations of what noise alone does.
+    pub texture_gradient: f64,
+    /// Fewer pixels of texture than this share of the picture are no texture. Chosen: one in 500, which is 600 pixels of 640 x 480.
     pub min_structure_share: f64,
     /// At least this share of the pixels of one picture has a place in the other one. Chosen: a quarter, half of each side.
     pub min_overlap: f64,
@@ -63,6 +65,7 @@ impl Default for PictureAlignmentConfig {
             search_share: 0.1,
             search_share_without_poses: 0.25,
             min_gradient: 0.3,
+            texture_gradient: 0.7,
             min_structure_share: 0.002,
             min_overlap: 0.25,
             weight_radius_share: 0.33,

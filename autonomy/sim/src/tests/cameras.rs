@@ -192,3 +192,25 @@ fn a_target_is_off_the_centre_by_the_error_of_the_estimate() {
     // Behind: beyond the reach of the head.
     assert_eq!(off_centre(&truth, &truth, &Vector3::new(-4.0, 0.0, 0.2), &target, 1.0), None);
 }
+
+#[test]
+fn a_scene_can_be_lit_otherwise_and_a_gauge_can_show_another_value() {
+    let gauge = |fixture: &Fixture| matches!(fixture.face, Face::Gauge { .. });
+    let (mut simulator, aim, fixture) = in_front_of(SiteName::B1, gauge, 1.6, 4.0, 0.0);
+    let scene = simulator.camera_scene();
+    let truth = site_from_base(&simulator.truth());
+    let take = |scene: &crate::CameraScene| crate::CameraSnapshot::alone(truth, 0.0, 5).picture(scene, &aim);
+    let plain = take(&scene);
+    assert!(plain == take(&scene), "the same seed makes the same picture");
+    let sun = (1.0, [0.0, 0.0, 1.0]);
+    // Without lamps what is left is exposed longer, and noise grows.
+    let dark = take(&scene.relit(|_| 0.0, sun));
+    assert!(dark != plain && take(&scene.relit(|_| 1.0, sun)) == plain);
+    let steady = crate::SimulatedQuantity { mean: 9.0, amplitude: 0.0, period_s: 1.0 };
+    let turned = scene.with_reading(&fixture.tag, steady).expect("a gauge");
+    let reds =
+        |image: &crate::CameraImage| image.rgb.chunks(3).filter(|c| c[0] > 70 && c[0] > 2 * c[1]).count();
+    let changed = take(&turned);
+    assert!(changed != plain && reds(&changed).abs_diff(reds(&plain)) < reds(&plain) / 2);
+    assert!(scene.with_reading("none", steady).is_none());
+}
