@@ -16,7 +16,7 @@ pub struct PictureAlignmentConfig {
     /// How far the search on the coarsest level reaches if the poses are known, as a share of the width. Chosen: 60 of 640 pixels, eight times the worst error of an aim
     /// in docs/benchmarks/missions.md.
     pub search_share: f64,
-    /// How far it reaches if they are not.
+    /// How far it reaches if they are not. Chosen: a quarter, so that half of each side is in both pictures.
     pub search_share_without_poses: f64,
     /// A pixel counts as structure if its normalised value changes by this much a pixel. Chosen: a third of a full edge; noise alone rarely has it.
     pub min_gradient: f64,
@@ -28,28 +28,30 @@ pub struct PictureAlignmentConfig {
     pub min_overlap: f64,
     /// Standard deviation of the weight of pixels round the middle of the picture, as a share of its width: the target is there. Chosen: a third.
     pub weight_radius_share: f64,
-    /// Most pixels that are used on one level. Chosen: a quarter of the pixels of 640 x 480 would be twice as many.
+    /// Most pixels that are used on one level. Chosen: for the time; an eighth of the pixels of 640 x 480.
     pub max_samples: usize,
-    /// Most steps on one level.
+    /// Most steps on one level. Chosen: far more than the two to six that are needed.
     pub max_steps: usize,
-    /// A step that moves no corner by more than this ends a level, pixels of that level.
+    /// A step that moves no corner by more than this ends a level, pixels of that level. Chosen: a tenth of what the alignment reaches.
     pub converged_px: f64,
     /// Residuals of neighbouring pixels are alike: the information of this many counts as one. Chosen: a square of 4 pixels.
     pub correlated_pixels: f64,
-    /// A model is used if the standard deviation of its mapping is below this, pixels. Chosen: a quarter of the bar.
+    /// A model is used if the standard deviation of its mapping is below this, pixels. Chosen: a quarter of the 1.5 pixels that are wanted.
     pub max_deviation_px: f64,
-    /// Side of the blocks whose remaining displacement is measured, pixels.
+    /// Side of the blocks whose remaining displacement is measured, pixels. Chosen: large enough for a mark or a letter, smaller than what stands before a wall.
     pub block_px: usize,
-    /// Greatest remaining displacement that is looked for, pixels.
+    /// Greatest remaining displacement that is looked for, pixels. Chosen: what a camera that moves by 3 cm sees of something twice as far away, at 0.8 m of width.
     pub block_search_px: usize,
-    /// A block has moved to where the correlation of both pictures is at least this.
+    /// A block is found where the correlation of both pictures is at least this. Chosen: half of the variance is explained.
     pub min_block_correlation: f64,
     /// A block is used if its structure fixes a direction: greatest eigenvalue of its mean structure tensor, squared normalised values per squared pixel. It fixes both if the
-    /// smallest one is as large.
+    /// smallest one is as large. Chosen: more than noise alone has (0.03).
     pub min_block_structure: f64,
-    /// Least correlation of both pictures after the alignment, at a quarter of the resolution: with less they do not show the same.
+    /// Least correlation of both pictures after the alignment, at a quarter of the resolution: with less they do not show the same. Source:
+    /// grainy pictures of the simulator that were aligned had 0.3 and more.
     pub min_correlation: f64,
-    /// Blocks within this distance of the middle say how well the target is aligned, as a share of the width.
+    /// Blocks within this distance of the middle say how well the target is aligned, as a share of the width. Chosen: as
+    /// [`Self::weight_radius_share`].
     pub target_radius_share: f64,
     /// The residual is at least this, pixels: what bilinear interpolation and noise cost.
     pub min_residual_px: f64,
@@ -90,34 +92,35 @@ impl Default for PictureAlignmentConfig {
 /// docs/benchmarks/picture-changes.md says what the results were when values were changed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PictureChangesConfig {
-    /// Light below this is not told from darkness, as a share of white. Chosen: one step of 256 above black is 0.0003, and reflections in lenses are a few thousandths.
+    /// Light below this is not told from darkness, as a share of white. Source: black print has 0.02, and with 0.01 its
+    /// edges were reported as changes (docs/benchmarks/picture-changes.md).
     pub dark_light: f64,
-    /// Side of the cells in which the difference of light of both pictures is measured, pixels.
+    /// Side of the cells in which the difference of light of both pictures is measured, pixels. Chosen: for the time.
     pub light_cell_px: usize,
     /// The light of a place is the median of the cells within this many cells of it. Chosen: a sixth of a picture of 640 pixels is larger than what changes, and smaller than
     /// most shadows.
     pub light_radius_cells: usize,
-    /// Standard deviation of the noise that every picture has, as a share of white: rounding and compression. Chosen: one step of 256.
+    /// Standard deviation of the noise that every picture has, as a share of white: rounding and compression. Chosen: two steps of 256.
     pub min_noise: f64,
-    /// Differences below this multiple of the noise do not count.
+    /// Differences below this multiple of the noise do not count. Chosen: two, because what is near a pixel has noise too.
     pub noise_tolerance: f64,
-    /// Side of the squares for which it is decided which displacements explain a difference, pixels.
+    /// Side of the squares for which it is decided which displacements explain a difference, pixels. Chosen: half a block.
     pub tolerance_cell_px: usize,
     /// Blocks whose middle is at most this far from that of a square say so, pixels along each axis: two blocks.
     pub tolerance_reach_px: f64,
-    /// A displacement of this many pixels explains a difference everywhere: interpolation and the coarser colours of JPEG files.
+    /// A displacement of this many pixels explains a difference everywhere: interpolation and the coarser colours of JPEG files. Source:
+    /// docs/benchmarks/picture-changes.md.
     pub displacement_tolerance_px: f64,
-    /// A place is of the plane if this share of the blocks round it is where the plane says.
+    /// A place is of the plane if this share of the blocks round it is where the plane says. Chosen: half.
     pub plane_share: f64,
-    /// It is not if more than this share of them is displaced. Chosen: one of ten may be found at a wrong place.
+    /// It is not if more than this share of them is displaced. Source: with 0.1 changes of gauges were
+    /// missed (docs/benchmarks/picture-changes.md).
     pub displaced_share: f64,
-    /// Elsewhere differences count only this much. Chosen: a half, because what is seen past an edge was hidden before.
+    /// Elsewhere differences count only this much. Source: docs/benchmarks/picture-changes.md. What is seen past an edge was hidden before.
     pub off_plane_share: f64,
-    /// A block that is displaced by this much more than the residual of the alignment is before or behind the plane, pixels.
-    pub parallax_px: f64,
     /// Displacement that is assumed of a block that was not found again, pixels: the farthest that it is looked for.
     pub lost_block_px: f64,
-    /// Values from this on are overexposed, as a share of white: what was brighter looks the same.
+    /// Values from this on are overexposed, as a share of white: what was brighter looks the same. Chosen.
     pub overexposed: f64,
     /// How much brighter they may have been, as a logarithm. Chosen: a factor of 2.
     pub overexposed_range: f64,
@@ -145,7 +148,6 @@ impl Default for PictureChangesConfig {
             plane_share: 0.5,
             displaced_share: 0.2,
             off_plane_share: 0.3,
-            parallax_px: 0.0,
             lost_block_px: 20.0,
             overexposed: 0.97,
             overexposed_range: 0.7,

@@ -53,7 +53,7 @@ fn tolerance(near: &[&Block], residual_px: f64, config: &PictureChangesConfig) -
     let size_px = |block: &&Block| block.displacement_px.map_or(config.lost_block_px, |[x, y]| x.hypot(y));
     let count =
         |is_counted: &dyn Fn(&&Block) -> bool| near.iter().filter(|block| is_counted(block)).count() as f64;
-    let is_on_plane = |block: &&Block| size_px(block) <= base_px + config.parallax_px;
+    let is_on_plane = |block: &&Block| size_px(block) <= base_px;
     let on_plane = count(&is_on_plane);
     let displaced = count(&|block| block.displacement_px.is_some() && !is_on_plane(block));
     let all = near.len() as f64;

@@ -4,6 +4,7 @@
 
 mod scores;
 mod truth;
+mod vary;
 mod visits;
 
 use anyhow::{Context, Error, Result, ensure};
@@ -11,13 +12,13 @@ use benches::thread_ms;
 use clap::Parser;
 use gauges::{Dial, GaugeConfig, GaugeReading, read_gauge};
 use picture_changes::{
-    ChangedRegion, Homography, PictureAlignment, PictureAlignmentConfig, PictureChangesConfig,
-    align_pictures, find_picture_changes, mapped_dial,
+    ChangedRegion, Homography, PictureAlignment, align_pictures, find_picture_changes, mapped_dial,
 };
 use scores::Scores;
 use sim::{CameraScene, SimulatedSite};
 use site_files::SiteSource;
 use std::sync::Arc;
+use vary::Parameters;
 use visits::{GaugePoint, Visit};
 
 /// Pictures of gauges, visit after visit, in changing light.
@@ -41,6 +42,9 @@ struct Arguments {
     /// Fail if a bar is missed.
     #[arg(long)]
     bar: bool,
+    /// Another value of a parameter, as NAME=VALUE; may be given again.
+    #[arg(long, value_name = "NAME=VALUE")]
+    vary: Vec<String>,
     /// Print the regions of false alarms and the reasons of pictures that are not aligned.
     #[arg(long)]
     verbose: bool,
@@ -77,10 +81,11 @@ fn main() -> Result<()> {
 
 fn site_scores(site: &Arc<SimulatedSite>, arguments: &Arguments) -> Result<Scores> {
     let scene = CameraScene::new(Arc::clone(site));
+    let parameters = Parameters::varied(&arguments.vary)?;
     let mut scores = Scores::default();
     for point in visits::gauge_points(site, &scene, arguments.shown_width_m, arguments.points) {
         scores.points += 1;
-        let run = PointRun { site, scene: &scene, point: &point, verbose: arguments.verbose };
+        let run = PointRun { site, scene: &scene, point: &point, parameters, verbose: arguments.verbose };
         run.score(arguments.visits, &mut scores)?;
     }
     Ok(scores)
@@ -91,6 +96,7 @@ struct PointRun<'a> {
     site: &'a SimulatedSite,
     scene: &'a CameraScene,
     point: &'a GaugePoint,
+    parameters: Parameters,
     verbose: bool,
 }
 
@@ -156,8 +162,8 @@ impl PointRun<'_> {
 
     fn align(&self, before: &Visit, after: &Visit) -> Option<PictureAlignment> {
         let predicted = Homography::predicted(&before.estimated, &after.estimated, self.point.distance_m);
-        let config = PictureAlignmentConfig::default();
-        let found = align_pictures(&before.picture, &after.picture, predicted.as_ref(), &config);
+        let config = &self.parameters.alignment;
+        let found = align_pictures(&before.picture, &after.picture, predicted.as_ref(), config);
         if let (true, Err(error)) = (self.verbose, &found) {
             println!("not aligned at {}: {error}", self.point.fixture.tag);
         }
@@ -165,7 +171,7 @@ impl PointRun<'_> {
     }
 
     fn changes(&self, before: &Visit, after: &Visit, found: &PictureAlignment) -> Vec<ChangedRegion> {
-        find_picture_changes(&before.picture, &after.picture, found, &PictureChangesConfig::default())
+        find_picture_changes(&before.picture, &after.picture, found, &self.parameters.changes)
     }
 
     /// Whether a region is on the plate of the gauge, by the truth.
