@@ -132,6 +132,8 @@ pub struct PictureChangesConfig {
     pub join_px: usize,
     /// A region has at least this many changed pixels. Chosen: a needle of 2 pixels and 5 pixels of its length.
     pub min_area_px: usize,
+    /// The strengths of its pixels sum to at least this. Source: noise in a grainy picture came to 25, with 22 pixels (docs/benchmarks/picture-changes.md).
+    pub min_total_strength: f64,
 }
 
 impl Default for PictureChangesConfig {
@@ -155,6 +157,7 @@ impl Default for PictureChangesConfig {
             max_light_change: 1.8,
             join_px: 3,
             min_area_px: 12,
+            min_total_strength: 30.0,
         }
     }
 }

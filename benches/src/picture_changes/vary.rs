@@ -44,6 +44,7 @@ impl Parameters {
             "off_plane_share" => &mut changes.off_plane_share,
             "overexposed_range" => &mut changes.overexposed_range,
             "min_colour_change" => &mut changes.min_colour_change,
+            "min_total_strength" => &mut changes.min_total_strength,
             "max_light_change" => &mut changes.max_light_change,
             "min_area_px" => {
                 changes.min_area_px = number as usize;

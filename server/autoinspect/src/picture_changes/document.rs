@@ -35,7 +35,7 @@ struct Region {
     max_px: [usize; 2],
     /// Changed pixels.
     area_px: usize,
-    /// How clear the change is, 0 to 1.
+    /// How clear the change is, 0.5 to 1.
     score: f64,
 }
 

@@ -17,7 +17,7 @@ use std::path::PathBuf;
 #[command(
     after_help = "BEFORE and AFTER are JPEG, PNG or BMP files of one size, of one thing, from nearly the same place: displaced by up to a quarter of their width and turned by a few degrees.
 They are aligned first. Other light is no change, nor is what is only displaced because it is before or behind the plane that is aligned. Regions are rectangles of BEFORE in
-pixels from the top left; their score is 0 to 1.
+pixels from the top left; their score is 0.5 to 1.
 
 Pictures that cannot be aligned are no error: \"aligned\" is then false, with the reason.
 
