@@ -2,7 +2,7 @@
 
 /// Parameters of [`crate::align_pictures`].
 ///
-/// docs/benchmarks/picture-changes.md says what the results were when values were changed.
+/// docs/benchmarks/picture-changes.md says which of them were varied.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PictureAlignmentConfig {
     /// Pictures are halved while their shorter side stays at least this long, pixels. Chosen: 60 pixels are 480 halved three times.
@@ -89,11 +89,11 @@ impl Default for PictureAlignmentConfig {
 
 /// Parameters of [`crate::find_picture_changes`].
 ///
-/// docs/benchmarks/picture-changes.md says what the results were when values were changed.
+/// docs/benchmarks/picture-changes.md says which of them were varied.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PictureChangesConfig {
-    /// Light below this is not told from darkness, as a share of white. Source: black print has 0.02, and with 0.01 its
-    /// edges were reported as changes (docs/benchmarks/picture-changes.md).
+    /// Light below this is not told from darkness, as a share of white. Chosen: a little more than black print has (0.02), so that noise and compression in black make no
+    /// change. With 0.01 the results of docs/benchmarks/picture-changes.md were nearly the same.
     pub dark_light: f64,
     /// Side of the cells in which the difference of light of both pictures is measured, pixels. Chosen: for the time.
     pub light_cell_px: usize,
@@ -109,14 +109,15 @@ pub struct PictureChangesConfig {
     /// Blocks whose middle is at most this far from that of a square say so, pixels along each axis: two blocks.
     pub tolerance_reach_px: f64,
     /// A displacement of this many pixels explains a difference everywhere: interpolation and the coarser colours of JPEG files. Source:
-    /// docs/benchmarks/picture-changes.md.
+    /// with 1 pixel fewer small changes of docs/benchmarks/picture-changes.md were flagged.
     pub displacement_tolerance_px: f64,
     /// A place is of the plane if this share of the blocks round it is where the plane says. Chosen: half.
     pub plane_share: f64,
     /// It is not if more than this share of them is displaced. Source: with 0.1 changes of gauges were
     /// missed (docs/benchmarks/picture-changes.md).
     pub displaced_share: f64,
-    /// Elsewhere differences count only this much. Source: docs/benchmarks/picture-changes.md. What is seen past an edge was hidden before.
+    /// Elsewhere differences count only this much. Chosen: what is seen past an edge was hidden before, so that
+    /// only strong differences say something.
     pub off_plane_share: f64,
     /// Displacement that is assumed of a block that was not found again, pixels: the farthest that it is looked for.
     pub lost_block_px: f64,
