@@ -47,8 +47,8 @@ pub struct PictureAlignmentConfig {
     /// A block is used if its structure fixes a direction: greatest eigenvalue of its mean structure tensor, squared normalised values per squared pixel. It fixes both if the
     /// smallest one is as large. Chosen: more than noise alone has (0.03).
     pub min_block_structure: f64,
-    /// Least correlation of both pictures after the alignment, at a quarter of the resolution: with less they do not show the same. Source:
-    /// grainy pictures of the simulator that were aligned had 0.3 and more.
+    /// Least correlation of both pictures after the alignment, at a quarter of the resolution: with less they do not show the same. Chosen: with 0.5 grainy pictures of the
+    /// simulator that show the same were refused too.
     pub min_correlation: f64,
     /// Blocks within this distance of the middle say how well the target is aligned, as a share of the width. Chosen: as
     /// [`Self::weight_radius_share`].
