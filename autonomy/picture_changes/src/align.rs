@@ -1,7 +1,7 @@
 //! The alignment of two pictures of one thing.
 
 use crate::PictureAlignmentConfig;
-use crate::blocks::{Block, match_blocks};
+use crate::blocks::{PictureBlock, match_blocks};
 use crate::homography::Homography;
 use crate::image::{GreyImage, median};
 use crate::levels::{at_level, from_level, normalised_levels};
@@ -22,7 +22,7 @@ pub struct PictureAlignment {
     pub residual_px: f64,
     /// Pixels of the earlier picture that have a place in the later one, as a share.
     pub overlap: f64,
-    pub(crate) blocks: Vec<Block>,
+    pub(crate) blocks: Vec<PictureBlock>,
 }
 
 /// Why two pictures are not aligned.
@@ -218,7 +218,7 @@ fn blocks(
     levels: &[Vec<GreyImage>; 2],
     homography: &Homography,
     config: &PictureAlignmentConfig,
-) -> Option<Vec<Block>> {
+) -> Option<Vec<PictureBlock>> {
     let level = usize::from(levels.iter().all(|levels| levels.len() > 1));
     let [before, after] = [0, 1].map(|picture| &levels[picture][level]);
     let resampled = resample(after, &at_level(homography, level)?, [before.width, before.height]);
@@ -236,17 +236,17 @@ fn resample(after: &GreyImage, homography: &Homography, [width, height]: [usize;
 
 /// Equation 8 of docs/maths/picture-changes.md: what the blocks round the middle, or all if there are none, say of the remaining error.
 fn residual_px(
-    blocks: &[Block],
+    blocks: &[PictureBlock],
     [width, height]: [usize; 2],
     deviation_px: f64,
     config: &PictureAlignmentConfig,
 ) -> f64 {
     let centre = [0.5 * (width as f64 - 1.0), 0.5 * (height as f64 - 1.0)];
     let reach = config.target_radius_share * width as f64;
-    let is_near = |block: &Block| {
+    let is_near = |block: &PictureBlock| {
         (block.centre_px[0] - centre[0]).abs() <= reach && (block.centre_px[1] - centre[1]).abs() <= reach
     };
-    let typical = |blocks: &mut dyn Iterator<Item = &Block>| {
+    let typical = |blocks: &mut dyn Iterator<Item = &PictureBlock>| {
         let mut sizes: Vec<f32> = blocks
             .filter(|block| block.is_corner)
             .filter_map(|block| block.displacement_px)

@@ -5,7 +5,7 @@ use crate::image::GreyImage;
 
 /// A block of pixels of the earlier picture, and how far the aligned later picture is displaced there.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Block {
+pub(crate) struct PictureBlock {
     /// Its middle, pixels.
     pub(crate) centre_px: [f64; 2],
     /// The displacement at which it is found again, to a fraction of a pixel; none if it is not.
@@ -21,7 +21,7 @@ pub(crate) fn match_blocks(
     after: &GreyImage,
     scale: usize,
     config: &PictureAlignmentConfig,
-) -> Vec<Block> {
+) -> Vec<PictureBlock> {
     let side = config.block_px / scale;
     let full = |px: f64| scale as f64 * (px + 0.5) - 0.5;
     let mut blocks = Vec::new();
@@ -37,7 +37,7 @@ pub(crate) fn match_blocks(
             let reach = config.block_search_px / scale;
             let found = find(before, after, [left, top], [side, reach], config.min_block_correlation);
             let displacement_px = found.map(|displacement| displacement.map(|px| scale as f64 * px));
-            blocks.push(Block { centre_px, displacement_px, is_corner });
+            blocks.push(PictureBlock { centre_px, displacement_px, is_corner });
         }
     }
     blocks

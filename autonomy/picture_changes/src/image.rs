@@ -12,7 +12,7 @@ pub(crate) struct GreyImage {
 
 /// A value between pixels, and how it changes with the place, per pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Sample {
+pub(crate) struct PixelSample {
     pub(crate) value: f64,
     pub(crate) gradient: [f64; 2],
 }
@@ -46,7 +46,7 @@ impl GreyImage {
     }
 
     /// The value at a place, by bilinear interpolation, with the gradient of that. None outside the picture.
-    pub(crate) fn sample(&self, [x, y]: [f64; 2]) -> Option<Sample> {
+    pub(crate) fn sample(&self, [x, y]: [f64; 2]) -> Option<PixelSample> {
         if !(x >= 0.0 && y >= 0.0 && x < (self.width - 1) as f64 && y < (self.height - 1) as f64) {
             return None;
         }
@@ -56,7 +56,7 @@ impl GreyImage {
         let [a, b] = [self.values[at], self.values[at + 1]].map(f64::from);
         let [c, d] = [self.values[at + self.width], self.values[at + self.width + 1]].map(f64::from);
         let (upper, lower) = (a + (b - a) * right_share, c + (d - c) * right_share);
-        Some(Sample {
+        Some(PixelSample {
             value: upper + (lower - upper) * low_share,
             gradient: [(b - a) * (1.0 - low_share) + (d - c) * low_share, lower - upper],
         })

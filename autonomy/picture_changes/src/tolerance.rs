@@ -2,7 +2,7 @@
 
 use crate::PictureChangesConfig;
 use crate::align::PictureAlignment;
-use crate::blocks::Block;
+use crate::blocks::PictureBlock;
 
 /// A square part of the earlier picture.
 pub(crate) struct ToleranceCell {
@@ -32,10 +32,10 @@ impl ToleranceCells {
         let (columns, rows) = (width.div_ceil(side_px), height.div_ceil(side_px));
         let cell = |at: usize| {
             let middle = [at % columns, at / columns].map(|cell| (cell as f64 + 0.5) * side_px as f64);
-            let is_near = |block: &&Block| {
+            let is_near = |block: &&PictureBlock| {
                 (0..2).all(|axis| (block.centre_px[axis] - middle[axis]).abs() <= config.tolerance_reach_px)
             };
-            let near: Vec<&Block> = alignment.blocks.iter().filter(is_near).collect();
+            let near: Vec<&PictureBlock> = alignment.blocks.iter().filter(is_near).collect();
             tolerance(&near, alignment.residual_px, config)
         };
         Self { columns, side_px, cells: (0..columns * rows).map(cell).collect() }
@@ -48,12 +48,14 @@ impl ToleranceCells {
 }
 
 /// What the blocks near a place say. Where most are where the plane says, the place is of the plane: a block that is displaced there or lost is what has changed.
-fn tolerance(near: &[&Block], residual_px: f64, config: &PictureChangesConfig) -> ToleranceCell {
+fn tolerance(near: &[&PictureBlock], residual_px: f64, config: &PictureChangesConfig) -> ToleranceCell {
     let base_px = residual_px.max(config.displacement_tolerance_px);
-    let size_px = |block: &&Block| block.displacement_px.map_or(config.lost_block_px, |[x, y]| x.hypot(y));
-    let count =
-        |is_counted: &dyn Fn(&&Block) -> bool| near.iter().filter(|block| is_counted(block)).count() as f64;
-    let is_on_plane = |block: &&Block| size_px(block) <= base_px;
+    let size_px =
+        |block: &&PictureBlock| block.displacement_px.map_or(config.lost_block_px, |[x, y]| x.hypot(y));
+    let count = |is_counted: &dyn Fn(&&PictureBlock) -> bool| {
+        near.iter().filter(|block| is_counted(block)).count() as f64
+    };
+    let is_on_plane = |block: &&PictureBlock| size_px(block) <= base_px;
     let on_plane = count(&is_on_plane);
     let displaced = count(&|block| block.displacement_px.is_some() && !is_on_plane(block));
     let all = near.len() as f64;
