@@ -45,6 +45,7 @@ mod png16;
 mod result_files;
 #[cfg(target_arch = "wasm32")]
 mod runtime;
+#[cfg(target_arch = "wasm32")]
 mod saved_file;
 #[cfg(target_arch = "wasm32")]
 mod scene_labels;
