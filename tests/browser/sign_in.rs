@@ -59,7 +59,7 @@ fn the_first_admin_signs_in(page: &mut Page, server: &Server, data: &Path) {
 fn an_admin_sees_people_and_what_they_did(mut page: Page, server: &Server) {
     page.go(&format!("{}people.html", server.url()));
     wait_for("the accounts", LIMIT, || {
-        let text = page.evaluate("document.body.innerText");
+        let text = page.evaluate("document.body?.innerText ?? ''");
         ["ada", "bob", "vic"]
             .iter()
             .all(|name| text.as_str().is_some_and(|text| text.contains(name)))

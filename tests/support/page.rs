@@ -390,6 +390,8 @@ impl Drop for Page {
         }
         let test =
             std::thread::current().name().unwrap_or("test").rsplit("::").next().unwrap_or("test").to_owned();
+        // A page that another one hides draws nothing, and would give no picture for ever.
+        drop(self.try_call("Page.bringToFront", json!({})));
         match self.try_call("Page.captureScreenshot", json!({ "format": "png" })) {
             Ok(answer) => match Picture::from_base64(answer["data"].as_str().unwrap_or_default()) {
                 Some(picture) => {
