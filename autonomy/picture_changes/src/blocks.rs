@@ -92,7 +92,7 @@ fn find(
     Some([(x - reach) as f64 + right, (y - reach) as f64 + down])
 }
 
-/// The greatest of a place and its neighbours, or of theirs, as far as it rises within what is equally good.
+/// The place, or the one of its four neighbours whose correlation is greater than its own and the greatest.
 fn climb(correlations: &[f64], start: usize, width: usize) -> usize {
     let around = |at: usize| [at.wrapping_sub(1), at + 1, at.wrapping_sub(width), at + width];
     let higher = |at: usize| {
@@ -100,7 +100,7 @@ fn climb(correlations: &[f64], start: usize, width: usize) -> usize {
         best.max_by(|a, b| correlations[*a].total_cmp(&correlations[*b]))
             .filter(|next| correlations[*next] > correlations[at])
     };
-    // One step: from the edge of the peak to its middle.
+    // One step, which leads from the edge of a peak to its middle.
     higher(start).unwrap_or(start)
 }
 

@@ -1,7 +1,11 @@
 //! What has changed between two aligned pictures, apart from light.
 //!
-//! A difference counts only where nothing else explains it: neither noise, nor a displacement within the error of the alignment or of what is before or behind the plane, nor
-//! light, which makes all colours darker or brighter alike.
+//! A difference does not count if it can come from one of these:
+//!
+//! - noise;
+//! - a displacement within the error of the alignment;
+//! - parallax of things before or behind the plane;
+//! - light, which makes all colours darker or brighter alike.
 
 use crate::PictureChangesConfig;
 use crate::align::PictureAlignment;

@@ -6,11 +6,11 @@ use crate::blocks::PictureBlock;
 
 /// A square part of the earlier picture.
 pub(crate) struct ToleranceCell {
-    /// Displacements of what is there, whole pixels: none, and those of the blocks round it.
+    /// Displacements that the cell may have, whole pixels: zero, and those of the blocks round it.
     pub(crate) displacements: Vec<[isize; 2]>,
     /// A further displacement of up to this, pixels, explains a difference too.
     pub(crate) radius_px: usize,
-    /// Whether it is a part of the plane that is aligned, as far as is seen.
+    /// Whether the blocks round it say that it is a part of the aligned plane.
     pub(crate) is_plane: bool,
 }
 

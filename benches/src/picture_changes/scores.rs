@@ -120,13 +120,13 @@ fn sorted(values: &[f64]) -> Vec<f64> {
     values
 }
 
-/// One of nothing is all of it.
+/// NaN of nothing, so that a bar for which nothing was measured is missed.
 fn share(count: usize, of: usize) -> f64 {
-    if of == 0 { 1.0 } else { count as f64 / of as f64 }
+    count as f64 / of as f64
 }
 
 fn percent(count: usize, of: usize) -> String {
-    format!("{count} of {of} ({:.1} %)", 100.0 * share(count, of))
+    if of == 0 { "none".to_owned() } else { format!("{count} of {of} ({:.1} %)", 100.0 * share(count, of)) }
 }
 
 #[cfg(test)]
@@ -149,6 +149,7 @@ mod tests {
             Scores { flagged: 9, ..good.clone() },
             Scores { false_anywhere: 1, ..good.clone() },
             Scores { readings: vec![None; 10], ..good.clone() },
+            Scores { readings: Vec::new(), ..good.clone() },
         ];
         for scores in bad {
             assert_eq!(scores.missed().len(), 1, "{scores:?}");

@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::sync::Arc;
 use utoipa::ToSchema;
+use vocab::csv_field;
 
 /// Parameters of the audit log as a file.
 #[derive(Clone, Copy, Debug)]
@@ -130,25 +131,8 @@ fn csv(items: &[AuditDocument]) -> String {
     for item in items {
         let account = item.account.as_deref().unwrap_or_default();
         let address = item.address.as_deref().unwrap_or_default();
-        let fields = [account, address, &item.command, &item.outcome].map(field);
+        let fields = [account, address, &item.command, &item.outcome].map(csv_field);
         text.push_str(&format!("{},{},{}\r\n", item.number, item.at, fields.join(",")));
     }
     text
-}
-
-/// A field in quotes. Spreadsheets take what begins so for a formula, so an apostrophe goes first.
-fn field(text: &str) -> String {
-    let guard = if text.starts_with(['=', '+', '-', '@', '\t', '\r']) { "'" } else { "" };
-    format!("\"{guard}{}\"", text.replace('"', "\"\""))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn no_field_is_a_formula_or_breaks_its_row() {
-        assert_eq!(field("=HYPERLINK(\"x\")"), "\"'=HYPERLINK(\"\"x\"\")\"");
-        assert_eq!(field("a, b"), "\"a, b\"");
-    }
 }

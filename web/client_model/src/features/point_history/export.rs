@@ -6,6 +6,7 @@ use crate::features::site::yaw_of;
 use missions::SiteZone;
 use site_model::{LocalDateTime, ReportPlace, Utc};
 use std::collections::BTreeMap;
+use vocab::csv_field;
 
 /// Heads of the columns. Times are ISO 8601. `position_deviation_m` is the standard deviation of the position in the plane.
 const HEADS: &str = "utc,site_time,site_time_zone,result,run,attempt,action,reading,value,standard_deviation,unit,judgement,\
@@ -49,11 +50,11 @@ fn fields_of_result(result: &PointResult, (name, zone): &(String, SiteZone)) -> 
     [
         format!("{}Z", iso(SiteZone::utc().to_local(result.at), result.at)),
         format!("{}{}", iso(zone.to_local(result.at), result.at), offset(zone.offset_minutes(result.at))),
-        field(name),
+        csv_field(name),
         result.number.to_string(),
         result.run.to_string(),
         result.attempt.to_string(),
-        field(&result.kind),
+        csv_field(&result.kind),
     ]
 }
 
@@ -64,10 +65,10 @@ fn fields_of_reading((series, value): &(&ReadingSeries, &SeriesValue)) -> [Strin
         (None, false) => "",
     };
     [
-        field(&series.name),
+        csv_field(&series.name),
         value.value.to_string(),
         value.standard_deviation.map(|deviation| deviation.to_string()).unwrap_or_default(),
-        field(&series.unit),
+        csv_field(&series.unit),
         judgement.to_owned(),
     ]
 }
@@ -89,7 +90,7 @@ fn fields_of_place(result: &PointResult) -> [String; 8] {
         let quality = serde_json::to_value(place.quality).ok();
         fields[6] = quality.as_ref().and_then(serde_json::Value::as_str).unwrap_or_default().to_owned();
     }
-    fields[7] = field(&files.join(" "));
+    fields[7] = csv_field(&files.join(" "));
     fields
 }
 
@@ -119,11 +120,4 @@ fn iso(local: LocalDateTime, at: Utc) -> String {
 fn offset(minutes: i64) -> String {
     let sign = if minutes < 0 { '-' } else { '+' };
     format!("{sign}{:02}:{:02}", minutes.abs() / 60, minutes.abs() % 60)
-}
-
-/// A field of text. Spreadsheets take what begins so for a formula, so an apostrophe goes first.
-fn field(text: &str) -> String {
-    let text =
-        if text.starts_with(['=', '+', '-', '@', '\t', '\r']) { format!("'{text}") } else { text.to_owned() };
-    if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }
 }

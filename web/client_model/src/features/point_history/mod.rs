@@ -53,6 +53,11 @@ impl PointHistory {
         self.point
     }
 
+    /// The time zone of the site; none before a history is open.
+    pub fn zone(&self) -> Option<&SiteZone> {
+        self.zone.as_ref().map(|(_, zone)| zone)
+    }
+
     /// How often a history was opened. Views that follow it go there when it has grown.
     pub fn opened(&self) -> u64 {
         self.opened

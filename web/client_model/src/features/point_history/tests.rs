@@ -292,11 +292,11 @@ fn the_table_has_every_result_with_both_times_and_is_saved_once_all_are_there() 
     assert_eq!(name, "history_Pump_7__inlet.csv");
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines.len(), 61, "the heads and a row for each result");
-    let time = "2026-07-01T10:00:00.000Z,2026-07-01T12:00:00.000+02:00,Europe/Rome,1,";
+    let time = "2026-07-01T10:00:00.000Z,2026-07-01T12:00:00.000+02:00,\"Europe/Rome\",1,";
     assert!(lines[1].starts_with(time), "{}", lines[1]);
     let files = format!("\"'=a, b.jpg={blob}\"");
     assert!(lines[1].ends_with(&files), "{}", lines[1]);
-    assert!(lines[2].contains(",temperature,20.25,,°C,,"), "{}", lines[2]);
+    assert!(lines[2].contains("\"temperature\",20.25,,\"°C\",,"), "{}", lines[2]);
     assert!(lines.iter().all(|line| !line.is_empty()));
     assert!(!client.model.point_history.is_exporting());
 }

@@ -219,6 +219,10 @@ impl Comparison {
         rect: Rect,
         axes: CommonAxes,
     ) {
+        // A single result takes all of the place.
+        if let ([None, Some(_)], [_, Some(pane)]) = (sides, panes) {
+            return show_pane(ui, cx, pane, rect, axes, &mut self.view);
+        }
         for ((side, pane), place) in sides.iter().zip(panes).zip(halves(rect, cx.layout.width)) {
             match (side, pane) {
                 (_, Some(pane)) => show_pane(ui, cx, pane, place, axes, &mut self.view),

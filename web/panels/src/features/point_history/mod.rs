@@ -18,7 +18,6 @@ use crate::{icon, screens, widgets};
 use client_model::{ClientCommand, PointHistoryCommand};
 use compare::Comparison;
 use egui::{Context, Ui};
-use missions::SiteZone;
 use strip::{Strip, ask};
 
 /// The tab of the history of a point.
@@ -31,13 +30,10 @@ pub(crate) struct PointHistoryPanel {
     opened: u64,
     strip: Strip,
     comparison: Comparison,
-    /// The time zone of the site with its name.
-    zone: Option<(String, SiteZone)>,
 }
 
 impl FeaturePanel for PointHistoryPanel {
     fn update(&mut self, _ctx: &Context, cx: &mut PanelContext<'_>) {
-        self.follow_zone(cx);
         let opened = cx.model.point_history.opened();
         if std::mem::replace(&mut self.opened, opened) != opened {
             cx.frame.open_tab(POINTS);
@@ -53,7 +49,7 @@ impl FeaturePanel for PointHistoryPanel {
     }
 
     fn show_card(&mut self, ctx: &Context, cx: &mut PanelContext<'_>) {
-        if let Some((_, zone)) = &self.zone {
+        if let Some(zone) = cx.model.point_history.zone() {
             self.comparison.show(ctx, cx, zone);
         }
     }
@@ -65,14 +61,10 @@ impl FeaturePanel for PointHistoryPanel {
     fn show_section(&mut self, _tab: Tab, ui: &mut Ui, cx: &mut PanelContext<'_>) {
         let (model, tokens) = (cx.model, cx.tokens);
         widgets::section_head(ui, tokens, texts::HEAD);
-        let (Some(site), Some((_, zone))) = (model.site.site(), &self.zone) else {
-            return widgets::remark(ui, tokens, texts::LOADING);
-        };
+        let Some(site) = model.site.site() else { return widgets::remark(ui, tokens, texts::LOADING) };
         chooser::show(ui, cx, site);
         let history = &model.point_history;
-        if history.point().is_none() {
-            return;
-        }
+        let (Some(_), Some(zone)) = (history.point(), history.zone()) else { return };
         show_problem(ui, cx);
         if history.results().is_empty() {
             let sentence = if history.is_fetching() { texts::FETCHING } else { texts::EMPTY };
@@ -90,18 +82,6 @@ impl FeaturePanel for PointHistoryPanel {
         readings::show(ui, cx, zone);
         widgets::remark(ui, tokens, texts::STRIP_REMARK);
         show_export(ui, cx);
-    }
-}
-
-impl PointHistoryPanel {
-    /// Keeps the time zone of the site, because to read one takes longer than a frame should.
-    fn follow_zone(&mut self, cx: &PanelContext<'_>) {
-        let Some(site) = cx.model.site.site() else { return };
-        let name = site.settings().map_or("UTC", |settings| settings.time_zone.as_str());
-        if self.zone.as_ref().is_none_or(|(known, _)| known != name) {
-            let zone = SiteZone::new(name).unwrap_or_else(|_| SiteZone::utc());
-            self.zone = Some((name.to_owned(), zone));
-        }
     }
 }
 

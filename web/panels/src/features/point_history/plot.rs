@@ -1,4 +1,4 @@
-//! A reading over time: values, limits, trend, and marks of what is remarkable. At most one mark is drawn in a column of a pixel, whatever the number of readings.
+//! A reading over time: values, limits, trend, and marks of readings that are unusual or outside the limits. At most one mark is drawn in a column of a pixel, whatever the number of readings.
 
 use super::strip::{ask, paint_labels};
 use super::texts;
@@ -169,7 +169,7 @@ fn paint_trend(
     }
 }
 
-/// One column: a dot, or a line from the least to the greatest reading, and a sign for what is remarkable.
+/// One column: a dot, or a line from the least to the greatest reading, and a sign if one of them is unusual or outside the limits.
 fn paint_column(painter: &Painter, tokens: &Tokens, x: f32, column: &Column, values: &ValueAxis) {
     let [low, high] = [values.y(column.least), values.y(column.greatest)];
     if low - high > 3.0 {

@@ -13,7 +13,7 @@ pub(super) struct Side<'a> {
     pub(super) result: &'a PointResult,
 }
 
-/// The earlier and the later result that are compared, as far as there are such.
+/// The earlier and the later result that are compared; none where there is no such result.
 pub(super) fn sides(model: &Model) -> [Option<Side<'_>>; 2] {
     let history = &model.point_history;
     [

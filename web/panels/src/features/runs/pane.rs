@@ -37,7 +37,7 @@ pub(crate) struct CommonAxes {
 }
 
 impl CommonAxes {
-    /// Of these panes, as far as they were fetched.
+    /// Of those of these panes whose files were fetched.
     pub(crate) fn of<'a>(cx: &mut PanelContext<'_>, panes: impl IntoIterator<Item = &'a Pane>) -> Self {
         let mut axes = Self::default();
         for pane in panes {
