@@ -14,6 +14,7 @@ mod crash;
 mod debian;
 mod fingerprint;
 mod fuzz;
+mod lints;
 mod package;
 mod run;
 mod schema;

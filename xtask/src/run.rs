@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 
+use crate::lints::Compiler;
 use crate::shell;
 use crate::web::{self, Flavour, SizeLimit};
 
@@ -18,7 +19,7 @@ struct Options {
 
 pub(crate) fn command(arguments: Vec<OsString>) -> Result<()> {
     let options = options(arguments)?;
-    web::build_if_stale(options.flavour, SizeLimit::Ignored)?;
+    web::build_if_stale(options.flavour, SizeLimit::Ignored, Compiler::Plain)?;
     shell::run(shell::cargo().args(["build", "--quiet", "--release", "-p", "autoinspect"]))?;
 
     let address = format!("127.0.0.1:{}", options.port);

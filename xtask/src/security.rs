@@ -17,7 +17,7 @@ const TESTS: &str = "not test(/(^|::)nightly::/) and (test(/(^|::)(attacks|acces
 pub(crate) fn command() -> Result<ExitCode> {
     let mut tests = shell::cargo();
     // The whole workspace, because packages alone select other features, and half of all crates would be compiled again.
-    tests.args(["nextest", "run", "--workspace", "--exclude", "benches"]);
+    tests.args(["nextest", "run", "--workspace"]);
     tests.args(["--no-fail-fast", "--color", "never", "--status-level", "all"]);
     let packages = PACKAGES.map(|package| format!("package({package})")).join(" or ");
     let output = tests

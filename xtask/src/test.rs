@@ -19,8 +19,9 @@ use std::process::{Command, ExitCode, Stdio};
 
 use anyhow::{Context, Result, bail};
 
+use crate::lints::{self, Compiler};
 use crate::stages::{StageReport, Stages, Tests};
-use crate::toolchain::{TARGET, Toolchain};
+use crate::toolchain::Toolchain;
 use crate::web::{self, Flavour, SizeLimit};
 use crate::{bench, crash, schema, security, setup, shell};
 
@@ -35,12 +36,6 @@ const SKIPPED: &str = "skipped: ";
 
 /// Every target with tests.
 const TESTED: [&str; 4] = ["--workspace", "--lib", "--bins", "--tests"];
-
-/// Benchmarks are a dozen programs with a few tests of their tables, which take longer to link than all others. They are tested in the nightly tier;
-/// clippy has checked that they compile.
-const WITHOUT_BENCHMARKS: [&str; 2] = ["--exclude", "benches"];
-
-const DENY_WARNINGS: [&str; 3] = ["--", "-D", "warnings"];
 
 pub(crate) fn command(arguments: Vec<OsString>) -> Result<ExitCode> {
     if let Some((first, rest)) = arguments.split_first()
@@ -58,13 +53,13 @@ pub(crate) fn command(arguments: Vec<OsString>) -> Result<ExitCode> {
     }
     let Options { tier, quick, filters } = Options::parse(&arguments)?;
     let mut stages = Stages::new();
+    let mut compiler = Compiler::Plain;
     if filters.is_empty() {
         stages.run("format", || checked(shell::cargo().args(["fmt", "--all", "--check"])));
-        stages.run("clippy", || checked(clippy("--workspace", "--all-targets").args(DENY_WARNINGS)));
-        browser_clippy(&mut stages);
+        compiler = compile_with_lints(&mut stages);
         licences(&mut stages);
     }
-    stages.run("tests", || tests(&Selection::Native(tier, &filters)));
+    stages.run("tests", || tests(&Selection::Native(tier, &filters), compiler));
     if quick || !filters.is_empty() {
         for name in ["browser bundle", "browser tests"] {
             stages.skip(name, if quick { "--quick" } else { "only the named tests were asked for" });
@@ -74,9 +69,9 @@ pub(crate) fn command(arguments: Vec<OsString>) -> Result<ExitCode> {
             ("server (release)", || {
                 checked(shell::cargo().args(["build", "--quiet", "--release", "-p", "autoinspect"]))
             }),
-            ("browser bundle (release)", || checked_bundle(Flavour::Release)),
+            ("browser bundle (release)", || checked_bundle(Flavour::Release, Compiler::Plain)),
         );
-        browser_tests(&mut stages, tier, &shell::target().join("release/autoinspect"));
+        browser_tests(&mut stages, tier, &shell::target().join("release/autoinspect"), compiler);
         match schema::missing() {
             None => stages.run("schema", || {
                 schema::run(&shell::target().join("release/autoinspect"), schema::REQUESTS)
@@ -90,8 +85,8 @@ pub(crate) fn command(arguments: Vec<OsString>) -> Result<ExitCode> {
     } else {
         // The server is the one that the earlier tests have built. Building its package alone selects other features, and half of all
         // crates would be compiled again.
-        stages.run("browser bundle", || checked_bundle(Flavour::Dev));
-        browser_tests(&mut stages, tier, &shell::target().join("debug/autoinspect"));
+        stages.run("browser bundle", || checked_bundle(Flavour::Dev, compiler));
+        browser_tests(&mut stages, tier, &shell::target().join("debug/autoinspect"), compiler);
     }
     Ok(if stages.finish(tier.description()) { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
@@ -157,13 +152,13 @@ impl Options {
     }
 }
 
-fn checked_bundle(least: Flavour) -> Result<StageReport> {
-    web::build_if_stale(least, SizeLimit::Enforced).map(|()| StageReport::default())
+fn checked_bundle(least: Flavour, compiler: Compiler) -> Result<StageReport> {
+    web::build_if_stale(least, SizeLimit::Enforced, compiler).map(|()| StageReport::default())
 }
 
-fn browser_tests(stages: &mut Stages, tier: Tier, autoinspect: &Path) {
+fn browser_tests(stages: &mut Stages, tier: Tier, autoinspect: &Path, compiler: Compiler) {
     match setup::find_or_install_chromium() {
-        Some(_) => stages.run("browser tests", || tests(&Selection::Browser(tier, autoinspect))),
+        Some(_) => stages.run("browser tests", || tests(&Selection::Browser(tier, autoinspect), compiler)),
         None => stages
             .skip("browser tests", "no Chromium on this machine; `cargo xtask setup` says how to get it"),
     }
@@ -173,25 +168,26 @@ fn checked(command: &mut Command) -> Result<StageReport> {
     shell::run(command).map(|()| StageReport::default())
 }
 
-fn clippy(packages: &str, what: &str) -> Command {
-    let mut clippy = shell::cargo();
-    clippy.args(["clippy", "--quiet", packages, what]);
-    clippy
-}
-
-/// Runs clippy for the browser's target, because most of the client is compiled only for it.
-fn browser_clippy(stages: &mut Stages) {
+/// Compiles everything that the tests need, and the benchmarks, with lints. The compiler that the stages after it must use so that nothing is compiled again.
+fn compile_with_lints(stages: &mut Stages) -> Compiler {
+    let Some(compiler) = Compiler::linting() else {
+        stages.skip("lints", "clippy is not installed");
+        return Compiler::Plain;
+    };
+    let everything = || {
+        let mut build = shell::cargo();
+        build.args(["build", "--workspace", "--all-targets"]);
+        build
+    };
+    stages.run("compile and lint", || lints::compile(everything).map(|()| StageReport::default()));
+    // Most of the client is compiled only for the browser.
+    let client = "compile and lint (browser)";
     match Toolchain::find_or_install() {
-        Ok(Toolchain::Active) => stages.run("clippy (browser)", || {
-            let mut clippy = clippy("--package=app", "--lib");
-            clippy.args(["--target", TARGET, "--target-dir"]).arg(Toolchain::Active.target_folder());
-            checked(clippy.args(DENY_WARNINGS))
-        }),
-        Ok(Toolchain::Debian) => {
-            stages.skip("clippy (browser)", "Debian's Rust has no clippy for the browser")
-        }
-        Err(error) => stages.skip("clippy (browser)", &error.to_string()),
+        Ok(Toolchain::Active) => stages.run(client, || web::lint().map(|()| StageReport::default())),
+        Ok(Toolchain::Debian) => stages.skip(client, "Debian's Rust has no clippy for the browser"),
+        Err(error) => stages.skip(client, &error.to_string()),
     }
+    compiler
 }
 
 fn licences(stages: &mut Stages) {
@@ -215,22 +211,17 @@ enum Selection<'a> {
 
 impl Selection<'_> {
     /// The command that runs the selected tests, with nextest or with cargo's own runner.
-    fn command(&self, nextest: bool) -> Command {
+    fn command(&self, nextest: bool, compiler: Compiler) -> Command {
         let mut command = shell::cargo();
+        compiler.compiles(&mut command);
         match nextest {
-            true => command.args(["nextest", "run"]).args(self.packages()).args(self.nextest_arguments()),
-            false => command.arg("test").args(self.packages()).args(self.libtest_arguments()),
+            true => command.args(["nextest", "run"]).args(TESTED).args(self.nextest_arguments()),
+            false => command.arg("test").args(TESTED).args(self.libtest_arguments()),
         };
         if let Selection::Browser(_, autoinspect) = self {
             command.env("AUTOINSPECT_BIN", autoinspect);
         }
         command
-    }
-
-    /// The targets in which the tests are. Those of the browser tests are the ones of every change, so that nothing is compiled again for them.
-    fn packages(&self) -> impl Iterator<Item = &'static str> {
-        let is_thorough = matches!(self, Selection::Native(Tier::Nightly | Tier::ReleaseGate, _));
-        TESTED.into_iter().chain(WITHOUT_BENCHMARKS.into_iter().filter(move |_| !is_thorough))
     }
 
     fn nextest_arguments(&self) -> Vec<String> {
@@ -273,8 +264,8 @@ impl Selection<'_> {
 }
 
 /// Runs tests, prints their output and counts them.
-fn tests(selection: &Selection<'_>) -> Result<StageReport> {
-    let mut command = selection.command(shell::on_path("cargo-nextest"));
+fn tests(selection: &Selection<'_>, compiler: Compiler) -> Result<StageReport> {
+    let mut command = selection.command(shell::on_path("cargo-nextest"), compiler);
     // nextest reports on standard error, the standard harness on standard output; one pipe for both keeps their order.
     let (reader, writer) = std::io::pipe().context("could not make a pipe")?;
     command.stdin(Stdio::null()).stdout(writer.try_clone()?).stderr(writer);

@@ -3,10 +3,12 @@
 use std::ffi::OsString;
 use std::fs;
 use std::path::PathBuf;
+use std::process::Command;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 
+use crate::lints::{self, Compiler};
 use crate::toolchain::{TARGET, Toolchain};
 use crate::{fingerprint, shell};
 
@@ -56,37 +58,48 @@ pub(crate) fn command(arguments: Vec<OsString>) -> Result<()> {
         }
     }
     let toolchain = toolchain.map_or_else(Toolchain::find_or_install, Ok)?;
-    build(flavour, toolchain, SizeLimit::Enforced)
+    build(flavour, toolchain, SizeLimit::Enforced, Compiler::Plain)
+}
+
+/// Compiles the client for development with lints.
+///
+/// # Errors
+/// When it does not compile, and when there were warnings.
+pub(crate) fn lint() -> Result<()> {
+    lints::compile(|| compilation(Flavour::Dev, Toolchain::Active))
 }
 
 /// Builds the bundle unless the existing one was built from the same sources, in this flavour or a better one.
-pub(crate) fn build_if_stale(least: Flavour, limit: SizeLimit) -> Result<()> {
+pub(crate) fn build_if_stale(least: Flavour, limit: SizeLimit, compiler: Compiler) -> Result<()> {
     let made_from = fs::read_to_string(stamp()).unwrap_or_default();
     let is_there = shell::root().join("static/pkg/manifest.json").exists();
     let fresh = |flavour| source_fingerprint(flavour).map(|fingerprint| made_from == fingerprint);
     if is_there && (fresh(Flavour::Release)? || least == Flavour::Dev && fresh(Flavour::Dev)?) {
         return Ok(());
     }
-    build(least, Toolchain::find_or_install()?, limit)
+    build(least, Toolchain::find_or_install()?, limit, compiler)
 }
 
-fn build(flavour: Flavour, toolchain: Toolchain, limit: SizeLimit) -> Result<()> {
+/// The command that compiles the client.
+fn compilation(flavour: Flavour, toolchain: Toolchain) -> Command {
+    let mut cargo = toolchain.cargo_build();
+    cargo.args(["-p", "app", "--lib", "--profile", flavour.profile()]);
+    cargo.arg("--target-dir").arg(toolchain.target_folder());
+    cargo
+}
+
+fn build(flavour: Flavour, toolchain: Toolchain, limit: SizeLimit, compiler: Compiler) -> Result<()> {
     let fingerprint = source_fingerprint(flavour)?;
-    let target = toolchain.target_folder();
-    shell::run(
-        toolchain
-            .cargo_build()
-            .args(["-p", "app", "--lib", "--profile", flavour.profile()])
-            .arg("--target-dir")
-            .arg(&target),
-    )?;
-    let wasm = target.join(TARGET).join(flavour.profile()).join("app.wasm");
+    // Clippy is the active toolchain's.
+    let compiler = if toolchain == Toolchain::Active { compiler } else { Compiler::Plain };
+    shell::run(compiler.compiles(&mut compilation(flavour, toolchain)))?;
+    let wasm = toolchain.target_folder().join(TARGET).join(flavour.profile()).join("app.wasm");
     if !wasm.exists() {
         bail!("compiling `app` left no {}; is it a cdylib?", wasm.display());
     }
 
-    let mut bundler = shell::cargo();
-    bundler.args(["run", "--quiet", "-p", "bundler", "--"]).arg(&wasm).arg(shell::root().join("static/pkg"));
+    let mut bundler = bundler(compiler);
+    bundler.arg(&wasm).arg(shell::root().join("static/pkg"));
     if flavour == Flavour::Release {
         bundler.arg("--smallest");
         match wasm_opt() {
@@ -103,6 +116,20 @@ fn build(flavour: Flavour, toolchain: Toolchain, limit: SizeLimit) -> Result<()>
     }
     shell::run(&mut bundler)?;
     fs::write(stamp(), fingerprint).with_context(|| format!("could not write {}", stamp().display()))
+}
+
+/// The command that runs the bundler.
+fn bundler(compiler: Compiler) -> Command {
+    let built = shell::target().join("debug/bundler");
+    match compiler {
+        // The tests come first and have built it. Building its package alone selects other features, and a WASM parser would be compiled again.
+        Compiler::Linting if built.exists() => shell::program(built),
+        _ => {
+            let mut run = shell::cargo();
+            run.args(["run", "--quiet", "-p", "bundler", "--"]);
+            run
+        }
+    }
 }
 
 /// File of the fingerprint of the bundle's sources. It is in the bundle's folder, so that both are deleted together.

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 
+use crate::lints::Compiler;
 use crate::shell;
 use crate::web::{self, Flavour, SizeLimit};
 
@@ -50,7 +51,7 @@ pub(crate) fn command(arguments: Vec<OsString>) -> Result<()> {
             );
         }
     }
-    web::build_if_stale(Flavour::Release, SizeLimit::Enforced)?;
+    web::build_if_stale(Flavour::Release, SizeLimit::Enforced, Compiler::Plain)?;
     shell::run(shell::cargo().args(["build", "--release", "-p", "autoinspect"]))?;
 
     let folder = folder();
