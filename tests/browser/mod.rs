@@ -9,5 +9,6 @@ mod mapping;
 mod missions;
 mod operating;
 mod own_building;
+mod scene_changes;
 mod sign_in;
 mod site_editor;

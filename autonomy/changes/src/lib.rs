@@ -9,12 +9,14 @@
 //! 5. `upright_box`: the place, size and heading of an object, down to the ground it stands on;
 //! 6. `moves`: an object that is gone from one place and one of its size that is new at another are one that was moved.
 //!
+//! [`AcceptedChanges`] are those that people call the new normal: what a map loses and gains by them.
 //! [`find_recurrences`] says which of the changes that were found are known already from earlier comparisons.
 //! [`detect_depth_changes`] compares two images of one depth camera that did not move, pixel by pixel (`depth`).
 //!
 //! Everything is a pure function: the same input gives the same bits. Source of the idea: Rowell and others, *LiSTA: Geometric Object-Based Change Detection in Cluttered
 //! Environments*, 2024. Differences: rays instead of volumes say what was free, and objects get boxes.
 
+mod accepted;
 mod alignment;
 mod clusters;
 mod columns;
@@ -35,6 +37,7 @@ mod turned;
 mod upright_box;
 mod visit;
 
+pub use accepted::{AcceptedChanges, AcceptedChangesConfig, BroughtPoint};
 pub use config::{AlignmentConfig, BoxFitConfig, ChangesConfig};
 pub use depth::{
     ColourHistogramConfig, DepthChanges, DepthChangesConfig, DepthImage, DepthImageError,

@@ -20,8 +20,7 @@ pub(crate) struct SurfaceTolerance {
 
 impl SurfaceTolerance {
     /// One distance everywhere, metres.
-    #[cfg(test)]
-    fn uniform(distance_m: f32) -> Self {
+    pub(crate) fn uniform(distance_m: f32) -> Self {
         Self {
             least_m: distance_m,
             largest_m: distance_m,

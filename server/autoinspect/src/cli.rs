@@ -2,8 +2,8 @@
 
 use crate::failure::Failure;
 use crate::{
-    account, align, changes, convert, example, export, gauge, import, info, localise, map, merge, optimise,
-    patch, picture_changes, replay, sim_record, site, topomap, trajectory, up, verify,
+    account, align, changes, convert, example, export, gauge, import, info, localise, make_normal, map,
+    merge, optimise, patch, picture_changes, replay, sim_record, site, topomap, trajectory, up, verify,
 };
 use clap::{Parser, Subcommand};
 
@@ -42,6 +42,8 @@ enum Command {
     Merge(merge::MergeArgs),
     /// Make a new version of a map with the changes that later recordings show.
     Patch(patch::PatchArgs),
+    /// Make a new version of a map in which changes are normal.
+    MakeNormal(make_normal::MakeNormalArgs),
     /// Write a saved map as one file for other programs, or as a picture from above.
     Export(export::ExportArgs),
     /// Make a map of another program's point cloud, for a robot to localise in.
@@ -115,6 +117,7 @@ impl Cli {
             Command::Localise(args) => localise::run(&args),
             Command::Merge(args) => merge::run(&args),
             Command::Patch(args) => patch::run(&args),
+            Command::MakeNormal(args) => make_normal::run(&args),
             Command::Export(args) => export::run(&args),
             Command::Import(args) => import::run(&args),
             Command::Align(args) => align::run(&args),

@@ -6,6 +6,7 @@ pub enum LimitedCommand {
     Import,
     Align,
     Changes,
+    MakeNormal,
 }
 
 impl LimitedCommand {
@@ -15,6 +16,7 @@ impl LimitedCommand {
             Self::Import => "import",
             Self::Align => "align",
             Self::Changes => "changes",
+            Self::MakeNormal => "make-normal",
         }
     }
 }

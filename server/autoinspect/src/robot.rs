@@ -80,6 +80,9 @@ pub struct RobotArgs {
     /// Number of people who walk in the simulation.
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=50))]
     pub people: u32,
+    /// Number of another day at the simulated site: some furniture is moved or removed, and doors are open or shut. The same number gives the same day.
+    #[arg(long)]
+    pub day: Option<u64>,
 }
 
 impl RobotArgs {
@@ -93,6 +96,7 @@ impl RobotArgs {
             ("--people", self.people.to_string()),
         ]
         .into_iter()
+        .chain(self.day.map(|day| ("--day", day.to_string())))
         .flat_map(|(name, value)| [name.to_owned(), value])
         .collect()
     }

@@ -1,8 +1,9 @@
 //! Makes maps of imported point clouds.
 
 use api::ImportStage;
+use site_model::SceneChange;
 use std::ops::ControlFlow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use vocab::Vec3;
 
 /// Makes maps of imported files. An implementation must protect the core from broken and very large files.
@@ -30,6 +31,21 @@ pub trait MapImporter: Send {
         &self,
         maps: [&Path; 2],
         pairs: &[[Vec3; 2]],
+        name: &str,
+        out: &Path,
+        progress: &mut dyn FnMut(ImportStage, f32) -> ControlFlow<()>,
+    ) -> Result<(), String>;
+
+    /// Makes a new version, called `name`, of the map in the folder `map`, in which these changes are normal. The folders `after` have the clouds of the runs that found them.
+    /// Otherwise as [`Self::import`].
+    ///
+    /// # Errors
+    /// The errors of [`Self::import`].
+    fn make_normal(
+        &self,
+        map: &Path,
+        after: &[PathBuf],
+        changes: &[SceneChange],
         name: &str,
         out: &Path,
         progress: &mut dyn FnMut(ImportStage, f32) -> ControlFlow<()>,

@@ -19,7 +19,7 @@ pub enum RoutedCommand {
     Stack(CommandKind),
     /// The link of a simulated robot. The stack must not know simulated faults.
     SimulatedFault(SimulatedFault),
-    /// The import thread: makes a map of this name of an uploaded file, or aligns a saved map.
+    /// The import thread: makes a map of this name of an uploaded file or a saved map.
     Import(UploadId, String, ImportSource),
     /// The disk lane: a decision on a session that was interrupted.
     InterruptedSession(SessionDecision),
@@ -68,6 +68,10 @@ pub fn route(command: Command) -> RoutedCommand {
         Command::CancelImport(upload) => return RoutedCommand::CancelImport(upload),
         Command::GenerateTopomap { map, edit } => return RoutedCommand::GenerateTopomap(map, edit),
         Command::MakeExample { upload, time_zone } => return RoutedCommand::MakeExample(upload, time_zone),
+        Command::MakeNormal { upload, name, mut changes } => {
+            changes.truncate(api::MAX_ACCEPTED_CHANGES);
+            return RoutedCommand::Import(upload, name, ImportSource::Normal { changes });
+        }
         Command::RefuseTakeOver => return RoutedCommand::RefuseTakeOver,
         Command::TakeControl { name } => CommandKind::TakeControl { name },
         Command::ReleaseControl => CommandKind::ReleaseControl,

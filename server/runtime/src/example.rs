@@ -73,7 +73,7 @@ impl ImportWorker {
     }
 
     /// Changes the site by one edit, and waits until it is durable.
-    fn change_site(
+    pub(crate) fn change_site(
         &self,
         by: &Principal,
         make: impl FnOnce(&Site) -> Edit + Send + 'static,

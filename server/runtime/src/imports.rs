@@ -1,4 +1,4 @@
-//! Imports: makes maps of uploaded point clouds, and aligns saved maps with other saved maps. One import runs at a time, on a thread of its own.
+//! Imports: makes maps of uploaded point clouds, aligns saved maps with other saved maps, and makes new versions of them. One import runs at a time, on a thread of its own.
 //!
 //! The work itself is done by the [`MapImporter`] in another process. The new map is adopted by the store when it is complete, and the uploaded file
 //! goes. If no map could be made, the file is kept for a second attempt, unless a person cancelled the import.
@@ -15,6 +15,7 @@ use api::{Event, Import, ImportStage, MapSummary};
 use crossbeam_channel::{Receiver, Sender, TrySendError};
 use messages::{Command, Principal, Severity};
 use ports::{ExampleMaker, ExampleRequest, MapImporter, error_with_causes};
+use site_model::SceneChangeId;
 use std::fs;
 use std::net::IpAddr;
 use std::ops::ControlFlow;
@@ -72,6 +73,11 @@ pub enum ImportSource {
         /// Time zone of its schedule.
         time_zone: String,
     },
+    /// A saved map, with changes that are normal in the new version.
+    Normal {
+        /// The changes.
+        changes: Vec<SceneChangeId>,
+    },
 }
 
 impl ImportRequest {
@@ -88,7 +94,8 @@ impl ImportSource {
         match self {
             Self::File { frame } => frame.iter().copied().collect(),
             Self::Map { map, onto, .. } => vec![*map, *onto],
-            Self::Example { .. } => Vec::new(),
+            // The changes say which map; `make_normal` notes it.
+            Self::Example { .. } | Self::Normal { .. } => Vec::new(),
         }
     }
 
@@ -97,7 +104,7 @@ impl ImportSource {
         match self {
             Self::File { .. } => "import",
             Self::Map { .. } => "align",
-            Self::Example { .. } => "make",
+            Self::Example { .. } | Self::Normal { .. } => "make",
         }
     }
 
@@ -105,9 +112,18 @@ impl ImportSource {
         match self {
             Self::File { .. } => ImportVerb::Imported,
             Self::Map { .. } => ImportVerb::Aligned,
-            Self::Example { .. } => ImportVerb::Made,
+            Self::Example { .. } | Self::Normal { .. } => ImportVerb::Made,
         }
     }
+}
+
+/// A new version of a map that is to be made.
+pub(crate) struct NormalRequest<'a> {
+    pub(crate) changes: &'a [SceneChangeId],
+    /// Name of the new version.
+    pub(crate) name: &'a str,
+    /// Folder in which it is made.
+    pub(crate) out: &'a Path,
 }
 
 /// The upload whose import was cancelled last.
@@ -215,6 +231,9 @@ impl ImportWorker {
             ImportSource::Example { time_zone } => {
                 self.make_example(upload, by, ExampleRequest { name, time_zone, out: &out }, &mut progress)
             }
+            ImportSource::Normal { changes } => {
+                self.make_normal(upload, by, NormalRequest { changes, name, out: &out }, &mut progress)
+            }
             _ if progress(ImportStage::Reading, 0.0).is_break() => Err(texts::IMPORT_CANCELLED.to_owned()),
             _ => self
                 .run_importer(upload, source, name, &out, &mut progress)
@@ -280,8 +299,8 @@ impl ImportWorker {
         let file = &self.store.dir().upload(upload);
         let folder = |map: MapId| Some(self.store.dir().map(map)).filter(|folder| folder.exists());
         match source {
-            // It is made by `make_example`.
-            ImportSource::Example { .. } => Ok(()),
+            // They are made by `make_example` and `make_normal`.
+            ImportSource::Example { .. } | ImportSource::Normal { .. } => Ok(()),
             ImportSource::File { .. } if !file.exists() => Err(texts::UPLOAD_MISSING.to_owned()),
             ImportSource::File { .. }
                 if !self
@@ -311,7 +330,7 @@ impl ImportWorker {
     }
 
     /// Whether a client has cancelled this import, or the core ends.
-    fn is_cancelled(&self, upload: UploadId) -> bool {
+    pub(crate) fn is_cancelled(&self, upload: UploadId) -> bool {
         let is_ending = matches!(self.stop.try_recv(), Err(crossbeam_channel::TryRecvError::Disconnected));
         self.is_cancelled_by_person(upload) || is_ending
     }

@@ -39,6 +39,7 @@ mod live_map;
 mod mailbox;
 mod map_list;
 mod map_usage;
+mod new_normal;
 mod node_following;
 mod platform;
 mod pose_persistence;

@@ -30,6 +30,7 @@ struct State {
     localised: Option<MapId>,
     extended: Option<MapId>,
     is_mapping: bool,
+    is_on_run: bool,
     import: Option<RunningImport>,
 }
 
@@ -46,7 +47,7 @@ impl MapUsage {
         Self { state: Mutex::new(State { localised, ..State::default() }) }
     }
 
-    /// Follows the state of localisation and mapping.
+    /// Follows the state of localisation, mapping and missions.
     pub fn update(&self, publication: &Publication) {
         match publication {
             Publication::Localisation(state) => {
@@ -68,6 +69,7 @@ impl MapUsage {
                     MappingState::Saving { .. } => state.extended,
                 };
             }
+            Publication::Missions(status) => self.lock().is_on_run = !status.runs.is_empty(),
             _ => {}
         }
     }
@@ -98,6 +100,12 @@ impl MapUsage {
     /// Whether an upload is being imported.
     pub fn is_importing(&self, upload: UploadId) -> bool {
         self.lock().import.as_ref().is_some_and(|import| import.upload == upload)
+    }
+
+    /// Whether the robot is localised in a map, or searches its pose there, and has no run of a mission, nor one that waits.
+    pub fn is_idle_in(&self, map: MapId) -> bool {
+        let state = self.lock();
+        state.localised == Some(map) && !state.is_on_run && !state.is_mapping
     }
 
     /// Whether there is a mapping session.

@@ -33,6 +33,15 @@ pub const IMPORT_CANCELLED: &str = "It was cancelled.";
 pub const UPLOAD_MISSING: &str = "That file is not here any more. Send it again.";
 /// The map that gives the frame was deleted.
 pub const FRAME_MAP_MISSING: &str = "The map whose frame it was to have is not here any more.";
+/// The map of changes was deleted.
+pub const MAP_OF_CHANGES_MISSING: &str = "The map of these changes is not here any more.";
+/// The clouds of a run made room for others.
+pub const CLOUDS_OF_RUN_MISSING: &str = "The clouds of the run that found these changes are not here any more. Run the mission again; what it finds can be made normal.";
+/// Changes that the site does not have.
+pub const NO_SUCH_CHANGES: &str = "The site has none of these changes any more.";
+/// Changes that no single new version can show.
+pub const CHANGES_OF_SEVERAL_MAPS: &str =
+    "These changes were found in different maps. Choose those of one map.";
 /// The map to be aligned was deleted.
 pub const ALIGNED_MAP_MISSING: &str = "The map to be aligned is not here any more.";
 /// The map to be aligned is the one that gives the frame.

@@ -26,15 +26,16 @@ pub struct MapCloud {
 impl MapCloud {
     /// Drops the points with these indices, which ascend.
     pub fn drop_points(&mut self, indices: &[u32]) {
-        let keep = |len: usize| {
-            let mut dropped = indices.iter().peekable();
-            (0..len as u32).map(move |index| dropped.next_if_eq(&&index).is_none())
-        };
-        let mut kept = keep(self.xyz.len());
-        self.xyz.retain(|_| kept.next().unwrap_or(true));
-        let mut kept = keep(self.intensity.len());
-        self.intensity.retain(|_| kept.next().unwrap_or(true));
+        drop_places(&mut self.xyz, indices);
+        drop_places(&mut self.intensity, indices);
     }
+}
+
+/// Drops the values at these places, which ascend.
+pub(crate) fn drop_places<T>(values: &mut Vec<T>, places: &[u32]) {
+    let mut dropped = places.iter().peekable();
+    let mut kept = (0..).map(|place: u32| dropped.next_if_eq(&&place).is_none());
+    values.retain(|_| kept.next().unwrap_or(true));
 }
 
 /// Which points of a map's clouds are wanted.

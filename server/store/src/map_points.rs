@@ -1,5 +1,6 @@
 //! All points of a map in the map frame.
 
+use crate::map_cloud::drop_places;
 use crate::{MapCloud, Store, StoreError, TileFiles, files, texts};
 use api::TileList;
 use map_codec::PointChunk;
@@ -45,6 +46,12 @@ impl MapPoints {
             points.intensity.extend(chunk.points.iter().map(|point| f32::from(point.intensity) * unit));
         })?;
         Ok(points)
+    }
+
+    /// Drops the points with these indices, which ascend.
+    pub fn drop_points(&mut self, indices: &[u32]) {
+        drop_places(&mut self.xyz, indices);
+        drop_places(&mut self.intensity, indices);
     }
 
     /// Adds a keyframe's points; none if its pose is invalid.

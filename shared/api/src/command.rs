@@ -2,7 +2,7 @@
 
 use crate::GoalKind;
 use serde::{Deserialize, Serialize};
-use site_model::{EditId, MissionCommandKind};
+use site_model::{EditId, MissionCommandKind, SceneChangeId};
 use vocab::{GoalId, KeyframeId, MapId, Pose, SessionId, Span, Twist, UploadId, Vec3};
 
 /// A command from a person or program at a client.
@@ -154,7 +154,20 @@ pub enum Command {
     },
     /// Keep the control lease, although somebody asks for it.
     RefuseTakeOver,
+    /// Make a new version of a map in which these changes are normal. Nodes and inspection points stay where they are. A robot that is localised in the map, and not on a run, is localised
+    /// in the new version afterwards. Progress and result are those of an import. Needs no lease.
+    MakeNormal {
+        /// What [`crate::Import`] calls this work.
+        upload: UploadId,
+        /// Name of the new version.
+        name: String,
+        /// The changes, all of one map, [`MAX_ACCEPTED_CHANGES`] at most.
+        changes: Vec<SceneChangeId>,
+    },
 }
+
+/// Changes of [`Command::MakeNormal`] at most.
+pub const MAX_ACCEPTED_CHANGES: usize = 200;
 
 /// Pairs of points of [`Command::AlignMap`] at most.
 pub const MAX_PAIRS: usize = 32;

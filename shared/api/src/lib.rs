@@ -28,7 +28,7 @@ mod topomap;
 
 pub use access::{Caller, ClientIdentity, CredentialId, LeaseToken, Privilege, Role};
 pub use codec::{DecodeError, MAX_MESSAGE_BYTES, decode, encode, encode_after};
-pub use command::{Command, CommandOutcome, MAX_PAIR_RMS_M, MAX_PAIRS, SimulatedFault};
+pub use command::{Command, CommandOutcome, MAX_ACCEPTED_CHANGES, MAX_PAIR_RMS_M, MAX_PAIRS, SimulatedFault};
 pub use core_link::{AuditNote, CoreMessage, GatewayMessage, MAX_AUDIT_NOTES};
 pub use event::*;
 pub use goal::*;
@@ -50,7 +50,7 @@ pub use socket::{ClientMessage, MAX_UNACKNOWLEDGED, ScanFrame, ServerMessage, St
 pub use topomap::{MAX_BLOCKED_SEGMENTS, TopomapGeneration, TopomapStage, TopomapSummary};
 
 /// Version of everything in this crate. Server and client refuse each other when it differs, and say so.
-pub const VERSION: u16 = 26;
+pub const VERSION: u16 = 27;
 
 /// Time for which a deleted map is kept in the bin.
 pub const BIN_RETENTION: vocab::Span = vocab::Span::from_millis(7 * 24 * 3_600_000);

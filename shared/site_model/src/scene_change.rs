@@ -111,6 +111,11 @@ pub enum ReviewState {
     },
     /// It is to be looked at again.
     Watched,
+    /// It is how the scene is now: a version of the map shows it.
+    Normal {
+        /// That version.
+        map: MapId,
+    },
 }
 
 impl ReviewState {
@@ -121,6 +126,7 @@ impl ReviewState {
             Self::Acknowledged => "acknowledged",
             Self::Dismissed { .. } => "dismissed",
             Self::Watched => "watched",
+            Self::Normal { .. } => "normal",
         }
     }
 }

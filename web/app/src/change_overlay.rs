@@ -10,25 +10,35 @@ use site_model::{OrientedBox, ReviewState, SceneChangeKind};
 const APPEARED: Colour = [222, 60, 48, 255];
 /// What is gone.
 const REMOVED: Colour = [150, 176, 208, 255];
+/// Of the points of the earlier and of the later visit.
+pub(crate) const COLOURS: [Colour; 2] = [REMOVED, APPEARED];
 /// Width of the lines, logical px.
 const WIDTH_PX: f32 = 2.0;
 
-/// Adds the boxes of all changes that were not dismissed, in the map on the screen; a line from and to for those that were moved.
+/// Adds the boxes of all changes that were neither dismissed nor made normal, in the map on the screen; a line from and to for those that were moved.
 pub(crate) fn add(model: &Model, lines: &mut Vec<Polyline>) {
     let Some(site) = model.site.site().filter(|_| panels::shows_changes(model)) else { return };
     let map = model.saved_map_on_screen();
     for change in site.scene_changes() {
-        if map != Some(change.map) || matches!(change.review, ReviewState::Dismissed { .. }) {
+        if map != Some(change.map)
+            || matches!(change.review, ReviewState::Dismissed { .. } | ReviewState::Normal { .. })
+        {
             continue;
         }
-        match &change.kind {
-            SceneChangeKind::Appeared => add_box(lines, &change.place, APPEARED),
-            SceneChangeKind::Removed => add_box(lines, &change.place, REMOVED),
-            SceneChangeKind::Moved { from } => {
-                add_box(lines, from, REMOVED);
-                add_box(lines, &change.place, APPEARED);
-                add_line(lines, vec![vector(from.centre_m), vector(change.place.centre_m)], APPEARED);
-            }
+        let [earlier, later] = model.changes_view.shown().visits();
+        let (from, to) = match &change.kind {
+            SceneChangeKind::Appeared => (None, Some(&change.place)),
+            SceneChangeKind::Removed => (Some(&change.place), None),
+            SceneChangeKind::Moved { from } => (Some(from), Some(&change.place)),
+        };
+        if let Some(from) = from.filter(|_| earlier) {
+            add_box(lines, from, REMOVED);
+        }
+        if let Some(to) = to.filter(|_| later) {
+            add_box(lines, to, APPEARED);
+        }
+        if let (Some(from), Some(to), true) = (from, to, earlier && later) {
+            add_line(lines, vec![vector(from.centre_m), vector(to.centre_m)], APPEARED);
         }
     }
 }

@@ -217,6 +217,10 @@ impl eframe::App for ClientApp {
         self.apply_theme(&ctx, theme);
         let tokens = Tokens::of(theme);
         let mut commands = std::mem::take(&mut self.commands);
+        let ClientRuntime { model, effects, .. } = &mut *runtime;
+        if let Some(clouds) = effects.change_clouds.update(model) {
+            self.scene.set_changed(&clouds);
+        }
         self.scene.update(&runtime.model, self.viewport.dragged_pose(), self.viewport.graph().preview());
         let free = self.panels.free_area(ctx.content_rect());
         let was_dragging = self.viewport.graph().is_dragging();

@@ -4,6 +4,7 @@
 //! camera need a frame: they wait in a queue for `ClientRuntime::execute_scene_effects`.
 
 use crate::browser;
+use crate::change_clouds::ChangeClouds;
 use crate::decode_queue::DecodeQueue;
 use crate::downloads::Downloads;
 use crate::inbox::Inbox;
@@ -26,6 +27,8 @@ pub(crate) struct EffectExecutor {
     downloads: Downloads,
     uploads: Uploads,
     plan_files: PlanFiles,
+    /// Points of objects that changed.
+    pub(crate) change_clouds: ChangeClouds,
     pub(crate) result_files: ResultFileLoader,
     scene_effects: VecDeque<SceneEffect>,
 }
@@ -46,6 +49,7 @@ impl EffectExecutor {
             downloads: Downloads::new(inbox.clone()),
             uploads: Uploads::new(inbox.clone()),
             plan_files: PlanFiles::new(inbox.clone()),
+            change_clouds: ChangeClouds::new(inbox.clone()),
             result_files: ResultFileLoader::new(inbox.clone()),
             scene_effects: VecDeque::new(),
         }

@@ -10,6 +10,8 @@ mod browser;
 #[cfg(target_arch = "wasm32")]
 mod camera_inset;
 #[cfg(target_arch = "wasm32")]
+mod change_clouds;
+#[cfg(target_arch = "wasm32")]
 mod change_overlay;
 #[cfg(target_arch = "wasm32")]
 mod client_app;
@@ -39,6 +41,8 @@ mod inbox;
 mod mission_overlay;
 #[cfg(target_arch = "wasm32")]
 mod plan_files;
+#[cfg(any(target_arch = "wasm32", test))]
+mod ply_points;
 #[cfg(any(target_arch = "wasm32", test))]
 mod png16;
 #[cfg(target_arch = "wasm32")]

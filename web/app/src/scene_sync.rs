@@ -1,5 +1,6 @@
 //! Passes changes of the model to the renderer of the 3D scene.
 
+use crate::change_clouds::LatticeCloud;
 use crate::change_overlay;
 use crate::graph_overlay::{GraphOverlay, GraphTarget};
 use crate::graph_preview::GraphPreview;
@@ -141,6 +142,12 @@ impl SceneSync {
     pub(crate) fn set_live_scan(&mut self, chunk: &PointChunk, map_from_base: &Pose) {
         let (position, orientation) = glam_pose(map_from_base);
         self.renderer.borrow_mut().set_live_scan(Some((&block(chunk, 0.0, 0.0), position, orientation)));
+    }
+
+    /// Replaces the objects of the earlier and of the later visit.
+    pub(crate) fn set_changed(&self, clouds: &[Option<LatticeCloud>; 2]) {
+        let blocks = clouds.each_ref().map(|cloud| cloud.as_ref().map(LatticeCloud::block));
+        self.renderer.borrow_mut().set_changed(blocks.each_ref().map(Option::as_ref));
     }
 
     /// Clears the scene when another map is displayed. This comes before the first tile of that map, because a removed tile is not sent
@@ -329,6 +336,7 @@ impl SceneSync {
                 live_scan: model.viewed_map().is_none()
                     && model.has_pose_in_map()
                     && self.synced.compared_scans < 2,
+                wipe: model.changes_view.shown().wipe(),
                 ..Options::default()
             },
             palette: palette(settings),
@@ -527,6 +535,7 @@ fn palette(settings: &ViewSettings) -> Palette {
         loop_open: solid(tokens.warn),
         loop_rejected: with(tokens.dim, if tokens.dark { 130 } else { 190 }),
         pair: [solid(tokens.older), solid(tokens.newer)],
+        changed: change_overlay::COLOURS,
         trajectory: with(panels::theme::mix(tokens.robot, tokens.text, 0.2), 150),
         accent: solid(tokens.accent),
         robot: solid(tokens.robot),

@@ -3,10 +3,12 @@
 use crate::{
     AccountAction, CameraMove, DraftCommand, GraphTool, LoopInitialGuess, LoopPair, MissionEditorCommand,
     NoticeId, PointHistoryCommand, ResultFileKind, RunQuery, ScanOverlay, ScheduleSelection, Screen,
-    Selection, SiteEdit, ViewSettings,
+    Selection, ShownChanges, SiteEdit, ViewSettings,
 };
 use api::SimulatedFault;
-use site_model::{DockId, InspectionPointId, LocalDate, MissionCommandKind, MissionId, NodeId, RunId};
+use site_model::{
+    DockId, InspectionPointId, LocalDate, MissionCommandKind, MissionId, NodeId, RunId, SceneChangeId,
+};
 use std::collections::BTreeSet;
 use vocab::{BlobHash, GoalId, MapId, Pose, SessionId, Twist, UploadId, Vec3};
 
@@ -198,6 +200,10 @@ pub enum ClientCommand {
     ShowWeek(Option<LocalDate>),
     /// Make the topological map from this saved map, in place of the one that the site has.
     GenerateTopomap(MapId),
+    /// Show the objects of one visit, of both, or a wipe between them.
+    ShowChanges(ShownChanges),
+    /// Make these changes of the scene normal, in a new version of their map.
+    MakeNormal(Vec<SceneChangeId>),
     /// Remove the result of the making of a topological map from the screen.
     DismissTopomapResult,
     /// Undo the last edit of the view or the site, decision on a loop or deletion of a map, whichever came last.

@@ -26,6 +26,7 @@ pub use event::ClientEvent;
 pub use features::Model;
 pub use features::account::{AccountAction, AccountFeature};
 pub use features::alignment::{AlignmentDraft, AlignmentFeature};
+pub use features::changes_view::{ChangesView, ShownChanges};
 pub use features::connection::{Connection, ReconnectingSocket, ServerClock, SocketState, Throughput};
 pub use features::control::ControlLease;
 pub use features::driving::Driving;

@@ -115,6 +115,12 @@ pub(crate) fn aligned_map_name(map: &str, reference: &str) -> String {
     format!("{map} on {reference}")
 }
 
+/// Name of a version of `map` in which changes are normal.
+pub(crate) fn normal_map_name(map: &str) -> String {
+    const SUFFIX: &str = ", new normal";
+    format!("{}{SUFFIX}", map.strip_suffix(SUFFIX).unwrap_or(map))
+}
+
 /// Shown when a file could not be uploaded. `reason` is a sentence.
 pub(crate) fn upload_failed(file: &str, reason: &str) -> String {
     format!("{file} was not sent: {reason}")
@@ -156,6 +162,7 @@ pub(crate) fn command_name(command: &Command) -> &'static str {
         Command::CancelImport(_) => "Cancelling the import",
         Command::GenerateTopomap { .. } => "Making the topological map",
         Command::MakeExample { .. } => "Making the example",
+        Command::MakeNormal { .. } => "Making changes normal",
         Command::InjectFault(_) => "The simulated fault",
         Command::LeaveMap => "Leaving the map",
     }

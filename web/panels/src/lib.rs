@@ -195,6 +195,7 @@ mod next_run_texts;
 mod number_field;
 mod page_clock;
 mod paint;
+mod property_fields;
 mod result_files;
 mod screens;
 mod select;

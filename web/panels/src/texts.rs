@@ -14,6 +14,13 @@ pub(crate) const TAGS: &str = "Tags";
 /// Shown while an object has no tags.
 pub(crate) const TAGS_HINT: &str = "Words, with commas between them";
 
+/// Name of the field for a property that an object does not have yet.
+pub(crate) const NEW_PROPERTY: &str = "New property";
+/// Shown while nothing is typed there.
+pub(crate) const NEW_PROPERTY_HINT: &str = "Name: value";
+/// Shown while the value of a property is emptied.
+pub(crate) const PROPERTY_VALUE_HINT: &str = "Leave it empty to remove it";
+
 /// Name of the tab with what the robot reports of itself.
 pub(crate) const ROBOT_TAB: &str = "Robot";
 /// Name of the tab with the mapping session and the saved maps.

@@ -51,6 +51,8 @@ pub struct Renderer {
     live: Option<(Tile, DAffine3)>,
     /// Scans that are compared, the older first.
     compared: [Option<(Tile, DAffine3)>; 2],
+    /// Objects that changed between two visits: of the earlier one, and of the later one.
+    changed: [Option<Tile>; 2],
     robot_mesh: wgpu::Buffer,
     robot_mesh_vertices: u32,
     overlay: Overlay,
@@ -130,6 +132,7 @@ impl Renderer {
             anchors: BTreeMap::from([(WHOLE_MAP, DAffine3::IDENTITY)]),
             live: None,
             compared: [None, None],
+            changed: [None, None],
             robot_mesh,
             robot_mesh_vertices: mesh.len() as u32,
             overlay: Overlay::default(),
@@ -195,6 +198,12 @@ impl Renderer {
     /// Shows two scans in the colours of [`Palette::pair`], each at the pose of its frame in the map, or one or none of them.
     pub fn set_compared(&mut self, scans: [Option<(&PointBlock, DVec3, DQuat)>; 2]) {
         self.compared = scans.map(|scan| scan.and_then(|scan| self.place_scan(scan)));
+        self.invalidate();
+    }
+
+    /// Shows the objects that were there on the earlier visit only, and on the later one only, map frame, in the colours of [`Palette::changed`].
+    pub fn set_changed(&mut self, objects: [Option<&PointBlock>; 2]) {
+        self.changed = objects.map(|block| block.and_then(|block| self.make_tile(WHOLE_MAP, block)));
         self.invalidate();
     }
 

@@ -135,7 +135,8 @@ impl FrameUniforms {
 pub(crate) struct DrawUniforms {
     /// Transform to metres relative to the camera, along the map's axes.
     pub(crate) relative_from_local: Mat4,
-    /// Half the spacing (m), age between 0 and 1, 0, 1 to apply floor and ceiling.
+    /// Half the spacing (m); age between 0 and 1; side of a wipe: 0 for none, else 1 plus the share of the width that is left of it, negative for the left side; 1 to apply floor and
+    /// ceiling.
     pub(crate) kind: Vec4,
     /// Tint of points and meshes; w is its share for points.
     pub(crate) tint: Vec4,

@@ -75,6 +75,8 @@ pub struct Options {
     pub map: bool,
     /// Whether the current scan is drawn.
     pub live_scan: bool,
+    /// Where the objects of the later visit begin ([`crate::Renderer::set_changed`]), share of the width from the left; none: both are drawn everywhere.
+    pub wipe: Option<f32>,
     /// Whether robot, lines and markers are drawn.
     pub overlay: bool,
     /// Focal length, in those of the usual field of view ([`crate::CameraProjection::TAN_HALF_FOV`]).
@@ -99,6 +101,7 @@ impl Default for Options {
             point_budget: 1_500_000,
             map: true,
             live_scan: true,
+            wipe: None,
             overlay: true,
             magnification: 1.0,
             resolution: 1.0,
@@ -135,6 +138,8 @@ pub struct Palette {
     pub loop_rejected: Colour,
     /// Two highlighted nodes and the scans that are compared, the older first.
     pub pair: [Colour; 2],
+    /// Objects of the earlier and of the later visit.
+    pub changed: [Colour; 2],
     /// The path that the robot has walked.
     pub trajectory: Colour,
     /// The path ahead, goal and selection.

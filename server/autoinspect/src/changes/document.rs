@@ -1,9 +1,13 @@
 //! The result of `autoinspect changes` as JSON and as text.
 
+use crate::failure::Failure;
 use crate::texts;
-use changes::{Change, Changes, UprightBox};
+use changes::{Change, Changes, ObservedChange, UprightBox};
 use geometry::Isometry;
 use serde::{Deserialize, Serialize};
+use site_model::{OrientedBox, SceneChange, SceneChangeKind};
+use std::fs;
+use std::path::Path;
 
 /// What changed, in the frame of the map of both visits.
 #[derive(Debug, Serialize, Deserialize)]
@@ -46,7 +50,7 @@ impl Kind {
 }
 
 /// A box that stands upright.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Place {
     pub centre_m: [f64; 3],
     pub size_m: [f64; 3],
@@ -59,9 +63,55 @@ impl Place {
         let centre_m = frame_from_boxes * nalgebra::Point3::from(place.centre_m);
         Self { centre_m: centre_m.coords.into(), size_m: place.size_m, yaw_rad: place.yaw_rad }
     }
+
+    fn of_box(place: &OrientedBox) -> Self {
+        Self { centre_m: place.centre_m.to_array(), size_m: place.size_m, yaw_rad: place.yaw_rad }
+    }
+
+    /// The same box.
+    fn upright_box(&self) -> UprightBox {
+        UprightBox { centre_m: self.centre_m.into(), size_m: self.size_m, yaw_rad: self.yaw_rad }
+    }
 }
 
 impl Document {
+    /// Reads a document.
+    ///
+    /// # Errors
+    /// When the file cannot be read or is none.
+    pub fn read(path: &Path) -> Result<Self, Failure> {
+        let text = fs::read(path)
+            .map_err(|error| Failure::usage(texts::could_not_be_read(path, &error.to_string())))?;
+        serde_json::from_slice(&text).map_err(|error| Failure::usage(texts::unreadable_input(path, &error)))
+    }
+
+    /// The document of changes of a site.
+    pub fn of_scene(changes: &[SceneChange]) -> Self {
+        let object = |(id, change): (usize, &SceneChange)| {
+            let (kind, from) = match change.kind {
+                SceneChangeKind::Appeared => (Kind::Appeared, None),
+                SceneChangeKind::Removed => (Kind::Removed, None),
+                SceneChangeKind::Moved { from } => (Kind::Moved, Some(Place::of_box(&from))),
+            };
+            let (place, points) = (Place::of_box(&change.place), change.points as usize);
+            Object { id, kind, place, points, confidence: change.confidence, from }
+        };
+        Self { objects: (1..).zip(changes).map(object).collect() }
+    }
+
+    /// Its changes.
+    pub fn observed(&self) -> Vec<ObservedChange> {
+        let observed = |object: &Object| {
+            let change = match (object.kind, &object.from) {
+                (Kind::Appeared, _) => Change::Appeared,
+                (Kind::Moved, Some(from)) => Change::Moved { from: from.upright_box() },
+                (Kind::Removed | Kind::Moved, _) => Change::Removed,
+            };
+            ObservedChange { change, place: object.place.upright_box() }
+        };
+        self.objects.iter().map(observed).collect()
+    }
+
     /// The document of changes, in their own frame.
     pub fn new(changes: &Changes) -> Self {
         Self::in_frame(changes, &Isometry::identity())

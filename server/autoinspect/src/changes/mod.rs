@@ -5,7 +5,7 @@ mod document;
 mod run_visits;
 mod texts;
 mod view;
-mod visits;
+pub mod visits;
 
 use crate::failure::Failure;
 use crate::limited_command::LimitedCommand;

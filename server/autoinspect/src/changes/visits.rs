@@ -38,6 +38,11 @@ pub fn read_both(before: &Path, after: &Path) -> Result<[Visit; 2], Failure> {
     }
 }
 
+/// Reads a visit that is in the frame of a map: a run that was localised in it, or what somebody has brought into its frame.
+pub fn read_after(path: &Path, map: MapId) -> Result<Visit, Failure> {
+    if is_run_clouds_folder(path) { run_visits::of_run(path, map) } else { read(path) }
+}
+
 /// The map in the folder `path`, with which the run in `run` is compared.
 fn map_of(path: &Path, run: &Path) -> Result<MapId, Failure> {
     if !is_map(path) {

@@ -2,25 +2,28 @@
 
 mod check;
 mod distance_trigger;
-mod version;
+mod revisits;
 
 use crate::failure::Failure;
 use crate::inputs::{self, InputArgs, InputReader};
 use crate::localise::offline_localiser::OfflineLocaliser;
+use crate::map_version::{
+    ChangeCounts, Fitness, NewVersion, RegressionConfig, find_regression, write_version,
+};
 use crate::{map, output, summaries, texts};
-use check::{Fitness, RegressionConfig, find_regression, measure_fitness};
+use check::measure_fitness;
 use clap::Args;
 use distance_trigger::DistanceTrigger;
 use geometry::{Isometry, isometry_from_pose};
 use mapping::map_changes::{MapChangesConfig, RevisitScan};
 use messages::CorrectedScan;
 use points::Downsampler;
+use revisits::Revisits;
 use serde::Serialize;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use store::SavedMap;
-use version::{ChangeCounts, write_version};
 use vocab::MapId;
 
 /// Make a new version of a map with the changes that later recordings show: racks removed or moved, new walls, open doors.
@@ -86,7 +89,9 @@ pub fn run(args: &PatchArgs) -> Result<(), Failure> {
     }
     map::prepare(&args.out)?;
     let name = args.name.as_deref().unwrap_or(&saved.summary.name);
-    let (files, changes) = write_version(&saved, &scans, &args.out, name)?;
+    let coordinates = scans.iter().flat_map(|scan| scan.map_from_base.translation.vector.data.0[0]);
+    let version = NewVersion::new(&saved, name, saved.summary.created, coordinates);
+    let (files, changes) = write_version(&saved, &mut Revisits::new(&saved, &scans), &version, &args.out)?;
     let compared = compare_versions(args);
     if compared.is_err() {
         fs::remove_dir_all(&args.out).map_err(Failure::failed)?;

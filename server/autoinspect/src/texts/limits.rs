@@ -24,6 +24,7 @@ fn limited_command(command: LimitedCommand) -> (&'static str, &'static str) {
         ),
         LimitedCommand::Align => ("the alignment", ""),
         LimitedCommand::Changes => ("the comparison", ""),
+        LimitedCommand::MakeNormal => ("the new version of the map", ""),
     }
 }
 
@@ -50,7 +51,9 @@ pub fn limited_command_ended(command: LimitedCommand, status: &dyn Display) -> S
         LimitedCommand::Import => {
             "the file is damaged in a way that this program does not expect; export it again"
         }
-        LimitedCommand::Align => "a map is damaged in a way that this program does not expect; make it again",
+        LimitedCommand::Align | LimitedCommand::MakeNormal => {
+            "a map is damaged in a way that this program does not expect; make it again"
+        }
         LimitedCommand::Changes => {
             "a visit is damaged in a way that this program does not expect; compare others"
         }
@@ -74,6 +77,11 @@ pub const ALIGN_OUT_OF_TIME: &str =
 pub const COMPARISON_OUT_OF_MEMORY: &str = "It needs more memory than a comparison may take on the robot. Compare the clouds of the runs on another computer with autoinspect changes.";
 
 pub const COMPARISON_OUT_OF_TIME: &str = "It needs more time than a comparison may take on the robot. Compare the clouds of the runs on another computer with autoinspect changes.";
+
+/// The same of a new version of a map.
+pub const MAKE_NORMAL_OUT_OF_MEMORY: &str = "It needs more memory than a new version of a map may take on the robot. Make it on another computer with autoinspect make-normal.";
+
+pub const MAKE_NORMAL_OUT_OF_TIME: &str = "It needs more time than a new version of a map may take on the robot. Make it on another computer with autoinspect make-normal.";
 
 /// A comparison whose outcome cannot be read.
 pub fn comparison_not_read(error: &dyn Display) -> String {

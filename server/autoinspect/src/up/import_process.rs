@@ -1,21 +1,32 @@
 //! Runs imports in a separate process, so that broken or very large files cannot harm the core.
 
 use super::child_complaint::complaint;
+use crate::changes::Document;
 use crate::limited_command::LimitedCommand;
 use crate::process_limits::{Limit, WITHIN_LIMITS, limit_reached};
 use crate::texts;
 use api::ImportStage;
 use ports::MapImporter;
 use serde::Deserialize;
+use site_model::SceneChange;
 use std::ffi::OsString;
+use std::fs;
 use std::io::{BufRead, BufReader};
 use std::ops::ControlFlow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::thread;
 use vocab::Vec3;
 
-/// Runs `autoinspect import` and `autoinspect align`.
+/// Limits on the robot.
+struct ImportProcessConfig {
+    /// Most memory of a new version of a map, MB. Its scans are compared with both versions. Chosen: as a comparison of visits.
+    make_normal_memory_mb: u32,
+}
+
+const CONFIG: ImportProcessConfig = ImportProcessConfig { make_normal_memory_mb: 1024 };
+
+/// Runs `autoinspect import`, `align` and `make-normal`.
 pub struct ImportProcess;
 
 /// A line of progress that the import prints.
@@ -67,6 +78,33 @@ impl MapImporter for ImportProcess {
         let named = [(map, texts::ALIGNED_MAP), (onto, texts::OTHER_MAP)];
         run(Some(LimitedCommand::Align), &arguments, &named, progress)
     }
+
+    fn make_normal(
+        &self,
+        map: &Path,
+        after: &[PathBuf],
+        changes: &[SceneChange],
+        name: &str,
+        out: &Path,
+        progress: &mut dyn FnMut(ImportStage, f32) -> ControlFlow<()>,
+    ) -> Result<(), String> {
+        let file = out.with_extension("changes.json");
+        let written = serde_json::to_vec(&Document::of_scene(changes))
+            .map_err(std::io::Error::other)
+            .and_then(|text| fs::write(&file, text));
+        written.map_err(|error| texts::import_not_started(&error))?;
+        let mut arguments: Vec<OsString> =
+            vec!["make-normal".into(), WITHIN_LIMITS.into(), format!("--name={name}").into()];
+        arguments.extend([format!("--max-memory={}", CONFIG.make_normal_memory_mb).into()]);
+        arguments.extend(["--out".into(), out.into(), "--map".into(), map.into()]);
+        arguments.extend(["--changes".into(), (&file).into(), "--background".into(), "--".into()]);
+        arguments.extend(after.iter().map(Into::into));
+        let named = [(map, texts::ALIGNED_MAP)];
+        let made = run(Some(LimitedCommand::MakeNormal), &arguments, &named, progress);
+        // A file that cannot be removed is small, and nothing reads it.
+        let _ = fs::remove_file(&file);
+        made
+    }
 }
 
 /// Runs this program with other arguments until it ends or is cancelled. `command` says whose limits it has. Paths in its errors are replaced by the names given here.
@@ -105,6 +143,12 @@ pub(super) fn run(
                 texts::COMPARISON_OUT_OF_MEMORY.to_owned()
             }
             (Some(Limit::Time), Some(LimitedCommand::Changes)) => texts::COMPARISON_OUT_OF_TIME.to_owned(),
+            (Some(Limit::Memory), Some(LimitedCommand::MakeNormal)) => {
+                texts::MAKE_NORMAL_OUT_OF_MEMORY.to_owned()
+            }
+            (Some(Limit::Time), Some(LimitedCommand::MakeNormal)) => {
+                texts::MAKE_NORMAL_OUT_OF_TIME.to_owned()
+            }
             (None, _) | (_, None) => named
                 .iter()
                 .fold(complaint, |text, (path, name)| text.replace(&path.display().to_string(), name)),

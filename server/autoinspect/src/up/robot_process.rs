@@ -22,10 +22,15 @@ struct RobotProcessConfig {
     in_use_timeout: Duration,
     /// Pause between two attempts. Chosen: nobody notices it.
     retry_pause: Duration,
+    /// Share of the furniture that is moved or removed on another day. Chosen: as `autoinspect sim record`.
+    moved_share: f64,
 }
 
-const CONFIG: RobotProcessConfig =
-    RobotProcessConfig { in_use_timeout: Duration::from_secs(3), retry_pause: Duration::from_millis(50) };
+const CONFIG: RobotProcessConfig = RobotProcessConfig {
+    in_use_timeout: Duration::from_secs(3),
+    retry_pause: Duration::from_millis(50),
+    moved_share: 0.25,
+};
 
 /// Arguments of the simulated robot's process.
 #[derive(Args, Debug)]
@@ -53,7 +58,10 @@ pub fn run_robot(args: &SimulatedRobotArgs) -> Result<(), Failure> {
     let RobotName::Sim(source) = &args.robot.robot else {
         return Err(Failure::usage(texts::ONLY_SITES_ARE_SIMULATED));
     };
-    let site = source.load().map_err(Failure::usage)?;
+    let mut site = source.load().map_err(Failure::usage)?;
+    if let Some(day) = args.robot.day {
+        site = Arc::new(site.on_another_day(day, CONFIG.moved_share));
+    }
     let since = Instant::now();
     let robot = loop {
         let sim = SimConfig {

@@ -12,6 +12,7 @@ mod gauges;
 mod import;
 mod interrupted_sessions;
 mod localise;
+mod make_normal;
 mod managed_maps;
 mod merge;
 mod missions;

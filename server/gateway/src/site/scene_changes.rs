@@ -47,6 +47,7 @@ enum ReviewName {
     Acknowledged,
     Dismissed,
     Watched,
+    Normal,
 }
 
 impl KindName {
@@ -66,6 +67,7 @@ impl ReviewName {
             Self::Acknowledged => "acknowledged",
             Self::Dismissed => "dismissed",
             Self::Watched => "watched",
+            Self::Normal => "normal",
         }
     }
 }
@@ -99,7 +101,7 @@ fn parse_position(text: &str) -> Option<Position> {
         ("limit" = Option<u32>, Query, description = "Changes wanted; 100 at most, and if left out"),
         ("after" = Option<String>, Query, description = "Only changes after this one: `next` of the page before"),
         ("kind" = Option<String>, Query, description = "Only those of this kind: appeared, removed or moved"),
-        ("review" = Option<String>, Query, description = "Only those on which people have decided so: new, acknowledged, dismissed or watched"),
+        ("review" = Option<String>, Query, description = "Only those on which people have decided so: new, acknowledged, dismissed, watched or normal"),
         ("min_size_m" = Option<f64>, Query, description = "Only those with a side of at least this length, metres"),
         ("map" = Option<String>, Query, format = Uuid, description = "Only those in this map"),
         ("from_ns" = Option<i64>, Query, description = "Only those that were seen at this time or later, nanoseconds since 1970 UTC"),

@@ -1,6 +1,8 @@
 //! The whole path of an import: from a client's command to the importer, and back.
 
 use super::*;
+use site_model::SceneChange;
+use std::path::PathBuf;
 
 /// Reads the file "Endless" until it is cancelled, and fails on every other file.
 struct FakeImporter;
@@ -34,6 +36,18 @@ impl MapImporter for FakeImporter {
     ) -> Result<(), String> {
         assert!(maps.iter().all(|map| map.exists()));
         Err(format!("{name} cannot be aligned by {} pairs.", pairs.len()))
+    }
+
+    fn make_normal(
+        &self,
+        _map: &Path,
+        _after: &[PathBuf],
+        changes: &[SceneChange],
+        name: &str,
+        _out: &Path,
+        _progress: &mut dyn FnMut(ImportStage, f32) -> ControlFlow<()>,
+    ) -> Result<(), String> {
+        Err(format!("{name} cannot be made of {} changes.", changes.len()))
     }
 }
 

@@ -84,7 +84,7 @@ fn removals(site: &Site, new: usize, edit: &Edit, config: &SiteChangesConfig) ->
         return Vec::new();
     }
     let is_decided = |change: &&SceneChange| match change.review {
-        ReviewState::Acknowledged | ReviewState::Dismissed { .. } => true,
+        ReviewState::Acknowledged | ReviewState::Dismissed { .. } | ReviewState::Normal { .. } => true,
         ReviewState::New | ReviewState::Watched => false,
     };
     let is_kept = |id: ObjectId| edit.changes.iter().any(|change| change.object_id() == id);

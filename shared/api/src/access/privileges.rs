@@ -69,7 +69,8 @@ pub fn command_privilege(command: &Command) -> Privilege {
         | Command::RestoreMap(_)
         | Command::DeleteUpload(_)
         | Command::GenerateTopomap { .. }
-        | Command::MakeExample { .. } => OPERATOR,
+        | Command::MakeExample { .. }
+        | Command::MakeNormal { .. } => OPERATOR,
         Command::Mission(kind) => match kind {
             MissionCommandKind::Start { .. }
             | MissionCommandKind::Pause(_)

@@ -89,6 +89,11 @@ pub fn commands() -> Vec<Command> {
         Command::DeleteUpload(UPLOAD),
         Command::GenerateTopomap { map: MAP, edit: site::EDIT },
         Command::MakeExample { upload: UPLOAD, time_zone: name() },
+        Command::MakeNormal {
+            upload: UPLOAD,
+            name: name(),
+            changes: vec![site_model::SceneChangeId(Uuid::from_u128(20))],
+        },
     ]
     .into_iter()
     .chain(site::mission_commands().map(Command::Mission))

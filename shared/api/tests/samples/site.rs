@@ -196,6 +196,11 @@ fn objects() -> Vec<Object> {
             ReviewState::Dismissed { reason: name() },
         ),
         scene_change(SceneChangeKind::Appeared, EarlierVisit::Run(RUN), ReviewState::Watched),
+        scene_change(
+            SceneChangeKind::Appeared,
+            EarlierVisit::Run(RUN),
+            ReviewState::Normal { map: MapId(ID) },
+        ),
         Object::Asset(Asset { id: AssetId(ID), name: name(), tags: [name()].into() }),
         Object::InspectionPoint(InspectionPoint {
             id: InspectionPointId(ID),

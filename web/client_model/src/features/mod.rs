@@ -23,6 +23,7 @@
 
 pub(crate) mod account;
 pub(crate) mod alignment;
+pub(crate) mod changes_view;
 pub(crate) mod commands;
 pub(crate) mod connection;
 pub(crate) mod control;
@@ -138,6 +139,8 @@ model_of! {
     loops: loops::Loops,
     /// The documents of the site.
     site: site::SiteFeature,
+    /// How changes of the scene are shown.
+    changes_view: changes_view::ChangesView,
     /// The mission that is edited.
     missions: missions::MissionEditor,
     /// Runs of missions.

@@ -87,6 +87,14 @@ impl Renderer {
             let (tile, map_from_scan) = compared.as_ref()?;
             Some(tile.draw_call(sizes, map_from_scan, scan_spacing, unit_range(colour), view, projection))
         });
+        let changed = self.changed.iter().zip(view.palette.changed).zip([-1.0, 1.0]);
+        let changed = changed.filter_map(|((tile, colour), side)| {
+            let (tile, tint) = (tile.as_ref()?, unit_range(colour));
+            let mut call = tile.draw_call(sizes, &DAffine3::IDENTITY, scan_spacing, tint, view, projection);
+            call.uniforms.kind.z =
+                view.options.wipe.map_or(0.0, |share| side * (1.0 + share.clamp(0.0, 1.0)));
+            Some(call)
+        });
         let robot = self.overlay.robot.filter(|robot| {
             self.overlay_pipelines.is_some()
                 && robot.is_finite()
@@ -111,7 +119,7 @@ impl Renderer {
                 max_radius_px: 0.0,
             }
         });
-        tiles.chain(live).chain(compared).chain(robot).collect()
+        tiles.chain(live).chain(compared).chain(changed).chain(robot).collect()
     }
 
     /// Draws points as single pixels and meshes as triangles, into colour and packed depth.

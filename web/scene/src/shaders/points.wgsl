@@ -16,6 +16,12 @@ fn vs_points(@location(0) point: vec4<u32>) -> Point {
     if clipped && draw.kind.w > 0.5 {
         out.clip = vec4<f32>(2.0, 2.0, 2.0, 1.0);
     }
+    // Of two clouds that are wiped, the earlier one is drawn left of a line across the image and the later one right of it.
+    let side = draw.kind.z;
+    let across = 0.5 + 0.5 * out.clip.x / max(out.clip.w, 0.001);
+    if (side < -0.5 && across > -side - 1.0) || (side > 0.5 && across < side - 1.0) {
+        out.clip = vec4<f32>(2.0, 2.0, 2.0, 1.0);
+    }
     let depth = max(out.clip.w, 0.001);
     // The same formula as `PointSizeConfig::radius_px` in uniforms.rs.
     let radius = draw.kind.x * frame.camera.w / depth * frame.style.x;

@@ -360,6 +360,41 @@ fn compared_scans_have_their_own_colours_and_the_map_can_be_hidden() {
 }
 
 #[test]
+fn objects_of_two_visits_are_wiped_at_a_line_across_the_picture() {
+    for gpu in TestGpu::all() {
+        let mut renderer = gpu.renderer();
+        // A wall across the picture, of both visits; the later one is nearer.
+        let [earlier, later] = [0.0, -0.5].map(|x| {
+            let place = |i: u32| DVec3::new(x, f64::from(i % 200) * 0.02, f64::from(i / 200) * 0.02);
+            TestTile::new(&(0..20_000).map(place).collect::<Vec<_>>(), 0.02)
+        });
+        renderer.set_changed([Some(&earlier.block()), Some(&later.block())]);
+        let camera = CameraPose { target: DVec3::new(0.0, 2.0, 1.0), yaw: 0.0, pitch: 0.0, distance: 6.0 };
+        let mut view = View { options: Options { map: false, ..Options::default() }, ..view(camera, SIZE) };
+        view.options.edl = 0.0;
+        let middle = DVec2::new(f64::from(SIZE[0]), f64::from(SIZE[1])) / 2.0;
+        let [before, after] = palette().changed;
+        for (wipe, left, right) in
+            [(Some(0.5), before, after), (None, after, after), (Some(1.0), before, before)]
+        {
+            view.options.wipe = wipe;
+            let picture = gpu.render(&mut renderer, &view, "changed");
+            for (side, colour) in [(-12.0, left), (12.0, right)] {
+                let seen = picture.at(middle + DVec2::new(side, 0.0));
+                assert!(
+                    !differs(seen, [colour[0], colour[1], colour[2]], 4),
+                    "{} {wipe:?} {side}: {seen:?}",
+                    gpu.name
+                );
+            }
+        }
+        renderer.set_changed([None, None]);
+        gpu.render(&mut renderer, &view, "changed-no-more");
+        assert_eq!(renderer.statistics().points, 0, "{}", gpu.name);
+    }
+}
+
+#[test]
 fn nodes_take_the_uncertain_colour_by_their_uncertainty() {
     for gpu in TestGpu::all() {
         let mut renderer = gpu.renderer();

@@ -19,6 +19,7 @@ mod graph_edits;
 mod group_edits;
 mod inspection_edits;
 mod monitor_edits;
+mod new_normal;
 mod pending;
 mod plan_file;
 mod topomap_generation;
@@ -374,6 +375,7 @@ impl Feature for SiteFeature {
                 self.topomap.wait_for(edit);
                 cx.send(api::Command::GenerateTopomap { map: *map, edit });
             }
+            ClientCommand::MakeNormal(changes) => self.make_normal(changes, cx),
             ClientCommand::DismissTopomapResult => self.topomap.dismiss(),
             ClientCommand::UseGraphTool(Some(tool)) => {
                 cx.shared.selected.enter(PointerMode::EditGraph(*tool));

@@ -400,3 +400,44 @@ fn an_inspection_point_is_looked_at_from_the_best_node_and_its_target_is_moved()
     client.command(ClientCommand::Undo);
     assert!(shown(&client).is_empty());
 }
+
+#[test]
+fn changes_of_one_map_are_asked_to_be_normal_in_a_version_of_it() {
+    let mut robot = Robot::default();
+    let maps = [3, 4].map(|number| vocab::MapId(Uuid::from_u128(number)));
+    for (number, map) in [(1, maps[0]), (2, maps[0]), (3, maps[1])] {
+        let change = site_model::SceneChange {
+            id: site_model::SceneChangeId(Uuid::from_u128(number)),
+            map,
+            kind: site_model::SceneChangeKind::Removed,
+            place: site_model::OrientedBox {
+                centre_m: vocab::Vec3::default(),
+                size_m: [1.0; 3],
+                yaw_rad: 0.0,
+            },
+            points: 100,
+            confidence: 0.9,
+            before: site_model::EarlierVisit::Map(map),
+            after: site_model::RunId(Uuid::from_u128(9)),
+            first_seen: site_model::Utc(0),
+            last_seen: site_model::Utc(0),
+            times_seen: 1,
+            review: site_model::ReviewState::New,
+            comment: String::new(),
+            clouds: None,
+        };
+        let put = Change::Put { base: None, object: Object::SceneChange(change) };
+        robot.apply(
+            &Edit { id: site_model::EditId(Uuid::from_u128(50 + number)), changes: vec![put] },
+            crate::testing::ME,
+        );
+    }
+    let mut client = TestClient::with_site(&robot);
+    let ids = [1, 2, 3].map(|number| site_model::SceneChangeId(Uuid::from_u128(number)));
+    client.command(ClientCommand::MakeNormal(ids.to_vec()));
+    let asked = client.take_commands();
+    let [api::Command::MakeNormal { name, changes, .. }] = &asked[..] else { panic!("{asked:?}") };
+    assert_eq!(changes[..], ids[..2], "only those of one map");
+    assert!(name.ends_with(", new normal"), "{name}");
+    assert_eq!(crate::texts::normal_map_name("Hall, new normal"), "Hall, new normal");
+}

@@ -6,11 +6,13 @@ mod texts;
 
 use crate::button::Button;
 use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
+use crate::features::imports;
 use crate::name_field::NameField;
 use crate::select::{select, show_caption};
 use crate::widgets::{self, fact};
-use crate::{format, icon, screens};
-use client_model::{CameraMove, ClientCommand, SiteEdit};
+use crate::{format, icon, screens, theme};
+use api::{Command, Import};
+use client_model::{CameraMove, ClientCommand, ShownChanges, SiteEdit};
 use egui::Ui;
 use site_model::{
     Object, ObjectId, ReviewState, SceneChange, SceneChangeId, SceneChangeKind, Utc, Zone, ZoneId,
@@ -23,6 +25,8 @@ const CHANGES: Tab = Tab { screen: screens::RUNS, name: texts::TAB, scrolls: tru
 const MAX_ROWS: usize = 100;
 /// Least longest sides of the filter by size, metres.
 const MIN_SIZES_M: [f64; 3] = [0.0, 0.3, 1.0];
+/// Place of the filter by state that shows acknowledged changes.
+const ACKNOWLEDGED: usize = 1;
 /// Greatest ages of the filter by age, seconds: any, a day, a week.
 const MAX_AGES_S: [f64; 3] = [f64::INFINITY, 86_400.0, 7.0 * 86_400.0];
 
@@ -49,6 +53,7 @@ impl FeaturePanel for ChangesPanel {
 
     fn show_section(&mut self, _tab: Tab, ui: &mut Ui, cx: &mut PanelContext<'_>) {
         let tokens = cx.tokens;
+        show_scene_choice(ui, cx);
         widgets::section_head(ui, tokens, texts::HEAD);
         widgets::choice(ui, tokens, &texts::REVIEWS, self.review, |on| self.review = on);
         widgets::choice(ui, tokens, &texts::KINDS, self.kind, |on| self.kind = on);
@@ -63,6 +68,20 @@ impl FeaturePanel for ChangesPanel {
         changes.sort_by_key(|change| (-change.last_seen.0, change.id));
         if changes.is_empty() {
             widgets::remark(ui, tokens, texts::EMPTY);
+        }
+        imports::show_on_robot(ui, cx);
+        if self.review == ACKNOWLEDGED {
+            let acknowledged: Vec<&SceneChange> = changes
+                .iter()
+                .copied()
+                .filter(|change| change.review == ReviewState::Acknowledged)
+                .take(api::MAX_ACCEPTED_CHANGES)
+                .collect();
+            if let Some(map) = acknowledged.first().map(|change| change.map) {
+                let of_map = acknowledged.iter().filter(|change| change.map == map).map(|change| change.id);
+                let of_map: Vec<SceneChangeId> = of_map.collect();
+                offer_normal(ui, cx, &texts::make_all_normal(of_map.len()), of_map);
+            }
         }
         for change in changes.into_iter().take(MAX_ROWS) {
             let is_open = self.open == Some(change.id);
@@ -108,7 +127,8 @@ impl ChangesPanel {
         };
         let is_of_state = match self.review {
             0 => change.review == ReviewState::New,
-            1 => change.review == ReviewState::Watched,
+            ACKNOWLEDGED => change.review == ReviewState::Acknowledged,
+            2 => change.review == ReviewState::Watched,
             _ => true,
         };
         is_of_state
@@ -140,6 +160,9 @@ impl ChangesPanel {
                 decided = Some(SceneChange { review, ..change.clone() });
             }
         }
+        if !matches!(change.review, ReviewState::Normal { .. }) {
+            offer_normal(ui, cx, texts::MAKE_NORMAL, vec![change.id]);
+        }
         let object = ObjectId::SceneChange(change.id);
         show_caption(ui, tokens, texts::REASON_FIELD.field);
         if let Some(reason) = self.reason.show(ui, cx, &texts::REASON_FIELD, object, "") {
@@ -153,6 +176,43 @@ impl ChangesPanel {
             let put = vec![Object::SceneChange(decided)];
             cx.commands.push(ClientCommand::EditSite(SiteEdit { put, removed: Vec::new() }));
         }
+    }
+}
+
+/// Whose objects are shown in the scene.
+fn show_scene_choice(ui: &mut Ui, cx: &mut PanelContext<'_>) {
+    let (tokens, shown) = (cx.tokens, cx.model.changes_view.shown());
+    let on = match shown {
+        ShownChanges::Both => 0,
+        ShownChanges::Before => 1,
+        ShownChanges::After => 2,
+        ShownChanges::Wipe(_) => 3,
+    };
+    let mut show = |shown| cx.commands.push(ClientCommand::ShowChanges(shown));
+    widgets::choice(ui, tokens, &texts::SHOWN, on, |on| {
+        show([ShownChanges::Both, ShownChanges::Before, ShownChanges::After, ShownChanges::Wipe(0.5)][on]);
+    });
+    if let ShownChanges::Wipe(mut share) = shown {
+        ui.spacing_mut().slider_width = ui.available_width();
+        ui.spacing_mut().interact_size.y = theme::TOUCH;
+        let response = ui.add(egui::Slider::new(&mut share, 0.0..=1.0).show_value(false));
+        ui.ctx().accesskit_node_builder(response.id, |node| node.set_label(texts::WIPE));
+        if response.changed() {
+            show(ShownChanges::Wipe(share));
+        }
+    }
+    widgets::remark(ui, tokens, texts::SHOWN_HINT);
+}
+
+/// The button that makes changes normal.
+fn offer_normal(ui: &mut Ui, cx: &mut PanelContext<'_>, name: &str, changes: Vec<SceneChangeId>) {
+    let model = cx.model;
+    let is_asked = model.is_pending(|command| matches!(command, Command::MakeNormal { .. }));
+    let is_busy = matches!(model.imports.import(), Import::Running { .. });
+    let enabled = model.is_connected() && !is_asked && !is_busy;
+    let button = Button::new(name).icon(icon::MAP_TRIFOLD).enabled(enabled).hint(texts::NORMAL_HINT);
+    if button.wide(ui).show(ui, cx.tokens).clicked() {
+        cx.commands.push(ClientCommand::MakeNormal(changes));
     }
 }
 

@@ -4,7 +4,7 @@ use crate::page_clock::PageClock;
 use crate::screens;
 use crate::test_support::{TestClient, click};
 use api::{Event, SiteParts, SiteState};
-use client_model::ClientCommand;
+use client_model::{ClientCommand, ShownChanges};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use site_model::{
@@ -128,4 +128,42 @@ fn the_list_is_filtered_by_state_kind_size_age_and_zone() {
 #[test]
 fn what_is_not_certain_never_reads_as_certain() {
     assert_eq!([0.5, 0.99, 0.998].map(super::texts::confidence), ["50 %", "99 %", "over 99 %"]);
+}
+
+#[test]
+fn one_change_or_all_acknowledged_ones_are_made_normal() {
+    let mut harness = shown();
+    press(&mut harness, APPEARED);
+    click(&mut harness, "Make normal");
+    let [appeared, removed] = [1, 2].map(|number| SceneChangeId(Uuid::from_u128(number)));
+    assert!(harness.state().emitted(&ClientCommand::MakeNormal(vec![appeared])));
+    // Only one version is made at a time.
+    press(&mut harness, "Acknowledge");
+    click(&mut harness, "Make normal");
+    assert!(!harness.state().emitted(&ClientCommand::MakeNormal(vec![appeared])));
+
+    let mut harness = shown();
+    press(&mut harness, APPEARED);
+    press(&mut harness, "Acknowledge");
+    press(&mut harness, REMOVED);
+    press(&mut harness, "Acknowledge");
+    press(&mut harness, "Acknowledged");
+    click(&mut harness, "Make 2 acknowledged changes normal");
+    assert!(harness.state().emitted(&ClientCommand::MakeNormal(vec![appeared, removed])));
+}
+
+#[test]
+fn the_scene_shows_one_visit_both_or_a_wipe() {
+    let mut harness = shown();
+    assert!(harness.query_by_label(super::texts::WIPE).is_none());
+    for (name, shown) in [
+        ("Before", ShownChanges::Before),
+        ("After", ShownChanges::After),
+        ("Wipe", ShownChanges::Wipe(0.5)),
+        ("Both visits", ShownChanges::Both),
+    ] {
+        press(&mut harness, name);
+        assert_eq!(harness.state().model.changes_view.shown(), shown);
+        assert_eq!(harness.query_by_label(super::texts::WIPE).is_some(), shown.wipe().is_some());
+    }
 }

@@ -9,7 +9,8 @@ pub(super) const HEAD: &str = "What has changed";
 pub(super) const EMPTY: &str =
     "Nothing here. After each run the robot compares what it saw with an earlier run, or with the map.";
 /// By which decision the list is filtered.
-pub(super) const REVIEWS: [(&str, usize); 3] = [("New", 0), ("Watched", 1), ("Any state", 2)];
+pub(super) const REVIEWS: [(&str, usize); 4] =
+    [("New", 0), ("Acknowledged", 1), ("Watched", 2), ("Any state", 3)];
 /// By which kind.
 pub(super) const KINDS: [(&str, usize); 4] = [("Any kind", 0), ("Appeared", 1), ("Removed", 2), ("Moved", 3)];
 /// By which size.
@@ -18,6 +19,11 @@ pub(super) const SIZES: [(&str, usize); 3] = [("Any size", 0), ("From 0.3 m", 1)
 pub(super) const AGES: [(&str, usize); 3] = [("Any age", 0), ("Last day", 1), ("Last week", 2)];
 pub(super) const ZONE: &str = "Zone";
 pub(super) const WHOLE_SITE: &str = "Whole site";
+/// Whose objects are shown in the scene.
+pub(super) const SHOWN: [(&str, usize); 4] = [("Both visits", 0), ("Before", 1), ("After", 2), ("Wipe", 3)];
+/// The slider of a wipe.
+pub(super) const WIPE: &str = "Wipe between before and after";
+pub(super) const SHOWN_HINT: &str = "Blue: there before, and gone now. Red: new.";
 pub(super) const PLACE: &str = "Middle";
 pub(super) const SIZE: &str = "Size";
 pub(super) const CONFIDENCE: &str = "Confidence";
@@ -27,6 +33,16 @@ pub(super) const STATE: &str = "State";
 pub(super) const SHOW: &str = "Show the place";
 pub(super) const ACKNOWLEDGE: &str = "Acknowledge";
 pub(super) const WATCH: &str = "Watch";
+pub(super) const MAKE_NORMAL: &str = "Make normal";
+pub(super) const NORMAL_HINT: &str = "Makes a new version of the map that shows the scene as it is now. Nodes and inspection points stay where they are, and the old version is kept.";
+
+/// The button for all acknowledged changes.
+pub(super) fn make_all_normal(count: usize) -> String {
+    match count {
+        1 => "Make the acknowledged change normal".to_owned(),
+        count => format!("Make {count} acknowledged changes normal"),
+    }
+}
 pub(super) const REASON_FIELD: NameFieldTexts =
     NameFieldTexts { field: "Reason to dismiss", rename: "Dismiss the change", rename_short: "Dismiss" };
 pub(super) const COMMENT_FIELD: NameFieldTexts =
@@ -58,5 +74,6 @@ pub(super) fn state(review: &ReviewState) -> String {
         ReviewState::Acknowledged => "acknowledged".to_owned(),
         ReviewState::Dismissed { reason } => format!("dismissed: {reason}"),
         ReviewState::Watched => "watched".to_owned(),
+        ReviewState::Normal { .. } => "normal in a newer version of the map".to_owned(),
     }
 }

@@ -18,14 +18,19 @@ pub(crate) fn show(ui: &mut Ui, cx: &mut PanelContext<'_>) {
     let model = cx.model;
     if let Some(upload) = model.imports.upload() {
         show_running(ui, cx, &texts::sending(&upload.file), upload.share);
-    } else if let Import::Running { name, stage, share, .. } = model.imports.import() {
-        show_running(ui, cx, &texts::stage(*stage, name), *share);
-    } else {
+    } else if !show_on_robot(ui, cx) {
         show_start(ui, cx);
     }
     for stored in model.imports.stored() {
         ui.push_id(stored.upload.0, |ui| show_stored(ui, cx, stored));
     }
+}
+
+/// The map that the robot makes now. Returns whether it makes any.
+pub(crate) fn show_on_robot(ui: &mut Ui, cx: &mut PanelContext<'_>) -> bool {
+    let Import::Running { name, stage, share, .. } = cx.model.imports.import() else { return false };
+    show_running(ui, cx, &texts::stage(*stage, name), *share);
+    true
 }
 
 /// A file that waits on the robot's computer: what it is, why no map was made of it, and what can be done.

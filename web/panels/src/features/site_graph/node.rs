@@ -9,6 +9,7 @@ use crate::heading::{heading_deg, orientation_of};
 use crate::icon;
 use crate::name_field::NameField;
 use crate::number_field::{NumberField, TypedNumber};
+use crate::property_fields::PropertyFields;
 use crate::tag_field::TagField;
 use crate::widgets;
 use client_model::{ClientCommand, Selection, SiteEdit};
@@ -32,6 +33,7 @@ const TOLERANCES: ToleranceLimitsConfig = ToleranceLimitsConfig { max_m: 5.0 };
 pub(super) struct NodeSection {
     name: NameField,
     tags: TagField,
+    properties: PropertyFields,
     dock_name: NameField,
     typed: TypedNumber,
 }
@@ -45,6 +47,10 @@ impl NodeSection {
         }
         if let Some(tags) = self.tags.show(ui, cx, ObjectId::Node(node.id), &node.tags) {
             change(cx, node, |node| node.tags = tags);
+        }
+        let object = ObjectId::Node(node.id);
+        if let Some(properties) = self.properties.show(ui, cx, object, &node.properties) {
+            change(cx, node, |node| node.properties = properties);
         }
         for kinds in texts::KINDS.chunks(2) {
             widgets::choice(ui, tokens, kinds, node.kind, |kind| change(cx, node, |node| node.kind = kind));

@@ -465,7 +465,7 @@ fn a_dock_gets_a_name_and_is_listed() {
 }
 
 #[test]
-fn a_node_gets_tags_and_an_area_in_which_the_robot_is_there() {
+fn a_node_gets_tags_properties_and_an_area_in_which_the_robot_is_there() {
     let mut harness = with_two_nodes().shown(1440.0, 2800.0);
     let node = |harness: &egui_kittest::Harness<'_, TestClient>| {
         let Some(Selection::Node(node)) = harness.state().model.selection() else { panic!("a node") };
@@ -473,6 +473,13 @@ fn a_node_gets_tags_and_an_area_in_which_the_robot_is_there() {
     };
     give(&mut harness, "Tags", "gate, south");
     assert_eq!(node(&harness).tags.len(), 2);
+    give(&mut harness, "New property", "owner: maintenance");
+    give(&mut harness, "New property", "no value");
+    assert_eq!(node(&harness).properties, [("owner".to_owned(), "maintenance".to_owned())].into());
+    give(&mut harness, "owner", "operations");
+    assert_eq!(node(&harness).properties["owner"], "operations");
+    give(&mut harness, "owner", "");
+    assert!(node(&harness).properties.is_empty());
     press(&mut harness, "In an area too");
     press(&mut harness, "More: 1: x (m)");
     assert!((node(&harness).influence_area_m[0][0] - 0.6).abs() < 1e-9);

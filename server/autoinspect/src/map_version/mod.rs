@@ -1,23 +1,23 @@
-//! Writes the files of a map's new version: the same graph, and clouds with the changes.
+//! Writes the files of a map's new version: the same graph, and clouds with the changes of a [`MapEdit`].
+
+mod regression;
 
 use crate::failure::Failure;
 use api::MapSummary;
 use geometry::{Isometry, Vector3};
-use mapping::map_changes::{
-    self, MapChangesConfig, OccupiedCells, RevisitScan, is_in_free_space, nearest_keyframe, removed_points,
-    transform_to_map,
-};
+use mapping::map_changes::{MapChangesConfig, is_in_free_space};
 use mapping::range_image::RangeImage;
 use messages::{Cloud, FinishedMap, Keyframe, RevisitCounts};
+pub use regression::{Fitness, RegressionConfig, find_regression};
 use serde::Serialize;
 use std::path::Path;
 use std::sync::Arc;
 use store::{
-    MapCloud, MapFileOptions, SavedMap, StoreError, TileFiles, copy_viewpoint_files, map_clouds_and_sensors,
-    write_map_files,
+    MapCloud, MapFileOptions, MapPoints, SavedMap, StoreError, TileFiles, copy_viewpoint_files,
+    map_clouds_and_sensors, write_map_files, write_map_files_of,
 };
 use uuid::Uuid;
-use vocab::{MapId, SessionId};
+use vocab::{MapId, SessionId, Stamp};
 
 /// Numbers of changes.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
@@ -34,39 +34,70 @@ pub struct ChangeCounts {
 
 /// A point at which the map had no surface.
 #[derive(Clone, Copy, Debug)]
-struct AddedPoint {
+pub struct AddedPoint {
     /// Position in the map, metres.
-    in_map: Vector3,
+    pub in_map: Vector3,
     /// Intensity, sensor units.
-    intensity: f32,
+    pub intensity: f32,
     /// Index of the keyframe nearest to the scan that saw it. This keyframe always contains it.
-    nearest_keyframe: usize,
+    pub nearest_keyframe: usize,
 }
 
-/// Writes the new version into the prepared folder `out`. `scans` are localised scans of later recordings. Cost: linear in the
-/// map's points, and in keyframes times added points.
+/// What a new version of a map has less and more.
+pub trait MapEdit {
+    /// Indices of the points of a cloud (frame of its keyframe, metres) that are gone.
+    fn removed(&self, map_from_keyframe: &Isometry, xyz: &[[f32; 3]]) -> Vec<u32>;
+
+    /// Takes note of the points of a cloud that stay.
+    fn keep(&mut self, map_from_keyframe: &Isometry, xyz: &[[f32; 3]]);
+
+    /// The points that are new. All points that stay are known.
+    fn added(&mut self) -> Vec<AddedPoint>;
+}
+
+/// A new version of a map.
+pub struct NewVersion<'a> {
+    /// Its id.
+    pub id: MapId,
+    /// Its name.
+    pub name: &'a str,
+    /// When what it shows was seen.
+    pub at: Stamp,
+}
+
+impl<'a> NewVersion<'a> {
+    /// A version of a map; the same numbers give the same id.
+    pub fn new(saved: &SavedMap, name: &'a str, at: Stamp, numbers: impl IntoIterator<Item = f64>) -> Self {
+        let of_map = saved.summary.id.0.as_u128();
+        let id =
+            numbers.into_iter().fold(of_map, |id, number| id.rotate_left(7) ^ u128::from(number.to_bits()));
+        Self { id: MapId(Uuid::from_u128(id)), name, at }
+    }
+}
+
+/// Writes the new version into the prepared folder `out`. Cost: that of the edit, linear in the map's points, and in keyframes times added points.
 ///
 /// # Errors
 /// When a cloud cannot be read or a file cannot be written.
 pub fn write_version(
     saved: &SavedMap,
-    scans: &[RevisitScan],
+    edit: &mut dyn MapEdit,
+    version: &NewVersion<'_>,
     out: &Path,
-    name: &str,
 ) -> Result<(MapSummary, ChangeCounts), Failure> {
     let clouds = || map_clouds_and_sensors(&saved.path).map_err(Failure::usage);
     let pose_of = |cloud: &MapCloud| saved.poses[cloud.keyframe.0 as usize];
     let config = MapChangesConfig::default();
-    let (mut removed, mut occupied) = (Vec::new(), OccupiedCells::default());
+    let mut removed = Vec::new();
     for read in clouds()? {
         let (mut cloud, _) = read.map_err(Failure::usage)?;
         let pose = pose_of(&cloud);
-        let indices = removed_points(&pose, &cloud.xyz, scans, &config);
+        let indices = edit.removed(&pose, &cloud.xyz);
         cloud.drop_points(&indices);
-        cloud.xyz.iter().for_each(|point| occupied.insert(&transform_to_map(&pose, point)));
+        edit.keep(&pose, &cloud.xyz);
         removed.push(indices);
     }
-    let added_points = added_points(saved, scans, &mut occupied, &config);
+    let added_points = edit.added();
     let mut changes = ChangeCounts { added: added_points.len() as u64, ..ChangeCounts::default() };
     let out_clouds = out.join("clouds");
     let virtual_keyframes =
@@ -87,31 +118,27 @@ pub fn write_version(
             write_cloud(&out_clouds, saved, cloud, sensor).map_err(Failure::failed)?;
         }
     }
-    let finished = new_version(saved, scans, name);
+    let finished = finished_map(saved, version);
     let tiles = TileFiles::new(out.join("tiles"));
     let options = MapFileOptions { ply: true, has_pose_graph: saved.summary.has_pose_graph };
-    let files = write_map_files(out, &tiles, &finished, options).map_err(Failure::failed)?;
-    Ok((files.summary, changes))
+    let files = if saved.summary.has_pose_graph {
+        write_map_files(out, &tiles, &finished, options)
+    } else {
+        // The tiles of an imported map have all points, its clouds only a part.
+        let points = edited_points(saved, edit, &added_points)?;
+        write_map_files_of(out, &tiles, &finished, options, points)
+    };
+    Ok((files.map_err(Failure::failed)?.summary, changes))
 }
 
-fn added_points(
-    saved: &SavedMap,
-    scans: &[RevisitScan],
-    occupied: &mut OccupiedCells,
-    config: &MapChangesConfig,
-) -> Vec<AddedPoint> {
-    let mut added_points = Vec::new();
-    for (index_of_scan, scan) in scans.iter().enumerate() {
-        let Some(keyframe) = nearest_keyframe(&scan.map_from_base, &saved.poses, config) else { continue };
-        added_points.extend(map_changes::added_points(scans, index_of_scan, occupied).into_iter().map(
-            |index| AddedPoint {
-                in_map: transform_to_map(&scan.map_from_base, &scan.xyz[index as usize]),
-                intensity: scan.intensity.get(index as usize).copied().unwrap_or(0.0),
-                nearest_keyframe: keyframe,
-            },
-        ));
-    }
-    added_points
+/// The points of the map's tiles, without those that are gone and with those that are new.
+fn edited_points(saved: &SavedMap, edit: &dyn MapEdit, added: &[AddedPoint]) -> Result<MapPoints, Failure> {
+    let mut points = MapPoints::from_tiles(&saved.path).map_err(Failure::usage)?;
+    let gone = edit.removed(&Isometry::identity(), &points.xyz);
+    points.drop_points(&gone);
+    points.xyz.extend(added.iter().map(|point| <[f32; 3]>::from(point.in_map.map(|c| c as f32))));
+    points.intensity.extend(added.iter().map(|point| point.intensity));
+    Ok(points)
 }
 
 /// Adds to a keyframe the points of the scans nearest to it, and the points in its free space.
@@ -147,17 +174,15 @@ fn write_cloud(clouds: &Path, saved: &SavedMap, cloud: MapCloud, lidar: [f32; 3]
     store::write_cloud(clouds, &keyframe)
 }
 
-/// The same graph as a new map. The same scans give the same id.
-fn new_version(saved: &SavedMap, scans: &[RevisitScan], name: &str) -> FinishedMap {
+/// The same graph as a new map.
+fn finished_map(saved: &SavedMap, version: &NewVersion<'_>) -> FinishedMap {
     let SavedMap { trajectory, decisions, summary, .. } = saved;
-    let coordinates = scans.iter().flat_map(|scan| scan.map_from_base.translation.vector.data.0[0]);
-    let id = coordinates.fold(summary.id.0.as_u128(), |id, c| id.rotate_left(7) ^ u128::from(c.to_bits()));
     FinishedMap {
-        map: MapId(Uuid::from_u128(id)),
-        name: name.to_owned(),
+        map: version.id,
+        name: version.name.to_owned(),
         session: SessionId(Uuid::nil()),
         extends: None,
-        at: summary.created,
+        at: version.at,
         distance_m: summary.distance_m,
         graph: Arc::new(saved.graph()),
         trajectory: trajectory.clone(),

@@ -1,0 +1,96 @@
+//! What has changed, in a real browser: a mission finds that furniture was moved since the site was mapped, an operator acknowledges a change and makes it normal, and the robot goes on in
+//! the new version of the map. Then the history of a gauge.
+
+mod nightly {
+    use crate::support::chromium::Chromium;
+    use crate::support::page::Page;
+    use crate::support::server::Server;
+    use crate::support::wait_for;
+    use serde_json::Value;
+    use std::time::Duration;
+
+    /// Longest wait for the example, and for a run of its mission.
+    const LONG_LIMIT: Duration = Duration::from_secs(600);
+    const LIMIT: Duration = Duration::from_secs(180);
+    /// A part of the walk: enough for some inspection points and their mission.
+    const SHORT: &str = "--example-minutes=2";
+
+    #[test]
+    fn a_change_that_a_mission_finds_is_acknowledged_and_made_normal() {
+        let Some(browser) = Chromium::start() else { return };
+        let data = tempfile::tempdir().unwrap();
+        let server = Server::start_with("b1", data.path(), &[SHORT]);
+        let mut page = browser.open(1440, 900);
+        page.go(&server.url());
+        page.click("button", "Explore the example");
+        wait_for("the mission of the example", LONG_LIMIT, || page.find("button", "Run now"));
+        let old_map = map_of_site(&mut page);
+        server.stop();
+
+        // The next day some of the furniture stands elsewhere.
+        let server = Server::start_with("b1", data.path(), &[SHORT, "--day=2"]);
+        page.go(&server.url());
+        page.click("button", "Missions");
+        assert_eq!(map_of_site(&mut page), old_map);
+        page.click("button", "Run now");
+        wait_for("the end of the run", LONG_LIMIT, || {
+            let runs = get(&mut page, "/api/v1/runs");
+            (runs["items"][0]["is_ended"] == true).then_some(())
+        });
+        let found = wait_for("what has changed", LIMIT, || {
+            let changes = get(&mut page, "/api/v1/scene-changes");
+            changes["items"].as_array().filter(|items| !items.is_empty()).cloned()
+        });
+
+        page.click("button", "Runs");
+        page.click("button", "Changes");
+        let row = row_containing(&mut page, " m · ");
+        page.click("button", &row);
+        page.click("button", "Show the place");
+        page.screenshot().save("changes-found-1440x900");
+        page.click("button", "Acknowledge");
+        page.click("button", "Acknowledged");
+        page.click("button", "Make the acknowledged change normal");
+        let normal = wait_for("the new version of the map", LONG_LIMIT, || {
+            let changes = get(&mut page, "/api/v1/scene-changes?review=normal");
+            changes["items"][0]["object"]["review"]["normal"]["map"].as_str().map(str::to_owned)
+        });
+        assert_ne!(normal, old_map);
+        wait_for("the robot to go on in the new version", LIMIT, || {
+            (map_of_site(&mut page) == normal).then_some(())
+        });
+        page.click("button", "Any state");
+        page.screenshot().save("changes-normal-1440x900");
+        // What is still open is a change of the new version.
+        let open = get(&mut page, &format!("/api/v1/scene-changes?map={normal}"));
+        assert_eq!(open["items"].as_array().map(Vec::len), Some(found.len() - 1), "{open}");
+        page.click("button", "Points");
+        let point = row_containing(&mut page, "auge");
+        page.click("button", &point);
+        page.control("slider", "Time line");
+        page.wait_for_pictures();
+        page.screenshot().save("changes-gauge-1440x900");
+        assert_eq!(page.errors(), Vec::<String>::new());
+        server.stop();
+    }
+
+    /// The map that the site follows: that in which the robot was localised last.
+    fn map_of_site(page: &mut Page) -> String {
+        wait_for("the robot to be localised", LIMIT, || {
+            let settings = get(page, "/api/v1/site/settings/main");
+            settings["map"].as_str().map(str::to_owned)
+        })
+    }
+
+    /// The name of the first row that contains this text.
+    fn row_containing(page: &mut Page, part: &str) -> String {
+        wait_for("a row of the list", LIMIT, || {
+            let buttons = page.all("button").into_iter().map(|(name, _)| name);
+            buttons.into_iter().find(|name| name.contains(part))
+        })
+    }
+
+    fn get(page: &mut Page, path: &str) -> Value {
+        page.evaluate(&format!("fetch('{path}').then(answer => answer.json())"))
+    }
+}
