@@ -55,7 +55,10 @@ impl FeaturePanel for ChangesPanel {
         let tokens = cx.tokens;
         show_scene_choice(ui, cx);
         widgets::section_head(ui, tokens, texts::HEAD);
-        widgets::choice(ui, tokens, &texts::REVIEWS, self.review, |on| self.review = on);
+        // Side by side they are wider than the card.
+        for reviews in texts::REVIEWS.chunks(2) {
+            widgets::choice(ui, tokens, reviews, self.review, |on| self.review = on);
+        }
         widgets::choice(ui, tokens, &texts::KINDS, self.kind, |on| self.kind = on);
         widgets::choice(ui, tokens, &texts::SIZES, self.size, |on| self.size = on);
         widgets::choice(ui, tokens, &texts::AGES, self.age, |on| self.age = on);
