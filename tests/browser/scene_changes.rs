@@ -5,7 +5,7 @@ mod nightly {
     use crate::support::chromium::Chromium;
     use crate::support::page::Page;
     use crate::support::server::Server;
-    use crate::support::wait_for;
+    use crate::support::{wait_for, workspace_root};
     use serde_json::Value;
     use std::time::Duration;
 
@@ -51,6 +51,13 @@ mod nightly {
         press_row(&mut page, " m · ");
         page.click("button", "Show the place");
         page.screenshot().save("changes-found-1440x900");
+        save_for_guide(&mut page, "changes-found");
+        page.click("button", "Wipe");
+        page.control("slider", "Wipe between before and after");
+        page.wait_for_pictures();
+        page.screenshot().save("changes-wipe-1440x900");
+        save_for_guide(&mut page, "changes-wipe");
+        page.click("button", "Both");
         page.click("button", "Acknowledge");
         page.click("button", "Acknowledged");
         page.click("button", "Make the acknowledged change normal");
@@ -101,6 +108,14 @@ mod nightly {
         });
         page.press(at);
         page.release(at);
+    }
+
+    /// With `AUTOINSPECT_GUIDE=1`, saves a picture of `docs/guide/changes.md`.
+    fn save_for_guide(page: &mut Page, name: &str) {
+        if std::env::var_os("AUTOINSPECT_GUIDE").is_some() {
+            let path = workspace_root().join(format!("docs/guide/images/{name}.webp"));
+            std::fs::write(path, page.guide_picture()).unwrap();
+        }
     }
 
     fn get(page: &mut Page, path: &str) -> Value {

@@ -160,7 +160,7 @@ fn the_scene_shows_one_visit_both_or_a_wipe() {
         ("Before", ShownChanges::Before),
         ("After", ShownChanges::After),
         ("Wipe", ShownChanges::Wipe(0.5)),
-        ("Both visits", ShownChanges::Both),
+        ("Both", ShownChanges::Both),
     ] {
         press(&mut harness, name);
         assert_eq!(harness.state().model.changes_view.shown(), shown);

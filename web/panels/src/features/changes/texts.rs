@@ -20,7 +20,7 @@ pub(super) const AGES: [(&str, usize); 3] = [("Any age", 0), ("Last day", 1), ("
 pub(super) const ZONE: &str = "Zone";
 pub(super) const WHOLE_SITE: &str = "Whole site";
 /// Whose objects are shown in the scene.
-pub(super) const SHOWN: [(&str, usize); 4] = [("Both visits", 0), ("Before", 1), ("After", 2), ("Wipe", 3)];
+pub(super) const SHOWN: [(&str, usize); 4] = [("Both", 0), ("Before", 1), ("After", 2), ("Wipe", 3)];
 /// The slider of a wipe.
 pub(super) const WIPE: &str = "Wipe between before and after";
 pub(super) const SHOWN_HINT: &str = "Blue: there before, and gone now. Red: new.";
