@@ -101,9 +101,20 @@ impl RobotArgs {
         .collect()
     }
 
-    /// The same for another robot.
+    /// The same for another robot, on the usual day.
     pub fn with_robot(&self, robot: RobotName) -> Self {
-        Self { robot, ..self.clone() }
+        Self { robot, day: None, ..self.clone() }
+    }
+
+    /// # Errors
+    /// On another day for a robot that is not simulated.
+    pub fn check(&self) -> Result<(), Failure> {
+        match self.robot {
+            RobotName::Replay(_) | RobotName::Socket(_) if self.day.is_some() => {
+                Err(Failure::usage(texts::ONLY_SITES_HAVE_DAYS))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Links to the robot. Waits until it listens; `None` after a request to stop.

@@ -4,7 +4,7 @@
 
 use messages::{LocalisationState, MappingState, Publication};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use vocab::{MapId, UploadId};
+use vocab::{ClientId, MapId, UploadId};
 
 /// What a map is used for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,6 +31,8 @@ struct State {
     extended: Option<MapId>,
     is_mapping: bool,
     is_on_run: bool,
+    /// Who has control of the robot.
+    controlled_by: Option<ClientId>,
     import: Option<RunningImport>,
 }
 
@@ -47,7 +49,7 @@ impl MapUsage {
         Self { state: Mutex::new(State { localised, ..State::default() }) }
     }
 
-    /// Follows the state of localisation, mapping and missions.
+    /// Follows the state of localisation, mapping, missions and control.
     pub fn update(&self, publication: &Publication) {
         match publication {
             Publication::Localisation(state) => {
@@ -69,6 +71,7 @@ impl MapUsage {
                     MappingState::Saving { .. } => state.extended,
                 };
             }
+            Publication::Control(control) => self.lock().controlled_by = control.owner,
             Publication::Missions(status) => self.lock().is_on_run = !status.runs.is_empty(),
             _ => {}
         }
@@ -108,6 +111,11 @@ impl MapUsage {
         state.localised == Some(map) && !state.is_on_run && !state.is_mapping
     }
 
+    /// Who has control of the robot, if somebody has.
+    pub fn controlled_by(&self) -> Option<ClientId> {
+        self.lock().controlled_by
+    }
+
     /// Whether there is a mapping session.
     pub fn is_mapping(&self) -> bool {
         self.lock().is_mapping
@@ -145,5 +153,21 @@ mod tests {
         assert_eq!((usage.use_of(map), usage.is_importing(upload)), (Some(MapUse::Import), true));
         usage.end_import();
         assert_eq!((usage.use_of(map), usage.is_importing(upload)), (None, false));
+    }
+
+    #[test]
+    fn a_robot_is_idle_in_its_map_and_not_in_others_or_while_it_maps() {
+        let [map, other] = [1, 2].map(|number| MapId(Uuid::from_u128(number)));
+        let usage = MapUsage::new(Some(map));
+        assert_eq!([map, other].map(|map| usage.is_idle_in(map)), [true, false]);
+        let session = SessionId(Uuid::from_u128(3));
+        usage.update(&Publication::Mapping(MappingState::Starting { session }));
+        assert!(!usage.is_idle_in(map));
+        usage.update(&Publication::Mapping(MappingState::Idle));
+        assert!(usage.is_idle_in(map));
+        let owner = Some(ClientId(Uuid::from_u128(4)));
+        assert_eq!(usage.controlled_by(), None);
+        usage.update(&Publication::Control(messages::ControlState { owner, name: String::new() }));
+        assert_eq!(usage.controlled_by(), owner);
     }
 }

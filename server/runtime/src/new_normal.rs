@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use uuid::Uuid;
-use vocab::{CommandId, MapId, UploadId};
+use vocab::{ClientId, CommandId, MapId, UploadId};
 
 /// Parameters of new versions.
 struct NewNormalConfig {
@@ -81,14 +81,23 @@ impl ImportWorker {
         of_one_map(found.try_recv().unwrap_or_default()).map_err(str::to_owned)
     }
 
-    /// Lets a robot go on in the new version. Its pose is the same there, because keyframes keep theirs.
+    /// Lets a robot go on in the new version, unless somebody else controls it. Its pose is the same there, because keyframes keep theirs. Control that nobody had is free again
+    /// afterwards.
     fn localise_in_version(&self, upload: UploadId, by: &Principal, from: MapId, to: MapId) {
         if !self.usage.is_idle_in(from) {
             return;
         }
         let at = self.store.last_pose().filter(|pose| pose.map == from).map(|pose| pose.map_from_base);
-        let id = CommandId(Uuid::from_u128(upload.0.as_u128().wrapping_add(1)));
-        (self.command)(Command { id, by: by.clone(), kind: CommandKind::Localise { map: to, at } });
+        let localise = CommandKind::Localise { map: to, at };
+        let (by, kinds) = match self.usage.controlled_by() {
+            None => (Principal::operator(ClientId(upload.0)), vec![localise, CommandKind::ReleaseControl]),
+            Some(owner) if owner == by.client => (by.clone(), vec![localise]),
+            Some(_) => return,
+        };
+        for (number, kind) in (1..).zip(kinds) {
+            let id = CommandId(Uuid::from_u128(upload.0.as_u128().wrapping_add(number)));
+            (self.command)(Command { id, by: by.clone(), kind });
+        }
     }
 }
 

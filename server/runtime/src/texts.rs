@@ -178,14 +178,17 @@ impl ImportVerb {
         match self {
             Self::Imported => "imported",
             Self::Aligned => "aligned",
-            Self::Made => "ready",
+            Self::Made => "made",
         }
     }
 }
 
 /// A map was made.
 pub fn import_done(name: &str, verb: ImportVerb) -> String {
-    format!("{name} is {}.", verb.participle())
+    match verb {
+        ImportVerb::Imported | ImportVerb::Aligned => format!("{name} is {}.", verb.participle()),
+        ImportVerb::Made => format!("{name} is ready."),
+    }
 }
 
 /// A map was not made for `reason`, a sentence.

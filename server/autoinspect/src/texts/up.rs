@@ -28,6 +28,10 @@ pub const SIMULATED_ROBOT_IS_A_PROCESS: &str = "the core reaches a simulated rob
 /// The simulated robot was given another robot.
 pub const ONLY_SITES_ARE_SIMULATED: &str = "only --robot sim:SITE can be simulated";
 
+/// Another day at a site that is not simulated.
+pub const ONLY_SITES_HAVE_DAYS: &str =
+    "--day changes a simulated site; give it with --robot sim:SITE, or leave it out";
+
 /// The simulation stopped without a request.
 pub const SIMULATION_ENDED: &str = "the simulation ended unexpectedly";
 

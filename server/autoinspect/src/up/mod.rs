@@ -77,6 +77,7 @@ pub struct UpArgs {
 /// Runs `autoinspect up` until a signal stops it.
 pub fn run(args: &UpArgs) -> Result<(), Failure> {
     args.access.check(args.listen)?;
+    args.robot.check()?;
     let data = args.data.clone().unwrap_or_else(default_data_dir);
     std::fs::create_dir_all(&data).map_err(|error| Failure::failed(texts::cannot_create(&data, &error)))?;
     let data = data.canonicalize().map_err(|error| Failure::unreadable(&data, error))?;

@@ -80,9 +80,10 @@ fn truncated_recordings_are_rejected_or_read_to_their_end() {
 fn bad_usage_is_rejected_with_a_remedy() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let out = dir.path().join("x");
-    let cases: [(&[&str], &str); 9] = [
+    let cases: [(&[&str], &str); 10] = [
         (&["up", "--robot", "sim:moon"], "torus"),
         (&["up", "--robot", "fred"], "sim:SITE"),
+        (&["up", "--robot", "socket:none", "--day", "2"], "--day changes a simulated site"),
         (&["sim", "record", "--site", "no.glb", "--out", text(&out)], "no.glb: it cannot be read"),
         (&["up", "--speed", "0"], "greater than 0"),
         (&["sim", "record", "--site", "b1", "--out", text(&out), "--route", "long"], "short"),
