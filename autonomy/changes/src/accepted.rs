@@ -13,8 +13,8 @@ pub struct AcceptedChangesConfig {
     pub margin_m: f64,
     /// Points lower than this above the lower side of a box belong to the ground, metres. Chosen: as the noise of a range.
     pub ground_m: f64,
-    /// A point this far from all that the visits saw is gone with its object, although no ray went through it: the visits did not look at the back of what is not there any more,
-    /// metres. Chosen: some four times [`ChangesConfig::same_surface_m`].
+    /// A point farther than this from everything that the visits saw is gone even if no ray went through it, metres: rays reach only some of the places where the object was.
+    /// Chosen: some four times [`ChangesConfig::same_surface_m`].
     pub far_m: f32,
     /// Of the points that are added, one in each cell of this edge is taken, metres. As fine as the clouds of keyframes.
     pub cell_m: f32,
