@@ -39,9 +39,12 @@ struct DatabaseConfig {
     busy_timeout: Duration,
     /// Statements that stay prepared. Chosen as a round number: with fewer, statements that recur are parsed again.
     cached_statements: usize,
+    /// Length of the write-ahead log from which on it is moved into the database, bytes. SQLite's own default, a thousand pages.
+    max_log_bytes: u64,
 }
 
-const CONFIG: DatabaseConfig = DatabaseConfig { busy_timeout: Duration::from_secs(5), cached_statements: 64 };
+const CONFIG: DatabaseConfig =
+    DatabaseConfig { busy_timeout: Duration::from_secs(5), cached_statements: 64, max_log_bytes: 4 << 20 };
 
 /// The open database. It has one writer, whoever owns this.
 #[derive(Debug)]
@@ -85,9 +88,13 @@ impl Ledger {
         connection.set_prepared_statement_cache_capacity(CONFIG.cached_statements);
         connection.pragma_update(None, "journal_mode", "WAL")?;
         connection.pragma_update(None, "synchronous", "FULL")?;
+        // See `begin_log_anew`.
+        connection.pragma_update(None, "wal_autocheckpoint", 0)?;
         schema::migrate(&mut connection)?;
         let state = documents::read_site(&connection)?;
-        Ok((Self { connection, path: path.to_owned(), max_audit_entries: None }, state))
+        let ledger = Self { connection, path: path.to_owned(), max_audit_entries: None };
+        ledger.begin_log_anew(0);
+        Ok((ledger, state))
     }
 
     /// Opens the ledger of a data directory that a core may be using, or makes one. Nothing is repaired: that is the core's to do.
@@ -118,7 +125,27 @@ impl Ledger {
         let max_audit_entries = self.max_audit_entries;
         let done = write(&LedgerWriter { transaction: &transaction, path, max_audit_entries })?;
         transaction.commit().map_err(failed)?;
+        self.begin_log_anew(CONFIG.max_log_bytes);
         Ok(done)
+    }
+
+    /// Moves the write-ahead log into the database if it is longer than this, and cuts it to nothing. By itself SQLite would write over the beginning of a log that it has moved.
+    /// A frame that a kill cuts short would then have old bytes after it, and would look like one with a wrong bit; at the end of a file it looks cut.
+    ///
+    /// While somebody reads the database, that is tried again after the next transaction: nobody waits for a reader.
+    fn begin_log_anew(&self, max_bytes: u64) {
+        let log = recovery::with_ending(&self.path, "-wal");
+        if fs::metadata(log).is_ok_and(|about| about.len() > max_bytes) {
+            let moved = self
+                .connection
+                .busy_timeout(Duration::ZERO)
+                .and_then(|()| self.connection.query_row("PRAGMA wal_checkpoint(TRUNCATE)", [], |_| Ok(())));
+            let restored = self.connection.busy_timeout(CONFIG.busy_timeout);
+            if let Err(error) = moved.and(restored) {
+                // What is committed stays in the log.
+                tracing::warn!("{}: the write-ahead log was not moved: {error}", self.path.display());
+            }
+        }
     }
 
     /// The site as it is stored.

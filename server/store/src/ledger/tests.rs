@@ -475,6 +475,36 @@ fn what_sqlite_keeps_beside_a_damaged_ledger_is_kept_with_it() {
     assert!(is_reported && read.site.objects().len() > state.site.objects().len());
 }
 
+#[test]
+fn a_long_log_is_moved_into_the_database_and_cut_to_nothing() {
+    let (dir, mut state) = filled();
+    let store = Store::open(dir.path()).expect("opens");
+    let (mut ledger, _) = store.open_ledger().expect("opens");
+    let length = || fs::metadata(dir.path().join("ledger.db-wal")).map_or(0, |about| about.len());
+    let (mut longest, mut is_cut) = (0, false);
+    for number in 4..400 {
+        let put = Change::Put { base: None, object: asset(number, &"Pump ".repeat(8_000)) };
+        edit(&mut ledger, &mut state, number, vec![put]);
+        is_cut |= length() < longest;
+        longest = longest.max(length());
+    }
+    assert!(is_cut && longest < 2 * CONFIG.max_log_bytes, "{is_cut}, {longest} bytes");
+    // Somebody who reads keeps it from being cut, and keeps nobody waiting.
+    let reader = open_for_reading(&dir.path().join("ledger.db")).expect("opens");
+    reader.execute_batch("BEGIN; SELECT count(*) FROM sqlite_schema;").expect("reads");
+    let count: i64 =
+        reader.query_row("SELECT count(*) FROM sqlite_schema", [], |row| row.get(0)).expect("reads");
+    assert!(count > 0);
+    ledger.begin_log_anew(0);
+    let put = Change::Put { base: None, object: asset(400, "Pump") };
+    edit(&mut ledger, &mut state, 400, vec![put]);
+    assert!(length() > 0);
+    reader.execute_batch("COMMIT").expect("ends");
+    ledger.begin_log_anew(0);
+    assert_eq!(length(), 0);
+    assert_eq!(ledger.site().expect("reads"), state);
+}
+
 /// As [`filled`], with the files that a killed program leaves.
 fn killed() -> (Vec<u8>, Vec<u8>, SiteState) {
     let (dir, mut state) = filled();
