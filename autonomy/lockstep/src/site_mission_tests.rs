@@ -161,6 +161,7 @@ impl MappedSite {
                 target_m: geometry::vec_to_plain(&target.map_m),
                 request: ActionRequest { action: "photo".to_owned(), parameters },
                 limits: None,
+                gauge: None,
             }));
             tasks.push(Task {
                 id: TaskId(Uuid::from_u128(100 + number)),

@@ -152,6 +152,7 @@ mod tests {
             target_m: Vec3::default(),
             request: ActionRequest { action: "photo".to_owned(), parameters: Default::default() },
             limits: None,
+            gauge: None,
         };
         let edit = site.put(id(20), Object::InspectionPoint(point));
         site.apply(&edit, id(21)).expect("of this state");

@@ -470,6 +470,7 @@ fn a_site_follows_the_keyframes_of_its_map() {
             target_m: geometry::vec_to_plain(&target),
             request: ActionRequest { action: "photo".to_owned(), parameters: Default::default() },
             limits: None,
+            gauge: None,
         }),
     );
     let corner = Vector3::new(11.0, 7.0, 0.0);

@@ -154,6 +154,7 @@ impl MissionSite {
                 parameters: [("zoom".to_owned(), zoom)].into(),
             },
             limits: None,
+            gauge: None,
         };
         // As an operator makes a node where something is looked at: with the tolerance of pictures.
         let tolerance = PoseTolerance::default();

@@ -7,6 +7,7 @@ pub enum LimitedCommand {
     Align,
     Changes,
     MakeNormal,
+    Gauge,
 }
 
 impl LimitedCommand {
@@ -17,6 +18,14 @@ impl LimitedCommand {
             Self::Align => "align",
             Self::Changes => "changes",
             Self::MakeNormal => "make-normal",
+            Self::Gauge => "gauge",
         }
     }
+}
+
+/// The limit at which a process has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Limit {
+    Memory,
+    Time,
 }

@@ -2,7 +2,7 @@
 //! which one it has reached. None may take the memory that the robot's core needs.
 
 use crate::failure::Failure;
-use crate::limited_command::LimitedCommand;
+use crate::limited_command::{Limit, LimitedCommand};
 use crate::texts;
 use clap::Args;
 use rustix::process::{Resource, Rlimit, Signal, setrlimit};
@@ -85,13 +85,6 @@ impl ProcessLimits {
             (_, None) => Err(Failure::Failed(texts::limited_command_ended(command, &status))),
         }
     }
-}
-
-/// The limit of a process that has ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Limit {
-    Memory,
-    Time,
 }
 
 /// The limit by which a process that ran within limits has ended.

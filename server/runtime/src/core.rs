@@ -5,6 +5,7 @@ use crate::actions::{ActionConfig, ActionQueue, ActionWorker, OpenActions, Sight
 use crate::clock::CalendarTime;
 use crate::control_loop::{ControlLoop, InputSources, LoopRequest};
 use crate::gateway_link::{GatewayLink, GatewayLinkConfig};
+use crate::gauges::{GaugeQueue, GaugeWorker};
 use crate::imports::{ImportQueue, ImportWorker};
 use crate::interrupted_sessions::InterruptedSessionWorker;
 use crate::jobs::{ComputeWorker, DiskWorker, Jobs, finished_queue};
@@ -33,7 +34,7 @@ use crate::topomap_generation::TopomapGenerator;
 use api::ProcessRestart;
 use crossbeam_channel::Sender;
 use messages::RobotProfile;
-use ports::{ChangeFinder, ExampleMaker, MapImporter, RobotLink};
+use ports::{ChangeFinder, ExampleMaker, GaugeReader, MapImporter, RobotLink};
 use stack::Stack;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -73,6 +74,8 @@ pub struct CoreConfig {
     pub example_maker: Option<Box<dyn ExampleMaker>>,
     /// Compares runs of missions with earlier ones; `None` compares none. Given by the caller.
     pub change_finder: Option<Box<dyn ChangeFinder>>,
+    /// Reads gauges in pictures; `None` reads none. Given by the caller.
+    pub gauge_reader: Option<Box<dyn GaugeReader>>,
     /// Watches the threads. Whoever starts a core ends it when one of them fails. Given by the caller.
     pub watchdog: Watchdog,
     /// Why this process was started again, if it was. Given by the supervisor.
@@ -111,6 +114,7 @@ pub struct Core {
     compute: Option<JoinHandle<()>>,
     imports: Option<JoinHandle<()>>,
     scene_changes: Option<JoinHandle<()>>,
+    gauges: Option<JoinHandle<()>>,
     stored_data_check: Option<JoinHandle<()>>,
     recorder: Option<JoinHandle<()>>,
     gateway: Option<GatewayLink>,
@@ -130,6 +134,7 @@ impl Core {
             importer,
             example_maker,
             change_finder,
+            gauge_reader,
             watchdog,
             restart,
             robot_restart,
@@ -243,6 +248,16 @@ impl Core {
         let (actions, action_inbox) = ActionQueue::new(&action_config);
         let (result_sender, action_results) = crossbeam_channel::bounded(action_config.max_results);
         let base_from_lidar = link.boot().mounting.base_from_lidar;
+        let (gauges, gauges_thread) = match gauge_reader {
+            None => (None, None),
+            Some(reader) => {
+                let (gauges, pictures, answers) = GaugeQueue::new();
+                let store = Arc::clone(&store);
+                let worker = GaugeWorker { reader, store, pictures, answers, stop: stopped.clone() };
+                let thread = spawn(&watchdog, "gauges", THREAD_LIMITS.lane, move |beat| worker.run(beat))?;
+                (Some(gauges), Some(thread))
+            }
+        };
         let action_worker = ActionWorker {
             config: action_config,
             blobs: BlobsConfig::default(),
@@ -257,6 +272,7 @@ impl Core {
             clock: Arc::clone(&clock),
             open: OpenActions::default(),
             sight: SightChecker::new(Arc::clone(&store)),
+            gauges,
         };
         let (run_clouds, chosen_clouds) = RunCloudQueue::new(RunCloudQueueConfig::default());
         let run_cloud_worker = RunCloudWorker {
@@ -423,6 +439,7 @@ impl Core {
             mailbox,
             imports: imports_thread,
             scene_changes: scene_changes_thread,
+            gauges: gauges_thread,
             stored_data_check: Some(spawn(&watchdog, "data-check", THREAD_LIMITS.disk, move |beat| {
                 stored_data_check.run(beat);
             })?),
@@ -477,6 +494,7 @@ impl Drop for Core {
         join(self.compute.take());
         join(self.imports.take());
         join(self.scene_changes.take());
+        join(self.gauges.take());
         join(self.stored_data_check.take());
         join(self.recorder.take());
     }

@@ -133,6 +133,7 @@ fn bench_of(
         importer,
         example_maker: None,
         change_finder: None,
+        gauge_reader: None,
         watchdog,
         restart: Some(restart),
         robot_restart: Some(RobotRestart { restart: of_robot, is_new: true }),

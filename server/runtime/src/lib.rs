@@ -29,6 +29,7 @@ mod core;
 mod example;
 mod gateway_link;
 mod gateway_queue;
+mod gauges;
 mod imports;
 mod incidents;
 mod interrupted_sessions;

@@ -314,6 +314,10 @@ pub const EMPTY_MESSAGE: &str = "The message is empty. Enter a text.";
 /// The robot's report of an action cannot be read.
 pub const ROBOT_REPORT_MALFORMED: &str =
     "The robot's report of the action cannot be read. Update the robot's program.";
+/// A gauge was to be read, and the robot gave no picture.
+pub const GAUGE_WITHOUT_PICTURE: &str = "The gauge was not read, because the robot gave no picture.";
+/// More pictures of gauges wait than there can be actions.
+pub const TOO_MANY_GAUGES: &str = "The gauge was not read, because too many pictures wait. Take it again.";
 /// A point cloud was to be gathered and no scan came.
 pub const NOTHING_SCANNED: &str = "The LiDAR saw nothing, so there is no point cloud.";
 /// The camera is to be aimed at a point of the map, and the robot's pose in it is not known.

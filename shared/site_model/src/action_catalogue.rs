@@ -55,6 +55,11 @@ impl ActionDescription {
         self.schema_text.contains("\"target_m\"")
     }
 
+    /// Whether a gauge is read in what it gathers.
+    pub fn takes_gauge(&self) -> bool {
+        self.schema_text.contains("\"gauge\"")
+    }
+
     /// How long it is expected to take with these parameters, seconds.
     pub fn expected_time_s(&self, parameters: &Parameters) -> f64 {
         let duration_s = self.duration.map_or(0.0, |(name, default_s)| match parameters.get(name) {
@@ -79,6 +84,8 @@ pub const ACTION_CATALOGUE: &[ActionDescription] = &[
         schema_text: r#"{
             "type": "object",
             "properties": {
+                "gauge": { "type": "object", "readOnly": true,
+                    "title": "Gauge", "description": "Its needle is read in the picture. That of the inspection point." },
                 "pan_rad": { "type": "number", "title": "Pan", "unit": "rad", "minimum": PAN_MIN, "maximum": PAN_MAX,
                     "description": "To the left. Not used where the task has a target." },
                 "target_m": { "type": "array", "items": { "type": "number" }, "minItems": 3, "maxItems": 3, "readOnly": true,

@@ -1,5 +1,6 @@
 //! What an action has found: the JSON of its result, the same for all actions. Files are not in it; it names them by their content.
 
+use crate::GaugeReport;
 use serde::{Deserialize, Serialize};
 use vocab::{BlobHash, CameraAim, Covariance6, MapId, Pose, Stamp, Vec3};
 
@@ -20,6 +21,9 @@ pub struct ActionReport {
     /// What was measured.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub readings: Vec<Reading>,
+    /// What became of the gauge of the inspection point; none if it has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gauge: Option<GaugeReport>,
 }
 
 /// When something was done, on both clocks.

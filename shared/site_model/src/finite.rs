@@ -1,8 +1,8 @@
 //! Whether the numbers of objects are finite. Nothing else is ever stored.
 
 use crate::{
-    ActionRequest, EdgeCost, MonitorCondition, Object, OrientedBox, Parameter, SceneChangeKind, TaskPlace,
-    Traversal, ZoneEffect,
+    ActionRequest, EdgeCost, GaugeDial, MonitorCondition, Object, OrientedBox, Parameter, SceneChangeKind,
+    TaskPlace, Traversal, ZoneEffect,
 };
 use vocab::Pose;
 
@@ -51,6 +51,7 @@ pub(crate) fn is_finite(object: &Object) -> bool {
             let limits = point.limits.iter().flat_map(|limits| [limits.min, limits.max]);
             point.target_m.is_finite()
                 && limits.flatten().all(f64::is_finite)
+                && point.gauge.iter().flat_map(GaugeDial::numbers).all(f64::is_finite)
                 && is_request_finite(&point.request)
         }
         Object::Mission(mission) => mission.tasks.iter().all(|task| match &task.place {

@@ -17,6 +17,7 @@ mod compare;
 mod dock_action;
 mod edit;
 mod finite;
+mod gauge;
 mod ids;
 mod mission;
 mod mission_status;
@@ -52,6 +53,7 @@ pub use action_report::{
 pub use compare::{MergeConflict, Merged, diff, merge};
 pub use dock_action::{CHARGE_PARAMETER, DOCK_PARAMETER, DockAction};
 pub use edit::{Applied, Change, Edit, EditError, RevisionChange};
+pub use gauge::{DialDirection, GAUGE_PARAMETER, GAUGE_READING, GaugeDial, GaugeDialError, GaugeReport};
 pub use ids::{
     AssetId, DockId, EdgeId, EditId, InspectionPointId, MissionId, MonitorId, MutexHoldId, NodeId, ObjectId,
     ObjectKind, RunId, SceneChangeId, ScheduleId, TaskId, ZoneId,

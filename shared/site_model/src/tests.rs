@@ -83,9 +83,9 @@ fn mission(tasks: Vec<TaskPlace>) -> Mission {
 const MORNING: LocalTime = LocalTime { hour: 11, minute: 0 };
 const FIRST_DAY: LocalDate = LocalDate { year: 2026, month: 11, day: 24 };
 
-/// Two nodes that are joined both ways, a dock, an inspection point, a mission, a schedule and a monitor; nothing is wrong with it.
-fn objects() -> Vec<Object> {
-    let point = InspectionPoint {
+/// A gauge that is looked at from the first node.
+fn point() -> InspectionPoint {
+    InspectionPoint {
         id: InspectionPointId(uuid(10)),
         name: "Gauge north".to_owned(),
         asset: Some(AssetId(uuid(9))),
@@ -93,7 +93,26 @@ fn objects() -> Vec<Object> {
         target_m: Vec3::new(1.0, 2.0, 1.5),
         request: photo(),
         limits: Some(ReadingLimits { min: Some(3.8), max: Some(5.0), unit: "bar".to_owned() }),
-    };
+        gauge: Some(dial()),
+    }
+}
+
+fn dial() -> GaugeDial {
+    GaugeDial {
+        picture: vocab::BlobHash([7; 32]),
+        size_px: [640, 480],
+        centre_px: [320.0, 240.0],
+        start_px: [270.0, 290.0],
+        end_px: Some([370.0, 290.0]),
+        direction: DialDirection::Clockwise,
+        range: [0.0, 6.0],
+        unit: "bar".to_owned(),
+    }
+}
+
+/// Two nodes that are joined both ways, a dock, an inspection point, a mission, a schedule and a monitor; nothing is wrong with it.
+fn objects() -> Vec<Object> {
+    let point = point();
     let tasks = vec![
         TaskPlace::InspectionPoint(point.id),
         TaskPlace::Node { node: NodeId(uuid(2)), request: Some(photo()) },
@@ -330,6 +349,11 @@ fn every_problem_is_found_with_its_object() {
     assert_eq!(cut, [(ObjectId::Dock(DockId(uuid(60))), ProblemKind::NoEdgeTo(NodeId(uuid(4))))]);
     let kind = problems_with(Object::Node(node(4, "Before dock 1", NodeKind::Waypoint)));
     assert!(kind.contains(&(ObjectId::Dock(DockId(uuid(60))), ProblemKind::WrongNodeKind(NodeId(uuid(4))))));
+
+    let no_unit = GaugeDial { unit: String::new(), ..dial() };
+    let point = problems_with(Object::InspectionPoint(InspectionPoint { gauge: Some(no_unit), ..point() }));
+    let sentence = point.iter().map(|(_, problem)| problem.to_string()).collect::<Vec<_>>();
+    assert_eq!(sentence, ["gauge must be a dial with a unit"]);
 
     let mission_id = ObjectId::Mission(MissionId(uuid(20)));
     assert_eq!(problems_with(Object::Mission(mission(Vec::new()))), [(mission_id, ProblemKind::NoTasks)]);

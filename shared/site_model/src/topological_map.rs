@@ -1,6 +1,8 @@
 //! Objects of the topological map. Poses are those of the site's map, metres and radians.
 
-use crate::{ActionRequest, AssetId, DockId, EdgeId, InspectionPointId, NodeId, Parameters, Reading, ZoneId};
+use crate::{
+    ActionRequest, AssetId, DockId, EdgeId, GaugeDial, InspectionPointId, NodeId, Parameters, Reading, ZoneId,
+};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use vocab::{KeyframeId, Pose, Span, Stamp, Vec3, is_in_polygon};
@@ -332,6 +334,9 @@ pub struct InspectionPoint {
     /// Limits of the reading; none: it is not judged.
     #[serde(default)]
     pub limits: Option<ReadingLimits>,
+    /// The gauge that its photos show, which is read once they are taken; none: they show none, or it is not described yet.
+    #[serde(default)]
+    pub gauge: Option<GaugeDial>,
 }
 
 /// The range of a reading in which nothing is wrong.

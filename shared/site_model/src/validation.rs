@@ -1,10 +1,10 @@
 //! Finds all problems of a site. Logarithmic in the site for each reference, so n log n in all.
 
 use crate::{
-    Dock, DockAction, Edge, EdgeCost, InspectionPoint, Mission, MissionEnd, Monitor, MonitorCondition,
-    MonitorResponse, Node, NodeId, NodeKind, Object, ObjectId, OrientedBox, ProblemKind, Recurrence,
-    ReviewState, SceneChange, SceneChangeKind, Schedule, Site, SiteProblem, TaskId, TaskPlace, Traversal,
-    Zone, ZoneEffect, describe_action, find_order_cycle,
+    Dock, DockAction, Edge, EdgeCost, GaugeDial, InspectionPoint, Mission, MissionEnd, Monitor,
+    MonitorCondition, MonitorResponse, Node, NodeId, NodeKind, Object, ObjectId, OrientedBox, ProblemKind,
+    Recurrence, ReviewState, SceneChange, SceneChangeKind, Schedule, Site, SiteProblem, TaskId, TaskPlace,
+    Traversal, Zone, ZoneEffect, describe_action, find_order_cycle,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use std::mem::{Discriminant, discriminant};
@@ -208,6 +208,9 @@ impl ProblemFinder<'_> {
             && let (Some(min), Some(max)) = (limits.min, limits.max)
         {
             self.check_range(id, "limits", min < max, || "a smaller and a greater value".to_owned());
+        }
+        if let Some(Err(missing)) = point.gauge.as_ref().map(GaugeDial::check) {
+            self.check_range(id, "gauge", false, || format!("a dial with {missing}"));
         }
         self.check_reachable(id, point.node);
     }

@@ -327,10 +327,15 @@ impl MissionRunner {
     }
 }
 
-/// The action of an inspection point, with its target where it is aimed at one.
+/// The action of an inspection point, with its target where it is aimed at one, and with the gauge that is read.
 fn aimed_request(point: &InspectionPoint) -> ActionRequest {
     let mut request = point.request.clone();
     let known = describe_action(&request.action);
+    if let Some(dial) = &point.gauge
+        && known.is_some_and(ActionDescription::takes_gauge)
+    {
+        request.parameters.insert(site_model::GAUGE_PARAMETER.to_owned(), dial.parameter());
+    }
     if !known.is_none_or(ActionDescription::takes_target) {
         return request;
     }

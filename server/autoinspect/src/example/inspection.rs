@@ -173,6 +173,7 @@ impl InspectedSite<'_> {
             target_m: Vec3::new(target.x, target.y, target.z),
             request: ActionRequest { action: action.to_owned(), parameters },
             limits,
+            gauge: None,
         }
     }
 }

@@ -3,11 +3,15 @@
 use super::texts;
 use crate::failure::Failure;
 use gauges::Dial;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
+use site_model::{DialDirection, GaugeDial};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
-use std::fs;
 use std::path::Path;
+use std::{fs, io};
+
+/// Name of the gauge of an inspection point in a file that describes it alone.
+const GAUGE_OF_POINT: &str = "gauge";
 
 /// A gauge in the pictures of a camera.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,13 +23,13 @@ pub struct Gauge {
     pub image_size_px: Option<[usize; 2]>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Serialize, Deserialize)]
 struct DialFile {
     dials: BTreeMap<String, DialEntry>,
 }
 
 /// An entry of the file. Pixels from the top left, degrees clockwise from up.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 struct DialEntry {
     centre: [f64; 2],
     range: [f64; 2],
@@ -47,7 +51,9 @@ struct DialEntry {
 
 /// The gauge of this name in a file, or its only one.
 pub fn read(path: &Path, name: Option<&str>) -> Result<Gauge, Failure> {
-    let text = fs::read_to_string(path).map_err(|error| Failure::unreadable(path, error))?;
+    let text =
+        if path == Path::new("-") { io::read_to_string(io::stdin()) } else { fs::read_to_string(path) };
+    let text = text.map_err(|error| Failure::unreadable(path, error))?;
     let file: DialFile = serde_json::from_str(&text).map_err(|error| Failure::unreadable(path, error))?;
     let known = file.dials.keys().cloned().collect::<Vec<_>>().join(", ");
     let name = match name {
@@ -62,6 +68,25 @@ pub fn read(path: &Path, name: Option<&str>) -> Result<Gauge, Failure> {
     };
     let dial = dial(entry).map_err(|reason| Failure::usage(texts::no_dial(path, &name, &reason)))?;
     Ok(Gauge { name, dial, unit: entry.unit.clone(), image_size_px: entry.image_size })
+}
+
+/// A file with one gauge, that of an inspection point.
+pub fn description_of(dial: &GaugeDial) -> Result<String, serde_json::Error> {
+    let entry = DialEntry {
+        centre: dial.centre_px,
+        range: dial.range,
+        zero_tick: Some(dial.start_px),
+        end_tick: dial.end_px,
+        direction: Some(match dial.direction {
+            DialDirection::Clockwise => "clockwise".to_owned(),
+            DialDirection::Counterclockwise => "counterclockwise".to_owned(),
+        }),
+        full_turn: Some(dial.end_px.is_none()),
+        unit: Some(dial.unit.clone()),
+        image_size: Some(dial.size_px.map(|side| side as usize)),
+        ..DialEntry::default()
+    };
+    serde_json::to_string(&DialFile { dials: BTreeMap::from([(GAUGE_OF_POINT.to_owned(), entry)]) })
 }
 
 /// The dial of an entry, or what it lacks.

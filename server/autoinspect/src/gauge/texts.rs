@@ -31,6 +31,9 @@ pub const NO_ZERO: &str = "it has no zero_tick, and no radius_px with a zero_ang
 pub const NO_END: &str =
     "full_turn is false, and there is no end_tick; give the pixel of the upper end of the scale";
 
+/// A dial that the alignment of two pictures puts behind the camera.
+pub const DIAL_BEHIND_CAMERA: &str = "the dial would be behind the camera";
+
 /// A direction that is none.
 pub fn unknown_direction(direction: &str) -> String {
     format!("its direction is '{direction}'; write clockwise or counterclockwise")

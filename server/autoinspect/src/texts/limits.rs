@@ -1,6 +1,6 @@
 //! Texts of imports, alignments and comparisons that run within limits of memory and processor time.
 
-use crate::limited_command::LimitedCommand;
+use crate::limited_command::{Limit, LimitedCommand};
 use api::ImportStage;
 use std::fmt::Display;
 
@@ -25,6 +25,7 @@ fn limited_command(command: LimitedCommand) -> (&'static str, &'static str) {
         LimitedCommand::Align => ("the alignment", ""),
         LimitedCommand::Changes => ("the comparison", ""),
         LimitedCommand::MakeNormal => ("the new version of the map", ""),
+        LimitedCommand::Gauge => ("reading the gauge", "give a smaller picture; "),
     }
 }
 
@@ -57,31 +58,72 @@ pub fn limited_command_ended(command: LimitedCommand, status: &dyn Display) -> S
         LimitedCommand::Changes => {
             "a visit is damaged in a way that this program does not expect; compare others"
         }
+        LimitedCommand::Gauge => {
+            "a picture is damaged in a way that this program does not expect; take it again"
+        }
     };
     format!("{name} ended before it was done ({status}): {remedy}")
 }
 
-/// An import needed more memory than its limit.
-pub const IMPORT_OUT_OF_MEMORY: &str = "It needs more memory than an import may take. Thin the survey to a point every 2 or 3 cm, or cut it into parts.";
+/// A process that the core has started has reached a limit.
+pub fn limit_on_robot(command: LimitedCommand, limit: Limit) -> &'static str {
+    match (command, limit) {
+        (LimitedCommand::Import, Limit::Memory) => {
+            "It needs more memory than an import may take. Thin the survey to a point every 2 or 3 cm, or cut it into parts."
+        }
+        (LimitedCommand::Import, Limit::Time) => {
+            "It needs more time than an import may take. Thin the survey to a point every 2 or 3 cm, or cut it into parts."
+        }
+        (LimitedCommand::Align, Limit::Memory) => {
+            "It needs more memory than an alignment may take on the robot. Align the map on another computer with autoinspect align --max-memory."
+        }
+        (LimitedCommand::Align, Limit::Time) => {
+            "It needs more time than an alignment may take on the robot. Pick points in both maps, which takes less."
+        }
+        (LimitedCommand::Changes, Limit::Memory) => {
+            "It needs more memory than a comparison may take on the robot. Compare the clouds of the runs on another computer with autoinspect changes."
+        }
+        (LimitedCommand::Changes, Limit::Time) => {
+            "It needs more time than a comparison may take on the robot. Compare the clouds of the runs on another computer with autoinspect changes."
+        }
+        (LimitedCommand::Gauge, Limit::Memory) => {
+            "The gauge was not read, because that needs more memory than it may take on the robot. Let the camera take smaller pictures."
+        }
+        (LimitedCommand::Gauge, Limit::Time) => {
+            "The gauge was not read, because that needs more time than it may take on the robot. Let the camera take smaller pictures."
+        }
+        (LimitedCommand::MakeNormal, Limit::Memory) => {
+            "It needs more memory than a new version of a map may take on the robot. Make it on another computer with autoinspect make-normal."
+        }
+        (LimitedCommand::MakeNormal, Limit::Time) => {
+            "It needs more time than a new version of a map may take on the robot. Make it on another computer with autoinspect make-normal."
+        }
+    }
+}
 
-/// An import needed more processor time than its limit.
-pub const IMPORT_OUT_OF_TIME: &str = "It needs more time than an import may take. Thin the survey to a point every 2 or 3 cm, or cut it into parts.";
+/// What was read of a gauge came in another form than expected.
+pub fn gauge_not_understood(error: &dyn Display) -> String {
+    format!("The gauge was not read, because the answer cannot be understood: {error}.")
+}
 
-/// The same of an alignment.
-pub const ALIGN_OUT_OF_MEMORY: &str = "It needs more memory than an alignment may take on the robot. Align the map on another computer with autoinspect align --max-memory.";
+/// The needle of a gauge gives no value.
+pub fn gauge_unsure(explanation: &str) -> String {
+    format!("The gauge was not read: {explanation}.")
+}
 
-pub const ALIGN_OUT_OF_TIME: &str =
-    "It needs more time than an alignment may take on the robot. Pick points in both maps, which takes less.";
+/// The scale of a gauge is too small in its picture.
+pub fn gauge_too_small(radius_px: f64, least_px: f64) -> String {
+    format!(
+        "The gauge was not read: its scale has a radius of {radius_px:.0} pixels, and {least_px:.0} are needed. Use more zoom."
+    )
+}
 
-/// The same of a comparison of visits.
-pub const COMPARISON_OUT_OF_MEMORY: &str = "It needs more memory than a comparison may take on the robot. Compare the clouds of the runs on another computer with autoinspect changes.";
-
-pub const COMPARISON_OUT_OF_TIME: &str = "It needs more time than a comparison may take on the robot. Compare the clouds of the runs on another computer with autoinspect changes.";
-
-/// The same of a new version of a map.
-pub const MAKE_NORMAL_OUT_OF_MEMORY: &str = "It needs more memory than a new version of a map may take on the robot. Make it on another computer with autoinspect make-normal.";
-
-pub const MAKE_NORMAL_OUT_OF_TIME: &str = "It needs more time than a new version of a map may take on the robot. Make it on another computer with autoinspect make-normal.";
+/// A picture of a gauge does not fit the one in which the gauge was described.
+pub fn gauge_not_aligned(explanation: &str) -> String {
+    format!(
+        "The gauge was not read, because the picture does not fit the one in which it was described: {explanation}."
+    )
+}
 
 /// A comparison whose outcome cannot be read.
 pub fn comparison_not_read(error: &dyn Display) -> String {

@@ -2,7 +2,8 @@
 
 use super::child_complaint::complaint;
 use crate::changes::{CHANGED, Document, Kind, Place, RESULT, UNCHANGED, object_file};
-use crate::process_limits::{Limit, WITHIN_LIMITS, limit_reached};
+use crate::limited_command::LimitedCommand;
+use crate::process_limits::{WITHIN_LIMITS, limit_reached};
 use crate::texts;
 use ports::{ChangeFinder, FoundChange, FoundChanges};
 use site_model::{OrientedBox, SceneChangeKind};
@@ -74,8 +75,7 @@ fn wait(child: &mut Child, is_cancelled: &mut dyn FnMut() -> bool) -> Result<Exi
 fn outcome(status: ExitStatus, complaint: String) -> Result<(), String> {
     match limit_reached(status) {
         _ if status.success() => Ok(()),
-        Some(Limit::Memory) => Err(texts::COMPARISON_OUT_OF_MEMORY.to_owned()),
-        Some(Limit::Time) => Err(texts::COMPARISON_OUT_OF_TIME.to_owned()),
+        Some(limit) => Err(texts::limit_on_robot(LimitedCommand::Changes, limit).to_owned()),
         None => Err(complaint),
     }
 }

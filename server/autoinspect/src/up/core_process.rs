@@ -4,6 +4,7 @@ use super::access::AccessArgs;
 use super::changes_process::ChangesProcess;
 use super::child_report::ChildReport;
 use super::example_process::ExampleProcess;
+use super::gauge_process::GaugeProcess;
 use super::import_process::ImportProcess;
 use super::process_watch::{SupervisionArgs, thread_failed, watch_process, watchdog};
 use super::stop::ShutdownSignal;
@@ -129,6 +130,7 @@ pub fn run_core(args: &CoreArgs) -> Result<(), Failure> {
         socket: args.socket.clone(),
         importer: Some(Box::new(ImportProcess)),
         change_finder: Some(Box::new(ChangesProcess)),
+        gauge_reader: Some(Box::new(GaugeProcess)),
         example_maker: Some(Box::new(ExampleProcess { minutes: args.trial.example_minutes })),
         watchdog,
         restart: args.supervision.restart(ProcessRole::Core),

@@ -3,7 +3,7 @@
 use super::child_complaint::complaint;
 use crate::changes::Document;
 use crate::limited_command::LimitedCommand;
-use crate::process_limits::{Limit, WITHIN_LIMITS, limit_reached};
+use crate::process_limits::{WITHIN_LIMITS, limit_reached};
 use crate::texts;
 use api::ImportStage;
 use ports::MapImporter;
@@ -135,20 +135,7 @@ pub(super) fn run(
         _ if cancelled => Err(texts::IMPORT_CANCELLED.to_owned()),
         Ok(status) if status.success() => Ok(()),
         Ok(status) => Err(match (limit_reached(status), command) {
-            (Some(Limit::Memory), Some(LimitedCommand::Import)) => texts::IMPORT_OUT_OF_MEMORY.to_owned(),
-            (Some(Limit::Time), Some(LimitedCommand::Import)) => texts::IMPORT_OUT_OF_TIME.to_owned(),
-            (Some(Limit::Memory), Some(LimitedCommand::Align)) => texts::ALIGN_OUT_OF_MEMORY.to_owned(),
-            (Some(Limit::Time), Some(LimitedCommand::Align)) => texts::ALIGN_OUT_OF_TIME.to_owned(),
-            (Some(Limit::Memory), Some(LimitedCommand::Changes)) => {
-                texts::COMPARISON_OUT_OF_MEMORY.to_owned()
-            }
-            (Some(Limit::Time), Some(LimitedCommand::Changes)) => texts::COMPARISON_OUT_OF_TIME.to_owned(),
-            (Some(Limit::Memory), Some(LimitedCommand::MakeNormal)) => {
-                texts::MAKE_NORMAL_OUT_OF_MEMORY.to_owned()
-            }
-            (Some(Limit::Time), Some(LimitedCommand::MakeNormal)) => {
-                texts::MAKE_NORMAL_OUT_OF_TIME.to_owned()
-            }
+            (Some(limit), Some(command)) => texts::limit_on_robot(command, limit).to_owned(),
             (None, _) | (_, None) => named
                 .iter()
                 .fold(complaint, |text, (path, name)| text.replace(&path.display().to_string(), name)),

@@ -11,6 +11,7 @@ mod child_report;
 mod core_process;
 mod example_process;
 mod gateway_process;
+mod gauge_process;
 mod health;
 mod import_process;
 mod paths;

@@ -8,9 +8,10 @@ use api::{
     RunFilter, StoredResult, StoredStep,
 };
 use site_model::{
-    ActionRequest, Change, Edit, EditId, FailurePolicy, FailureStep, InspectionPoint, InspectionPointId,
-    Mission, MissionCommandKind, MissionEnd, MissionId, Node, NodeId, NodeKind, Object, Parameter,
-    Parameters, PoseTolerance, RunId, SiteSettings, StartMode, Task, TaskId, TaskOrder, TaskPlace,
+    ActionReport, ActionRequest, Change, DialDirection, Edit, EditId, FailurePolicy, FailureStep, GaugeDial,
+    InspectionPoint, InspectionPointId, Mission, MissionCommandKind, MissionEnd, MissionId, Node, NodeId,
+    NodeKind, Object, Parameter, Parameters, PoseTolerance, RunId, SiteSettings, StartMode, Task, TaskId,
+    TaskOrder, TaskPlace,
 };
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -97,6 +98,17 @@ impl Bench {
 
     /// An action at the node, as a mission of this number.
     fn put_mission(&mut self, number: u128, action: &str, parameters: Parameters) {
+        self.put_mission_with_gauge(number, action, parameters, None);
+    }
+
+    /// The same, with a gauge in its pictures.
+    fn put_mission_with_gauge(
+        &mut self,
+        number: u128,
+        action: &str,
+        parameters: Parameters,
+        gauge: Option<GaugeDial>,
+    ) {
         let Vec3 { x, y, z } = self.map_from_base.position;
         let id = InspectionPointId(Uuid::from_u128(number + 100));
         self.put(Object::InspectionPoint(InspectionPoint {
@@ -107,6 +119,7 @@ impl Bench {
             target_m: self.ahead(2.5, Vec3::new(x, y, z + 0.4)),
             request: ActionRequest { action: action.to_owned(), parameters },
             limits: None,
+            gauge,
         }));
         let task = Task {
             id: TaskId(Uuid::from_u128(number + 200)),
@@ -255,7 +268,7 @@ fn a_photo_of_a_mission_in_b1_is_stored_with_its_place_and_fetched_over_http() {
     assert_eq!(result.kind, "photo");
     let blob = BlobHash(result.blob.expect("a picture"));
     let body: serde_json::Value = serde_json::from_str(&result.body).expect("JSON");
-    let report: site_model::ActionReport = serde_json::from_value(body["value"].clone()).expect("a report");
+    let report: ActionReport = serde_json::from_value(body["value"].clone()).expect("a report");
     assert_eq!((report.files[0].blob, report.files[0].media_type.as_str()), (blob, "image/jpeg"));
     // Straight ahead and a little up: by the estimate at the time of the picture, which is the node's but for millimetres.
     let camera = report.camera.expect("a camera");
@@ -287,6 +300,40 @@ fn a_photo_of_a_mission_in_b1_is_stored_with_its_place_and_fetched_over_http() {
     assert_eq!(*blake3::hash(&picture).as_bytes(), blob.0);
     assert_eq!(&picture[..3], &[0xff, 0xd8, 0xff]);
     assert_eq!(files_of_actions(&data), 1, "one picture, one file");
+}
+
+#[test]
+fn a_gauge_that_was_described_in_one_picture_is_looked_for_in_the_next_one() {
+    let mut bench = Bench::start();
+    let zoom: Parameters = [("zoom".to_owned(), Parameter::Integer(2))].into();
+    let report_of = |bench: &mut Bench, number: u128| {
+        let run = bench.begin(number);
+        bench.expect_end(run, "succeeded");
+        let results = bench.results(run);
+        let body: serde_json::Value = serde_json::from_str(&results[0].body).expect("JSON");
+        serde_json::from_value::<ActionReport>(body["value"].clone()).expect("a report")
+    };
+    bench.put_mission(1, "photo", zoom.clone());
+    let first = report_of(&mut bench, 1);
+    assert_eq!(first.gauge, None);
+    // There is no gauge: the wall has no needle.
+    let dial = GaugeDial {
+        picture: first.files[0].blob,
+        size_px: [640, 480],
+        centre_px: [320.0, 240.0],
+        start_px: [280.0, 280.0],
+        end_px: Some([360.0, 280.0]),
+        direction: DialDirection::Clockwise,
+        range: [0.0, 6.0],
+        unit: "bar".to_owned(),
+    };
+    bench.put_mission_with_gauge(2, "photo", zoom, Some(dial));
+    let second = report_of(&mut bench, 2);
+    let gauge = second.gauge.expect("looked for");
+    assert!(gauge.alignment_residual_px.is_some_and(|residual_px| residual_px < 3.0), "{gauge:?}");
+    let problem = gauge.problem.expect("no needle");
+    assert!(problem.starts_with("The gauge was not read: ") && problem.ends_with('.'), "{problem}");
+    assert!(second.readings.is_empty() && !second.files.is_empty());
 }
 
 #[test]

@@ -244,6 +244,7 @@ mod tests {
                 target_m: Vec3::default(),
                 request: ActionRequest { action: "sniff".to_owned(), parameters },
                 limits: None,
+                gauge: None,
             })
         };
         let put = |object| Edit {

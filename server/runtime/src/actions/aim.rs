@@ -3,7 +3,7 @@
 use crate::texts;
 use geometry::Vector3;
 use serde::Deserialize;
-use site_model::{LocalisationQuality, ReportPlace};
+use site_model::{GaugeDial, LocalisationQuality, ReportPlace};
 use vocab::{CameraAim, CameraHead, MapId, Pose, Vec3};
 
 /// Parameters of [`aim`].
@@ -20,7 +20,7 @@ impl Default for AimConfig {
 }
 
 /// Parameters of actions that take pictures.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 pub struct PictureParameters {
     /// What is to be in the middle of the picture, metres, map frame. Without it the angles count.
     pub target_m: Option<[f64; 3]>,
@@ -32,6 +32,9 @@ pub struct PictureParameters {
     pub tilt_rad: f64,
     /// Focal length relative to the shortest one.
     pub zoom: Option<f64>,
+    /// The gauge that is read in the picture.
+    #[serde(default)]
+    pub gauge: Option<GaugeDial>,
 }
 
 /// Why the camera cannot be aimed.
@@ -198,7 +201,8 @@ mod tests {
 
     #[test]
     fn without_a_target_the_angles_count_and_zoom_stays_within_its_range() {
-        let given = PictureParameters { pan_rad: -0.5, tilt_rad: 0.2, zoom: Some(99.0), target_m: None };
+        let given =
+            PictureParameters { pan_rad: -0.5, tilt_rad: 0.2, zoom: Some(99.0), target_m: None, gauge: None };
         assert_eq!(
             aim(&AimConfig::default(), &HEAD, &given, None),
             Ok(CameraAim { pan_rad: -0.5, tilt_rad: 0.2, zoom: 20.0 })

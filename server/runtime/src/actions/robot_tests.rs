@@ -2,19 +2,20 @@
 
 use super::*;
 use crate::clock::RobotClock;
+use crate::gauges::{GaugeQueue, GaugeWorker};
 use crate::mailbox::Mailbox;
 use links::{SimulatedRobot, SimulatedRobotConfig, SocketLink, SocketLinkConfig};
 use messages::Estimate;
-use ports::RobotLink;
+use ports::{GaugeReader, ReadGauge, RobotLink};
 use sim::{Face, SimConfig, Simulator, SiteName, Start};
-use site_model::{ActionReport, ReportFile};
+use site_model::{ActionReport, DialDirection, GaugeDial, GaugeReport, ReportFile};
 use std::io::Cursor;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::thread::JoinHandle;
 use std::time::Instant;
 use store::{BlobsConfig, Store};
 use uuid::Uuid;
-use vocab::{Pose, Vec3};
+use vocab::{BlobHash, Pose, Vec3};
 use watchdog::Heartbeat;
 
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -27,10 +28,37 @@ struct Bench {
     robot: Option<SimulatedRobot>,
     link: SocketLink,
     store: Arc<Store>,
-    thread: Option<JoinHandle<()>>,
+    /// Actions and gauges.
+    threads: Vec<JoinHandle<()>>,
+    stop_gauges: Option<Sender<()>>,
     /// The middle of the machine's plate, site frame, metres.
     target: Vec3,
     _dir: tempfile::TempDir,
+}
+
+/// Reads 4.2 bar in each picture.
+struct FakeReader;
+
+impl GaugeReader for FakeReader {
+    fn read(
+        &self,
+        picture: &Path,
+        described_in: &Path,
+        dial: &GaugeDial,
+        _is_cancelled: &mut dyn FnMut() -> bool,
+    ) -> Result<ReadGauge, String> {
+        if !described_in.exists() {
+            return Err("The picture is gone.".to_owned());
+        }
+        assert!(picture.exists());
+        let reading = site_model::Reading {
+            name: site_model::GAUGE_READING.to_owned(),
+            value: 4.2,
+            standard_deviation: None,
+            unit: dial.unit.clone(),
+        };
+        Ok(ReadGauge { reading: Some(reading), report: GaugeReport::default() })
+    }
 }
 
 impl Bench {
@@ -61,6 +89,11 @@ impl Bench {
         let (sender, results) = crossbeam_channel::bounded(config.max_results);
         let clock = Arc::<RobotClock>::default();
         clock.set(settled.now());
+        let (gauges, pictures, answers) = GaugeQueue::new();
+        let (stop_gauges, stop) = crossbeam_channel::bounded(0);
+        let reader = Box::new(FakeReader);
+        let gauge_worker = GaugeWorker { reader, store: Arc::clone(&store), pictures, answers, stop };
+        let gauge_thread = std::thread::spawn(move || gauge_worker.run(&Heartbeat::unwatched()));
         let worker = ActionWorker {
             config,
             blobs: BlobsConfig::default(),
@@ -75,13 +108,15 @@ impl Bench {
             clock,
             open: OpenActions::default(),
             sight: SightChecker::new(Arc::clone(&store)),
+            gauges: Some(gauges),
         };
         let thread = std::thread::spawn(move || worker.run(&Heartbeat::unwatched()));
         let estimate = Estimate { stamp: settled.now(), map_from_base, ..Estimate::default() };
         queue.watch(&Publication::Estimate(estimate));
         let target = geometry::vec_to_plain(&plate.translation.vector);
-        let (queue, thread, robot) = (Some(queue), Some(thread), Some(robot));
-        Self { queue, results, robot, link, store, thread, target, _dir: dir }
+        let (queue, robot) = (Some(queue), Some(robot));
+        let (threads, stop_gauges) = (vec![thread, gauge_thread], Some(stop_gauges));
+        Self { queue, results, robot, link, store, threads, stop_gauges, target, _dir: dir }
     }
 
     fn call(&self, action: &str, parameters: &str) {
@@ -132,7 +167,8 @@ impl Bench {
 impl Drop for Bench {
     fn drop(&mut self) {
         drop(self.queue.take());
-        if let Some(thread) = self.thread.take() {
+        drop(self.stop_gauges.take());
+        for thread in self.threads.drain(..) {
             thread.join().expect("it ends without a panic");
         }
     }
@@ -187,6 +223,34 @@ fn a_photo_of_b1_is_stored_and_says_where_its_target_is_in_it() {
     let seen = (map_from_base * base_from_camera).inverse_transform_point(&target.into());
     assert!(seen.x.abs() / seen.z < 1e-9 && seen.y.abs() / seen.z < 1e-9 && seen.z > 0.5, "{seen}");
     assert_eq!((camera.aim.zoom, camera.size_px, camera.centre_px), (2.0, [640, 480], [320.0, 240.0]));
+}
+
+#[test]
+fn the_gauge_of_a_photo_is_read_before_its_action_ends() {
+    let bench = Bench::start();
+    let (report, files) = bench.capture("photo", "");
+    assert_eq!((report.gauge, report.readings.len()), (None, 0));
+    let dial = |picture: BlobHash| {
+        let dial = GaugeDial {
+            picture,
+            size_px: [640, 480],
+            centre_px: [320.0, 240.0],
+            start_px: [270.0, 290.0],
+            end_px: Some([370.0, 290.0]),
+            direction: DialDirection::Clockwise,
+            range: [0.0, 6.0],
+            unit: "bar".to_owned(),
+        };
+        format!(r#", "gauge": {}"#, serde_json::to_string(&dial.parameter()).expect("plain data"))
+    };
+    let (report, _) = bench.capture("photo", &dial(files[0].0.blob));
+    let read = report.readings.first().expect("read");
+    assert_eq!((read.name.as_str(), read.value, read.unit.as_str()), ("gauge", 4.2, "bar"));
+    assert_eq!(report.gauge, Some(GaugeReport::default()));
+    // The picture in which it was described is gone: the photo counts all the same.
+    let (report, files) = bench.capture("photo", &dial(BlobHash([1; 32])));
+    assert_eq!(report.gauge.and_then(|gauge| gauge.problem).as_deref(), Some("The picture is gone."));
+    assert_eq!((report.readings.len(), files.len()), (0, 1));
 }
 
 #[test]

@@ -100,6 +100,7 @@ impl Bench {
             clock: Arc::clone(&clock),
             open: OpenActions::default(),
             sight: SightChecker::new(Arc::clone(&store)),
+            gauges: None,
         };
         let thread = Some(std::thread::spawn(move || worker.run(&Heartbeat::unwatched())));
         let bench = Self {

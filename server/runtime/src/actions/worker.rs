@@ -7,6 +7,7 @@ use super::own_action::{
 };
 use super::{ActionConfig, ActionInbox, ActionRequest, SightChecker, failed};
 use crate::clock::{CalendarTime, RobotClock};
+use crate::gauges::{GaugeAnswer, GaugePicture, GaugeQueue};
 use crate::mailbox::Mailbox;
 use crate::state_publisher::StatePublisher;
 use crate::texts;
@@ -14,12 +15,13 @@ use api::{Event, OfferedAction};
 use crossbeam_channel::{Receiver, Sender, select};
 use messages::{ActionOutcome, CorrectedScan, Input, RegisteredAction, Severity};
 use ports::{
-    ActionCall, ActionEnd, ActionEvent, ActionFile, ActionRegistration, ActionServer, error_with_causes,
+    ActionCall, ActionEnd, ActionEvent, ActionFile, ActionRegistration, ActionServer, ReadGauge,
+    error_with_causes,
 };
 use serde::de::DeserializeOwned;
 use site_model::{
-    ACTION_CATALOGUE, ActionReport, LineOfSight, MAX_MESSAGE_CHARS, Parameters, ReportFile, ReportTime,
-    describe_action,
+    ACTION_CATALOGUE, ActionReport, GaugeDial, GaugeReport, LineOfSight, MAX_MESSAGE_CHARS, Parameters,
+    ReportFile, ReportTime, describe_action,
 };
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -51,6 +53,8 @@ pub struct ActionWorker {
     pub clock: Arc<RobotClock>,
     pub open: OpenActions,
     pub sight: SightChecker,
+    /// Reads gauges in pictures; none reads none.
+    pub gauges: Option<GaugeQueue>,
 }
 
 /// Actions that are under way.
@@ -59,26 +63,30 @@ pub struct OpenActions {
     /// Those of the robot, with what its camera is aimed at.
     robot: BTreeMap<ActionCallId, Target>,
     own: BTreeMap<ActionCallId, OwnAction>,
+    /// Reports of those whose picture is stored and whose gauge is being read.
+    reading: BTreeMap<ActionCallId, ActionReport>,
     /// When the last feedback of each was passed on.
     feedback_at: BTreeMap<ActionCallId, Stamp>,
 }
 
 impl OpenActions {
     fn contains(&self, call: ActionCallId) -> bool {
-        self.robot.contains_key(&call) || self.own.contains_key(&call)
+        self.robot.contains_key(&call) || self.own.contains_key(&call) || self.reading.contains_key(&call)
     }
 
     fn len(&self) -> usize {
-        self.robot.len() + self.own.len()
+        self.robot.len() + self.own.len() + self.reading.len()
     }
 }
 
 /// What a camera is aimed at, if it is aimed at something.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct Target {
     /// Metres, map frame.
     target_m: Option<Vec3>,
     line_of_sight: Option<LineOfSight>,
+    /// The gauge that is read in the picture.
+    gauge: Option<GaugeDial>,
 }
 
 /// How a call was begun.
@@ -95,6 +103,9 @@ impl ActionWorker {
         let silent = crossbeam_channel::never();
         let events: Receiver<ActionEvent> = self.robot.as_ref().map_or(silent, |robot| robot.events());
         let (requests, scans) = (self.inbox.requests.clone(), self.inbox.scans.clone());
+        let silent = crossbeam_channel::never();
+        let gauges: Receiver<GaugeAnswer> =
+            self.gauges.as_ref().map_or(silent, |gauges| gauges.answers.clone());
         // The control loop may have ended.
         let offered = self.offered();
         let registered = offered.iter().map(|action| RegisteredAction {
@@ -118,6 +129,11 @@ impl ActionWorker {
                 },
                 recv(scans) -> scan => if let Ok(scan) = scan {
                     self.add_scan(&scan);
+                },
+                recv(gauges) -> answer => match answer {
+                    Ok((call, read)) => self.end_reading(call, read),
+                    // The core ends.
+                    Err(_) => return self.end_all(),
                 },
                 default(wait) => {}
             }
@@ -194,6 +210,7 @@ impl ActionWorker {
             let line = sight_line(&head, &asked, place.as_ref());
             target.line_of_sight = line.and_then(|(map, ends)| self.sight.check(map, ends));
             target.target_m = asked.target_m.map(Vec3::from);
+            target.gauge = asked.gauge;
             self.report_obstacle(call, &target);
             // Plain numbers always become JSON.
             parameters = serde_json::to_string(&aim).unwrap_or_default();
@@ -262,6 +279,8 @@ impl ActionWorker {
             if let Some(robot) = &self.robot {
                 robot.cancel(call);
             }
+        } else if self.open.reading.contains_key(&call) {
+            // It is done already but for the reading, and ends by itself in a moment.
         } else {
             self.end(call, ActionOutcome::Failed { reason: texts::NO_SUCH_CALL.to_owned() });
         }
@@ -283,21 +302,28 @@ impl ActionWorker {
             }
             ActionEvent::Ended { call, end } => {
                 let Some(target) = self.open.robot.remove(&call) else { return };
-                let outcome = match end {
-                    ActionEnd::Succeeded { report, files } => self.complete(&report, &files, target),
-                    ActionEnd::Failed { reason } => ActionOutcome::Failed { reason },
-                    ActionEnd::Cancelled => ActionOutcome::Cancelled,
-                };
-                self.end(call, outcome);
+                match end {
+                    ActionEnd::Succeeded { report, files } => match self.complete(&report, &files, &target) {
+                        Ok(report) => self.read_gauge(call, report, target.gauge),
+                        Err(failed) => self.end(call, failed),
+                    },
+                    ActionEnd::Failed { reason } => self.end(call, ActionOutcome::Failed { reason }),
+                    ActionEnd::Cancelled => self.end(call, ActionOutcome::Cancelled),
+                }
             }
         }
     }
 
-    /// Adds to the robot's report what the robot does not know, and stores its files.
-    fn complete(&self, report: &str, files: &[ActionFile], target: Target) -> ActionOutcome {
+    /// Adds to the robot's report what the robot does not know, and stores its files. Fails with the end of the action.
+    fn complete(
+        &self,
+        report: &str,
+        files: &[ActionFile],
+        target: &Target,
+    ) -> Result<ActionReport, ActionOutcome> {
         let report: Result<ActionReport, _> = serde_json::from_str(report);
         let Ok(mut report) = report else {
-            return ActionOutcome::Failed { reason: texts::ROBOT_REPORT_MALFORMED.to_owned() };
+            return Err(ActionOutcome::Failed { reason: texts::ROBOT_REPORT_MALFORMED.to_owned() });
         };
         report.at = self.time_at(report.at.robot_time);
         report.place = self.inbox.places.at(report.at.robot_time);
@@ -311,10 +337,42 @@ impl ActionWorker {
                     let bytes = file.bytes.len() as u64;
                     report.files.push(report_file(&file.name, &file.media_type, blob, bytes));
                 }
-                Err(error) => return not_stored(&error),
+                Err(error) => return Err(not_stored(&error)),
             }
         }
-        self.succeeded(report)
+        Ok(report)
+    }
+
+    /// Ends an action that has succeeded, once the gauge in its picture was read, if there is one. The picture counts whether or not that is possible.
+    fn read_gauge(&mut self, call: ActionCallId, mut report: ActionReport, gauge: Option<GaugeDial>) {
+        let is_picture = |file: &&ReportFile| file.media_type.starts_with("image/");
+        let picture = report.files.iter().find(is_picture).map(|file| file.blob);
+        if let (Some(gauges), Some(dial)) = (&self.gauges, gauge) {
+            let handed_in = picture.ok_or(texts::GAUGE_WITHOUT_PICTURE).and_then(|picture| {
+                let waiting = GaugePicture { call, picture, dial };
+                gauges.pictures.try_send(waiting).map_err(|_| texts::TOO_MANY_GAUGES)
+            });
+            let Err(problem) = handed_in else {
+                self.open.reading.insert(call, report);
+                return;
+            };
+            report.gauge = Some(GaugeReport { problem: Some(problem.to_owned()), ..GaugeReport::default() });
+        }
+        let outcome = self.succeeded(report);
+        self.end(call, outcome);
+    }
+
+    /// Ends an action with what was read in its picture, or with a sentence why nothing was.
+    fn end_reading(&mut self, call: ActionCallId, read: Result<ReadGauge, String>) {
+        let Some(mut report) = self.open.reading.remove(&call) else { return };
+        let read = read.unwrap_or_else(|problem| ReadGauge {
+            reading: None,
+            report: GaugeReport { problem: Some(problem), ..GaugeReport::default() },
+        });
+        report.readings.extend(read.reading);
+        report.gauge = Some(read.report);
+        let outcome = self.succeeded(report);
+        self.end(call, outcome);
     }
 
     fn add_scan(&mut self, scan: &CorrectedScan) {

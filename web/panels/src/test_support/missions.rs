@@ -62,6 +62,7 @@ fn site() -> Site {
             target_m: Vec3::new(0.0, 2.0, 1.0),
             request: ActionRequest { action: "photo".to_owned(), parameters: Parameters::new() },
             limits: None,
+            gauge: None,
         }));
     }
     let (id, name) = (DockId(Uuid::from_u128(1)), "Dock".to_owned());

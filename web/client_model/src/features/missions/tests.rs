@@ -64,6 +64,7 @@ fn site() -> Site {
                     target_m: Vec3::new(0.0, 2.0, 1.0),
                     request: ActionRequest { action: "photo".to_owned(), parameters: Parameters::new() },
                     limits: None,
+                    gauge: None,
                 }),
             );
         }

@@ -29,6 +29,7 @@ fn site(limits: Option<ReadingLimits>) -> SiteState {
         target_m: Vec3::new(0.0, 0.0, 0.0),
         request: ActionRequest { action: "temperature".into(), parameters: Default::default() },
         limits,
+        gauge: None,
     };
     let settings = SiteSettings { name: "Works".into(), time_zone: "Europe/Rome".into(), map: None };
     for (number, object) in (1..).zip([Object::Settings(settings), Object::InspectionPoint(point)]) {

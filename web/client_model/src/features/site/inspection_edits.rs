@@ -62,6 +62,7 @@ impl SiteFeature {
             target_m,
             request: ActionRequest { action: FIRST_ACTION.to_owned(), parameters: Parameters::new() },
             limits: None,
+            gauge: None,
         };
         (id, SiteEdit { put: vec![Object::InspectionPoint(point)], removed: Vec::new() })
     }

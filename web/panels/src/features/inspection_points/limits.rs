@@ -40,7 +40,7 @@ pub(super) fn show(
 ) -> Option<Option<ReadingLimits>> {
     widgets::section_head(ui, cx.tokens, texts::LIMITS_HEAD);
     let unit = point.limits.as_ref().map_or("", |limits| limits.unit.as_str());
-    let units = texts::units(&point.request.action);
+    let units = units_of(point);
     let known = units.iter().find(|(known, _)| *known == unit).map(|(_, name)| *name);
     let shown = if point.limits.is_none() { texts::NOT_JUDGED } else { known.unwrap_or(unit) };
     let names = units.iter().map(|(_, name)| (*name).to_owned());
@@ -72,4 +72,12 @@ pub(super) fn show(
     }
     widgets::remark(ui, cx.tokens, texts::LIMITS_REMARK);
     (changed != *limits).then_some(Some(changed))
+}
+
+/// Units of what a point reads, with their names: that of its gauge first.
+fn units_of(point: &InspectionPoint) -> Vec<(&str, &str)> {
+    let of_action = texts::units(&point.request.action);
+    let gauge = point.gauge.as_ref().map(|dial| dial.unit.as_str());
+    let is_new = |unit: &&str| of_action.iter().all(|(known, _)| known != unit);
+    gauge.filter(is_new).map(|unit| (unit, unit)).into_iter().chain(of_action.iter().copied()).collect()
 }

@@ -1,8 +1,10 @@
-//! The history of an inspection point: a time line of its results, the two that are compared, its readings over time, and all of it as a table.
+//! The history of an inspection point: a time line of its results, the two that are compared, the gauge in its photos, its readings over time, and all of it as a table.
 
 mod chooser;
 mod chosen;
 mod compare;
+mod gauge_draft;
+mod gauge_editor;
 mod plot;
 mod readings;
 mod side;
@@ -18,6 +20,7 @@ use crate::{icon, screens, widgets};
 use client_model::{ClientCommand, PointHistoryCommand};
 use compare::Comparison;
 use egui::{Context, Ui};
+use gauge_editor::GaugeEditor;
 use strip::{Strip, ask};
 
 /// The tab of the history of a point.
@@ -30,6 +33,7 @@ pub(crate) struct PointHistoryPanel {
     opened: u64,
     strip: Strip,
     comparison: Comparison,
+    gauge: GaugeEditor,
 }
 
 impl FeaturePanel for PointHistoryPanel {
@@ -42,16 +46,18 @@ impl FeaturePanel for PointHistoryPanel {
             }
         }
         self.comparison.update(cx);
+        self.gauge.update(cx);
     }
 
     fn cancel(&mut self, _cx: &mut PanelContext<'_>) -> bool {
-        self.comparison.close()
+        self.gauge.close() || self.comparison.close()
     }
 
     fn show_card(&mut self, ctx: &Context, cx: &mut PanelContext<'_>) {
         if let Some(zone) = cx.model.point_history.zone() {
             self.comparison.show(ctx, cx, zone);
         }
+        self.gauge.show(ctx, cx);
     }
 
     fn tabs(&self) -> &'static [Tab] {
@@ -79,6 +85,7 @@ impl FeaturePanel for PointHistoryPanel {
         self.strip.show(ui, cx, zone, "card");
         widgets::remark(ui, tokens, &texts::extent(history.results().len(), history.is_whole()));
         chosen::show(ui, cx, zone, &mut self.comparison);
+        gauge_editor::show_section(ui, cx, &mut self.gauge);
         readings::show(ui, cx, zone);
         widgets::remark(ui, tokens, texts::STRIP_REMARK);
         show_export(ui, cx);

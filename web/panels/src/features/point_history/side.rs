@@ -2,7 +2,7 @@
 
 use super::texts;
 use crate::feature_panel::PanelContext;
-use crate::features::runs::{Pane, viewable};
+use crate::features::runs::{Pane, ReadNeedle, viewable};
 use client_model::{Model, PointResult};
 use missions::SiteZone;
 use site_model::RunId;
@@ -25,8 +25,9 @@ pub(super) fn sides(model: &Model) -> [Option<Side<'_>>; 2] {
 impl Side<'_> {
     /// What is drawn of it; none if it has neither a picture nor a spectrum.
     pub(super) fn pane(&self, cx: &PanelContext<'_>, zone: &SiteZone) -> Option<Pane> {
-        let (file, kind) = viewable(self.result.report.as_ref()?)?;
-        Some(Pane { file, kind, caption: self.caption(cx, zone) })
+        let report = self.result.report.as_ref()?;
+        let (file, kind) = viewable(report)?;
+        Some(Pane { file, kind, caption: self.caption(cx, zone), needle: ReadNeedle::of(report) })
     }
 
     /// Letter, time and age.

@@ -3,6 +3,7 @@
 use super::plot;
 use super::time_axis::TimeAxis;
 use crate::screens;
+use crate::test_support::missions::type_into;
 use crate::test_support::{TestClient, click, value};
 use api::{Event, SiteParts, SiteState};
 use client_model::{
@@ -38,6 +39,7 @@ fn site() -> Site {
             target_m: Vec3::new(0.0, 0.0, 0.0),
             request: ActionRequest { action: "thermal_photo".into(), parameters: Default::default() },
             limits: Some(ReadingLimits { min: None, max: Some(26.0), unit: "°C".into() }),
+            gauge: None,
         })
     };
     let objects = [
@@ -304,4 +306,74 @@ fn a_plot_of_5_000_readings_has_a_mark_in_each_column_at_most() {
     };
     let (many_ms, few_ms) = (frame_ms(client), frame_ms(fetched(self::client(), 40)));
     println!("a frame of the whole page: {few_ms:.2} ms with 40 results, {many_ms:.2} ms with 5,000");
+}
+
+/// The large photo of the gauge, and where a share of it is.
+fn photo_of_gauge(harness: &Harness<'_, TestClient>) -> impl Fn(f32, f32) -> egui::Pos2 + use<> {
+    let place = harness.get_by_label("Photo of the gauge").rect();
+    // 64 x 48 pixels fill the height or the width.
+    let size = vec2(64.0, 48.0) * (place.size() / vec2(64.0, 48.0)).min_elem();
+    let shown = Rect::from_center_size(place.center(), size);
+    move |x, y| shown.lerp_inside(vec2(x, y))
+}
+
+fn press_at(harness: &mut Harness<'_, TestClient>, at: egui::Pos2) {
+    harness.hover_at(at);
+    harness.drag_at(at);
+    harness.run_steps(1);
+    harness.drop_at(at);
+    harness.run_steps(2);
+}
+
+#[test]
+fn a_gauge_is_described_by_three_presses_and_saved_as_one_edit() {
+    let mut harness = fetched(client(), 2).shown(1440.0, 1_600.0);
+    for (blob, _) in harness.state_mut().panels.files.take_wanted() {
+        let image = egui::ColorImage::filled([64, 48], egui::Color32::GRAY);
+        let ctx = harness.ctx.clone();
+        harness.state_mut().panels.files.insert(&ctx, blob, Ok(crate::ResultFileContent::Picture(image)));
+    }
+    click(&mut harness, "Describe the gauge");
+    harness.run_steps(3);
+    assert!(harness.get_by_label("Save the gauge").accesskit_node().is_disabled());
+    let at = photo_of_gauge(&harness);
+    for (x, y) in [(0.5, 0.5), (0.4, 0.7), (0.6, 0.7)] {
+        press_at(&mut harness, at(x, y));
+    }
+    assert_eq!(value(&harness, "Centre of the scale"), "32, 24 px");
+    // A mark that has the focus is moved by arrow keys.
+    harness.get_by_label("Upper end of the scale").focus();
+    harness.run_steps(2);
+    harness.key_press(Key::ArrowRight);
+    harness.run_steps(2);
+    assert_eq!(value(&harness, "Upper end of the scale"), "39, 33 px");
+    for (name, text) in [("At lower end", "0"), ("At upper end", "6")] {
+        type_into(&mut harness, name, text);
+    }
+    click(&mut harness, "Unit");
+    harness.run_steps(2);
+    click(&mut harness, "bar");
+    harness.run_steps(2);
+    click(&mut harness, "Save the gauge");
+    harness.run_steps(2);
+    let saved = harness.state().commands.iter().find_map(|command| match command {
+        ClientCommand::EditSite(edit) => edit.put.first(),
+        _ => None,
+    });
+    let Some(Object::InspectionPoint(point)) = saved else { panic!("{:?}", harness.state().commands) };
+    let dial = point.gauge.as_ref().expect("described");
+    assert_eq!((dial.range, dial.unit.as_str(), dial.size_px), ([0.0, 6.0], "bar", [64, 48]));
+    assert!((dial.centre_px[0] - 31.5).abs() < 0.2 && (dial.centre_px[1] - 23.5).abs() < 0.2, "{dial:?}");
+    assert!(harness.query_by_label("Photo of the gauge").is_none(), "it is closed");
+}
+
+#[test]
+fn escape_closes_the_gauge_and_saves_nothing() {
+    let mut harness = fetched(client(), 2).shown(1440.0, 1_600.0);
+    click(&mut harness, "Describe the gauge");
+    harness.run_steps(3);
+    harness.key_press(Key::Escape);
+    harness.run_steps(3);
+    assert!(harness.query_by_label("Save the gauge").is_none());
+    assert!(!harness.state().commands.iter().any(|command| matches!(command, ClientCommand::EditSite(_))));
 }

@@ -1,10 +1,11 @@
 //! Texts of the history of an inspection point, by key.
 
+use super::gauge_draft::Missing;
 use crate::features::runs::{date_and_time, reading_name};
 use crate::format;
 use client_model::{HistorySpan, PointHistory, ReadingSeries, ResultJudgement};
 use missions::SiteZone;
-use site_model::{LocalDateTime, LocalisationQuality, ReportPlace, RunId};
+use site_model::{DialDirection, GaugeDial, LocalDateTime, LocalisationQuality, ReportPlace, RunId};
 
 pub(super) const TAB: &str = "Points";
 pub(super) const HEAD: &str = "History of an inspection point";
@@ -238,4 +239,61 @@ pub(super) fn plot_value(series: &ReadingSeries, decimals: usize) -> String {
 /// `40 %`: where the divider is.
 pub(super) fn divider(share: f32) -> String {
     format::percent(share)
+}
+
+pub(super) const GAUGE_HEAD: &str = "Gauge";
+pub(super) const DESCRIBE_GAUGE: &str = "Describe the gauge";
+pub(super) const CHANGE_GAUGE: &str = "Change the gauge";
+pub(super) const NO_GAUGE: &str =
+    "If this photo shows a gauge, describe it once: the robot then reads its needle in every later photo.";
+pub(super) const GAUGE_CARD: &str = "Description of a gauge";
+pub(super) const GAUGE_PHOTO: &str = "Photo of the gauge";
+pub(super) const CLOSE_GAUGE: &str = "Close the gauge";
+pub(super) const MARK_AGAIN: &str = "Mark again";
+pub(super) const SHORT_MARKS: [&str; 3] = ["centre", "lower end", "upper end"];
+pub(super) const DIRECTIONS: [(&str, DialDirection); 2] =
+    [("Clockwise", DialDirection::Clockwise), ("Counterclockwise", DialDirection::Counterclockwise)];
+pub(super) const TURNS: [(&str, bool); 2] = [("Scale with two ends", false), ("Full turn", true)];
+pub(super) const VALUES: [&str; 2] = ["At lower end", "At upper end"];
+pub(super) const UNIT: &str = "Unit";
+pub(super) const CHOOSE_UNIT: &str = "Choose a unit";
+pub(super) const UNITS: [&str; 18] = [
+    "bar", "mbar", "kPa", "MPa", "psi", "°C", "°F", "%", "mm", "m", "l/min", "m³/h", "m³", "1/min", "V", "A",
+    "kW", "kg",
+];
+pub(super) const SAVE_GAUGE: &str = "Save the gauge";
+pub(super) const REMOVE_GAUGE: &str = "Remove the description";
+pub(super) const GAUGE_REMARK: &str = "The gauge is read in photos that are taken from now on. Photos are aligned with this one first, so the robot may stand a little elsewhere. Limits are set on the Site screen.";
+
+/// What to press next on the photo.
+pub(super) fn mark_hint(next: Option<usize>) -> &'static str {
+    match next {
+        Some(0) => "Press the centre of the scale, where the needle turns. The wheel or two fingers magnify.",
+        Some(1) => "Press the tick at the lower end of the scale.",
+        Some(_) => "Press the tick at the upper end of the scale.",
+        None => "Drag a mark to correct it, or move it with the arrow keys.",
+    }
+}
+
+/// `0 to 6 bar`.
+pub(super) fn gauge(dial: &GaugeDial) -> String {
+    let [low, high] = dial.range;
+    format!("The needle is read in every photo, from {low} to {high} {}.", dial.unit)
+}
+
+pub(super) fn gauge_of(point: &str) -> String {
+    format!("Gauge of {point}")
+}
+
+pub(super) fn pixels([x, y]: [f64; 2]) -> String {
+    format!("{x:.0}, {y:.0} px")
+}
+
+/// What is missing before a gauge can be saved.
+pub(super) fn missing(missing: &Missing) -> String {
+    match missing {
+        Missing::Marks => "The marks are missing: press them on the photo.".to_owned(),
+        Missing::Values => "The values at the ends of the scale are missing.".to_owned(),
+        Missing::Of(error) => format!("A gauge needs {error}."),
+    }
 }

@@ -1,6 +1,6 @@
 //! Pictures and spectra large, over everything but the top bar: one, or side by side with the last one of the same inspection point.
 
-use super::pane::{CommonAxes, Pane, halves, show_pane};
+use super::pane::{CommonAxes, Pane, ReadNeedle, halves, show_pane};
 use super::picture_paint::show_note;
 use super::picture_view::{PictureView, ZOOM};
 use super::result_view::{ResultView, result_views, viewable};
@@ -109,15 +109,17 @@ impl Lightbox {
             file: result_view.file.clone(),
             kind: result_view.kind,
             caption: texts::this_run(&taken(&result_view.result)),
+            needle: ReadNeedle::of(&result_view.report),
         }];
         let earlier = match &previous {
             Some(Ok(Some((result, report)))) => viewable(report).map(|shown| (result, report, shown)),
             _ => None,
         };
-        if let Some((result, _, (file, kind))) = &earlier {
+        if let Some((result, report, (file, kind))) = &earlier {
             let age_s = (result_view.result.at.0 - result.at.0) as f64 * 1e-9;
             let caption = texts::before(&taken(result), age_s);
-            panes.insert(0, Pane { file: file.clone(), kind: *kind, caption });
+            let needle = ReadNeedle::of(report);
+            panes.insert(0, Pane { file: file.clone(), kind: *kind, caption, needle });
         }
         let places = if self.is_compared { halves(rect, cx.layout.width).to_vec() } else { vec![rect] };
         let places_of_panes = if panes.len() < places.len() { &places[1..] } else { &places[..] };

@@ -29,10 +29,11 @@ use lightbox::Lightbox;
 use site_model::RunId;
 
 pub(crate) use pane::{
-    CommonAxes, Pane, follow, halves, paint_ground, paint_pane, show_caption, show_pane, split_caption,
+    CommonAxes, Pane, ReadNeedle, follow, halves, paint_ground, paint_pane, show_caption, show_pane,
+    split_caption,
 };
 pub(crate) use picture_paint::show_note;
-pub(crate) use picture_view::PictureView;
+pub(crate) use picture_view::{PictureView, place_of_px, px_at};
 pub(crate) use result_view::viewable;
 pub(crate) use results::paint_file;
 pub(crate) use texts::{date_and_time, difference, outside, reading, reading_name, skip_reason};

@@ -1,8 +1,8 @@
 //! A picture, thermal picture or spectrum in a place of the screen, with its caption. Several in a row share the part that is looked at, the scale of temperatures
 //! and the axis of counts, so that they compare.
 
-use super::picture_paint::{paint_marker, paint_picture, paint_scale, show_note};
-use super::picture_view::{PictureView, middle_of, pixel_at};
+use super::picture_paint::{paint_marker, paint_needle, paint_picture, paint_scale, show_note};
+use super::picture_view::{PictureView, middle_of, pixel_at, place_of_px};
 use super::{spectrum, texts};
 use crate::Width;
 use crate::feature_panel::PanelContext;
@@ -12,7 +12,7 @@ use crate::thermal::{Scale, ThermalPicture};
 use crate::widgets;
 use client_model::ResultFileKind;
 use egui::{Align2, Color32, Pos2, Rect, Response, Sense, Ui, Vec2, pos2, vec2};
-use site_model::ReportFile;
+use site_model::{ActionReport, ReportFile};
 
 /// Width of the scale of a thermal picture with its labels, points.
 const SCALE_WIDTH: f32 = 72.0;
@@ -25,6 +25,25 @@ pub(crate) struct Pane {
     pub(crate) kind: ResultFileKind,
     /// What stands above it.
     pub(crate) caption: String,
+    /// The needle of a gauge that was read in it.
+    pub(crate) needle: Option<ReadNeedle>,
+}
+
+/// A needle in a picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ReadNeedle {
+    /// Where it turns and where it ends, pixels.
+    ends_px: [[f64; 2]; 2],
+    /// Columns and rows of the picture.
+    size_px: [u32; 2],
+}
+
+impl ReadNeedle {
+    /// The needle that was read in the picture of a report.
+    pub(crate) fn of(report: &ActionReport) -> Option<Self> {
+        let (gauge, camera) = (report.gauge.as_ref()?, report.camera.as_ref()?);
+        Some(Self { ends_px: gauge.needle_px?, size_px: camera.size_px })
+    }
 }
 
 /// What all panes share.
@@ -143,7 +162,11 @@ pub(crate) fn paint_pane(
         ResultFile::Loading => show_note(ui, tokens, rect, texts::FETCHING_FILE),
         ResultFile::Failed(sentence) => show_note(ui, tokens, rect, &sentence.clone()),
         ResultFile::Picture(texture) => {
-            paint_picture(ui, texture.id(), view.picture_rect(rect, texture.size_vec2()), rect);
+            let shown = view.picture_rect(rect, texture.size_vec2());
+            paint_picture(ui, texture.id(), shown, rect);
+            if let Some(ReadNeedle { ends_px, size_px }) = pane.needle {
+                paint_needle(ui, tokens, rect, ends_px.map(|px| place_of_px(px, shown, size_px)));
+            }
         }
         ResultFile::Thermal(picture) => {
             let scale = axes.scale_of(picture);

@@ -34,6 +34,16 @@ pub(super) fn paint_marker(ui: &Ui, clip: Rect, at: egui::Pos2, text: &str) {
     painter.galley(label.min, galley, Color32::WHITE);
 }
 
+/// The axis and the tip of a needle, as rings, so that people see the needle itself between them.
+pub(super) fn paint_needle(ui: &Ui, tokens: &Tokens, clip: Rect, ends: [egui::Pos2; 2]) {
+    let painter = ui.painter_at(clip);
+    for (at, radius) in ends.into_iter().zip([5.0, 8.0]) {
+        for (width, colour) in [(4.0, Color32::from_black_alpha(200)), (2.0, tokens.accent)] {
+            painter.circle_stroke(at, radius, (width, colour));
+        }
+    }
+}
+
 /// The colours with their temperatures, and a mark at the one that is read.
 pub(super) fn paint_scale(ui: &Ui, tokens: &Tokens, rect: Rect, scale: Scale, read: Option<f64>) {
     let painter = ui.painter();

@@ -32,7 +32,7 @@ impl Default for PictureView {
 
 impl PictureView {
     /// Where a picture of `size` lies if its view fills `pane`.
-    pub(super) fn picture_rect(&self, pane: Rect, size: Vec2) -> Rect {
+    pub(crate) fn picture_rect(&self, pane: Rect, size: Vec2) -> Rect {
         let shown = size * (self.zoom * (pane.size() / size).min_elem());
         Rect::from_min_size(pane.center() - self.centre * shown, shown)
     }
@@ -92,6 +92,19 @@ pub(super) fn middle_of([column, row]: [usize; 2], picture: Rect, size: [usize; 
     )
 }
 
+/// Where a place in a picture is on the screen. Pixels count from the top left; the middle of the first one is 0, 0.
+pub(crate) fn place_of_px(px: [f64; 2], picture: Rect, size_px: [u32; 2]) -> Pos2 {
+    let share = |axis: usize| ((px[axis] + 0.5) / f64::from(size_px[axis].max(1))) as f32;
+    picture.lerp_inside(vec2(share(0), share(1)))
+}
+
+/// The inverse of [`place_of_px`].
+pub(crate) fn px_at(at: Pos2, picture: Rect, size_px: [u32; 2]) -> [f64; 2] {
+    let share = (at - picture.min) / picture.size();
+    let px = |share: f32, size: u32| f64::from(share) * f64::from(size) - 0.5;
+    [px(share.x, size_px[0]), px(share.y, size_px[1])]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -118,5 +131,7 @@ mod tests {
         let picture = view.picture_rect(pane(), SIZE);
         assert_eq!(pixel_at(middle_of([3, 7], picture, [640, 480]), picture, [640, 480]), Some([3, 7]));
         assert_eq!(pixel_at(pos2(0.0, 0.0), picture, [640, 480]), None);
+        let px = px_at(place_of_px([3.25, 7.0], picture, [640, 480]), picture, [640, 480]);
+        assert!((px[0] - 3.25).abs() < 1e-3 && (px[1] - 7.0).abs() < 1e-3, "{px:?}");
     }
 }

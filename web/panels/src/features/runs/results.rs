@@ -8,7 +8,7 @@ use crate::button::{Button, Kind};
 use crate::feature_panel::PanelContext;
 use crate::paint::focus_ring;
 use crate::result_files::ResultFile;
-use crate::widgets::fact_with_note;
+use crate::widgets::{self, fact_with_note};
 use crate::{icon, theme};
 use client_model::{ClientCommand, PointHistoryCommand, ResultFileKind, StoredResult};
 use egui::{Color32, Id, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
@@ -143,6 +143,9 @@ fn show_report(
         let note = outside.map(|outside| texts::outside(outside, &reading.unit));
         let note = note.as_deref().map(|note| (note, tokens.bad));
         fact_with_note(ui, tokens, &texts::reading_name(&reading.name), &texts::reading(reading), note);
+    }
+    if let Some(problem) = report.gauge.as_ref().and_then(|gauge| gauge.problem.as_ref()) {
+        widgets::remark(ui, tokens, problem);
     }
     // What is drawn is opened from there.
     for file in report.files.iter().filter(|_| result_view.is_none()) {

@@ -222,6 +222,7 @@ fn ended_runs_are_listed_filtered_and_opened_with_what_was_gathered() {
         target_m: Vec3::default(),
         request: ActionRequest { action: "gamma_spectrum".into(), parameters: Default::default() },
         limits: Some(ReadingLimits { min: None, max: Some(0.1), unit: "µSv/h".into() }),
+        gauge: None,
     };
     let with_point = result.replace(
         r#""details": { "value""#,
