@@ -3,7 +3,7 @@
 
 mod nightly {
     use crate::support::chromium::Chromium;
-    use crate::support::page::Page;
+    use crate::support::page::{At, Page};
     use crate::support::server::Server;
     use crate::support::{wait_for, workspace_root};
     use serde_json::Value;
@@ -14,6 +14,11 @@ mod nightly {
     const LIMIT: Duration = Duration::from_secs(180);
     /// A part of the walk: enough for some inspection points and their mission.
     const SHORT: &str = "--example-minutes=2";
+    /// The gauge in its photo, pixels.
+    const CENTRE_PX: [f64; 2] = [320.5, 205.0];
+    const LOWER_END_PX: [f64; 2] = [275.0, 256.0];
+    const MIDDLE_PX: [f64; 2] = [321.0, 133.0];
+    const UPPER_END_PX: [f64; 2] = [366.0, 256.0];
 
     #[test]
     fn a_change_that_a_mission_finds_is_acknowledged_and_made_normal() {
@@ -80,6 +85,38 @@ mod nightly {
         page.control("slider", "Time line");
         page.wait_for_pictures();
         page.screenshot().save("changes-gauge-1440x900");
+
+        // The gauge is described once, and read in the photo of the next run.
+        page.click("button", "Describe the gauge");
+        describe_gauge(&mut page);
+        page.screenshot().save("gauge-described-1440x900");
+        save_for_guide(&mut page, "gauge-described");
+        page.click("button", "Save the gauge");
+        // The mission is still open there.
+        page.click("button", "Missions");
+        page.click("button", "Run now");
+        let read = wait_for("the reading of the gauge", LONG_LIMIT, || {
+            let points = get(&mut page, "/api/v1/site/inspection-points");
+            let described =
+                points["items"].as_array()?.iter().find(|item| item["object"]["gauge"].is_object())?;
+            let id = described["object"]["id"].as_str()?;
+            let results = get(&mut page, &format!("/api/v1/inspection-points/{id}/results?limit=1"));
+            let report = results["items"][0]["details"]["value"].clone();
+            report["gauge"].is_object().then_some(report)
+        });
+        assert!(read["gauge"]["problem"].is_null(), "{read}");
+        let reading = &read["readings"][0];
+        let value = reading["value"].as_f64().unwrap();
+        // The simulated pressure is 3.0 bar, give or take 0.4 over 15 minutes.
+        assert!((2.5..=3.5).contains(&value) && reading["unit"] == "bar", "{reading}");
+        page.click("button", "Runs");
+        page.click("button", "Points");
+        page.control("slider", "Time line");
+        page.wait_for_pictures();
+        page.click("button", "Compare large");
+        page.wait_for_pictures();
+        page.screenshot().save("gauge-read-1440x900");
+        save_for_guide(&mut page, "gauge-read");
         // While the platform starts again, the page finds nobody.
         let mut errors = page.errors();
         errors.retain(|error| !error.contains("ERR_CONNECTION_REFUSED"));
@@ -108,6 +145,34 @@ mod nightly {
         });
         page.press(at);
         page.release(at);
+    }
+
+    /// Marks the dial in the photo and enters what its ends mean. The gauge is in the middle of the picture, 1,600 pixels are a metre, and its scale spans 270 degrees.
+    fn describe_gauge(page: &mut Page) {
+        const SIZE_PX: [f64; 2] = [640.0, 480.0];
+        let photo = page.control("image", "Photo of the gauge");
+        page.wait_for_pictures();
+        let [min, max] = page.corners(&photo).unwrap();
+        let (width, height) = (max.x - min.x, max.y - min.y);
+        let scale = (width / SIZE_PX[0]).min(height / SIZE_PX[1]);
+        for [x, y] in [CENTRE_PX, LOWER_END_PX, MIDDLE_PX, UPPER_END_PX] {
+            let at = At {
+                x: min.x + 0.5 * width + scale * (x - 0.5 * SIZE_PX[0]),
+                y: min.y + 0.5 * height + scale * (y - 0.5 * SIZE_PX[1]),
+            };
+            page.move_to(at);
+            page.press(at);
+            page.release(at);
+            page.wait_for_pictures();
+        }
+        for (name, value) in [("At lower end", "0"), ("At upper end", "10")] {
+            page.click("textbox", name);
+            page.wait_for_pictures();
+            page.type_text(value);
+            page.wait_for_pictures();
+        }
+        page.click("button", "Unit");
+        page.click("button", "bar");
     }
 
     /// With `AUTOINSPECT_GUIDE=1`, saves a picture of `docs/guide/changes.md`.

@@ -217,11 +217,18 @@ impl Page {
 
     /// The centre of a control, if it is still on the page.
     pub fn middle(&mut self, control: &PageControl) -> Option<At> {
+        let [min, max] = self.corners(control)?;
+        Some(At { x: 0.5 * (min.x + max.x), y: 0.5 * (min.y + max.y) })
+    }
+
+    /// The upper left and the lower right corner of a control, if it is still on the page.
+    pub fn corners(&mut self, control: &PageControl) -> Option<[At; 2]> {
         let answer = self.try_call("DOM.getBoxModel", json!({ "backendNodeId": control.node })).ok()?;
         let corners: Vec<f64> =
             answer["model"]["border"].as_array()?.iter().filter_map(Value::as_f64).collect();
-        let mean = |offset: usize| corners.iter().skip(offset).step_by(2).sum::<f64>() / 4.0;
-        (corners.len() == 8).then(|| At { x: mean(0), y: mean(1) })
+        // Clockwise from the upper left one.
+        (corners.len() == 8)
+            .then(|| [At { x: corners[0], y: corners[1] }, At { x: corners[4], y: corners[5] }])
     }
 
     /// Waits until the control with this role and name is enabled and is where it was before the pointer came, as a person would, and clicks it.

@@ -81,6 +81,14 @@ pub struct GaugeConfig {
     /// Rays reach this share of the radius: needles that are longer than their scale are not expected. Chosen: a little more than [`Self::max_length_share`], so that it
     /// can be exceeded.
     pub reach_share: f64,
+    /// A dial that is seen from the side is resampled up to this share of its radius. Chosen: a little more than [`Self::reach_share`].
+    pub frontal_share: f64,
+    /// The mark in the middle of a scale is off the line that both ends let expect by at most this share of the radius. Chosen: what a hand misses and a lens bends is far less, and
+    /// a mark at another number is farther off.
+    pub max_middle_error_share: f64,
+    /// The cosine of half the sweep of a scale that is seen from the side stays this far from 1 and -1: sweeps of 23 to 337 degrees. Chosen: beyond, both ends are nearly on one
+    /// line with the middle, and a pixel of error there is several across it.
+    pub min_sweep_margin: f64,
 }
 
 impl Default for GaugeConfig {
@@ -113,6 +121,9 @@ impl Default for GaugeConfig {
             max_uncertainty_share: 0.03,
             beyond_end_rad: 0.1,
             reach_share: 1.1,
+            frontal_share: 1.2,
+            max_middle_error_share: 0.2,
+            min_sweep_margin: 0.02,
         }
     }
 }

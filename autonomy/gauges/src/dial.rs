@@ -31,6 +31,8 @@ pub enum DialError {
     NoSweep,
     /// Both ends of the range are the same value.
     NoRange,
+    /// The mark in the middle of a scale does not fit those at its ends.
+    MarksDisagree,
 }
 
 impl fmt::Display for DialError {
@@ -40,6 +42,9 @@ impl fmt::Display for DialError {
             Self::NoRadius => "the end of the scale is at the centre of the dial, so that it has no radius",
             Self::NoSweep => "the scale of the dial has no extent, or more than a turn",
             Self::NoRange => "both ends of the range are the same value",
+            Self::MarksDisagree => {
+                "the tick in the middle of the scale is not half way between its ends; mark the value in the middle of the range"
+            }
         })
     }
 }

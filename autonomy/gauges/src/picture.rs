@@ -50,4 +50,22 @@ impl Picture {
     pub fn pixels(&self) -> &[[u8; 3]] {
         &self.pixels
     }
+
+    /// The colour at a place between pixels, bilinear. Outside the picture it is that of the nearest pixel.
+    pub(crate) fn sample(&self, [x, y]: [f64; 2]) -> [u8; 3] {
+        let split = |place: f64, size: usize| {
+            let place = place.clamp(0.0, (size - 1) as f64);
+            let whole = (place.floor() as usize).min(size - 2);
+            (whole, place - whole as f64)
+        };
+        let ((column, right), (row, down)) = (split(x, self.width), split(y, self.height));
+        let pixel = |column: usize, row: usize| self.pixels[row * self.width + column];
+        let corners =
+            [pixel(column, row), pixel(column + 1, row), pixel(column, row + 1), pixel(column + 1, row + 1)];
+        let shares = [(1.0 - right) * (1.0 - down), right * (1.0 - down), (1.0 - right) * down, right * down];
+        std::array::from_fn(|colour| {
+            let light = |(corner, share): (&[u8; 3], &f64)| share * f64::from(corner[colour]);
+            corners.iter().zip(&shares).map(light).sum::<f64>().round() as u8
+        })
+    }
 }

@@ -1,7 +1,18 @@
 //! The description of a gauge in another picture.
 
 use crate::Homography;
-use gauges::Dial;
+use gauges::{Dial, DialMarks};
+
+/// The marks of a scale in an earlier picture as they are in a later one. None if one of them is not ahead of the later camera.
+pub fn mapped_marks(marks: &DialMarks, after_from_before: &Homography) -> Option<DialMarks> {
+    Some(DialMarks {
+        centre_px: after_from_before.map(marks.centre_px)?,
+        start_px: after_from_before.map(marks.start_px)?,
+        middle_px: after_from_before.map(marks.middle_px)?,
+        end_px: after_from_before.map(marks.end_px)?,
+        range: marks.range,
+    })
+}
 
 /// The dial of an earlier picture as it is in a later one. None if it is not ahead of the later camera.
 ///

@@ -15,7 +15,7 @@
 //! 3. `changes`: what is left is a change of colour, or darker or brighter than shadows make it;
 //! 4. `regions`: changed pixels that belong together.
 //!
-//! [`mapped_dial`] takes the description of a gauge from one picture to the other. Everything is a pure function: the same input gives the same bits. The method is in
+//! [`mapped_dial`] and [`mapped_marks`] take the description of a gauge from one picture to the other. Everything is a pure function: the same input gives the same bits. The method is in
 //! docs/maths/picture-changes.md.
 
 mod align;
@@ -39,7 +39,7 @@ mod tests;
 pub use align::{PictureAlignment, PictureAlignmentError, align_pictures};
 pub use changes::find_picture_changes;
 pub use config::{PictureAlignmentConfig, PictureChangesConfig};
-pub use dial::mapped_dial;
+pub use dial::{mapped_dial, mapped_marks};
 pub use homography::{Homography, PosedCamera};
 pub use regions::ChangedRegion;
 pub use warp::WarpModel;

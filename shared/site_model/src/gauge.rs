@@ -15,6 +15,9 @@ pub const GAUGE_READING: &str = "gauge";
 /// Shortest distance of an end of the scale from its centre, pixels. Chosen: nearer ones are a slip of the pointer, and no needle of this size is read.
 const MIN_RADIUS_PX: f64 = 4.0;
 
+/// Distance of the middle of the scale from the line on which its ends let expect it, as a share of the radius: `max_middle_error_share` of crate `gauges`.
+const MAX_MIDDLE_ERROR_SHARE: f64 = 0.2;
+
 /// The dial of a gauge, described in one picture. Later pictures are aligned with that one first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GaugeDial {
@@ -26,10 +29,13 @@ pub struct GaugeDial {
     pub centre_px: [f64; 2],
     /// Lower end of the scale.
     pub start_px: [f64; 2],
+    /// The tick half way between both ends: with it, a dial that is seen from the side is read as if from the front. None: the dial is a circle in the picture.
+    #[serde(default)]
+    pub middle_px: Option<[f64; 2]>,
     /// Upper end of the scale; none: the scale is a full turn and ends where it begins.
     #[serde(default)]
     pub end_px: Option<[f64; 2]>,
-    /// From the lower to the upper end.
+    /// From the lower to the upper end. It goes by the middle, if that is known.
     #[serde(default)]
     pub direction: DialDirection,
     /// Values at the lower and the upper end.
@@ -56,6 +62,8 @@ pub enum GaugeDialError {
     OutsidePicture,
     /// An end of the scale is at its centre.
     NoRadius,
+    /// The middle of the scale is not half way between its ends.
+    MiddleElsewhere,
     /// Both ends of the range are the same value.
     NoRange,
     /// The unit is missing.
@@ -81,6 +89,7 @@ impl fmt::Display for GaugeDialError {
         f.write_str(match self {
             Self::OutsidePicture => "marks inside the picture",
             Self::NoRadius => "ends of the scale away from its centre",
+            Self::MiddleElsewhere => "a mark at the value in the middle of the scale",
             Self::NoRange => "two different values at the ends of the scale",
             Self::NoUnit => "a unit",
         })
@@ -95,7 +104,7 @@ impl GaugeDial {
     /// # Errors
     /// What is missing. Its text says what the description must have.
     pub fn check(&self) -> Result<(), GaugeDialError> {
-        let marks = [Some(self.centre_px), Some(self.start_px), self.end_px];
+        let marks = [Some(self.centre_px), Some(self.start_px), self.middle_px, self.end_px];
         let is_inside = |mark: &[f64; 2]| {
             mark.iter().zip(self.size_px).all(|(px, size)| (-0.5..=f64::from(size) - 0.5).contains(px))
         };
@@ -106,6 +115,9 @@ impl GaugeDial {
         if marks[1..].iter().flatten().any(|end| radius_px(end) < MIN_RADIUS_PX) {
             return Err(GaugeDialError::NoRadius);
         }
+        if self.middle_px.zip(self.end_px).is_some_and(|(middle, end)| !self.is_half_way(middle, end)) {
+            return Err(GaugeDialError::MiddleElsewhere);
+        }
         if !self.range.iter().all(|value| value.is_finite()) || self.range[0] == self.range[1] {
             return Err(GaugeDialError::NoRange);
         }
@@ -115,9 +127,18 @@ impl GaugeDial {
         Ok(())
     }
 
+    /// Whether a mark is on the line on which the middle of the scale is, however the dial is seen: the sum of both ends, from the centre, points along it.
+    fn is_half_way(&self, middle_px: [f64; 2], end_px: [f64; 2]) -> bool {
+        let from_centre = |px: [f64; 2]| [px[0] - self.centre_px[0], px[1] - self.centre_px[1]];
+        let [start, middle, end] = [self.start_px, middle_px, end_px].map(from_centre);
+        let sum = [start[0] + end[0], start[1] + end[1]];
+        let across = (sum[0] * middle[1] - sum[1] * middle[0]) / middle[0].hypot(middle[1]);
+        across.abs() <= MAX_MIDDLE_ERROR_SHARE * middle[0].hypot(middle[1])
+    }
+
     /// All its numbers.
     pub(crate) fn numbers(&self) -> impl Iterator<Item = f64> {
-        let ends = self.end_px.into_iter().flatten();
+        let ends = self.end_px.into_iter().chain(self.middle_px).flatten();
         [self.centre_px, self.start_px, self.range].into_iter().flatten().chain(ends)
     }
 
@@ -141,8 +162,10 @@ impl GaugeDial {
             ]
             .map(|(name, value)| (name.to_owned(), value)),
         );
-        if let Some(end_px) = self.end_px {
-            fields.insert("end_px".to_owned(), pair(end_px));
+        for (name, mark) in [("middle_px", self.middle_px), ("end_px", self.end_px)] {
+            if let Some(px) = mark {
+                fields.insert(name.to_owned(), pair(px));
+            }
         }
         Parameter::Map(fields)
     }
@@ -158,6 +181,7 @@ mod tests {
             size_px: [640, 480],
             centre_px: [320.0, 240.0],
             start_px: [270.0, 290.0],
+            middle_px: Some([320.0, 170.0]),
             end_px: Some([370.5, 290.0]),
             direction: DialDirection::Clockwise,
             range: [0.0, 6.0],
@@ -185,6 +209,7 @@ mod tests {
         assert_eq!(check(|dial| dial.start_px[0] = 640.0), GaugeDialError::OutsidePicture);
         assert_eq!(check(|dial| dial.centre_px[0] = f64::NAN), GaugeDialError::OutsidePicture);
         assert_eq!(check(|dial| dial.end_px = Some([321.0, 241.0])), GaugeDialError::NoRadius);
+        assert_eq!(check(|dial| dial.middle_px = Some([370.0, 240.0])), GaugeDialError::MiddleElsewhere);
         assert_eq!(check(|dial| dial.range[1] = 0.0), GaugeDialError::NoRange);
         assert_eq!(check(|dial| dial.unit = " ".to_owned()), GaugeDialError::NoUnit);
     }

@@ -103,6 +103,7 @@ fn dial() -> GaugeDial {
         size_px: [640, 480],
         centre_px: [320.0, 240.0],
         start_px: [270.0, 290.0],
+        middle_px: Some([320.0, 170.0]),
         end_px: Some([370.0, 290.0]),
         direction: DialDirection::Clockwise,
         range: [0.0, 6.0],

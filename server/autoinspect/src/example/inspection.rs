@@ -22,8 +22,10 @@ struct ViewConfig {
     min_facing: f64,
     /// A ray from the camera may end this far before the plate, metres. Chosen: the depth of a gauge before its plate.
     slack_m: f64,
-    /// Width of the picture in the plane of the plate, metres: a gauge fills a fifth of it. Chosen: some surroundings of the gauge are seen too.
+    /// Width of the picture in the plane of the plate, metres. Chosen: a label and some of its surroundings.
     picture_width_m: f64,
+    /// The same for a gauge: it is 160 of 640 pixels wide, so that its needle is read (docs/benchmarks/picture-changes.md).
+    gauge_picture_width_m: f64,
     /// Greatest zoom in use. More would leave nothing of the surroundings when the aim is off by a degree.
     zoom_max: f64,
     /// Counting time of a spectrum, seconds. Chosen: the lines of the sources stand out from the background, and the tour does not take long.
@@ -36,7 +38,8 @@ const CONFIG: ViewConfig = ViewConfig {
     min_facing: 0.5,
     slack_m: 0.05,
     picture_width_m: 0.8,
-    zoom_max: 6.0,
+    gauge_picture_width_m: 0.4,
+    zoom_max: 12.0,
     gamma_s: 20,
 };
 
@@ -160,7 +163,11 @@ impl InspectedSite<'_> {
             (Reading::Gauge, _) => (tag.clone(), "photo", None),
         };
         if action == "photo" {
-            parameters.insert("zoom".to_owned(), Parameter::Number(view.zoom()));
+            let width_m = match reading {
+                Reading::Gauge => CONFIG.gauge_picture_width_m,
+                _ => CONFIG.picture_width_m,
+            };
+            parameters.insert("zoom".to_owned(), Parameter::Number(view.zoom(width_m)));
         }
         if action == "gamma_spectrum" {
             parameters.insert("duration_s".to_owned(), Parameter::Integer(CONFIG.gamma_s));
@@ -192,10 +199,10 @@ impl View<'_> {
         self.distance_m / self.facing
     }
 
-    /// The zoom at which the picture is [`ViewConfig::picture_width_m`] wide in the plane of the plate, to half a step.
-    fn zoom(&self) -> f64 {
+    /// The zoom at which the picture is this wide in the plane of the plate, metres, to half a step.
+    fn zoom(&self, width_m: f64) -> f64 {
         let half_width = (0.5 * CameraConfig::default().field_of_view_rad).tan();
-        let zoom = 2.0 * half_width * self.distance_m / CONFIG.picture_width_m;
+        let zoom = 2.0 * half_width * self.distance_m / width_m;
         (2.0 * zoom).round().clamp(2.0, 2.0 * CONFIG.zoom_max) / 2.0
     }
 }

@@ -2,7 +2,7 @@
 
 use super::texts;
 use crate::failure::Failure;
-use gauges::Dial;
+use gauges::{Dial, DialMarks};
 use serde::{Deserialize, Serialize};
 use site_model::{DialDirection, GaugeDial};
 use std::collections::BTreeMap;
@@ -17,7 +17,10 @@ const GAUGE_OF_POINT: &str = "gauge";
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gauge {
     pub name: String,
+    /// As a circle in the picture.
     pub dial: Dial,
+    /// The marks of a dial that may be seen from the side.
+    pub marks: Option<DialMarks>,
     pub unit: Option<String>,
     /// Width and height of the pictures in which it was described.
     pub image_size_px: Option<[usize; 2]>,
@@ -35,6 +38,8 @@ struct DialEntry {
     range: [f64; 2],
     #[serde(alias = "start_tick", alias = "min_tick")]
     zero_tick: Option<[f64; 2]>,
+    #[serde(alias = "middle_tick")]
+    mid_tick: Option<[f64; 2]>,
     #[serde(alias = "max_tick", alias = "full_tick")]
     end_tick: Option<[f64; 2]>,
     #[serde(alias = "start_angle_deg", alias = "min_angle_deg")]
@@ -67,7 +72,11 @@ pub fn read(path: &Path, name: Option<&str>) -> Result<Gauge, Failure> {
         return Err(Failure::usage(sentence));
     };
     let dial = dial(entry).map_err(|reason| Failure::usage(texts::no_dial(path, &name, &reason)))?;
-    Ok(Gauge { name, dial, unit: entry.unit.clone(), image_size_px: entry.image_size })
+    let marks =
+        entry.zero_tick.zip(entry.mid_tick).zip(entry.end_tick).map(|((start_px, middle_px), end_px)| {
+            DialMarks { centre_px: dial.axis_px, start_px, middle_px, end_px, range: dial.range }
+        });
+    Ok(Gauge { name, dial, marks, unit: entry.unit.clone(), image_size_px: entry.image_size })
 }
 
 /// A file with one gauge, that of an inspection point.
@@ -76,6 +85,7 @@ pub fn description_of(dial: &GaugeDial) -> Result<String, serde_json::Error> {
         centre: dial.centre_px,
         range: dial.range,
         zero_tick: Some(dial.start_px),
+        mid_tick: dial.middle_px,
         end_tick: dial.end_px,
         direction: Some(match dial.direction {
             DialDirection::Clockwise => "clockwise".to_owned(),

@@ -10,8 +10,8 @@ use crate::process_limits::ProcessLimits;
 use crate::{output, picture_file};
 use clap::Args;
 use dial_file::Gauge;
-use gauges::{GaugeConfig, Picture, read_gauge};
-use picture_changes::{PictureAlignmentConfig, align_pictures, mapped_dial};
+use gauges::{GaugeConfig, Picture, read_gauge, read_slanted_gauge};
+use picture_changes::{PictureAlignmentConfig, align_pictures, mapped_dial, mapped_marks};
 use std::path::{Path, PathBuf};
 
 pub use dial_file::description_of;
@@ -26,6 +26,7 @@ clockwise from up:
   {\"dials\": {\"boiler\": {
     \"centre\": [93.9, 97.1],       centre of the scale
     \"zero_tick\": [30.1, 160.9],   lower end of the scale
+    \"mid_tick\": [93.9, 6.9],      half way between both ends; with it, a dial that is seen from the side is read as if from the front
     \"end_tick\": [157.7, 160.9],   upper end; without one the scale is a full turn
     \"range\": [0, 6],              values at both ends
     \"direction\": \"clockwise\",     or counterclockwise
@@ -85,8 +86,13 @@ pub fn run(args: &GaugeArgs) -> Result<(), Failure> {
 
 /// Reads a gauge that was described in this picture, or mapped to it.
 fn read(description: &Path, gauge: &Gauge, picture: &Picture) -> Result<Document, Failure> {
-    let reading = read_gauge(picture, &gauge.dial, &GaugeConfig::default())
-        .map_err(|error| Failure::usage(texts::no_dial(description, &gauge.name, &error)))?;
+    let config = GaugeConfig::default();
+    let reading = match &gauge.marks {
+        Some(marks) => read_slanted_gauge(picture, marks, &config),
+        None => read_gauge(picture, &gauge.dial, &config),
+    };
+    let reading =
+        reading.map_err(|error| Failure::usage(texts::no_dial(description, &gauge.name, &error)))?;
     Ok(Document::new(gauge, &reading))
 }
 
@@ -107,10 +113,14 @@ fn read_aligned(
         Ok(alignment) => alignment,
         Err(reason) => return Ok(Document::not_aligned(gauge, &reason)),
     };
-    let Some(dial) = mapped_dial(&gauge.dial, &alignment.after_from_before) else {
+    let mapping = &alignment.after_from_before;
+    let marks = gauge.marks.as_ref().map(|marks| mapped_marks(marks, mapping));
+    let (Some(dial), Some(marks)) =
+        (mapped_dial(&gauge.dial, mapping), marks.map_or(Some(None), |it| it.map(Some)))
+    else {
         return Ok(Document::not_aligned(gauge, &texts::DIAL_BEHIND_CAMERA));
     };
-    let mapped = Gauge { dial, ..gauge.clone() };
+    let mapped = Gauge { dial, marks, ..gauge.clone() };
     Ok(read(&args.gauge, &mapped, picture)?.with_residual(alignment.residual_px))
 }
 

@@ -322,6 +322,7 @@ fn a_gauge_that_was_described_in_one_picture_is_looked_for_in_the_next_one() {
         size_px: [640, 480],
         centre_px: [320.0, 240.0],
         start_px: [280.0, 280.0],
+        middle_px: None,
         end_px: Some([360.0, 280.0]),
         direction: DialDirection::Clockwise,
         range: [0.0, 6.0],

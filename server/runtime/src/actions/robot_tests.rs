@@ -236,6 +236,7 @@ fn the_gauge_of_a_photo_is_read_before_its_action_ends() {
             size_px: [640, 480],
             centre_px: [320.0, 240.0],
             start_px: [270.0, 290.0],
+            middle_px: None,
             end_px: Some([370.0, 290.0]),
             direction: DialDirection::Clockwise,
             range: [0.0, 6.0],

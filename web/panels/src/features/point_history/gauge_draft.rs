@@ -18,7 +18,7 @@ pub(super) struct GaugeDraft {
     pub(super) file: ReportFile,
     /// Columns and rows of the photo; none until it is fetched, if the report does not say it.
     pub(super) size_px: Option<[u32; 2]>,
-    marks: [Option<[f64; 2]>; 3],
+    marks: [Option<[f64; 2]>; 4],
     pub(super) is_full_turn: bool,
     pub(super) direction: DialDirection,
     /// Values at both ends of the scale.
@@ -47,7 +47,7 @@ impl GaugeDraft {
             point,
             file,
             size_px,
-            marks: [None; 3],
+            marks: [None; 4],
             is_full_turn: known.is_some_and(|dial| dial.end_px.is_none()),
             direction: known.map(|dial| dial.direction).unwrap_or_default(),
             range: known.map_or([None; 2], |dial| dial.range.map(Some)),
@@ -57,7 +57,7 @@ impl GaugeDraft {
 
     /// The description that there is, in its own photo.
     pub(super) fn of(point: InspectionPointId, file: ReportFile, dial: &GaugeDial) -> Self {
-        let marks = [Some(dial.centre_px), Some(dial.start_px), dial.end_px];
+        let marks = [Some(dial.centre_px), Some(dial.start_px), dial.middle_px, dial.end_px];
         Self { marks, ..Self::new(point, file, Some(dial.size_px), Some(dial)) }
     }
 
@@ -79,11 +79,11 @@ impl GaugeDraft {
     }
 
     pub(super) fn clear_marks(&mut self) {
-        self.marks = [None; 3];
+        self.marks = [None; 4];
     }
 
     fn mark_count(&self) -> usize {
-        if self.is_full_turn { 2 } else { 3 }
+        if self.is_full_turn { 2 } else { 4 }
     }
 
     /// The dial, or what is missing.
@@ -101,7 +101,8 @@ impl GaugeDraft {
             size_px,
             centre_px,
             start_px,
-            end_px: self.mark(2),
+            middle_px: self.mark(2),
+            end_px: self.mark(3),
             direction: self.direction,
             range: [low, high],
             unit: self.unit.clone(),
@@ -110,24 +111,32 @@ impl GaugeDraft {
         Ok(dial)
     }
 
-    /// The scale as it would be read, from its lower to its upper end, pixels; empty until all is marked. Its radius is that of the lower end.
+    /// The scale as it is read, from its lower to its upper end, pixels; empty until all is marked, and while the marks are no scale. With its middle it may be an ellipse: it goes
+    /// through all marks (docs/maths/gauges.md). Of a full turn it is a circle.
     pub(super) fn arc_px(&self) -> Vec<[f64; 2]> {
-        let (Some([x, y]), Some(start), None) = (self.mark(0), self.mark(1), self.next_mark()) else {
+        let (Some(centre), Some(start), None) = (self.mark(0), self.mark(1), self.next_mark()) else {
             return Vec::new();
         };
-        let angle = |end: [f64; 2]| (end[1] - y).atan2(end[0] - x);
-        let sign = match self.direction {
-            DialDirection::Clockwise => 1.0,
-            DialDirection::Counterclockwise => -1.0,
+        let from_centre = |px: [f64; 2]| [px[0] - centre[0], px[1] - centre[1]];
+        let start = from_centre(start);
+        // Where a step of a radius to the right and up goes, and the angle from up to each end.
+        let (right, up, half) = match self.mark(2).zip(self.mark(3)) {
+            None => ([start[1], -start[0]], [-start[0], -start[1]], 0.5 * TAU),
+            Some((middle, end)) => {
+                let (up, end) = (from_centre(middle), from_centre(end));
+                let sum = [start[0] + end[0], start[1] + end[1]];
+                let half =
+                    ((sum[0] * up[0] + sum[1] * up[1]) / (2.0 * (up[0] * up[0] + up[1] * up[1]))).acos();
+                let across = 2.0 * half.sin();
+                ([(end[0] - start[0]) / across, (end[1] - start[1]) / across], up, half)
+            }
         };
-        let radius = (start[0] - x).hypot(start[1] - y);
-        // Rows count downwards, so that growing angles are clockwise.
-        let span = self.mark(2).map_or(TAU, |end| ((angle(end) - angle(start)) * sign).rem_euclid(TAU));
         let at = |step: usize| {
-            let angle = angle(start) + sign * span * step as f64 / (ARC_POINTS - 1) as f64;
-            [x + radius * angle.cos(), y + radius * angle.sin()]
+            let angle = half * (2.0 * step as f64 / (ARC_POINTS - 1) as f64 - 1.0);
+            [0, 1].map(|axis| centre[axis] + angle.sin() * right[axis] + angle.cos() * up[axis])
         };
-        (0..ARC_POINTS).map(at).collect()
+        let arc: Vec<[f64; 2]> = (0..ARC_POINTS).map(at).collect();
+        if arc.iter().flatten().all(|px| px.is_finite()) { arc } else { Vec::new() }
     }
 }
 
@@ -136,6 +145,9 @@ mod tests {
     use super::*;
     use uuid::Uuid;
     use vocab::BlobHash;
+
+    /// A circle with a sweep of 270 degrees.
+    const MARKED_PX: [[f64; 2]; 4] = [[320.0, 240.0], [280.0, 280.0], [320.0, 183.4], [360.0, 280.0]];
 
     fn draft() -> GaugeDraft {
         let file = ReportFile {
@@ -150,7 +162,7 @@ mod tests {
     #[test]
     fn what_is_missing_is_asked_for_in_turn_until_there_is_a_dial() {
         let mut draft = draft();
-        for (index, px) in [[320.0, 240.0], [280.0, 280.0], [360.0, 280.0]].into_iter().enumerate() {
+        for (index, px) in MARKED_PX.into_iter().enumerate() {
             assert_eq!((draft.next_mark(), draft.dial()), (Some(index), Err(Missing::Marks)));
             draft.set_mark(index, px);
         }
@@ -159,7 +171,7 @@ mod tests {
         assert_eq!(draft.dial(), Err(Missing::Of(GaugeDialError::NoUnit)));
         draft.unit = "bar".to_owned();
         let dial = draft.dial().expect("complete");
-        assert_eq!((dial.end_px, dial.range), (Some([360.0, 280.0]), [0.0, 6.0]));
+        assert_eq!((dial.middle_px, dial.end_px), (Some([320.0, 183.4]), Some([360.0, 280.0])));
         assert_eq!(GaugeDraft::of(draft.point, draft.file.clone(), &dial), draft, "it can be changed later");
         // A full turn ends where it begins.
         draft.is_full_turn = true;
@@ -167,15 +179,22 @@ mod tests {
     }
 
     #[test]
-    fn the_drawn_scale_goes_the_way_of_the_values_and_marks_stay_in_the_photo() {
+    fn the_drawn_scale_goes_through_all_marks_and_marks_stay_in_the_photo() {
         let mut draft = draft();
-        for (index, px) in [[320.0, 240.0], [280.0, 280.0], [360.0, 280.0]].into_iter().enumerate() {
+        for (index, px) in MARKED_PX.into_iter().enumerate() {
             draft.set_mark(index, px);
         }
-        let middle = |draft: &GaugeDraft| draft.arc_px()[ARC_POINTS / 2];
-        assert!(middle(&draft)[1] < 240.0, "clockwise over the top");
-        draft.direction = DialDirection::Counterclockwise;
-        assert!(middle(&draft)[1] > 240.0, "the other way round below");
+        let is_near = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) < 2.0;
+        let arc = draft.arc_px();
+        assert!(is_near(arc[0], MARKED_PX[1]) && is_near(arc[ARC_POINTS - 1], MARKED_PX[3]), "{arc:?}");
+        assert!(arc.iter().any(|px| is_near(*px, MARKED_PX[2])), "{arc:?}");
+        // Seen from the side.
+        draft.set_mark(1, [295.0, 280.0]);
+        draft.set_mark(3, [345.0, 280.0]);
+        let widest = draft.arc_px().into_iter().map(|px| (px[0] - 320.0).abs()).fold(0.0, f64::max);
+        assert!((30.0..40.0).contains(&widest), "{widest}");
+        draft.is_full_turn = true;
+        assert!(draft.arc_px().iter().all(|px| ((px[0] - 320.0).hypot(px[1] - 240.0) - 47.2).abs() < 0.1));
         draft.set_mark(0, [-20.0, 900.0]);
         assert_eq!(draft.mark(0), Some([-0.5, 479.5]));
         draft.clear_marks();

@@ -1,4 +1,4 @@
-//! Describes the gauge of an inspection point: three marks in one of its photos, and the values at the ends of the scale. From then on the robot reads its needle in each photo.
+//! Describes the gauge of an inspection point: four marks in one of its photos, and the values at the ends of the scale. From then on the robot reads its needle in each photo.
 //!
 //! | part | where |
 //! | --- | --- |
@@ -155,7 +155,7 @@ impl GaugeEditor {
             needle: None,
         };
         let response = ui.interact(rect, ui.scope_id().with("photo of a gauge"), Sense::click_and_drag());
-        response.widget_info(|| WidgetInfo::labeled(Role::Image, true, texts::GAUGE_PHOTO));
+        response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, texts::GAUGE_PHOTO));
         paint_ground(ui, cx, rect);
         follow(ui, cx, &pane, rect, &response, &mut self.view);
         paint_pane(ui, cx, &pane, rect, CommonAxes::default(), &self.view, None);
@@ -189,8 +189,13 @@ impl GaugeEditor {
         if again.enabled(draft.mark(0).is_some()).wide(ui).show(ui, tokens).clicked() {
             draft.clear_marks();
         }
-        widgets::choice(ui, tokens, &texts::DIRECTIONS, draft.direction, |chosen| draft.direction = chosen);
         widgets::choice(ui, tokens, &texts::TURNS, draft.is_full_turn, |chosen| draft.is_full_turn = chosen);
+        // Of a scale with two ends, the middle says which way it goes.
+        if draft.is_full_turn {
+            widgets::choice(ui, tokens, &texts::DIRECTIONS, draft.direction, |chosen| {
+                draft.direction = chosen
+            });
+        }
         for (index, name) in texts::VALUES.into_iter().enumerate() {
             let (object, value) = (ObjectId::InspectionPoint(draft.point), draft.range[index]);
             let field =
@@ -298,7 +303,7 @@ fn moved_by_keys(ui: &Ui, response: &egui::Response, px: [f64; 2]) -> Option<[f6
     (step != [0.0; 2]).then(|| [px[0] + KEY_STEP_PX * step[0], px[1] + KEY_STEP_PX * step[1]])
 }
 
-/// A ring for the centre, and a disc with its value's sign for the ends, legible on every colour.
+/// A cross in a ring, with the name of the mark, legible on every colour.
 fn paint_mark(ui: &Ui, index: usize, at: Pos2, clip: Rect) {
     let painter = ui.painter_at(clip);
     let (dark, light) = (Color32::from_black_alpha(200), Color32::WHITE);

@@ -326,7 +326,7 @@ fn press_at(harness: &mut Harness<'_, TestClient>, at: egui::Pos2) {
 }
 
 #[test]
-fn a_gauge_is_described_by_three_presses_and_saved_as_one_edit() {
+fn a_gauge_is_described_by_four_presses_and_saved_as_one_edit() {
     let mut harness = fetched(client(), 2).shown(1440.0, 1_600.0);
     for (blob, _) in harness.state_mut().panels.files.take_wanted() {
         let image = egui::ColorImage::filled([64, 48], egui::Color32::GRAY);
@@ -337,7 +337,7 @@ fn a_gauge_is_described_by_three_presses_and_saved_as_one_edit() {
     harness.run_steps(3);
     assert!(harness.get_by_label("Save the gauge").accesskit_node().is_disabled());
     let at = photo_of_gauge(&harness);
-    for (x, y) in [(0.5, 0.5), (0.4, 0.7), (0.6, 0.7)] {
+    for (x, y) in [(0.5, 0.5), (0.4, 0.7), (0.5, 0.2), (0.6, 0.7)] {
         press_at(&mut harness, at(x, y));
     }
     assert_eq!(value(&harness, "Centre of the scale"), "32, 24 px");

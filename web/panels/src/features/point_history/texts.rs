@@ -250,7 +250,7 @@ pub(super) const GAUGE_CARD: &str = "Description of a gauge";
 pub(super) const GAUGE_PHOTO: &str = "Photo of the gauge";
 pub(super) const CLOSE_GAUGE: &str = "Close the gauge";
 pub(super) const MARK_AGAIN: &str = "Mark again";
-pub(super) const SHORT_MARKS: [&str; 3] = ["centre", "lower end", "upper end"];
+pub(super) const SHORT_MARKS: [&str; 4] = ["centre", "lower end", "middle", "upper end"];
 pub(super) const DIRECTIONS: [(&str, DialDirection); 2] =
     [("Clockwise", DialDirection::Clockwise), ("Counterclockwise", DialDirection::Counterclockwise)];
 pub(super) const TURNS: [(&str, bool); 2] = [("Scale with two ends", false), ("Full turn", true)];
@@ -270,6 +270,7 @@ pub(super) fn mark_hint(next: Option<usize>) -> &'static str {
     match next {
         Some(0) => "Press the centre of the scale, where the needle turns. The wheel or two fingers magnify.",
         Some(1) => "Press the tick at the lower end of the scale.",
+        Some(2) => "Press the tick in the middle of the scale, at the value half way between its ends.",
         Some(_) => "Press the tick at the upper end of the scale.",
         None => "Drag a mark to correct it, or move it with the arrow keys.",
     }
