@@ -75,7 +75,7 @@ fn write_readings(
             (texts::TIME, "t"),
         ],
     );
-    let mut table = Table::begin(html, &columns)?;
+    let mut table = Table::begin(html, "", &columns)?;
     for (number, looked) in runs.iter().enumerate() {
         for found in &looked.findings.readings.entries {
             let reading = &found.reading;
@@ -118,7 +118,7 @@ fn write_undone(
             (texts::TIME, "t"),
         ],
     );
-    let mut table = Table::begin(html, &columns)?;
+    let mut table = Table::begin(html, "", &columns)?;
     for (number, looked) in runs.iter().enumerate() {
         for task in &looked.findings.undone.entries {
             let at = format::time(cx.local(task.at));
@@ -150,7 +150,7 @@ fn write_changes(
         is_period,
         &[(texts::KIND, "t"), (texts::SIZE, "t"), (texts::PLACE, ""), (texts::REVIEW, "")],
     );
-    let mut table = Table::begin(html, &columns)?;
+    let mut table = Table::begin(html, "", &columns)?;
     for (number, looked) in runs.iter().enumerate() {
         for change in changes_found(cx, &looked.run) {
             let (kind, size) = (texts::change_kind(change), texts::change_size(change));

@@ -123,5 +123,8 @@ fn picture(mut content: File, length: u64) -> Shown {
     let mut start = Vec::new();
     let is_read = content.by_ref().take(8).read_to_end(&mut start).is_ok() && content.rewind().is_ok();
     let known = PICTURES.into_iter().find(|(first, _)| is_read && start.starts_with(first));
-    known.map_or(Shown::Name(None), |(_, media_type)| Shown::Picture(content, media_type))
+    match known {
+        Some((_, media_type)) => Shown::Picture(content, media_type),
+        None => Shown::Name(Some(texts::FILE_NO_PICTURE)),
+    }
 }

@@ -24,8 +24,13 @@ pub(super) fn outcome_class(run: &RunRow) -> &'static str {
     if needs_attention(run) { "outcome alert" } else { "outcome" }
 }
 
-/// When a run began and ended, for how long it was under way, and what led to it.
-pub(super) fn write_facts(html: &mut Html<'_>, cx: &ReportContext, run: &RunRow) -> io::Result<()> {
+/// When a run began and ended, for how long it was under way, and what led to it. `has_zone`: with the time zone.
+pub(super) fn write_facts(
+    html: &mut Html<'_>,
+    cx: &ReportContext,
+    run: &RunRow,
+    has_zone: bool,
+) -> io::Result<()> {
     html.open("dl", "facts")?;
     let at = |at| format::date_and_time(cx.local(at));
     fact(html, texts::BEGAN, &run.began.map_or_else(|| texts::NOT_BEGUN.to_owned(), at))?;
@@ -33,7 +38,9 @@ pub(super) fn write_facts(html: &mut Html<'_>, cx: &ReportContext, run: &RunRow)
     if let Some((began, ended)) = run.began.zip(run.ended) {
         fact(html, texts::DURATION, &format::duration(seconds_between(began, ended)))?;
     }
-    fact(html, texts::TIME_ZONE, &cx.zone_at(run.at()))?;
+    if has_zone {
+        fact(html, texts::TIME_ZONE, &cx.zone_at(run.at()))?;
+    }
     fact(html, texts::CAUSE, &cx.cause(run.cause.as_ref()))?;
     html.close("dl")
 }

@@ -72,7 +72,7 @@ fn write_summary(html: &mut Html<'_>, cx: &ReportContext, runs: &[LookedAt]) -> 
         (texts::DONE_OF_ALL, "n"),
         (texts::OUTSIDE, "n"),
     ];
-    let mut table = Table::begin(html, &columns)?;
+    let mut table = Table::begin(html, "", &columns)?;
     for (number, LookedAt { run, findings }) in runs.iter().enumerate() {
         let at = format::short_date_and_time(cx.local(run.at()));
         let mission = cx.mission_name(run.mission);
@@ -106,7 +106,7 @@ fn write_run(
     let at = format::short_date_and_time(cx.local(run.at()));
     html.element("h2", "", &texts::run_head(&cx.mission_name(run.mission), &at))?;
     html.element("p", head::outcome_class(run), head::outcome(run))?;
-    head::write_facts(html, cx, run)?;
+    head::write_facts(html, cx, run, false)?;
     RunTasks { cx, core, run, findings, pictures: Pictures::OfAttention }.write(html)?;
     html.element("p", "note", &texts::run_id(run.run))?;
     html.close("section")

@@ -30,7 +30,7 @@ pub(super) fn write_run_report(
     html.element("p", "kicker", &texts::kicker(&site, texts::OF_RUN))?;
     html.element("h1", "", &mission)?;
     html.element("p", head::outcome_class(run), head::outcome(run))?;
-    head::write_facts(html, cx, run)?;
+    head::write_facts(html, cx, run, true)?;
     head::write_counts(html, &findings.counts, None)?;
     html.markup("</header>\n")?;
     write_attention(html, cx, &looked, false)?;

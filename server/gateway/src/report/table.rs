@@ -22,9 +22,14 @@ pub(super) struct Table<'h, 'w> {
 }
 
 impl<'h, 'w> Table<'h, 'w> {
-    /// Begins a table with the names of its columns.
-    pub(super) fn begin(html: &'h mut Html<'w>, columns: &'h [Column]) -> io::Result<Self> {
-        html.markup("<table>\n<thead><tr>")?;
+    /// Begins a table of a class with the names of its columns.
+    pub(super) fn begin(
+        html: &'h mut Html<'w>,
+        class: &'static str,
+        columns: &'h [Column],
+    ) -> io::Result<Self> {
+        html.open("table", class)?;
+        html.markup("<thead><tr>")?;
         for (name, class) in columns {
             html.element("th", class, name)?;
         }

@@ -58,7 +58,6 @@ impl RunTasks<'_> {
         let place = self.cx.place_of(self.run.mission, last);
         html.open("article", "task")?;
         html.element("div", "number", &(u64::from(last.step) + 1).to_string())?;
-        html.open("div", "")?;
         self.write_line(html, last, attempts.len(), &place)?;
         if attempts.len() > 1 {
             self.write_attempts(html, attempts)?;
@@ -71,7 +70,6 @@ impl RunTasks<'_> {
                 self.write_result(html, &ResultRow::of(stored), is_pictured, &place)
             })?;
         }
-        html.close("div")?;
         html.close("article")
     }
 
@@ -101,7 +99,7 @@ impl RunTasks<'_> {
             (texts::TOOK, "t"),
             (texts::REASON, ""),
         ];
-        let mut table = Table::begin(html, &columns)?;
+        let mut table = Table::begin(html, "", &columns)?;
         for (number, attempt) in attempts.iter().enumerate() {
             let is_last = number + 1 == attempts.len();
             let known = if is_last { attempts } else { attempts.get(number..=number).unwrap_or_default() };
@@ -142,6 +140,7 @@ fn state(attempt: &Attempt) -> &'static str {
     attempt.state.map_or(texts::CAUSE_UNKNOWN, |state: TaskState| texts::task_state(state))
 }
 
+/// Writes the readings of a result. `limits` are those of its inspection point; they judge readings of their unit only.
 fn write_readings(
     html: &mut Html<'_>,
     readings: &[Reading],
@@ -150,6 +149,7 @@ fn write_readings(
     if readings.is_empty() {
         return Ok(());
     }
+    let judging = |reading: &Reading| limits.filter(|limits| limits.unit == reading.unit);
     let columns = [
         (texts::READING, ""),
         (texts::VALUE, "n"),
@@ -158,31 +158,32 @@ fn write_readings(
         (texts::LIMITS, "t"),
         (texts::JUDGEMENT, "t"),
     ];
-    let mut table = Table::begin(html, &columns)?;
+    let is_judged = readings.iter().any(|reading| judging(reading).is_some());
+    let columns = if is_judged { &columns[..] } else { &columns[..4] };
+    let mut table = Table::begin(html, "readings", columns)?;
     for reading in readings {
-        let decimals = format::decimals(reading.value, reading.standard_deviation);
-        let (name, unit) = (texts::reading_name(&shown(&reading.name)), shown(&reading.unit));
-        let value = format::decimal(reading.value, decimals);
-        let deviation = reading.standard_deviation.map(|it| format!("± {}", format::decimal(it, decimals)));
-        // Limits in another unit say nothing of it.
-        let limits = limits.filter(|limits| limits.unit == reading.unit);
-        let allowed = limits.map(texts::limits).unwrap_or_default();
-        let outside = limits.and_then(|limits| limits.outside(reading)).map(texts::outside);
-        let (value, judgement) = match (&outside, limits) {
-            (Some(outside), _) => (Cell::Alert(&value), Cell::Alert(outside)),
-            (None, Some(_)) => (Cell::Text(&value), Cell::Text(texts::WITHIN)),
-            (None, None) => (Cell::Text(&value), Cell::Text("")),
-        };
-        let deviation = deviation.unwrap_or_default();
-        let cells = [
-            Cell::Text(&name),
-            value,
-            Cell::Text(&deviation),
-            Cell::Text(&unit),
-            Cell::Text(&allowed),
-            judgement,
-        ];
-        table.row(&cells)?;
+        write_reading(&mut table, reading, judging(reading))?;
     }
     table.end()
+}
+
+fn write_reading(
+    table: &mut Table<'_, '_>,
+    reading: &Reading,
+    limits: Option<&ReadingLimits>,
+) -> io::Result<()> {
+    let decimals = format::decimals(reading.value, reading.standard_deviation);
+    let (name, unit) = (texts::reading_name(&shown(&reading.name)), shown(&reading.unit));
+    let value = format::decimal(reading.value, decimals);
+    let deviation = reading.standard_deviation.map(|it| texts::deviation(&format::decimal(it, decimals)));
+    let allowed = limits.map(texts::limits).unwrap_or_default();
+    let outside = limits.and_then(|limits| limits.outside(reading)).map(texts::outside);
+    let (value, judgement) = match (&outside, limits) {
+        (Some(outside), _) => (Cell::Alert(&value), Cell::Alert(outside)),
+        (None, Some(_)) => (Cell::Text(&value), Cell::Text(texts::WITHIN)),
+        (None, None) => (Cell::Text(&value), Cell::Text("")),
+    };
+    let deviation = deviation.unwrap_or_default();
+    let [name, deviation, unit, allowed] = [&name, &deviation, &unit, &allowed].map(|text| Cell::Text(text));
+    table.row(&[name, value, deviation, unit, allowed, judgement])
 }

@@ -163,6 +163,11 @@ pub(super) fn reading_name(name: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
+/// A standard deviation: `± 0.05`.
+pub(super) fn deviation(deviation: &str) -> String {
+    format!("± {deviation}")
+}
+
 /// What limits allow: `50 to 80`.
 pub(super) fn limits(limits: &ReadingLimits) -> String {
     match (limits.min, limits.max) {
@@ -233,6 +238,8 @@ pub(super) fn file(name: &str, bytes: u64) -> String {
 pub(super) const FILE_MISSING: &str = "not on the robot's disk any more";
 /// Why a file is only named.
 pub(super) const FILE_TOO_LARGE: &str = "larger than 16 MB, so it is not shown here";
+/// Why a file is only named.
+pub(super) const FILE_NO_PICTURE: &str = "neither JPEG nor PNG, so it is not shown here";
 
 /// What stands below a picture: `Pump 7 · 24 Nov, 11:05 · photo.jpg`.
 pub(super) fn caption(place: &str, at: &str, file: &str) -> String {
