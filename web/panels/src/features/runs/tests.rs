@@ -264,6 +264,10 @@ fn the_archive_and_the_reports_are_fetched_as_files() {
     let mut harness = client(status).shown(1440.0, 900.0);
     click(&mut harness, "History");
     click(&mut harness, "Round A, Succeeded, Ended a moment ago");
+    let [download, report, week] =
+        ["Download the run", "Report", "Report of the week"].map(|name| harness.get_by_label(name).rect());
+    assert!(download.right() < report.left() && report.right() <= week.right() + 0.5, "beside each other");
+    assert_eq!(download.y_range(), report.y_range());
     let run = format!("/api/v1/runs/{RUN}");
     assert_eq!(opened(&mut harness, "Report"), [format!("{run}/report")]);
     assert_eq!(opened(&mut harness, "Download the run"), [format!("{run}/download")]);
