@@ -9,7 +9,7 @@ use super::{format, texts};
 use std::io;
 
 /// A run with what the first look has found.
-pub(super) struct LookedAt {
+pub(super) struct RunWithFindings {
     pub(super) run: RunRow,
     pub(super) findings: Findings,
 }
@@ -18,15 +18,15 @@ pub(super) struct LookedAt {
 pub(super) fn write_attention(
     html: &mut Html<'_>,
     cx: &ReportContext,
-    runs: &[LookedAt],
+    runs: &[RunWithFindings],
     is_period: bool,
 ) -> io::Result<()> {
     html.element("h2", "", texts::ATTENTION_HEAD)?;
-    if runs.iter().all(|looked| looked.findings.is_empty()) {
+    if runs.iter().all(|entry| entry.findings.is_empty()) {
         return html.element("p", "", texts::NO_ATTENTION);
     }
     write_readings(html, cx, runs, is_period)?;
-    write_undone(html, cx, runs, is_period)?;
+    write_not_done(html, cx, runs, is_period)?;
     write_changes(html, cx, runs, is_period)
 }
 
@@ -40,11 +40,11 @@ fn columns(is_period: bool, rest: &[Column]) -> Vec<Column> {
 fn write_row(
     table: &mut Table<'_, '_>,
     cx: &ReportContext,
-    (number, looked): (usize, &LookedAt),
+    (number, entry): (usize, &RunWithFindings),
     is_period: bool,
     rest: Vec<Cell<'_>>,
 ) -> io::Result<()> {
-    let began = format::short_date_and_time(cx.local(looked.run.at()));
+    let began = format::short_date_and_time(cx.local(entry.run.at()));
     let run = is_period.then_some(Cell::Run(number, &began));
     let cells: Vec<Cell<'_>> = run.into_iter().chain(rest).collect();
     table.row(&cells)
@@ -57,10 +57,10 @@ fn write_more(html: &mut Html<'_>, more: usize) -> io::Result<()> {
 fn write_readings(
     html: &mut Html<'_>,
     cx: &ReportContext,
-    runs: &[LookedAt],
+    runs: &[RunWithFindings],
     is_period: bool,
 ) -> io::Result<()> {
-    if runs.iter().all(|looked| looked.findings.readings.entries.is_empty()) {
+    if runs.iter().all(|entry| entry.findings.readings.entries.is_empty()) {
         return Ok(());
     }
     html.element("h4", "", texts::READINGS_HEAD)?;
@@ -76,8 +76,8 @@ fn write_readings(
         ],
     );
     let mut table = Table::begin(html, "", &columns)?;
-    for (number, looked) in runs.iter().enumerate() {
-        for found in &looked.findings.readings.entries {
+    for (number, entry) in runs.iter().enumerate() {
+        for found in &entry.findings.readings.entries {
             let reading = &found.reading;
             let value =
                 format::decimal(reading.value, format::decimals(reading.value, reading.standard_deviation));
@@ -91,23 +91,23 @@ fn write_readings(
                 Cell::Alert(&outside),
                 Cell::Text(&at),
             ];
-            write_row(&mut table, cx, (number, looked), is_period, cells)?;
+            write_row(&mut table, cx, (number, entry), is_period, cells)?;
         }
     }
     table.end()?;
-    write_more(html, runs.iter().map(|looked| looked.findings.readings.more).sum())
+    write_more(html, runs.iter().map(|entry| entry.findings.readings.more).sum())
 }
 
-fn write_undone(
+fn write_not_done(
     html: &mut Html<'_>,
     cx: &ReportContext,
-    runs: &[LookedAt],
+    runs: &[RunWithFindings],
     is_period: bool,
 ) -> io::Result<()> {
-    if runs.iter().all(|looked| looked.findings.undone.entries.is_empty()) {
+    if runs.iter().all(|entry| entry.findings.not_done.entries.is_empty()) {
         return Ok(());
     }
-    html.element("h4", "", texts::UNDONE_HEAD)?;
+    html.element("h4", "", texts::NOT_DONE_HEAD)?;
     let columns = columns(
         is_period,
         &[
@@ -119,8 +119,8 @@ fn write_undone(
         ],
     );
     let mut table = Table::begin(html, "", &columns)?;
-    for (number, looked) in runs.iter().enumerate() {
-        for task in &looked.findings.undone.entries {
+    for (number, entry) in runs.iter().enumerate() {
+        for task in &entry.findings.not_done.entries {
             let at = format::time(cx.local(task.at));
             let cells = vec![
                 Cell::Text(&task.place),
@@ -129,20 +129,20 @@ fn write_undone(
                 Cell::Text(&task.reason),
                 Cell::Text(&at),
             ];
-            write_row(&mut table, cx, (number, looked), is_period, cells)?;
+            write_row(&mut table, cx, (number, entry), is_period, cells)?;
         }
     }
     table.end()?;
-    write_more(html, runs.iter().map(|looked| looked.findings.undone.more).sum())
+    write_more(html, runs.iter().map(|entry| entry.findings.not_done.more).sum())
 }
 
 fn write_changes(
     html: &mut Html<'_>,
     cx: &ReportContext,
-    runs: &[LookedAt],
+    runs: &[RunWithFindings],
     is_period: bool,
 ) -> io::Result<()> {
-    if runs.iter().all(|looked| looked.findings.counts.changes == 0) {
+    if runs.iter().all(|entry| entry.findings.counts.changes == 0) {
         return Ok(());
     }
     html.element("h4", "", texts::CHANGES_HEAD)?;
@@ -151,12 +151,12 @@ fn write_changes(
         &[(texts::KIND, "t"), (texts::SIZE, "t"), (texts::PLACE, ""), (texts::REVIEW, "")],
     );
     let mut table = Table::begin(html, "", &columns)?;
-    for (number, looked) in runs.iter().enumerate() {
-        for change in changes_found(cx, &looked.run) {
+    for (number, entry) in runs.iter().enumerate() {
+        for change in changes_found(cx, &entry.run) {
             let (kind, size) = (texts::change_kind(change), texts::change_size(change));
             let (place, review) = (cx.change_place(change), texts::review(&change.review));
             let cells = vec![Cell::Text(&kind), Cell::Text(&size), Cell::Text(&place), Cell::Text(&review)];
-            write_row(&mut table, cx, (number, looked), is_period, cells)?;
+            write_row(&mut table, cx, (number, entry), is_period, cells)?;
         }
     }
     table.end()

@@ -62,25 +62,25 @@ impl ReportContext {
 
     pub(super) fn site_name(&self) -> String {
         let name = self.site().settings().map(|settings| settings.name.as_str());
-        shown(name.filter(|name| !name.is_empty()).unwrap_or(texts::UNNAMED_SITE))
+        legible_name(name.filter(|name| !name.is_empty()).unwrap_or(texts::UNNAMED_SITE))
     }
 
     pub(super) fn mission_name(&self, mission: MissionId) -> String {
-        shown(self.site().mission(mission).map_or(texts::DELETED_MISSION, |mission| &mission.name))
+        legible_name(self.site().mission(mission).map_or(texts::DELETED_MISSION, |mission| &mission.name))
     }
 
     /// What led to a run.
     pub(super) fn cause(&self, cause: Option<&RunCause>) -> String {
         match cause {
-            None => texts::CAUSE_UNKNOWN.to_owned(),
+            None => texts::NOT_KNOWN.to_owned(),
             Some(RunCause::Command(_)) => texts::CAUSE_PERSON.to_owned(),
             Some(RunCause::Schedule { schedule, slot }) => {
-                let name = self.site().schedule(*schedule).map(|schedule| shown(&schedule.name));
+                let name = self.site().schedule(*schedule).map(|schedule| legible_name(&schedule.name));
                 texts::cause_schedule(name.as_deref(), &format::time(*slot))
             }
             Some(RunCause::Monitor(monitor)) => {
                 let name = self.site().monitors().find(|known| known.id == *monitor);
-                texts::cause_monitor(name.map(|monitor| shown(&monitor.name)).as_deref())
+                texts::cause_monitor(name.map(|monitor| legible_name(&monitor.name)).as_deref())
             }
         }
     }
@@ -98,14 +98,16 @@ impl ReportContext {
         let point = attempt.task.and_then(|task| self.point_of_task(mission, task));
         let point = point.and_then(|point| Some(self.site().inspection_point(point)?.name.as_str()));
         let node = || attempt.node.and_then(|node| self.node_name(node));
-        shown(point.or_else(node).unwrap_or(texts::DELETED_PLACE))
+        legible_name(point.or_else(node).unwrap_or(texts::DELETED_PLACE))
     }
 
     /// What is done in an attempt.
     pub(super) fn action_of(&self, attempt: &Attempt) -> String {
         match &attempt.action {
             None => texts::VISIT.to_owned(),
-            Some(action) => describe_action(action).map_or_else(|| shown(action), |it| it.title.to_owned()),
+            Some(action) => {
+                describe_action(action).map_or_else(|| legible_name(action), |it| it.title.to_owned())
+            }
         }
     }
 
@@ -126,7 +128,7 @@ impl ReportContext {
         let near = nodes.chain(points).map(|(place, name)| (distance_m(place.x, place.y), name));
         let nearest =
             near.filter(|(distance_m, _)| *distance_m <= MAX_NEAR_M).min_by(|a, b| a.0.total_cmp(&b.0));
-        texts::change_place(nearest.map(|(_, name)| shown(name)).as_deref(), at.x, at.y)
+        texts::change_place(nearest.map(|(_, name)| legible_name(name)).as_deref(), at.x, at.y)
     }
 
     fn point_of_task(&self, mission: MissionId, task: TaskId) -> Option<InspectionPointId> {
@@ -141,12 +143,12 @@ impl ReportContext {
             RouteActionPlace::Edge { edge, stage, .. } => {
                 let edge = self.site().edge(edge);
                 let ends = edge.and_then(|edge| self.node_name(edge.from).zip(self.node_name(edge.to)));
-                let name = |(from, to)| texts::on_edge((&shown(from), &shown(to)), stage);
+                let name = |(from, to)| texts::on_edge((&legible_name(from), &legible_name(to)), stage);
                 ends.map_or_else(|| texts::DELETED_EDGE.to_owned(), name)
             }
             RouteActionPlace::Zone(zone) => {
                 let zone = self.site().zones().find(|known| known.id == zone);
-                shown(zone.map_or(texts::DELETED_ZONE, |zone| &zone.name))
+                legible_name(zone.map_or(texts::DELETED_ZONE, |zone| &zone.name))
             }
         }
     }
@@ -157,6 +159,6 @@ impl ReportContext {
 }
 
 /// A name from outside as it is shown.
-pub(super) fn shown(name: &str) -> String {
+pub(super) fn legible_name(name: &str) -> String {
     legible(name, texts::MAX_NAME_CHARS)
 }

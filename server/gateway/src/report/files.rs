@@ -1,6 +1,6 @@
 //! Files of a result: pictures within the document, spectra as plots, and others by name and length.
 
-use super::context::{ReportContext, shown};
+use super::context::{ReportContext, legible_name};
 use super::html::Html;
 use super::{spectrum, texts};
 use crate::blobs::blob_path;
@@ -19,7 +19,7 @@ const TEMPERATURES: &str = "temperatures_centikelvin.png";
 const PICTURES: [(&[u8], &str); 2] = [(b"\xff\xd8\xff", "image/jpeg"), (b"\x89PNG\r\n\x1a\n", "image/png")];
 
 /// What a report shows of a file.
-enum Shown {
+enum FileView {
     /// A picture of this type.
     Picture(File, &'static str),
     Spectrum(GammaSpectrum),
@@ -27,7 +27,7 @@ enum Shown {
     Name(Option<&'static str>),
 }
 
-/// Writes the files of a result. `is_pictured`: whether pictures and spectra are shown, not only named. `at`: when it was gathered.
+/// Writes the files of a result. `is_pictured`: whether pictures and spectra are legible_name, not only named. `at`: when it was gathered.
 pub(super) fn write_files(
     html: &mut Html<'_>,
     cx: &ReportContext,
@@ -35,13 +35,15 @@ pub(super) fn write_files(
     is_pictured: bool,
     (place, at): (&str, &str),
 ) -> io::Result<()> {
-    let shown_as = |file| if is_pictured { open(cx.data_dir(), file) } else { Shown::Name(None) };
+    let view = |file| if is_pictured { open(cx.data_dir(), file) } else { FileView::Name(None) };
     let (mut pictures, mut spectra, mut named) = (Vec::new(), Vec::new(), Vec::new());
     for file in files {
-        match shown_as(file) {
-            Shown::Picture(content, media_type) => pictures.push((shown(&file.name), content, media_type)),
-            Shown::Spectrum(found) => spectra.push(found),
-            Shown::Name(why) => named.push((file, why)),
+        match view(file) {
+            FileView::Picture(content, media_type) => {
+                pictures.push((legible_name(&file.name), content, media_type))
+            }
+            FileView::Spectrum(found) => spectra.push(found),
+            FileView::Name(why) => named.push((file, why)),
         }
     }
     if !pictures.is_empty() {
@@ -84,7 +86,7 @@ fn write_names(html: &mut Html<'_>, named: &[(&ReportFile, Option<&'static str>)
     html.open("ul", "files")?;
     for (file, why) in named {
         html.open("li", "")?;
-        html.text(&texts::file(&shown(&file.name), file.bytes))?;
+        html.text(&texts::file(&legible_name(&file.name), file.bytes))?;
         if let Some(why) = why {
             html.text(" · ")?;
             html.text(why)?;
@@ -95,36 +97,36 @@ fn write_names(html: &mut Html<'_>, named: &[(&ReportFile, Option<&'static str>)
 }
 
 /// What is shown of a file, by its bytes.
-fn open(data_dir: &Path, file: &ReportFile) -> Shown {
+fn open(data_dir: &Path, file: &ReportFile) -> FileView {
     if file.name == TEMPERATURES {
-        return Shown::Name(None);
+        return FileView::Name(None);
     }
     let path = blob_path(data_dir, &file.blob.to_string());
     // A directory or a pipe is no file, and is not opened.
     let length = path.metadata().ok().filter(std::fs::Metadata::is_file).map(|found| found.len());
     let Some((length, Ok(content))) = length.map(|length| (length, File::open(&path))) else {
-        return Shown::Name(Some(texts::FILE_MISSING));
+        return FileView::Name(Some(texts::FILE_MISSING));
     };
     if file.media_type.starts_with("image/") {
         return picture(content, length);
     }
     if file.name == "spectrum.json" && length <= MAX_SPECTRUM_BYTES {
         let found: Option<GammaSpectrum> = serde_json::from_reader(io::BufReader::new(content)).ok();
-        return found.filter(spectrum::is_drawable).map_or(Shown::Name(None), Shown::Spectrum);
+        return found.filter(spectrum::is_drawable).map_or(FileView::Name(None), FileView::Spectrum);
     }
-    Shown::Name(None)
+    FileView::Name(None)
 }
 
 /// A file of a picture, if a browser shows its kind and it is not too long.
-fn picture(mut content: File, length: u64) -> Shown {
+fn picture(mut content: File, length: u64) -> FileView {
     if length > MAX_PICTURE_BYTES {
-        return Shown::Name(Some(texts::FILE_TOO_LARGE));
+        return FileView::Name(Some(texts::FILE_TOO_LARGE));
     }
     let mut start = Vec::new();
     let is_read = content.by_ref().take(8).read_to_end(&mut start).is_ok() && content.rewind().is_ok();
     let known = PICTURES.into_iter().find(|(first, _)| is_read && start.starts_with(first));
     match known {
-        Some((_, media_type)) => Shown::Picture(content, media_type),
-        None => Shown::Name(Some(texts::FILE_NO_PICTURE)),
+        Some((_, media_type)) => FileView::Picture(content, media_type),
+        None => FileView::Name(Some(texts::FILE_NO_PICTURE)),
     }
 }

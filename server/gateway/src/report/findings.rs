@@ -1,6 +1,6 @@
 //! The first look at a run: what is counted at the head of a report, and what needs attention. Lists have a greatest length, so that memory is bounded.
 
-use super::context::{ReportContext, shown};
+use super::context::{ReportContext, legible_name};
 use super::rows::{Attempt, ResultContent, ResultRow, RunRow, for_each_task, reason};
 use super::texts;
 use crate::runs::{CoreQueries, for_each_result};
@@ -15,8 +15,8 @@ const MAX_LISTED: usize = 100;
 #[derive(Default)]
 pub(super) struct Findings {
     pub(super) counts: Counts,
-    pub(super) readings: Listed<OutsideReading>,
-    pub(super) undone: Listed<UndoneTask>,
+    pub(super) readings: BoundedList<OutsideReading>,
+    pub(super) not_done: BoundedList<TaskNotDone>,
     /// Steps with a reading outside its limits, and nodes where one was measured.
     steps: BTreeSet<u32>,
     nodes: BTreeSet<NodeId>,
@@ -56,19 +56,19 @@ impl Counts {
 }
 
 /// A list of which only the first entries are kept.
-pub(super) struct Listed<T> {
+pub(super) struct BoundedList<T> {
     pub(super) entries: Vec<T>,
     /// Entries that were not kept.
     pub(super) more: usize,
 }
 
-impl<T> Default for Listed<T> {
+impl<T> Default for BoundedList<T> {
     fn default() -> Self {
         Self { entries: Vec::new(), more: 0 }
     }
 }
 
-impl<T> Listed<T> {
+impl<T> BoundedList<T> {
     fn push(&mut self, entry: T) {
         if self.entries.len() < MAX_LISTED {
             self.entries.push(entry);
@@ -87,7 +87,7 @@ pub(super) struct OutsideReading {
 }
 
 /// A task that has failed or was skipped, or an action on the way that has failed.
-pub(super) struct UndoneTask {
+pub(super) struct TaskNotDone {
     pub(super) place: String,
     pub(super) action: String,
     pub(super) state: &'static str,
@@ -119,13 +119,13 @@ impl Findings {
 
     /// Whether nothing of the run needs attention.
     pub(super) fn is_empty(&self) -> bool {
-        self.readings.entries.is_empty() && self.undone.entries.is_empty() && self.counts.changes == 0
+        self.readings.entries.is_empty() && self.not_done.entries.is_empty() && self.counts.changes == 0
     }
 
     /// Whether pictures of a task belong to what needs attention: it was not done, it has a reading outside its limits, or one was measured where it is done.
-    pub(super) fn concern(&self, attempts: &[Attempt]) -> bool {
+    pub(super) fn needs_attention(&self, attempts: &[Attempt]) -> bool {
         attempts.last().is_some_and(|last| {
-            last.is_undone()
+            last.is_failed_or_skipped()
                 || self.steps.contains(&last.step)
                 || last.node.is_some_and(|node| self.nodes.contains(&node))
         })
@@ -149,8 +149,8 @@ impl Findings {
             }
         }
         let place = cx.place_of(run.mission, last);
-        if let Some(state) = last.state.filter(|_| last.is_undone()) {
-            self.undone.push(UndoneTask {
+        if let Some(state) = last.state.filter(|_| last.is_failed_or_skipped()) {
+            self.not_done.push(TaskNotDone {
                 place: place.clone(),
                 action: cx.action_of(last),
                 state: texts::task_state(state),
@@ -172,8 +172,8 @@ impl Findings {
             self.readings.push(OutsideReading {
                 place: places.get(&result.step).cloned().unwrap_or_else(|| texts::DELETED_PLACE.to_owned()),
                 reading: Reading {
-                    name: shown(&reading.name),
-                    unit: shown(&reading.unit),
+                    name: legible_name(&reading.name),
+                    unit: legible_name(&reading.unit),
                     ..reading.clone()
                 },
                 outside,

@@ -11,17 +11,17 @@ use std::io;
 
 /// The outcome of a run in words.
 pub(super) fn outcome(run: &RunRow) -> &'static str {
-    run.state.map_or(texts::CAUSE_UNKNOWN, texts::run_state)
+    run.state.map_or(texts::NOT_KNOWN, texts::run_state)
 }
 
 /// Whether a run has ended otherwise than with all its tasks done.
-pub(super) fn needs_attention(run: &RunRow) -> bool {
+pub(super) fn is_incomplete(run: &RunRow) -> bool {
     run.is_ended && run.state != Some(RunState::Succeeded)
 }
 
 /// The class of the outcome.
 pub(super) fn outcome_class(run: &RunRow) -> &'static str {
-    if needs_attention(run) { "outcome alert" } else { "outcome" }
+    if is_incomplete(run) { "outcome alert" } else { "outcome" }
 }
 
 /// When a run began and ended, for how long it was under way, and what led to it. `has_zone`: with the time zone.

@@ -1,8 +1,11 @@
 //! Writes HTML. Markup is constant text of this program. Everything else comes from people, robots and files, and is escaped.
 
+use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use base64::write::EncoderWriter;
 use std::io::{self, Read, Write};
+
+/// Bytes of a file that are encoded at a time. A multiple of three, so that only the last piece is padded.
+const PIECE_BYTES: u64 = 3 << 14;
 
 /// A document that is written from its beginning to its end.
 pub(super) struct Html<'w> {
@@ -67,9 +70,17 @@ impl<'w> Html<'w> {
         self.markup("data:")?;
         self.markup(media_type)?;
         self.markup(";base64,")?;
-        let mut encoder = EncoderWriter::new(&mut *self.sink, &STANDARD);
-        io::copy(&mut content, &mut encoder)?;
-        encoder.finish().map(drop)
+        let (mut piece, mut encoded) = (Vec::new(), String::new());
+        loop {
+            piece.clear();
+            encoded.clear();
+            content.by_ref().take(PIECE_BYTES).read_to_end(&mut piece)?;
+            STANDARD.encode_string(&piece, &mut encoded);
+            self.sink.write_all(encoded.as_bytes())?;
+            if (piece.len() as u64) < PIECE_BYTES {
+                return Ok(());
+            }
+        }
     }
 }
 
@@ -115,5 +126,37 @@ mod tests {
     fn a_file_is_written_as_base64_with_its_padding() {
         let address = written(|html| html.data_address("image/png", &b"photo\xff\x00"[..]));
         assert_eq!(address, "data:image/png;base64,cGhvdG//AA==");
+    }
+
+    /// Takes and gives a few bytes at a time, as sockets and files may.
+    struct Few<T>(T);
+
+    impl Write for Few<Vec<u8>> {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.0.write(&bytes[..bytes.len().min(7)])
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    impl Read for Few<&[u8]> {
+        fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+            let room = bytes.len().min(5);
+            self.0.read(&mut bytes[..room])
+        }
+    }
+
+    #[test]
+    fn a_long_file_arrives_whole_where_a_few_bytes_are_taken_at_a_time() {
+        for bytes in [0, 1, PIECE_BYTES - 1, PIECE_BYTES, PIECE_BYTES + 1, 3 * PIECE_BYTES] {
+            let content: Vec<u8> = (0..bytes).map(|number| (number % 251) as u8).collect();
+            let mut sink = Few(Vec::new());
+            Html::new(&mut sink).data_address("image/png", Few(&content[..])).unwrap();
+            let text = String::from_utf8(sink.0).unwrap();
+            let encoded = text.strip_prefix("data:image/png;base64,").unwrap();
+            assert!(STANDARD.decode(encoded).is_ok_and(|decoded| decoded == content), "{bytes} bytes");
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! The report of all runs that were asked for in a time: a summary, what needs attention of all, and then each run, with the pictures of what needs attention.
 
-use super::attention::{LookedAt, write_attention};
+use super::attention::{RunWithFindings, write_attention};
 use super::context::ReportContext;
 use super::findings::{Counts, Findings};
 use super::html::Html;
@@ -23,8 +23,8 @@ pub(super) fn write_period_report(
     runs: Vec<RunRow>,
     mut sink: impl Write,
 ) -> io::Result<()> {
-    let look = |run: RunRow| Ok(LookedAt { findings: Findings::read(cx, core, &run)?, run });
-    let runs: Vec<LookedAt> = runs.into_iter().map(look).collect::<io::Result<_>>()?;
+    let look = |run: RunRow| Ok(RunWithFindings { findings: Findings::read(cx, core, &run)?, run });
+    let runs: Vec<RunWithFindings> = runs.into_iter().map(look).collect::<io::Result<_>>()?;
     let html = &mut Html::new(&mut sink);
     write_head(html, cx, span, &runs)?;
     html.element("h2", "", texts::SUMMARY_HEAD)?;
@@ -34,8 +34,8 @@ pub(super) fn write_period_report(
         write_summary(html, cx, &runs)?;
         write_attention(html, cx, &runs, true)?;
     }
-    for (number, looked) in runs.iter().enumerate() {
-        write_run(html, cx, core, number, looked)?;
+    for (number, entry) in runs.iter().enumerate() {
+        write_run(html, cx, core, number, entry)?;
     }
     page::end(html, cx, &[])?;
     sink.flush()
@@ -46,7 +46,12 @@ pub(super) fn last_instant([_, to]: [Utc; 2]) -> Utc {
     Utc(to.0.saturating_sub(1))
 }
 
-fn write_head(html: &mut Html<'_>, cx: &ReportContext, span: [Utc; 2], runs: &[LookedAt]) -> io::Result<()> {
+fn write_head(
+    html: &mut Html<'_>,
+    cx: &ReportContext,
+    span: [Utc; 2],
+    runs: &[RunWithFindings],
+) -> io::Result<()> {
     let site = cx.site_name();
     let [from, to] = span.map(|at| cx.local(at));
     page::begin(html, &texts::title(&site, texts::OF_PERIOD, &format::date_and_time(from)))?;
@@ -59,12 +64,12 @@ fn write_head(html: &mut Html<'_>, cx: &ReportContext, span: [Utc; 2], runs: &[L
     page::fact(html, texts::TO, &format::date_and_time(to))?;
     page::fact(html, texts::TIME_ZONE, &cx.zone_at(span[1]))?;
     html.close("dl")?;
-    let counts = runs.iter().map(|looked| looked.findings.counts);
+    let counts = runs.iter().map(|entry| entry.findings.counts);
     head::write_counts(html, &counts.fold(Counts::default(), Counts::plus), Some(runs.len()))?;
     html.markup("</header>\n")
 }
 
-fn write_summary(html: &mut Html<'_>, cx: &ReportContext, runs: &[LookedAt]) -> io::Result<()> {
+fn write_summary(html: &mut Html<'_>, cx: &ReportContext, runs: &[RunWithFindings]) -> io::Result<()> {
     let columns = [
         (texts::TIME, "t"),
         (texts::MISSION, ""),
@@ -73,7 +78,7 @@ fn write_summary(html: &mut Html<'_>, cx: &ReportContext, runs: &[LookedAt]) -> 
         (texts::OUTSIDE, "n"),
     ];
     let mut table = Table::begin(html, "", &columns)?;
-    for (number, LookedAt { run, findings }) in runs.iter().enumerate() {
+    for (number, RunWithFindings { run, findings }) in runs.iter().enumerate() {
         let at = format::short_date_and_time(cx.local(run.at()));
         let mission = cx.mission_name(run.mission);
         let done = texts::of_all(findings.counts.done, findings.counts.tasks);
@@ -81,7 +86,7 @@ fn write_summary(html: &mut Html<'_>, cx: &ReportContext, runs: &[LookedAt]) -> 
         table.row(&[
             Cell::Run(number, &at),
             Cell::Text(&mission),
-            if head::needs_attention(run) {
+            if head::is_incomplete(run) {
                 Cell::Alert(head::outcome(run))
             } else {
                 Cell::Text(head::outcome(run))
@@ -98,7 +103,7 @@ fn write_run(
     cx: &ReportContext,
     core: &dyn CoreQueries,
     number: usize,
-    LookedAt { run, findings }: &LookedAt,
+    RunWithFindings { run, findings }: &RunWithFindings,
 ) -> io::Result<()> {
     html.markup("<section class=\"run\" id=\"run-")?;
     html.text(&number.to_string())?;

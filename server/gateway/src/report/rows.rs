@@ -93,7 +93,7 @@ impl Attempt {
     }
 
     /// Whether somebody should look at it: it has failed or was left out.
-    pub(super) fn is_undone(&self) -> bool {
+    pub(super) fn is_failed_or_skipped(&self) -> bool {
         matches!(self.state, Some(TaskState::Failed | TaskState::Skipped))
     }
 

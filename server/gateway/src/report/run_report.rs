@@ -1,6 +1,6 @@
 //! The report of one run.
 
-use super::attention::{LookedAt, write_attention};
+use super::attention::{RunWithFindings, write_attention};
 use super::context::ReportContext;
 use super::findings::Findings;
 use super::html::Html;
@@ -21,8 +21,8 @@ pub(super) fn write_run_report(
     mut sink: impl Write,
 ) -> io::Result<()> {
     let findings = Findings::read(cx, core, &run)?;
-    let looked = [LookedAt { run, findings }];
-    let [LookedAt { run, findings }] = &looked;
+    let runs = [RunWithFindings { run, findings }];
+    let [RunWithFindings { run, findings }] = &runs;
     let (site, mission) = (cx.site_name(), cx.mission_name(run.mission));
     let html = &mut Html::new(&mut sink);
     page::begin(html, &texts::title(&site, &mission, &format::date_and_time(cx.local(run.at()))))?;
@@ -33,7 +33,7 @@ pub(super) fn write_run_report(
     head::write_facts(html, cx, run, true)?;
     head::write_counts(html, &findings.counts, None)?;
     html.markup("</header>\n")?;
-    write_attention(html, cx, &looked, false)?;
+    write_attention(html, cx, &runs, false)?;
     html.element("h2", "", texts::TASKS_HEAD)?;
     RunTasks { cx, core, run, findings, pictures: Pictures::All }.write(html)?;
     let ids = [(texts::RUN_ID, run.run.to_string()), (texts::MISSION_ID, run.mission.to_string())];

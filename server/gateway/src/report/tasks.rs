@@ -1,6 +1,6 @@
 //! The tasks of a run in their order, each with its attempts and what was gathered.
 
-use super::context::{ReportContext, shown};
+use super::context::{ReportContext, legible_name};
 use super::files::write_files;
 use super::findings::Findings;
 use super::html::Html;
@@ -64,7 +64,7 @@ impl RunTasks<'_> {
         } else if let Some(reason) = reason(attempts) {
             html.element("p", "reason", &reason)?;
         }
-        let is_pictured = self.pictures == Pictures::All || self.findings.concern(attempts);
+        let is_pictured = self.pictures == Pictures::All || self.findings.needs_attention(attempts);
         for attempt in attempts {
             results.for_each_of(attempt.step, attempt.attempt, |stored| {
                 self.write_result(html, &ResultRow::of(stored), is_pictured, &place)
@@ -83,7 +83,7 @@ impl RunTasks<'_> {
     ) -> io::Result<()> {
         html.open("div", "line")?;
         html.element("h3", "", place)?;
-        html.element("span", if last.is_undone() { "alert" } else { "" }, state(last))?;
+        html.element("span", if last.is_failed_or_skipped() { "alert" } else { "" }, state(last))?;
         let mut facts = vec![self.cx.action_of(last), format::time(self.cx.local(last.began))];
         facts.extend(last.took_s().map(format::duration));
         facts.extend((attempts > 1).then(|| texts::attempts(attempts)));
@@ -137,7 +137,7 @@ impl RunTasks<'_> {
 }
 
 fn state(attempt: &Attempt) -> &'static str {
-    attempt.state.map_or(texts::CAUSE_UNKNOWN, |state: TaskState| texts::task_state(state))
+    attempt.state.map_or(texts::NOT_KNOWN, |state: TaskState| texts::task_state(state))
 }
 
 /// Writes the readings of a result. `limits` are those of its inspection point; they judge readings of their unit only.
@@ -173,7 +173,7 @@ fn write_reading(
     limits: Option<&ReadingLimits>,
 ) -> io::Result<()> {
     let decimals = format::decimals(reading.value, reading.standard_deviation);
-    let (name, unit) = (texts::reading_name(&shown(&reading.name)), shown(&reading.unit));
+    let (name, unit) = (texts::reading_name(&legible_name(&reading.name)), legible_name(&reading.unit));
     let value = format::decimal(reading.value, decimals);
     let deviation = reading.standard_deviation.map(|it| texts::deviation(&format::decimal(it, decimals)));
     let allowed = limits.map(texts::limits).unwrap_or_default();

@@ -41,7 +41,7 @@ pub(super) const CHANGES_FOUND: [&str; 2] = ["change of the scene", "changes of 
 pub(super) const ATTENTION_HEAD: &str = "What needs attention";
 pub(super) const NO_ATTENTION: &str = "Nothing. No task has failed or was skipped, no reading is outside its limits, and no change of the scene was found.";
 pub(super) const READINGS_HEAD: &str = "Readings outside their limits";
-pub(super) const UNDONE_HEAD: &str = "Tasks that were not done";
+pub(super) const NOT_DONE_HEAD: &str = "Tasks that were not done";
 pub(super) const CHANGES_HEAD: &str = "Changes of the scene";
 pub(super) const SUMMARY_HEAD: &str = "Runs";
 pub(super) const TASKS_HEAD: &str = "Tasks";
@@ -126,7 +126,7 @@ pub(super) fn on_edge((from, to): (&str, &str), stage: EdgeStage) -> String {
 }
 
 pub(super) const CAUSE_PERSON: &str = "a person or a program";
-pub(super) const CAUSE_UNKNOWN: &str = "not known";
+pub(super) const NOT_KNOWN: &str = "not known";
 
 /// `schedule Weekdays, slot 11:00`.
 pub(super) fn cause_schedule(schedule: Option<&str>, slot: &str) -> String {

@@ -2,8 +2,11 @@
 
 use crate::support::{Gateway, TestCore, soon};
 use api::{
-    CoreMessage, Event, GatewayMessage, Query, QueryReply, SiteParts, SiteState, StoredRun, StoredStep,
+    CoreMessage, Event, GatewayMessage, Query, QueryReply, SiteParts, SiteState, StoredResult, StoredRun,
+    StoredStep,
 };
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use serde_json::json;
 use site_model::{Change, Edit, EditId, MissionId, Object, RunId};
 use std::sync::Arc;
@@ -35,6 +38,22 @@ fn run(number: u128) -> StoredRun {
         began: Stamp::from_nanos(DAY_NS),
         changed: Stamp::from_nanos(2 * DAY_NS),
     }
+}
+
+/// A picture that is longer than what is sent at a time.
+fn picture() -> Vec<u8> {
+    let rest = (0..200_000_u32).map(|number| (number % 251) as u8);
+    b"\xff\xd8\xff".iter().copied().chain(rest).collect()
+}
+
+/// The result with the picture.
+fn photo() -> StoredResult {
+    let file =
+        json!({ "name": "photo.jpg", "media_type": "image/jpeg", "blob": "ab".repeat(32), "bytes": 200_003 });
+    let at = json!({ "robot_time": 0, "utc_ns": 3, "is_synchronised": true });
+    let body = json!({ "value": { "at": at, "files": [file] } }).to_string();
+    let at = Stamp::from_nanos(DAY_NS);
+    StoredResult { number: 7, run: RUN, step: 0, attempt: 1, kind: "photo".into(), blob: None, body, at }
 }
 
 /// Sends a site with a mission.
@@ -75,6 +94,7 @@ async fn play(mut core: TestCore, questions: usize, runs: u128) -> Vec<Query> {
                 done: None,
             }]),
             Query::Steps { .. } => QueryReply::Steps(Vec::new()),
+            Query::Results { run: RUN, after: None, .. } => QueryReply::Results(vec![photo()]),
             Query::Results { .. } => QueryReply::Results(Vec::new()),
             ref other => panic!("not asked for a report: {other:?}"),
         });
@@ -88,7 +108,8 @@ async fn play(mut core: TestCore, questions: usize, runs: u128) -> Vec<Query> {
 async fn a_report_of_a_run_is_a_file_that_loads_nothing() {
     let gateway = Gateway::start().await;
     gateway.get(&report_path(RUN), &[]).await.expect_problem(503);
-    let core = tokio::spawn(play(gateway.core().await, 8, 0));
+    gateway.write(&format!("data/blobs/ab/{}", "ab".repeat(32)), &picture());
+    let core = tokio::spawn(play(gateway.core().await, 10, 0));
     let report = gateway.get(&report_path(RUN), &[]).await;
     assert_eq!((report.status, report.header("content-type")), (200, "text/html; charset=utf-8"));
     assert_eq!(
@@ -104,20 +125,22 @@ async fn a_report_of_a_run_is_a_file_that_loads_nothing() {
     let text = String::from_utf8(report.body).expect("UTF-8");
     assert!(text.contains("<h1>Round &lt;A&gt;</h1>") && text.ends_with("</html>\n"), "{text}");
     assert!(text.contains("Europe/Paris (UTC+01:00)") && text.contains("1 of 1"), "{text}");
+    let shown = text.split_once("src=\"data:image/jpeg;base64,").expect("a picture").1;
+    let shown = STANDARD.decode(shown.split('"').next().expect("an end")).expect("base64");
+    assert!(shown == picture(), "{} bytes of the picture", shown.len());
     gateway.get(&report_path(RunId(Uuid::from_u128(9))), &[]).await.expect_problem(404);
     gateway.get("/api/v1/runs/7/report", &[]).await.expect_problem(400);
     // The run, then attempts and results twice: first what is counted, then each task.
     let asked = core.await.expect("no panic");
-    assert!(matches!(
-        asked[..7],
-        [Query::Run(RUN), _, _, Query::Results { .. }, Query::Results { .. }, _, _]
-    ));
+    let steps = asked.iter().filter(|query| matches!(query, Query::Steps { run: RUN, .. })).count();
+    let results = asked.iter().filter(|query| matches!(query, Query::Results { run: RUN, .. })).count();
+    assert_eq!((&asked[0], steps, results), (&Query::Run(RUN), 4, 4));
 }
 
 #[tokio::test]
 async fn a_report_of_a_time_holds_its_runs_and_asks_for_no_others() {
     let gateway = Gateway::start().await;
-    let core = tokio::spawn(play(gateway.core().await, 1 + 2 * 6, 2));
+    let core = tokio::spawn(play(gateway.core().await, 1 + 8 + 6, 2));
     let report = gateway.get(&period_path(DAY_NS, 8 * DAY_NS), &[]).await;
     assert_eq!((report.status, report.header("content-type")), (200, "text/html; charset=utf-8"));
     assert_eq!(report.header("content-security-policy"), POLICY);
