@@ -26,6 +26,7 @@ pub(super) fn write_attention(
         return html.element("p", "", texts::NO_ATTENTION);
     }
     write_readings(html, cx, runs, is_period)?;
+    write_gauges(html, cx, runs, is_period)?;
     write_not_done(html, cx, runs, is_period)?;
     write_changes(html, cx, runs, is_period)
 }
@@ -96,6 +97,29 @@ fn write_readings(
     }
     table.end()?;
     write_more(html, runs.iter().map(|entry| entry.findings.readings.more).sum())
+}
+
+fn write_gauges(
+    html: &mut Html<'_>,
+    cx: &ReportContext,
+    runs: &[RunWithFindings],
+    is_period: bool,
+) -> io::Result<()> {
+    if runs.iter().all(|entry| entry.findings.gauges.entries.is_empty()) {
+        return Ok(());
+    }
+    html.element("h4", "", texts::GAUGES_HEAD)?;
+    let columns = columns(is_period, &[(texts::PLACE, ""), (texts::REASON, ""), (texts::TIME, "t")]);
+    let mut table = Table::begin(html, "", &columns)?;
+    for (number, entry) in runs.iter().enumerate() {
+        for gauge in &entry.findings.gauges.entries {
+            let at = format::time(cx.local(gauge.at));
+            let cells = vec![Cell::Text(&gauge.place), Cell::Text(&gauge.reason), Cell::Text(&at)];
+            write_row(&mut table, cx, (number, entry), is_period, cells)?;
+        }
+    }
+    table.end()?;
+    write_more(html, runs.iter().map(|entry| entry.findings.gauges.more).sum())
 }
 
 fn write_not_done(

@@ -4,9 +4,10 @@ use super::context::{ReportContext, legible_name};
 use super::rows::{Attempt, ResultContent, ResultRow, RunRow, for_each_task, reason};
 use super::texts;
 use crate::runs::{CoreQueries, for_each_result};
-use site_model::{NodeId, OutsideLimits, Reading, SceneChange, TaskState, Utc};
+use site_model::{ActionReport, NodeId, OutsideLimits, Reading, SceneChange, TaskState, Utc};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
+use vocab::legible;
 
 /// Entries of each list of one run at most. All are counted. Chosen: more than people read, and 500 runs with full lists take some 30 MB.
 const MAX_LISTED: usize = 100;
@@ -16,8 +17,9 @@ const MAX_LISTED: usize = 100;
 pub(super) struct Findings {
     pub(super) counts: Counts,
     pub(super) readings: BoundedList<OutsideReading>,
+    pub(super) gauges: BoundedList<GaugeNotRead>,
     pub(super) not_done: BoundedList<TaskNotDone>,
-    /// Steps with a reading outside its limits, and nodes where one was measured.
+    /// Steps with a reading outside its limits or a gauge that was not read, and nodes where that was.
     steps: BTreeSet<u32>,
     nodes: BTreeSet<NodeId>,
 }
@@ -86,6 +88,13 @@ pub(super) struct OutsideReading {
     pub(super) at: Utc,
 }
 
+/// A gauge in a picture that gave no value.
+pub(super) struct GaugeNotRead {
+    pub(super) place: String,
+    pub(super) reason: String,
+    pub(super) at: Utc,
+}
+
 /// A task that has failed or was skipped, or an action on the way that has failed.
 pub(super) struct TaskNotDone {
     pub(super) place: String,
@@ -119,10 +128,14 @@ impl Findings {
 
     /// Whether nothing of the run needs attention.
     pub(super) fn is_empty(&self) -> bool {
-        self.readings.entries.is_empty() && self.not_done.entries.is_empty() && self.counts.changes == 0
+        self.readings.entries.is_empty()
+            && self.gauges.entries.is_empty()
+            && self.not_done.entries.is_empty()
+            && self.counts.changes == 0
     }
 
-    /// Whether pictures of a task belong to what needs attention: it was not done, it has a reading outside its limits, or one was measured where it is done.
+    /// Whether pictures of a task belong to what needs attention: it was not done, it has a reading outside its limits or a gauge that was not
+    /// read, or another task has where it is done.
     pub(super) fn needs_attention(&self, attempts: &[Attempt]) -> bool {
         attempts.last().is_some_and(|last| {
             last.is_failed_or_skipped()
@@ -163,24 +176,34 @@ impl Findings {
 
     fn add_result(&mut self, cx: &ReportContext, result: &ResultRow, places: &BTreeMap<u32, String>) {
         let ResultContent::Report(report) = &result.content else { return };
+        let unnamed = || texts::DELETED_PLACE.to_owned();
+        let place = || places.get(&result.step).cloned().unwrap_or_else(unnamed);
+        if let Some(reason) = gauge_problem(report) {
+            self.note_place(result);
+            self.gauges.push(GaugeNotRead { place: place(), reason, at: result.at });
+        }
         let Some(limits) = cx.limits(result.point) else { return };
         for reading in &report.readings {
             let Some(outside) = limits.outside(reading) else { continue };
             self.counts.outside += 1;
-            self.steps.insert(result.step);
-            self.nodes.extend(result.node);
-            self.readings.push(OutsideReading {
-                place: places.get(&result.step).cloned().unwrap_or_else(|| texts::DELETED_PLACE.to_owned()),
-                reading: Reading {
-                    name: legible_name(&reading.name),
-                    unit: legible_name(&reading.unit),
-                    ..reading.clone()
-                },
-                outside,
-                at: result.at,
-            });
+            self.note_place(result);
+            let (name, unit) = (legible_name(&reading.name), legible_name(&reading.unit));
+            let reading = Reading { name, unit, ..reading.clone() };
+            self.readings.push(OutsideReading { place: place(), reading, outside, at: result.at });
         }
     }
+
+    /// Notes where a result needs attention.
+    fn note_place(&mut self, result: &ResultRow) {
+        self.steps.insert(result.step);
+        self.nodes.extend(result.node);
+    }
+}
+
+/// Why the gauge of a picture gave no value; none if it did, or there is none.
+pub(super) fn gauge_problem(report: &ActionReport) -> Option<String> {
+    let problem = report.gauge.as_ref()?.problem.as_ref()?;
+    Some(legible(problem, texts::MAX_SENTENCE_CHARS))
 }
 
 /// Changes of the scene that this run has found last.

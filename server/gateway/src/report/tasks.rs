@@ -2,7 +2,7 @@
 
 use super::context::{ReportContext, legible_name};
 use super::files::write_files;
-use super::findings::Findings;
+use super::findings::{Findings, gauge_problem};
 use super::html::Html;
 use super::results::ResultsByAttempt;
 use super::rows::{Attempt, ResultContent, ResultRow, RunRow, for_each_task, reason};
@@ -129,6 +129,9 @@ impl RunTasks<'_> {
             ResultContent::Other(answer) => html.element("p", "answer", answer),
             ResultContent::Report(report) => {
                 write_readings(html, &report.readings, self.cx.limits(result.point))?;
+                if let Some(problem) = gauge_problem(report) {
+                    html.element("p", "reason", &problem)?;
+                }
                 let at = format::short_date_and_time(self.cx.local(result.at));
                 write_files(html, self.cx, &report.files, is_pictured, (place, &at))
             }

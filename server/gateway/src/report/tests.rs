@@ -475,6 +475,22 @@ fn readings_are_judged_by_limits_of_their_unit_only() {
 }
 
 #[test]
+fn a_gauge_that_was_not_read_needs_attention() {
+    let problem = "The needle is hidden by <glare>.";
+    let mut details = gathered(&[], &[]);
+    details["value"]["gauge"] = json!({ "problem": problem });
+    let mut read = gathered(&[], &[celsius(20.0)]);
+    read["value"]["gauge"] = json!({ "needle_px": [[1.0, 2.0], [3.0, 4.0]] });
+    let scene =
+        Scene::new().run(1, "succeeded").step(1, 1, "succeeded", 1, done(42, 22, "photo")).result(1, 1, read);
+    assert!(text(&scene.report()).contains("Nothing. No task"));
+    let report = scene.result(1, 1, details).report();
+    let row =
+        "Gauges that were not read Place Reason Time Gauge east The needle is hidden by &lt;glare&gt;. 11:05";
+    assert_order(&text(&report), &[row, "2 Gauge east Done", "The needle is hidden by &lt;glare&gt;."]);
+}
+
+#[test]
 fn changes_of_the_scene_are_those_that_this_run_has_found() {
     let change = |number: u128, after: u128, kind: Value, x: f64| {
         json!({ "scene_change": {

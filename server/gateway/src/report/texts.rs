@@ -39,8 +39,9 @@ pub(super) const READINGS_OUTSIDE: [&str; 2] =
 pub(super) const CHANGES_FOUND: [&str; 2] = ["change of the scene", "changes of the scene"];
 
 pub(super) const ATTENTION_HEAD: &str = "What needs attention";
-pub(super) const NO_ATTENTION: &str = "Nothing. No task has failed or was skipped, no reading is outside its limits, and no change of the scene was found.";
+pub(super) const NO_ATTENTION: &str = "Nothing. No task has failed or was skipped, no reading is outside its limits, every gauge was read, and no change of the scene was found.";
 pub(super) const READINGS_HEAD: &str = "Readings outside their limits";
+pub(super) const GAUGES_HEAD: &str = "Gauges that were not read";
 pub(super) const NOT_DONE_HEAD: &str = "Tasks that were not done";
 pub(super) const CHANGES_HEAD: &str = "Changes of the scene";
 pub(super) const SUMMARY_HEAD: &str = "Runs";
