@@ -98,7 +98,7 @@ const OURS: &[(&str, &[&str])] = &[
             "watchdog",
         ],
     ),
-    ("gateway", &["accounts", "api", "site_model", "vocab", "watchdog"]),
+    ("gateway", &["accounts", "api", "missions", "site_model", "vocab", "watchdog"]),
     (
         "autoinspect",
         &[

@@ -6,9 +6,10 @@ use crate::files::respond_named;
 use crate::problem::ProblemResponse;
 use crate::schemas::ProblemDocument;
 use crate::texts;
-use axum::extract::{Path, State};
+use axum::extract::{Path as UrlPath, State};
 use axum::http::HeaderMap;
 use std::io;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tokio::fs::File;
 use tokio::io::AsyncReadExt;
@@ -39,10 +40,15 @@ const KIND_BYTES: usize = 8;
     (status = 416, body = ProblemDocument, content_type = "application/problem+json", description = "The file has no such part; `Content-Range` says how long it is"),
 ))]
 pub(crate) async fn blob(State(app): State<Arc<App>>, hash: AnyPath, headers: HeaderMap) -> Answer {
-    let name = file_name(hash.ok().map(|Path(text)| text))?;
-    let file = app.data_dir.join("blobs").join(&name[..2]).join(&name);
+    let name = file_name(hash.ok().map(|UrlPath(text)| text))?;
+    let file = blob_path(&app.data_dir, &name);
     let content_type = kind(&file).await.unwrap_or(OCTETS);
     respond_named(&file, &name, content_type, true, &headers, || texts::no_blob(&name)).await
+}
+
+/// Where the file of a hash is, of 64 hexadecimal digits.
+pub(crate) fn blob_path(data_dir: &Path, hash: &str) -> PathBuf {
+    data_dir.join("blobs").join(hash.get(..2).unwrap_or_default()).join(hash)
 }
 
 /// Name of the file of a hash. It is made from the parsed hash, so that a path holds hexadecimal digits only.
@@ -56,7 +62,7 @@ pub(crate) fn file_name(hash: Option<String>) -> Result<String, ProblemResponse>
 }
 
 /// What a file is, by its first bytes.
-async fn kind(path: &std::path::Path) -> io::Result<&'static str> {
+async fn kind(path: &Path) -> io::Result<&'static str> {
     // A directory or a pipe is no file, and is not opened.
     if !tokio::fs::metadata(path).await?.is_file() {
         return Ok(OCTETS);

@@ -32,6 +32,7 @@ mod pacer;
 mod pages;
 mod problem;
 mod problem_schemas;
+mod report;
 mod reserved_places;
 mod robot_clock;
 mod router;

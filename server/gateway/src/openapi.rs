@@ -2,6 +2,7 @@
 
 use crate::access::{audit, handlers as access};
 use crate::openapi_access::describe_access;
+use crate::report::handlers as report;
 use crate::runs::handlers as runs;
 use crate::site::handlers as site;
 use crate::tls::trust;
@@ -76,6 +77,8 @@ use utoipa::OpenApi;
         runs::clouds,
         runs::cloud,
         runs::download,
+        report::report_run,
+        report::report_period,
         runs::point_results,
         runs::slots
     )

@@ -5,6 +5,7 @@ use crate::access::{Identity, audit, handlers as access};
 use crate::app::App;
 use crate::limits::FIXED;
 use crate::problem::ProblemResponse;
+use crate::report::handlers as report;
 use crate::runs::handlers as runs;
 use crate::site::handlers as site;
 use crate::texts;
@@ -103,6 +104,8 @@ fn handler(endpoint: Endpoint) -> MethodRouter<Arc<App>> {
         Endpoint::ListRunClouds => get(runs::clouds),
         Endpoint::GetRunCloud => get(runs::cloud),
         Endpoint::DownloadRun => get(runs::download),
+        Endpoint::ReportRun => get(report::report_run),
+        Endpoint::ReportPeriod => get(report::report_period),
         Endpoint::ListPointResults => get(runs::point_results),
         Endpoint::ListSlots => get(runs::slots),
         Endpoint::ListSceneChanges => get(site::list_scene_changes),

@@ -22,10 +22,15 @@ const HEADERS: [(HeaderName, &str); 6] = [
 /// Browsers use TLS only for a year, where the site's own certificate is served (RFC 6797).
 pub(crate) const TLS_ONLY: &str = "max-age=31536000";
 
-/// Adds [`HEADERS`].
+/// Adds [`HEADERS`]. A document with a content security policy of its own, such as a report, keeps it.
 pub(crate) async fn add_headers(mut response: Response) -> Response {
+    let headers = response.headers_mut();
+    let own_policy = headers.get(header::CONTENT_SECURITY_POLICY).cloned();
     for (name, value) in HEADERS {
-        response.headers_mut().insert(name, HeaderValue::from_static(value));
+        headers.insert(name, HeaderValue::from_static(value));
+    }
+    if let Some(policy) = own_policy {
+        headers.insert(header::CONTENT_SECURITY_POLICY, policy);
     }
     response
 }

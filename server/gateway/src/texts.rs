@@ -164,7 +164,7 @@ pub(crate) const AFTER_NO_NUMBER: &str = "after is not a number";
 pub(crate) const AFTER_NO_CHANGE: &str = "after is not the next of a page";
 pub(crate) const AFTER_NO_STEP: &str = "after is not a step and an attempt, such as 3.1";
 pub(crate) const DOWNLOADS_BUSY: &str =
-    "Other runs are being downloaded. Wait until one of them is complete.";
+    "Other runs or reports are being downloaded. Wait until one of them is complete.";
 pub(crate) const DOWNLOAD_STALLED: &str = "the client has read nothing for too long";
 pub(crate) const SETTINGS_ID_MALFORMED: &str = "The settings of the site are at /api/v1/site/settings/main.";
 pub(crate) const IF_MATCH_MALFORMED: &str =

@@ -59,6 +59,10 @@ pub const RUN_CLOUDS_PATH: &str = "/api/v1/runs/{run}/clouds";
 pub const RUN_CLOUD_PATH: &str = "/api/v1/runs/{run}/clouds/{hash}";
 /// GET, with a run's id in place of `{run}`: all of it with its files, a ZIP archive.
 pub const RUN_DOWNLOAD_PATH: &str = "/api/v1/runs/{run}/download";
+/// GET, with a run's id in place of `{run}`: a report of it for people, HTML.
+pub const RUN_REPORT_PATH: &str = "/api/v1/runs/{run}/report";
+/// GET: a report of all runs that were asked for in a time, HTML.
+pub const REPORT_PATH: &str = "/api/v1/report";
 /// GET, with an inspection point's id in place of `{id}`: a page of its results in all runs, the newest first.
 pub const POINT_RESULTS_PATH: &str = "/api/v1/inspection-points/{id}/results";
 /// GET: a page of the slots of schedules that were decided, those due last first.

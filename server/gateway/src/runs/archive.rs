@@ -1,12 +1,13 @@
 //! What the archive of a run holds, under which names.
 
 use super::documents::{result_document, run_document, step_document};
+use super::names::{file_name, place_name, run_file_name, utc};
+use super::stored_content::{CoreQueries, action_report, for_each_result, for_each_step, stored_json};
+use crate::blobs::blob_path;
 use crate::texts;
-use api::{MAX_PAGE, Query, QueryReply, SiteState, StoredResult, StoredRun};
-use jiff::Timestamp;
+use api::{SiteState, StoredResult, StoredRun};
 use serde::Serialize;
 use serde_json::Value;
-use site_model::{ActionReport, InspectionPointId, NodeId};
 use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{self, Write};
@@ -14,11 +15,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use zip::write::{SimpleFileOptions, StreamWriter};
 use zip::{CompressionMethod, ZipWriter};
-
-/// Whoever answers questions about what is stored.
-pub(super) trait CoreQueries {
-    fn ask(&self, query: Query) -> io::Result<QueryReply>;
-}
 
 /// A run that is written as an archive.
 pub(super) struct Archive {
@@ -33,12 +29,8 @@ type Zip<W> = ZipWriter<StreamWriter<W>>;
 impl Archive {
     /// Names of places and of the mission are those of `site`.
     pub(super) fn new(run: StoredRun, site: Option<Arc<SiteState>>, data_dir: &Path) -> Self {
-        let mission = site.as_ref().and_then(|state| Some(state.site.mission(run.mission)?.name.clone()));
-        let mission = file_name(mission.as_deref().unwrap_or("run"));
-        let asked = utc(run.began.nanos());
-        // `2026-11-24T11:00:00.5Z` without what a file system may reject.
-        let minute: String = asked.chars().take(16).filter(|c| *c != ':').collect();
-        Self { name: format!("{mission}_{minute}"), run, site, data_dir: data_dir.to_owned() }
+        let name = run_file_name(&run, site.as_ref().map(|state| &state.site));
+        Self { name, run, site, data_dir: data_dir.to_owned() }
     }
 
     /// Name of the folder in the archive: ASCII letters, digits, `-` and `_`.
@@ -50,7 +42,7 @@ impl Archive {
     ///
     /// # Errors
     /// When the core, the disk or whoever reads the archive fails.
-    pub(super) fn write(&self, core: &impl CoreQueries, sink: impl Write) -> io::Result<()> {
+    pub(super) fn write(&self, core: &dyn CoreQueries, sink: impl Write) -> io::Result<()> {
         let mut zip = ZipWriter::new_stream(sink);
         self.begin(&mut zip, "run.json")?;
         write_json(&mut zip, &run_document(self.run.clone()))?;
@@ -58,14 +50,16 @@ impl Archive {
         self.write_steps(core, &mut zip)?;
         self.begin(&mut zip, "results.json")?;
         let mut list = List::default();
-        self.for_each_result(core, |result| list.push(&mut zip, &result_document(result)))?;
+        for_each_result(core, self.run.run, |result| list.push(&mut zip, &result_document(result)))?;
         list.end(&mut zip)?;
         self.begin(&mut zip, "readings.csv")?;
         writeln!(zip, "utc,place,action,attempt,reading,value,standard_deviation,unit")?;
-        self.for_each_result(core, |result| self.write_readings(&mut zip, &result))?;
+        for_each_result(core, self.run.run, |result| self.write_readings(&mut zip, &result))?;
         let mut names = BTreeSet::new();
         let mut missing = Vec::new();
-        self.for_each_result(core, |result| self.write_files(&mut zip, &result, &mut names, &mut missing))?;
+        for_each_result(core, self.run.run, |result| {
+            self.write_files(&mut zip, &result, &mut names, &mut missing)
+        })?;
         if !missing.is_empty() {
             self.begin(&mut zip, "missing-files.txt")?;
             writeln!(zip, "{}", missing.join("\n"))?;
@@ -79,38 +73,15 @@ impl Archive {
         Ok(zip.start_file(format!("{}/{path}", self.name), options)?)
     }
 
-    fn write_steps<W: Write>(&self, core: &impl CoreQueries, zip: &mut Zip<W>) -> io::Result<()> {
+    fn write_steps<W: Write>(&self, core: &dyn CoreQueries, zip: &mut Zip<W>) -> io::Result<()> {
         let mut list = List::default();
-        let mut after = None;
-        loop {
-            let query = Query::Steps { run: self.run.run, after, limit: MAX_PAGE };
-            let QueryReply::Steps(page) = core.ask(query)? else { return Err(other_answer()) };
-            let Some(last) = page.last() else { return list.end(zip) };
-            after = Some((last.step, last.attempt));
-            for step in page {
-                list.push(zip, &step_document(step))?;
-            }
-        }
-    }
-
-    fn for_each_result(
-        &self,
-        core: &impl CoreQueries,
-        mut take: impl FnMut(StoredResult) -> io::Result<()>,
-    ) -> io::Result<()> {
-        let mut after = None;
-        loop {
-            let query = Query::Results { run: self.run.run, after, limit: MAX_PAGE };
-            let QueryReply::Results(page) = core.ask(query)? else { return Err(other_answer()) };
-            let Some(last) = page.last() else { return Ok(()) };
-            after = Some(last.number);
-            page.into_iter().try_for_each(&mut take)?;
-        }
+        for_each_step(core, self.run.run, |step| list.push(zip, &step_document(step)))?;
+        list.end(zip)
     }
 
     fn write_readings<W: Write>(&self, zip: &mut Zip<W>, result: &StoredResult) -> io::Result<()> {
-        let details = details(result);
-        let Some(report) = report(&details) else { return Ok(()) };
+        let details = stored_json(&result.body);
+        let Some(report) = action_report(&details) else { return Ok(()) };
         let at = utc(result.at.nanos());
         let place = self.place(&details);
         for reading in &report.readings {
@@ -130,8 +101,8 @@ impl Archive {
         names: &mut BTreeSet<String>,
         missing: &mut Vec<String>,
     ) -> io::Result<()> {
-        let details = details(result);
-        let Some(report) = report(&details) else { return Ok(()) };
+        let details = stored_json(&result.body);
+        let Some(report) = action_report(&details) else { return Ok(()) };
         let place = file_name(&self.place(&details));
         for file in &report.files {
             let name = format!("files/{:02}_{place}_{}", result.step + 1, file_name(&file.name));
@@ -147,7 +118,7 @@ impl Archive {
                 )
             };
             let hash = file.blob.to_string();
-            match File::open(self.data_dir.join("blobs").join(&hash[..2]).join(&hash)) {
+            match File::open(blob_path(&self.data_dir, &hash)) {
                 Ok(mut content) => {
                     self.begin(zip, &name)?;
                     io::copy(&mut content, zip)?;
@@ -160,13 +131,8 @@ impl Archive {
 
     /// Name of the place of a result: its inspection point, or else its node.
     fn place(&self, details: &Value) -> String {
-        let site = self.site.as_ref().map(|state| &state.site);
-        let id = |field: &str| details.get(field).and_then(Value::as_str);
-        let point = id("inspection_point").and_then(|id| id.parse::<InspectionPointId>().ok());
-        let point = point.and_then(|point| Some(site?.inspection_point(point)?.name.clone()));
-        let node = || id("node").and_then(|id| id.parse::<NodeId>().ok());
-        let node = || node().and_then(|node| Some(site?.node(node)?.name.clone()));
-        point.or_else(node).unwrap_or_else(|| texts::UNNAMED_PLACE.to_owned())
+        let name = self.site.as_ref().and_then(|state| place_name(&state.site, details));
+        name.unwrap_or(texts::UNNAMED_PLACE).to_owned()
     }
 }
 
@@ -192,23 +158,6 @@ fn write_json(sink: &mut impl Write, document: &impl Serialize) -> io::Result<()
     sink.write_all(&serde_json::to_vec_pretty(document)?)
 }
 
-fn other_answer() -> io::Error {
-    io::Error::other("the core has answered another question")
-}
-
-fn details(result: &StoredResult) -> Value {
-    serde_json::from_str(&result.body).unwrap_or_default()
-}
-
-fn report(details: &Value) -> Option<ActionReport> {
-    serde_json::from_value(details.get("value")?.clone()).ok()
-}
-
-/// `2026-11-24T11:00:00.5Z`.
-fn utc(nanos: i64) -> String {
-    Timestamp::from_nanosecond(nanos.into()).map(|at| at.to_string()).unwrap_or_default()
-}
-
 /// A field of a CSV file (RFC 4180).
 fn csv_field(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) {
@@ -216,14 +165,6 @@ fn csv_field(text: &str) -> String {
     } else {
         text.to_owned()
     }
-}
-
-/// A name that every file system takes: ASCII letters, digits, `.`, `-` and `_`.
-fn file_name(name: &str) -> String {
-    let safe = |c: char| if c.is_ascii_alphanumeric() || matches!(c, '.' | '-') { c } else { '_' };
-    let name: String = name.chars().take(60).map(safe).collect();
-    let name = name.trim_matches(['.', '_']);
-    if name.is_empty() { "unnamed".to_owned() } else { name.to_owned() }
 }
 
 #[cfg(test)]

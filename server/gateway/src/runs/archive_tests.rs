@@ -1,7 +1,8 @@
 //! An archive is written from a core that answers from a list, and read again.
 
+use super::super::stored_content::other_answer;
 use super::*;
-use api::StoredStep;
+use api::{Query, QueryReply, StoredStep};
 use site_model::{Edit, EditId, MissionId, Object, RunId};
 use std::io::{Cursor, Read};
 use uuid::Uuid;

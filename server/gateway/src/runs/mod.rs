@@ -6,6 +6,16 @@ mod commands;
 mod documents;
 mod download;
 mod lists;
+mod names;
+mod stored_content;
+mod streamed_file;
+
+pub(crate) use download::stored_run;
+pub(crate) use names::run_file_name;
+pub(crate) use stored_content::{
+    CoreQueries, action_report, for_each_result, for_each_step, result_page, stored_json,
+};
+pub(crate) use streamed_file::FileStream;
 
 pub(crate) mod handlers {
     //! What the router and the description refer to.
@@ -21,7 +31,8 @@ use crate::texts;
 use axum::extract::Path;
 use site_model::RunId;
 
-fn run_id(path: AnyPath) -> Result<RunId, ProblemResponse> {
+/// The run that a path names.
+pub(crate) fn run_id(path: AnyPath) -> Result<RunId, ProblemResponse> {
     let malformed = || ProblemResponse::malformed(texts::RUN_ID_MALFORMED);
     let Path(id) = path.map_err(|_| malformed())?;
     id.parse().map_err(|_| malformed())

@@ -10,6 +10,7 @@ mod http;
 mod maps;
 mod nightly;
 mod privilege_matrix;
+mod reports;
 mod runs;
 #[allow(dead_code, reason = "other tests use the rest")]
 #[path = "../../../../shared/api/tests/samples/mod.rs"]

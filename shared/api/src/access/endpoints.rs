@@ -133,6 +133,8 @@ endpoints! {
     ListRunClouds: Get paths::RUN_CLOUDS_PATH, VIEWER;
     GetRunCloud: Get paths::RUN_CLOUD_PATH, VIEWER;
     DownloadRun: Get paths::RUN_DOWNLOAD_PATH, VIEWER;
+    ReportRun: Get paths::RUN_REPORT_PATH, VIEWER;
+    ReportPeriod: Get paths::REPORT_PATH, VIEWER;
     ListPointResults: Get paths::POINT_RESULTS_PATH, VIEWER;
     ListSlots: Get paths::SLOTS_PATH, VIEWER;
     ListSceneChanges: Get paths::SCENE_CHANGES_PATH, VIEWER;

@@ -9,11 +9,16 @@ use super::{look, texts};
 use crate::button::Button;
 use crate::feature_panel::PanelContext;
 use crate::widgets;
-use crate::{format, icon, screens};
+use crate::{format, icon, screens, theme};
 use client_model::{ClientCommand, PastRun, RunContent, ScheduleSelection, StoredSlot};
 use egui::{Id, Ui};
 use missions::SiteZone;
 use site_model::{RunId, Site, SkipReason, Utc};
+
+/// Part of the room for the button of the archive, beside that of the report. Chosen: as their texts need.
+const DOWNLOAD_SHARE: f32 = 0.62;
+/// Nanoseconds of seven days.
+const WEEK_NS: i64 = 7 * 24 * 3_600_000_000_000;
 
 /// What is shown of ended runs.
 #[derive(Debug, Default)]
@@ -36,6 +41,9 @@ impl RunHistory {
         let zone = site.settings().map_or("UTC", |settings| settings.time_zone.as_str());
         let zone = SiteZone::new(zone).unwrap_or_else(|_| SiteZone::utc());
         self.filter.show(ui, cx, site, &zone);
+        if self.filter.has_runs() {
+            show_week_report(ui, cx);
+        }
         let entries = self.entries(cx, site, &zone);
         if let Some(sentence) = model.runs.list_problem() {
             widgets::tinted_box(ui, tokens, tokens.warn, |ui| widgets::sentence(ui, tokens, sentence));
@@ -136,13 +144,41 @@ impl RunHistory {
             }),
             None => widgets::remark(ui, tokens, texts::FETCHING),
         }
-        let download = Button::new(texts::DOWNLOAD).icon(icon::DOWNLOAD_SIMPLE).hint(texts::DOWNLOAD_HINT);
-        if download.wide(ui).show(ui, tokens).clicked() {
-            let address = api::paths::RUN_DOWNLOAD_PATH.replace("{run}", &run.run.to_string());
-            // In a tab of its own, which the browser closes again, so that an error does not replace this page.
-            ui.ctx().open_url(egui::OpenUrl::new_tab(address));
-        }
+        show_files(ui, cx, run.run);
     }
+}
+
+/// The buttons that fetch files of a run: the archive and the report.
+fn show_files(ui: &mut Ui, cx: &PanelContext<'_>, run: RunId) {
+    let of_run = |path: &str| path.replace("{run}", &run.to_string());
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 8.0;
+        let room = ui.available_width() - 8.0;
+        let width = (DOWNLOAD_SHARE * room).floor();
+        let download = Button::new(texts::DOWNLOAD).icon(icon::DOWNLOAD_SIMPLE).hint(texts::DOWNLOAD_HINT);
+        if download.size(width, theme::TOUCH).slim().show(ui, cx.tokens).clicked() {
+            fetch_file(ui, of_run(api::paths::RUN_DOWNLOAD_PATH));
+        }
+        let report = Button::new(texts::REPORT).icon(icon::LIST_CHECKS).hint(texts::REPORT_HINT);
+        if report.size(room - width, theme::TOUCH).slim().show(ui, cx.tokens).clicked() {
+            fetch_file(ui, of_run(api::paths::RUN_REPORT_PATH));
+        }
+    });
+}
+
+/// The button that fetches the report of all runs of the last seven days.
+fn show_week_report(ui: &mut Ui, cx: &PanelContext<'_>) {
+    let report = Button::new(texts::WEEK_REPORT).icon(icon::LIST_CHECKS).hint(texts::REPORT_HINT);
+    if report.wide(ui).show(ui, cx.tokens).clicked() {
+        let to_ns = cx.clock.utc.0;
+        let from_ns = to_ns.saturating_sub(WEEK_NS);
+        fetch_file(ui, format!("{}?from_ns={from_ns}&to_ns={to_ns}", api::paths::REPORT_PATH));
+    }
+}
+
+/// Fetches a file in a tab of its own, which the browser closes again, so that an error does not replace this page.
+fn fetch_file(ui: &Ui, address: String) {
+    ui.ctx().open_url(egui::OpenUrl::new_tab(address));
 }
 
 /// A slot of a schedule that had no run, and why. A press shows it on the Schedule screen.

@@ -241,6 +241,42 @@ fn ended_runs_are_listed_filtered_and_opened_with_what_was_gathered() {
     assert_eq!(value(&harness, "Dose rate"), "0.11 ± 0.02 µSv/h, above 0.10 µSv/h");
 }
 
+/// Presses a button. Returns the addresses that are opened.
+fn opened(harness: &mut Harness<'_, TestClient>, name: &str) -> Vec<String> {
+    harness.get_by_label(name).click();
+    let mut addresses = Vec::new();
+    for _ in 0..3 {
+        harness.step();
+        for command in &harness.output().platform_output.commands {
+            if let egui::OutputCommand::OpenUrl(open) = command {
+                assert!(open.new_tab, "an error would replace this page");
+                addresses.push(open.url.clone());
+            }
+        }
+    }
+    addresses
+}
+
+#[test]
+fn the_archive_and_the_reports_are_fetched_as_files() {
+    let ended = vec![EndedRun { run: RUN, mission: MISSION, outcome: RunState::Succeeded }];
+    let status = MissionStatus { ended, ..MissionStatus::default() };
+    let mut harness = client(status).shown(1440.0, 900.0);
+    click(&mut harness, "History");
+    click(&mut harness, "Round A, Succeeded, Ended a moment ago");
+    let [download, report, week] =
+        ["Download the run", "Report", "Report of the week"].map(|name| harness.get_by_label(name).rect());
+    assert!(download.right() < report.left() && report.right() <= week.right() + 0.5, "beside each other");
+    assert_eq!(download.y_range(), report.y_range());
+    let run = format!("/api/v1/runs/{RUN}");
+    assert_eq!(opened(&mut harness, "Report"), [format!("{run}/report")]);
+    assert_eq!(opened(&mut harness, "Download the run"), [format!("{run}/download")]);
+    let week_ns = 604_800_000_000_000;
+    harness.state_mut().panels.clock.utc = site_model::Utc(week_ns + 5);
+    let address = format!("/api/v1/report?from_ns=5&to_ns={}", week_ns + 5);
+    assert_eq!(opened(&mut harness, "Report of the week"), [address]);
+}
+
 #[test]
 fn a_run_that_is_blocked_says_by_what_and_runs_fit_a_tablet() {
     let blocked_by = Some(site_model::MonitorId(Uuid::from_u128(5)));

@@ -68,6 +68,10 @@ pub(super) const OLDER: &str = "Show older runs";
 pub(super) const FETCHING_LIST: &str = "The runs are fetched from the robot.";
 pub(super) const DOWNLOAD: &str = "Download the run";
 pub(super) const DOWNLOAD_HINT: &str = "One ZIP file with pictures, readings as a table, and all records.";
+pub(super) const REPORT: &str = "Report";
+pub(super) const REPORT_HINT: &str =
+    "One HTML file to read, print and pass on. What needs attention comes first.";
+pub(super) const WEEK_REPORT: &str = "Report of the week";
 
 pub(super) const LIGHTBOX: &str = "Pictures of the run";
 pub(super) const PICTURE: &str = "Picture";
