@@ -3,12 +3,12 @@
 use site_model::{DialDirection, GaugeDial, GaugeDialError, InspectionPointId, ReportFile};
 use std::f64::consts::TAU;
 
-/// The marks in their order, by their accessible names: the centre, and both ends of the scale.
-pub(super) const MARKS: [&str; 3] =
-    ["Centre of the scale", "Lower end of the scale", "Upper end of the scale"];
+/// The marks in the order in which they are asked for, by their accessible names. A scale that is a full turn has the first two only.
+pub(super) const MARKS: [&str; 4] =
+    ["Centre of the scale", "Lower end of the scale", "Middle of the scale", "Upper end of the scale"];
 
 /// Points of the drawn scale.
-const ARC_POINTS: usize = 48;
+const ARC_POINTS: usize = 49;
 
 /// A gauge that is being described.
 #[derive(Clone, Debug, PartialEq)]
