@@ -7,12 +7,13 @@ mod truth;
 mod vary;
 mod visits;
 
-use anyhow::{Context, Error, Result, ensure};
+use anyhow::{Context, Error, Result, bail, ensure};
 use benches::thread_ms;
 use clap::Parser;
-use gauges::{Dial, GaugeConfig, GaugeReading, read_gauge};
+use gauges::{Dial, DialMarks, GaugeConfig, GaugeReading, read_gauge, read_slanted_gauge};
 use picture_changes::{
     ChangedRegion, Homography, PictureAlignment, align_pictures, find_picture_changes, mapped_dial,
+    mapped_marks,
 };
 use scores::Scores;
 use sim::{CameraScene, SimulatedSite};
@@ -39,6 +40,12 @@ struct Arguments {
     /// Width of what a picture shows at the gauge, metres. A gauge is 0.1 m wide: at 0.4 m it has 160 of 640 pixels.
     #[arg(long, default_value_t = 0.4)]
     shown_width_m: f64,
+    /// Angle from the direction that the gauge faces at which the robot stands, degrees; without it up to 11 degrees.
+    #[arg(long)]
+    aside_deg: Option<f64>,
+    /// Read dials as circles, without the mark in the middle of their scale.
+    #[arg(long)]
+    as_circle: bool,
     /// Fail if a bar is missed.
     #[arg(long)]
     bar: bool,
@@ -83,9 +90,18 @@ fn site_scores(site: &Arc<SimulatedSite>, arguments: &Arguments) -> Result<Score
     let scene = CameraScene::new(Arc::clone(site));
     let parameters = Parameters::varied(&arguments.vary)?;
     let mut scores = Scores::default();
-    for point in visits::gauge_points(site, &scene, arguments.shown_width_m, arguments.points) {
+    let aside_rad = arguments.aside_deg.map(f64::to_radians);
+    let points = visits::gauge_points(site, &scene, arguments.shown_width_m, aside_rad);
+    for point in points.into_iter().take(arguments.points) {
         scores.points += 1;
-        let run = PointRun { site, scene: &scene, point: &point, parameters, verbose: arguments.verbose };
+        let run = PointRun {
+            site,
+            scene: &scene,
+            point: &point,
+            parameters,
+            as_circle: arguments.as_circle,
+            verbose: arguments.verbose,
+        };
         run.score(arguments.visits, &mut scores)?;
     }
     Ok(scores)
@@ -97,7 +113,16 @@ struct PointRun<'a> {
     scene: &'a CameraScene,
     point: &'a GaugePoint,
     parameters: Parameters,
+    as_circle: bool,
     verbose: bool,
+}
+
+/// A gauge as a person marks it in a picture.
+struct DescribedGauge {
+    /// As a circle.
+    dial: Dial,
+    /// With the middle of its scale.
+    marks: DialMarks,
 }
 
 impl PointRun<'_> {
@@ -105,7 +130,7 @@ impl PointRun<'_> {
         let [min, max] = truth::range(self.point);
         let value = min + READING_SHARE * (max - min);
         let first = visits::visit(self.scene, self.point, 0, value)?;
-        let dial = self.described_dial(&first)?;
+        let gauge = self.described_gauge(&first)?;
         let mut before = first.clone();
         for number in 1..=visits {
             let after = visits::visit(self.scene, self.point, number, value)?;
@@ -116,7 +141,7 @@ impl PointRun<'_> {
             scores.planted += 1;
             let found = self.align(&before, &planted).map(|found| self.changes(&before, &planted, &found));
             scores.flagged += usize::from(found.is_some_and(|found| self.is_any_on_plate(&found, &before)));
-            self.score_reading(&first, &dial, &after, scores);
+            self.score_reading(&first, &gauge, &after, scores);
             before = after;
         }
         Ok(())
@@ -141,15 +166,23 @@ impl PointRun<'_> {
         }
     }
 
-    /// Reads the gauge as it was described in the picture of the first visit.
-    fn score_reading(&self, first: &Visit, dial: &Dial, after: &Visit, scores: &mut Scores) {
+    /// Reads the gauge as it was described in the picture of the first visit. The pictures are aligned without the poses of the camera, as on the robot.
+    fn score_reading(&self, first: &Visit, gauge: &DescribedGauge, after: &Visit, scores: &mut Scores) {
         let [min, max] = truth::range(self.point);
-        let mapped = self.align(first, after).and_then(|found| mapped_dial(dial, &found.after_from_before));
+        let found = align_pictures(&first.picture, &after.picture, None, &self.parameters.alignment);
+        let mapping = found.ok().map(|found| found.after_from_before);
+        let mapped = mapping.and_then(|mapping| mapped_dial(&gauge.dial, &mapping));
         if mapped.is_some_and(|dial| 2.0 * dial.radius_px * GAUGE_RADIUS_M / SCALE_RADIUS_M < MIN_DIAL_PX) {
             scores.too_small += 1;
             return;
         }
-        let reading = mapped.and_then(|dial| read_gauge(&after.picture, &dial, &GaugeConfig::default()).ok());
+        let config = GaugeConfig::default();
+        let reading = if self.as_circle {
+            mapped.and_then(|dial| read_gauge(&after.picture, &dial, &config).ok())
+        } else {
+            let marks = mapping.and_then(|mapping| mapped_marks(&gauge.marks, &mapping));
+            marks.and_then(|marks| read_slanted_gauge(&after.picture, &marks, &config).ok())
+        };
         let error = match reading {
             Some(GaugeReading::Read { value, .. }) => Some((value - after.value).abs() / (max - min)),
             _ => None,
@@ -190,28 +223,24 @@ impl PointRun<'_> {
         })
     }
 
-    /// The dial as a person marks it in a picture: its middle and the ends of its scale.
-    fn described_dial(&self, visit: &Visit) -> Result<Dial> {
+    /// The gauge as a person marks it in a picture: the centre, the ends and the middle of its scale.
+    fn described_gauge(&self, visit: &Visit) -> Result<DescribedGauge> {
         let end = |turn_rad: f64| {
             let (sin, cos) = turn_rad.sin_cos();
             self.on_picture(visit, [SCALE_RADIUS_M * sin, GAUGE_UP_M + SCALE_RADIUS_M * cos])
         };
         let centre_px = self.on_picture(visit, [0.0, GAUGE_UP_M]).context("the gauge is in the picture")?;
-        let [start, finish, top] = [end(-0.5 * SCALE_RAD), end(0.5 * SCALE_RAD), end(0.0)];
-        let (start, finish) = start.zip(finish).context("the scale is in the picture")?;
+        let marks = [end(-0.5 * SCALE_RAD), end(0.5 * SCALE_RAD), end(0.0)];
+        let [Some(start), Some(finish), Some(top)] = marks else { bail!("the scale is outside the picture") };
         let start_rad = Dial::direction_rad(centre_px, start);
         let sweep_rad =
             (Dial::direction_rad(centre_px, finish) - start_rad).rem_euclid(std::f64::consts::TAU);
         let distance = |[x, y]: [f64; 2]| (x - centre_px[0]).hypot(y - centre_px[1]);
-        let radius_px = 0.5 * (distance(start) + top.map_or(0.0, distance));
-        Ok(Dial {
-            centre_px,
-            axis_px: centre_px,
-            radius_px,
-            start_rad,
-            sweep_rad,
-            range: truth::range(self.point),
-        })
+        let radius_px = 0.5 * (distance(start) + distance(top));
+        let range = truth::range(self.point);
+        let dial = Dial { centre_px, axis_px: centre_px, radius_px, start_rad, sweep_rad, range };
+        let marks = DialMarks { centre_px, start_px: start, middle_px: top, end_px: finish, range };
+        Ok(DescribedGauge { dial, marks })
     }
 
     /// Where a point of the plate is in the picture of a visit.

@@ -83,22 +83,28 @@ pub struct Visit {
     pub value: f64,
 }
 
-/// The gauges of a site with a place to look at them from, at most this many.
+/// The gauges of a site with a place to look at them from: this far aside from where they face, or at [`STAND_DIRECTIONS_RAD`].
 pub fn gauge_points(
     site: &SimulatedSite,
     scene: &CameraScene,
     shown_width_m: f64,
-    most: usize,
+    aside_rad: Option<f64>,
 ) -> Vec<GaugePoint> {
     let gauges = scene.fixtures().iter().filter(|fixture| matches!(fixture.face, Face::Gauge { .. }));
-    gauges.filter_map(|fixture| gauge_point(site, fixture, shown_width_m)).take(most).collect()
+    let directions = aside_rad.map_or(STAND_DIRECTIONS_RAD.to_vec(), |aside| vec![aside, -aside]);
+    gauges.filter_map(|fixture| gauge_point(site, fixture, shown_width_m, &directions)).collect()
 }
 
-fn gauge_point(site: &SimulatedSite, fixture: &Fixture, shown_width_m: f64) -> Option<GaugePoint> {
+fn gauge_point(
+    site: &SimulatedSite,
+    fixture: &Fixture,
+    shown_width_m: f64,
+    directions: &[f64],
+) -> Option<GaugePoint> {
     let cameras = CameraConfig::default();
     let plate = fixture.site_from_plate.translation.vector;
     let outward = fixture.site_from_plate.rotation * Vector3::z();
-    STANDS_M.into_iter().flat_map(|away_m| STAND_DIRECTIONS_RAD.map(|turn| (away_m, turn))).find_map(
+    STANDS_M.into_iter().flat_map(|away_m| directions.iter().map(move |turn| (away_m, *turn))).find_map(
         |(away_m, turn)| {
             let ahead = Rotation::from_euler_angles(0.0, 0.0, turn) * outward;
             let above = plate + ahead * away_m;
