@@ -2,6 +2,7 @@
 
 use crate::map_usage::MapUse;
 use ports::SimulatedFault;
+use site_model::{OutsideLimits, Reading};
 use std::path::Path;
 use std::time::Duration;
 use vocab::{KeyframeId, MAX_SHOWN_NAME_CHARS, Span, Vec3, legible};
@@ -314,6 +315,22 @@ pub const EMPTY_MESSAGE: &str = "The message is empty. Enter a text.";
 /// The robot's report of an action cannot be read.
 pub const ROBOT_REPORT_MALFORMED: &str =
     "The robot's report of the action cannot be read. Update the robot's program.";
+/// A reading does not keep the limits of its inspection point.
+pub fn outside_limits(point: &str, reading: &Reading, outside: OutsideLimits) -> String {
+    let (side, limit) = match outside {
+        OutsideLimits::Below(limit) => ("below", limit),
+        OutsideLimits::Above(limit) => ("above", limit),
+    };
+    let Reading { value, unit, .. } = reading;
+    let name = reading.name.replace('_', " ");
+    format!("{point}: the {name} is {value:.2} {unit}, {side} the limit of {limit:.2} {unit}.")
+}
+
+/// A sentence about an inspection point.
+pub fn of_point(point: &str, sentence: &str) -> String {
+    format!("{point}: {sentence}")
+}
+
 /// A gauge was to be read, and the robot gave no picture.
 pub const GAUGE_WITHOUT_PICTURE: &str = "The gauge was not read, because the robot gave no picture.";
 /// More pictures of gauges wait than there can be actions.

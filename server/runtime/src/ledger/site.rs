@@ -1,5 +1,6 @@
 //! The site and the ledger that holds it. An edit is applied to the site in memory, written, and then published and answered.
 
+use super::reading_limits;
 use super::{EditRequest, LedgerConfig, LedgerWrite, SiteWork, refusal_reason};
 use crate::access::audit_texts;
 use crate::clock::{CalendarTime, RobotClock};
@@ -218,8 +219,14 @@ impl SiteKeeper {
             Ok((changes, results))
         })?;
         changes.into_iter().for_each(|changed| self.publish(Some(changed)));
-        // Whoever hears of a result finds it in the ledger, and its files on the disk.
-        results.into_iter().for_each(|result| self.state_publisher.publish(Event::ResultStored(result)));
+        for result in results {
+            let site = self.open.as_ref().map(|open| &open.state.site);
+            for text in site.into_iter().flat_map(|site| reading_limits::warnings(&result, site)) {
+                self.mailbox.notice(self.clock.now(), Severity::Warning, text);
+            }
+            // Whoever hears of a result finds it in the ledger, and its files on the disk.
+            self.state_publisher.publish(Event::ResultStored(result));
+        }
         Ok(())
     }
 

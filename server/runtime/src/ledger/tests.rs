@@ -1,10 +1,11 @@
 use super::*;
 use crate::state_publisher::StatePublisher;
 use api::{CoreMessage, EditDone, Event, QueryReply, RunFilter, SiteAssembly, SiteState};
-use messages::{RunRecord, SiteWrite};
+use messages::{ResultRecord, RunRecord, SiteWrite};
 use site_model::{
-    Asset, AssetId, Change, EditError, EditId, MissionEvent, MissionEventKind, MissionId, MonitorId, Object,
-    ObjectId, Revision, RunId,
+    ActionReport, ActionRequest, Asset, AssetId, Change, EditError, EditId, GaugeReport, InspectionPoint,
+    InspectionPointId, MissionEvent, MissionEventKind, MissionId, MonitorId, NodeId, Object, ObjectId,
+    Reading, ReadingLimits, Revision, RunId,
 };
 use std::fs;
 use std::thread::{self, JoinHandle};
@@ -320,4 +321,58 @@ fn the_stack_is_told_the_site_its_edits_and_what_earlier_programs_have_committed
     assert_eq!(next_input(&bench), Input::MissionsRestored(vec![holds]));
     let Input::Site(site) = next_input(&bench) else { panic!("the site") };
     assert_eq!(site.objects.len(), 1);
+}
+
+#[test]
+fn people_are_told_at_once_of_a_reading_outside_its_limits_and_of_a_gauge_that_was_not_read() {
+    let bench = Bench::start();
+    let point = InspectionPointId(Uuid::from_u128(9));
+    bench.edit(put(
+        1,
+        None,
+        Object::InspectionPoint(InspectionPoint {
+            id: point,
+            name: "Boiler".to_owned(),
+            asset: None,
+            node: NodeId(Uuid::from_u128(2)),
+            target_m: vocab::Vec3::default(),
+            request: ActionRequest { action: "photo".to_owned(), parameters: Default::default() },
+            limits: Some(ReadingLimits { min: None, max: Some(5.0), unit: "bar".to_owned() }),
+            gauge: None,
+        }),
+    ));
+    let result = |step: u32, bar: f64, problem: Option<&str>| {
+        let report = ActionReport {
+            readings: vec![Reading {
+                name: "gauge".to_owned(),
+                value: bar,
+                standard_deviation: None,
+                unit: "bar".to_owned(),
+            }],
+            gauge: Some(GaugeReport { problem: problem.map(str::to_owned), ..GaugeReport::default() }),
+            ..ActionReport::default()
+        };
+        LedgerEvent::Result(ResultRecord {
+            run: RunId(Uuid::from_u128(3)),
+            step,
+            attempt: 1,
+            kind: "photo".to_owned(),
+            blob: None,
+            body: serde_json::json!({ "inspection_point": point, "value": report }).to_string(),
+        })
+    };
+    let results =
+        vec![run(), result(0, 4.9, None), result(1, 5.3, None), result(2, 1.0, Some("It is dark."))];
+    assert_eq!(bench.queue().commit(0, results), None);
+    while bench.committed(PATIENCE) != Some(0) {}
+    let mail = bench.mailbox.wait(Instant::now() + PATIENCE);
+    let told: Vec<&str> = mail
+        .ordered
+        .iter()
+        .filter_map(|publication| match publication {
+            messages::Publication::Notice(notice) => Some(notice.text.as_str()),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(told, ["Boiler: the gauge is 5.30 bar, above the limit of 5.00 bar.", "Boiler: It is dark."]);
 }
