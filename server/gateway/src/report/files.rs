@@ -27,7 +27,7 @@ enum FileView {
     Name(Option<&'static str>),
 }
 
-/// Writes the files of a result. `is_pictured`: whether pictures and spectra are legible_name, not only named. `at`: when it was gathered.
+/// Writes the files of a result. `is_pictured`: whether pictures and spectra are shown, not only named. `at`: when it was gathered.
 pub(super) fn write_files(
     html: &mut Html<'_>,
     cx: &ReportContext,

@@ -13,6 +13,7 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use vocab::csv_field;
 use zip::write::{SimpleFileOptions, StreamWriter};
 use zip::{CompressionMethod, ZipWriter};
 
@@ -87,9 +88,9 @@ impl Archive {
         for reading in &report.readings {
             let deviation = reading.standard_deviation.map(|it| it.to_string()).unwrap_or_default();
             let (attempt, value) = (result.attempt.to_string(), reading.value.to_string());
-            let fields =
-                [&at, &place, &result.kind, &attempt, &reading.name, &value, &deviation, &reading.unit];
-            writeln!(zip, "{}", fields.map(|field| csv_field(field)).join(","))?;
+            let [place, kind, name, unit] =
+                [&place, &result.kind, &reading.name, &reading.unit].map(|text| csv_field(text));
+            writeln!(zip, "{at},{place},{kind},{attempt},{name},{value},{deviation},{unit}")?;
         }
         Ok(())
     }
@@ -156,15 +157,6 @@ impl List {
 
 fn write_json(sink: &mut impl Write, document: &impl Serialize) -> io::Result<()> {
     sink.write_all(&serde_json::to_vec_pretty(document)?)
-}
-
-/// A field of a CSV file (RFC 4180).
-fn csv_field(text: &str) -> String {
-    if text.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
-    }
 }
 
 #[cfg(test)]

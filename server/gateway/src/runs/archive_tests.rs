@@ -110,7 +110,7 @@ fn an_archive_holds_documents_a_table_and_files_under_readable_names() {
     };
     assert_eq!(read(photos[0]), "photo");
     let table = read("readings.csv");
-    let row = "2026-11-18T11:06:40Z,\"Pump 7, \"\"east\"\"\",photo,1,temperature,21.5,,°C";
+    let row = "2026-11-18T11:06:40Z,\"Pump 7, \"\"east\"\"\",\"photo\",1,\"temperature\",21.5,,\"°C\"";
     assert_eq!(table.lines().nth(1), Some(row));
     let results: Value = serde_json::from_str(&read("results.json")).unwrap();
     assert_eq!(results.as_array().map(Vec::len), Some(3));
