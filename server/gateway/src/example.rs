@@ -38,6 +38,13 @@ pub(crate) struct RequestedExampleDocument {
     work: UploadId,
 }
 
+impl RequestedExampleDocument {
+    /// Of this work.
+    pub(crate) fn new(work: UploadId) -> Self {
+        Self { work }
+    }
+}
+
 /// How far the making of the example is.
 #[derive(Serialize, ToSchema)]
 #[schema(as = ExampleProgress)]
@@ -85,7 +92,7 @@ pub(crate) async fn make(State(app): State<Arc<App>>, body: Result<Bytes, BytesR
     let ExampleRequestDocument { time_zone } = parse(body)?;
     let upload = UploadId(new_id());
     perform(&app, Command::MakeExample { upload, time_zone }).await?;
-    Ok((StatusCode::ACCEPTED, json(RequestedExampleDocument { work: upload })).into_response())
+    Ok((StatusCode::ACCEPTED, json(RequestedExampleDocument::new(upload))).into_response())
 }
 
 /// How far the making of the example, or the import of another map, is.
@@ -95,7 +102,12 @@ pub(crate) async fn make(State(app): State<Arc<App>>, body: Result<Bytes, BytesR
     (status = 503, body = ProblemDocument, content_type = "application/problem+json", description = "The core is not connected"),
 ))]
 pub(crate) async fn progress(State(app): State<Arc<App>>) -> Answer {
-    let import = stored(&app, |data| Some(data.import.cloned().unwrap_or_default()))?;
+    progress_of_import(&app)
+}
+
+/// The state of the last map that was made or imported.
+pub(crate) fn progress_of_import(app: &App) -> Answer {
+    let import = stored(app, |data| Some(data.import.cloned().unwrap_or_default()))?;
     Ok(json(match import {
         Import::None => ExampleProgressDocument::None {},
         Import::Running { stage, share, .. } => ExampleProgressDocument::Running { stage, share },

@@ -25,6 +25,7 @@ mod hub;
 mod json_response;
 mod limits;
 mod maps;
+mod new_normal;
 mod openapi;
 mod openapi_access;
 mod outbox;

@@ -11,7 +11,8 @@ use crate::site::handlers as site;
 use crate::texts;
 use crate::tls::trust;
 use crate::{
-    blobs, control, documents, example, maps, openapi, security, static_files, stop, stream, uploads,
+    blobs, control, documents, example, maps, new_normal, openapi, security, static_files, stop, stream,
+    uploads,
 };
 use api::access::Endpoint;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
@@ -92,6 +93,8 @@ fn handler(endpoint: Endpoint) -> MethodRouter<Arc<App>> {
         Endpoint::ListRevisions => get(site::list_revisions),
         // It has limits of its own.
         Endpoint::PostEdit => post(site::post_edit),
+        Endpoint::GetChangesNormal => get(new_normal::normal_progress),
+        Endpoint::MakeChangesNormal => post(new_normal::make_normal).layer(object()),
         Endpoint::GetExample => get(example::progress),
         Endpoint::MakeExample => post(example::make).layer(small()),
         Endpoint::CancelExample => delete(example::cancel),

@@ -153,6 +153,17 @@ pub(crate) fn method_not_allowed(path: &str, method: impl std::fmt::Display) -> 
 // The site.
 
 pub(crate) const SITE_NOT_READ: &str = "The robot's core has not sent the documents of the site yet. Try again in a moment; the notices say what keeps it.";
+pub(crate) const CHANGES_NOT_NORMAL: &str =
+    "These changes cannot become normal together, so nothing was begun; each wrong one is named.";
+pub(crate) const NO_SUCH_CHANGE: &str = "The site has no such change. GET /api/v1/scene-changes lists them.";
+pub(crate) const CHANGE_OF_OTHER_MAP: &str =
+    "This change is of another map than the first one. Make a version of one map at a time.";
+
+/// Too few or too many changes at once.
+pub(crate) fn number_of_changes(most: usize) -> String {
+    format!("Name 1 to {most} changes.")
+}
+
 pub(crate) const OBJECT_ID_MALFORMED: &str = "An object is named by a UUID.";
 pub(crate) const RUN_ID_MALFORMED: &str = "A run is named by a UUID. GET /api/v1/runs lists them.";
 pub(crate) const POINT_ID_MALFORMED: &str =

@@ -138,4 +138,6 @@ endpoints! {
     ListPointResults: Get paths::POINT_RESULTS_PATH, VIEWER;
     ListSlots: Get paths::SLOTS_PATH, VIEWER;
     ListSceneChanges: Get paths::SCENE_CHANGES_PATH, VIEWER;
+    GetChangesNormal: Get paths::NORMAL_CHANGES_PATH, VIEWER;
+    MakeChangesNormal: Post paths::NORMAL_CHANGES_PATH, OPERATOR;
 }
