@@ -91,6 +91,11 @@ mod nightly {
         describe_gauge(&mut page);
         page.screenshot().save("gauge-described-1440x900");
         save_for_guide(&mut page, "gauge-described");
+        page.resize(1024, 768);
+        page.wait_for_pictures();
+        page.screenshot().save("gauge-described-1024x768");
+        page.resize(1440, 900);
+        page.wait_for_pictures();
         page.click("button", "Save the gauge");
         // The mission is still open there.
         page.click("button", "Missions");

@@ -14,6 +14,7 @@ mod limits;
 mod lzf;
 pub mod natural;
 pub mod pcd;
+pub mod picture;
 pub mod ply;
 mod point_table;
 pub mod ros;

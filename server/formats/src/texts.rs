@@ -254,3 +254,12 @@ pub(crate) fn unknown_laz(error: impl Display) -> String {
 pub(crate) fn numbers_expected(count: usize) -> String {
     format!("{count} numbers were expected")
 }
+
+// Pictures.
+
+pub(crate) const NO_PICTURE: &str = "it is neither a JPEG nor a PNG nor a BMP file";
+pub(crate) const PICTURE_CUT_SHORT: &str = "the end of the picture is missing";
+pub(crate) const OTHER_BMP: &str =
+    "it is a BMP file without a size, or not of 24 or 32 bits without compression";
+pub(crate) const NO_PICTURE_SIZE: &str = "it has no size";
+pub(crate) const PICTURE_TOO_LARGE: &str = "its size is larger than its bytes can hold";

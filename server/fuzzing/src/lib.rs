@@ -7,6 +7,7 @@
 
 mod clouds;
 mod graphs;
+mod pictures;
 mod recordings;
 mod scratch;
 mod sites;
@@ -15,6 +16,7 @@ mod wire;
 
 pub use clouds::{e57, kitti, las, laz, pcd, ply, ptx};
 pub use graphs::{g2o, tum};
+pub use pictures::picture;
 pub use recordings::{cdr, journal, range_image, recording, rosbag1, rosbag2};
 pub use sites::site;
 pub use stored::{STORED_FILES, places, session_journal, stored_files, viewpoints};
@@ -30,7 +32,7 @@ pub struct FuzzTarget {
 }
 
 /// All targets.
-pub const TARGETS: [FuzzTarget; 26] = [
+pub const TARGETS: [FuzzTarget; 27] = [
     FuzzTarget { name: "cdr", run: cdr },
     FuzzTarget { name: "client_model", run: client_model },
     FuzzTarget { name: "client_socket", run: client_socket },
@@ -42,6 +44,7 @@ pub const TARGETS: [FuzzTarget; 26] = [
     FuzzTarget { name: "las", run: las },
     FuzzTarget { name: "laz", run: laz },
     FuzzTarget { name: "pcd", run: pcd },
+    FuzzTarget { name: "picture", run: picture },
     FuzzTarget { name: "places", run: places },
     FuzzTarget { name: "ply", run: ply },
     FuzzTarget { name: "point_chunk", run: point_chunk },

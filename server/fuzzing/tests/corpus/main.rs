@@ -11,6 +11,7 @@
 mod bags;
 mod clouds;
 mod messages;
+mod pictures;
 mod sites;
 mod stored;
 
@@ -32,10 +33,16 @@ fn corpus() -> PathBuf {
 /// Seeds by target: name and bytes.
 fn seeds() -> BTreeMap<&'static str, Vec<(String, Vec<u8>)>> {
     let mut seeds = BTreeMap::new();
-    for (target, name, bytes) in
-        [clouds::seeds(), bags::seeds(), messages::seeds(), sites::seeds(), stored::seeds()]
-            .into_iter()
-            .flatten()
+    for (target, name, bytes) in [
+        clouds::seeds(),
+        bags::seeds(),
+        messages::seeds(),
+        pictures::seeds(),
+        sites::seeds(),
+        stored::seeds(),
+    ]
+    .into_iter()
+    .flatten()
     {
         seeds.entry(target).or_insert_with(Vec::new).push((format!("{SEED}{name}"), bytes));
     }

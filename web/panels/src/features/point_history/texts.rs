@@ -253,7 +253,7 @@ pub(super) const MARK_AGAIN: &str = "Mark again";
 pub(super) const SHORT_MARKS: [&str; 4] = ["centre", "lower end", "middle", "upper end"];
 pub(super) const DIRECTIONS: [(&str, DialDirection); 2] =
     [("Clockwise", DialDirection::Clockwise), ("Counterclockwise", DialDirection::Counterclockwise)];
-pub(super) const TURNS: [(&str, bool); 2] = [("Scale with two ends", false), ("Full turn", true)];
+pub(super) const TURNS: [(&str, bool); 2] = [("Two ends", false), ("Full turn", true)];
 pub(super) const VALUES: [&str; 2] = ["At lower end", "At upper end"];
 pub(super) const UNIT: &str = "Unit";
 pub(super) const CHOOSE_UNIT: &str = "Choose a unit";

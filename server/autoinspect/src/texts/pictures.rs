@@ -25,8 +25,3 @@ pub fn picture_cut_short(path: &Path) -> String {
 pub fn damaged_picture(path: &Path, reason: &dyn Display) -> String {
     format!("{} is a damaged picture ({reason}); copy or take it again", path.display())
 }
-
-/// A picture of no width or height: a reason for [`damaged_picture`].
-pub const NO_SIZE: &str = "it has no size";
-/// A picture that would take too much memory: a reason for [`damaged_picture`].
-pub const TOO_LARGE: &str = "it is too large";
