@@ -181,3 +181,44 @@ fn a_map_is_aligned_with_another_by_points_that_are_clicked_in_both() {
     assert_eq!(page.errors(), Vec::<String>::new());
     server.stop();
 }
+
+mod nightly {
+    use super::{IMPORT_LIMIT, wait_for_still_picture};
+    use crate::support::chromium::Chromium;
+    use crate::support::server::Server;
+    use crate::support::{wait_for, workspace_root};
+    use std::path::PathBuf;
+
+    /// A survey of a real building, of 2.8 million points, with stray points far from it.
+    const SURVEY: &str = "map-import/hilti-uzh-prior-map.laz";
+
+    #[test]
+    fn a_real_survey_fills_the_view_as_it_opens() {
+        let Some(browser) = Chromium::start() else { return };
+        let folder = std::env::var_os("AUTOINSPECT_DATA")
+            .map_or_else(|| workspace_root().join("../shared/data"), PathBuf::from);
+        // The browser's dialogue takes no path with `..`.
+        let Ok(survey) = folder.join(SURVEY).canonicalize() else {
+            println!("skipped: test data {SURVEY} is not there; set AUTOINSPECT_DATA");
+            return;
+        };
+        let data = tempfile::tempdir().unwrap();
+        let server = Server::start("b1", data.path());
+        let mut page = browser.open(1440, 900);
+        page.go(&server.url());
+        page.click("button", "Map");
+        page.choose_file("Import a map", &survey);
+        let name = "hilti-uzh-prior-map";
+        wait_for("the map", 3 * IMPORT_LIMIT, || page.find("status", &format!("Saved map {name}")));
+        page.click("button", &format!("View {name}"));
+        wait_for("its points", IMPORT_LIMIT, || page.find("button", &format!("Use {name}")));
+        wait_for_still_picture(&mut page);
+        let picture = page.screenshot();
+        picture.save("survey-1440x900");
+        // Stray points 400 m off would leave a dot in the middle.
+        let lit = picture.lit(picture.middle(), 30);
+        assert!(lit > 0.3, "{lit} of the middle is lit");
+        assert_eq!(page.errors(), Vec::<String>::new());
+        server.stop();
+    }
+}
