@@ -1,6 +1,7 @@
 //! Compares visits in a separate process, so that memory and time that this takes cannot harm the core.
 
 use super::child_complaint::complaint;
+use super::child_wait::wait;
 use crate::changes::{CHANGED, Document, Kind, Place, RESULT, UNCHANGED, object_file};
 use crate::limited_command::LimitedCommand;
 use crate::process_limits::{WITHIN_LIMITS, limit_reached};
@@ -9,7 +10,7 @@ use ports::{ChangeFinder, FoundChange, FoundChanges};
 use site_model::{OrientedBox, SceneChangeKind};
 use std::fs;
 use std::path::Path;
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Command, ExitStatus, Stdio};
 use std::thread;
 use std::time::Duration;
 use vocab::Vec3;
@@ -47,28 +48,12 @@ impl ChangeFinder for ChangesProcess {
         let errors = child.stderr.take();
         let complaint = thread::scope(|scope| {
             let complaint = scope.spawn(|| complaint(errors));
-            let status = wait(&mut child, is_cancelled);
+            let status = wait(&mut child, CONFIG.poll_period, is_cancelled);
             let complaint = complaint.join().unwrap_or_default();
             outcome(status?, complaint)
         });
         complaint?;
         read(out)
-    }
-}
-
-/// Waits until the child has ended, or ends it.
-fn wait(child: &mut Child, is_cancelled: &mut dyn FnMut() -> bool) -> Result<ExitStatus, String> {
-    loop {
-        if let Some(status) = child.try_wait().map_err(|error| texts::import_outcome_unknown(&error))? {
-            return Ok(status);
-        }
-        if is_cancelled() {
-            // The child may have ended by itself in the meantime.
-            let _ = child.kill();
-            let _ = child.wait();
-            return Err(texts::IMPORT_CANCELLED.to_owned());
-        }
-        thread::sleep(CONFIG.poll_period);
     }
 }
 

@@ -1,6 +1,7 @@
 //! Reads gauges in a separate process, so that a damaged or very large picture cannot harm the core.
 
 use super::child_complaint::complaint;
+use super::child_wait::wait;
 use crate::gauge::{Document, Reading as Read, description_of};
 use crate::limited_command::LimitedCommand;
 use crate::process_limits::{WITHIN_LIMITS, limit_reached};
@@ -59,20 +60,10 @@ impl GaugeReader for GaugeProcess {
                 let _ = output.map(|mut output| output.read_to_string(&mut text));
                 text
             });
-            let status = loop {
-                if let Some(status) =
-                    child.try_wait().map_err(|error| texts::import_outcome_unknown(&error))?
-                {
-                    break status;
-                }
-                if is_cancelled() {
-                    // It may have ended by itself in the meantime.
-                    let _ = child.kill();
-                }
-                thread::sleep(CONFIG.poll_period);
-            };
+            let status = wait(&mut child, CONFIG.poll_period, is_cancelled);
             let (complaint, answer) =
                 (complaint.join().unwrap_or_default(), answer.join().unwrap_or_default());
+            let status = status?;
             match limit_reached(status) {
                 _ if status.success() => understood(&answer, dial),
                 Some(limit) => Err(texts::limit_on_robot(LimitedCommand::Gauge, limit).to_owned()),

@@ -8,6 +8,7 @@ mod access;
 mod changes_process;
 mod child_complaint;
 mod child_report;
+mod child_wait;
 mod core_process;
 mod example_process;
 mod gateway_process;

@@ -101,7 +101,7 @@ impl Scene {
         self
     }
 
-    /// With an attempt of a task of the last run, that was intended after so many minutes and took 42 s.
+    /// With an attempt of a task of the last run, that was intended after this number of minutes and took 42 s.
     fn step(mut self, step: u32, attempt: u32, state: &str, minute: i64, details: Value) -> Self {
         let run = self.runs.last().unwrap().run;
         let intended = at(minute);

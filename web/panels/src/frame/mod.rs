@@ -29,7 +29,8 @@ pub(crate) fn show(ctx: &Context, panels: &mut FeaturePanels, cx: &mut PanelCont
     for panel in panels.iter_mut() {
         panel.show_card(ctx, cx);
     }
-    if cx.layout.width == Width::Wide || cx.frame.drawer_open {
+    // A drawer would lie over a card that covers the page.
+    if cx.layout.width == Width::Wide || (cx.frame.drawer_open && !cx.frame.is_covered) {
         side_card::show(ctx, panels, cx);
     }
     messages::show(ctx, panels, cx);

@@ -93,8 +93,6 @@ impl GaugeEditor {
         });
         self.view = PictureView::default();
         self.typed = TypedNumber::default();
-        // On a tablet the drawer would lie over the form.
-        cx.frame.drawer_open = false;
     }
 
     /// Closes it. Returns whether it was open.

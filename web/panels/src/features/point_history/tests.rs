@@ -377,3 +377,19 @@ fn escape_closes_the_gauge_and_saves_nothing() {
     assert!(harness.query_by_label("Save the gauge").is_none());
     assert!(!harness.state().commands.iter().any(|command| matches!(command, ClientCommand::EditSite(_))));
 }
+
+#[test]
+fn on_a_tablet_the_drawer_is_away_while_a_card_covers_the_page() {
+    let mut client = fetched(client(), 2);
+    client.panels.frame.drawer_open = true;
+    let mut harness = client.shown(1024.0, 1_600.0);
+    click(&mut harness, "Describe the gauge");
+    harness.run_steps(3);
+    assert!(harness.query_by_label("Describe the gauge").is_none(), "the drawer is away");
+    harness.get_by_label("Save the gauge");
+    harness.key_press(Key::Escape);
+    harness.run_steps(3);
+    harness.get_by_label("Describe the gauge");
+    large(&mut harness);
+    assert!(harness.query_by_label("Describe the gauge").is_none(), "nor is it over a comparison");
+}
