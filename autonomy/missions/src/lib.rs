@@ -45,4 +45,4 @@ pub use runs::{
     Scheduler, SchedulerConfig, TASK_TABLE, TaskAction, TaskGuard, TaskRecord, TaskTransition, TaskTrigger,
     battery_monitors, events_for_restart, time_to_dock_p95_s, to_markdown,
 };
-pub use texts::{notice, reach_failure, skip_reason, task_failure};
+pub use texts::{notice, place_on_edge, reach_failure, skip_reason, task_failure};

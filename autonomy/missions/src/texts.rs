@@ -1,7 +1,7 @@
 //! Sentences for people, by key.
 
 use crate::runs::{BatteryConfig, MissionNotice, RunAction, TaskAction, TaskGuard, battery_monitors};
-use site_model::{MissionId, ReachFailure, RunState, Site, SkipReason, TaskFailure, TaskState};
+use site_model::{EdgeStage, MissionId, ReachFailure, RunState, Site, SkipReason, TaskFailure, TaskState};
 
 pub(crate) const RUN_UNKNOWN: &str = "There is no such run any more. Reload the page.";
 pub(crate) const RUN_EXISTS: &str = "A run with this id exists already. Make another id.";
@@ -98,6 +98,16 @@ fn run_ended(mission: &str, outcome: RunState, succeeded: usize, tasks: usize) -
         RunState::Failed => format!("{mission} has failed: none of {tasks} tasks is done."),
         _ => format!("{mission} has ended in part: {succeeded} of {tasks} tasks are done."),
     }
+}
+
+/// Where on an edge something is done: `Hall to Lift, at its beginning`.
+pub fn place_on_edge((from, to): (&str, &str), stage: EdgeStage) -> String {
+    let at = match stage {
+        EdgeStage::Enter => "at its beginning",
+        EdgeStage::During => "on it",
+        EdgeStage::Leave => "at its end",
+    };
+    format!("{from} to {to}, {at}")
 }
 
 /// Why a task failed.

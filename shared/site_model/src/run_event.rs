@@ -212,6 +212,19 @@ pub enum TaskStep {
 }
 
 impl TaskStep {
+    /// Why an attempt failed, if it did.
+    pub fn failure(&self) -> Option<&TaskFailure> {
+        match self {
+            Self::TriesAgain(failure)
+            | Self::TriesLater(failure)
+            | Self::Asks(failure)
+            | Self::Failed(failure) => Some(failure),
+            _ => None,
+        }
+    }
+}
+
+impl TaskStep {
     /// The state that the task is in afterwards.
     pub fn state(&self) -> TaskState {
         match self {

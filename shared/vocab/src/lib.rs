@@ -25,5 +25,5 @@ pub use ids::{
 pub use polygon::is_in_polygon;
 pub use pose::{Aabb, Covariance6, Pose, Quat, Twist, Vec3};
 pub use role::{Role, RoleError};
-pub use text::{MAX_SHOWN_NAME_CHARS, legible};
+pub use text::{MAX_SHOWN_NAME_CHARS, grouped, legible};
 pub use time::{Span, Stamp};

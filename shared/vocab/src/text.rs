@@ -23,9 +23,30 @@ pub fn legible(text: &str, max_chars: usize) -> String {
     shown
 }
 
+/// A whole number with its thousands apart: `1 234 567`, with spaces at which no line breaks.
+pub fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut grouped = String::with_capacity(digits.len() * 2);
+    for (at, digit) in digits.chars().enumerate() {
+        if at > 0 && (digits.len() - at).is_multiple_of(3) {
+            grouped.push('\u{a0}');
+        }
+        grouped.push(digit);
+    }
+    grouped
+}
+
 #[cfg(test)]
 mod tests {
-    use super::legible;
+    use super::{grouped, legible};
+
+    #[test]
+    fn thousands_are_apart() {
+        assert_eq!(
+            [0, 999, 1_000, 1_234_567].map(grouped),
+            ["0", "999", "1\u{a0}000", "1\u{a0}234\u{a0}567"]
+        );
+    }
 
     #[test]
     fn text_from_outside_fits_into_a_sentence() {

@@ -72,15 +72,7 @@ pub fn age(seconds: f64) -> String {
 
 /// A number with its thousands apart: `1 234 567`, with thin spaces.
 pub fn count(number: u64) -> String {
-    let digits = number.to_string();
-    let mut grouped = String::with_capacity(digits.len() * 2);
-    for (at, digit) in digits.chars().enumerate() {
-        if at > 0 && (digits.len() - at).is_multiple_of(3) {
-            grouped.push('\u{a0}');
-        }
-        grouped.push(digit);
-    }
-    grouped
+    vocab::grouped(number)
 }
 
 /// Points: `830`, `64 k`, `1.24 million`.

@@ -1,9 +1,7 @@
 //! What people are shown of missions.
 
 use missions::{MissionRunner, Records, Run, TaskRecord};
-use site_model::{
-    EndedRun, MAX_ENDED_RUNS, MissionStatus, RunId, RunState, RunStatus, TaskFailure, TaskStatus, TaskStep,
-};
+use site_model::{EndedRun, MAX_ENDED_RUNS, MissionStatus, RunId, RunState, RunStatus, TaskStatus};
 
 /// State of all missions.
 pub(super) fn mission_status(runner: &MissionRunner) -> MissionStatus {
@@ -49,16 +47,6 @@ fn task_status(task: &TaskRecord) -> TaskStatus {
         action: task.planned.request.as_ref().map(|request| request.action.clone()),
         state: task.state,
         attempt: task.attempt,
-        failure: task.results.last().and_then(|(_, step)| failure(step)).cloned(),
-    }
-}
-
-fn failure(step: &TaskStep) -> Option<&TaskFailure> {
-    match step {
-        TaskStep::TriesAgain(failure)
-        | TaskStep::TriesLater(failure)
-        | TaskStep::Asks(failure)
-        | TaskStep::Failed(failure) => Some(failure),
-        _ => None,
+        failure: task.results.last().and_then(|(_, step)| step.failure()).cloned(),
     }
 }

@@ -143,7 +143,8 @@ impl ReportContext {
             RouteActionPlace::Edge { edge, stage, .. } => {
                 let edge = self.site().edge(edge);
                 let ends = edge.and_then(|edge| self.node_name(edge.from).zip(self.node_name(edge.to)));
-                let name = |(from, to)| texts::on_edge((&legible_name(from), &legible_name(to)), stage);
+                let name =
+                    |(from, to)| missions::place_on_edge((&legible_name(from), &legible_name(to)), stage);
                 ends.map_or_else(|| texts::DELETED_EDGE.to_owned(), name)
             }
             RouteActionPlace::Zone(zone) => {

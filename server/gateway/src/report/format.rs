@@ -61,15 +61,7 @@ pub(super) fn duration(seconds: i64) -> String {
 
 /// A number with its thousands apart: `12 345`.
 pub(super) fn count(number: u64) -> String {
-    let digits = number.to_string();
-    let mut grouped = String::with_capacity(digits.len() * 2);
-    for (at, digit) in digits.chars().enumerate() {
-        if at > 0 && (digits.len() - at).is_multiple_of(3) {
-            grouped.push('\u{a0}');
-        }
-        grouped.push(digit);
-    }
-    grouped
+    vocab::grouped(number)
 }
 
 /// Length of a file: `12 kB`, `3.4 MB`.

@@ -81,7 +81,7 @@ impl Attempt {
             node: field(&details, "node"),
             place: field(&details, "place"),
             action: field(&details, "action"),
-            failure: field(&details, "step").and_then(failure),
+            failure: field::<TaskStep>(&details, "step").and_then(|step| step.failure().cloned()),
             began: Utc(stored.intended.nanos()),
             ended: stored.done.map(|done| Utc(done.nanos())),
         }
@@ -100,17 +100,6 @@ impl Attempt {
     /// Whole seconds that it took; none: it was not done.
     pub(super) fn took_s(&self) -> Option<i64> {
         self.ended.map(|ended| seconds_between(self.began, ended))
-    }
-}
-
-/// Why an attempt failed, by its step.
-fn failure(step: TaskStep) -> Option<TaskFailure> {
-    match step {
-        TaskStep::TriesAgain(failure)
-        | TaskStep::TriesLater(failure)
-        | TaskStep::Asks(failure)
-        | TaskStep::Failed(failure) => Some(failure),
-        _ => None,
     }
 }
 

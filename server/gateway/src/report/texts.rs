@@ -2,7 +2,7 @@
 
 use super::format;
 use site_model::{
-    EdgeStage, OutsideLimits, ReadingLimits, ReviewState, RunState, SceneChange, SceneChangeKind, TaskState,
+    OutsideLimits, ReadingLimits, ReviewState, RunState, SceneChange, SceneChangeKind, TaskState,
 };
 
 /// Characters of a name from outside that a report shows, at most.
@@ -114,16 +114,6 @@ pub(super) fn task_state(state: TaskState) -> &'static str {
         TaskState::Skipped => "Skipped",
         TaskState::Cancelled => "Cancelled",
     }
-}
-
-/// Name of a place on an edge: `Hall to Lift, at its beginning`.
-pub(super) fn on_edge((from, to): (&str, &str), stage: EdgeStage) -> String {
-    let at = match stage {
-        EdgeStage::Enter => "at its beginning",
-        EdgeStage::During => "on it",
-        EdgeStage::Leave => "at its end",
-    };
-    format!("{from} to {to}, {at}")
 }
 
 pub(super) const CAUSE_PERSON: &str = "a person or a program";

@@ -87,7 +87,7 @@ pub(super) fn route_place_name(site: &Site, place: RouteActionPlace) -> String {
     match place {
         RouteActionPlace::Edge { edge, stage, .. } => {
             let ends = site.edge(edge).and_then(|edge| node(edge.from).zip(node(edge.to)));
-            ends.map_or_else(|| texts::DELETED_EDGE.to_owned(), |ends| texts::on_edge(ends, stage))
+            ends.map_or_else(|| texts::DELETED_EDGE.to_owned(), |ends| missions::place_on_edge(ends, stage))
         }
         RouteActionPlace::Zone(zone) => {
             let zone = site.zones().find(|known| known.id == zone);

@@ -3,8 +3,8 @@
 use crate::format;
 use client_model::{PastRun, StoredResult};
 use site_model::{
-    ActionReport, AskDefault, EdgeStage, LocalDateTime, OutsideLimits, Reading, RouteWait, RunCause,
-    RunState, RunStatus, Site, SkipReason, TaskState, TaskStatus,
+    ActionReport, AskDefault, LocalDateTime, OutsideLimits, Reading, RouteWait, RunCause, RunState,
+    RunStatus, Site, SkipReason, TaskState, TaskStatus,
 };
 
 pub(super) const CURRENT_TAB: &str = "Now";
@@ -162,16 +162,6 @@ pub(super) fn task_facts(action: &str, task: &TaskStatus) -> String {
 /// Accessible name of the row of a task.
 pub(super) fn task_row(title: &str, state: &str) -> String {
     format!("{title}, {state}")
-}
-
-/// Name of a place on an edge: `Hall to Lift, at its beginning`.
-pub(super) fn on_edge((from, to): (&str, &str), stage: EdgeStage) -> String {
-    let at = match stage {
-        EdgeStage::Enter => "at its beginning",
-        EdgeStage::During => "on it",
-        EdgeStage::Leave => "at its end",
-    };
-    format!("{from} to {to}, {at}")
 }
 
 /// Why the robot stands on its way.
