@@ -2,7 +2,8 @@
 //!
 //! The programs are those of `fuzz/`, built as cargo-fuzz builds them (libFuzzer, AddressSanitizer, debug assertions), which needs the nightly compiler
 //! and nothing else. All that a run needs and leaves is in one folder, `target/fuzz`: the programs, the growing corpus, the inputs that were found, and
-//! `runs.tsv`, a line for each slot. So a run can be stopped at any time and goes on where it was.
+//! `runs.tsv`, a line for each slot. So a run can be stopped at any time and goes on where it was. `--record` adds these lines to `fuzz/runs.tsv`, one for each target,
+//! which is part of the repository: so another machine goes on too.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -50,6 +51,8 @@ struct Options {
     no_build: bool,
     /// Whether to choose the corpus for the tests instead of fuzzing.
     minimise: bool,
+    /// Whether to add what was run to the record of the repository instead of fuzzing.
+    record: bool,
     /// The only targets to run, if any are named.
     targets: Vec<String>,
 }
@@ -64,6 +67,7 @@ impl Options {
             folder: shell::target().join("fuzz"),
             no_build: false,
             minimise: false,
+            record: false,
             targets: Vec::new(),
         };
         let mut parser = lexopt::Parser::from_args(arguments);
@@ -75,6 +79,7 @@ impl Options {
                 Long("folder") => options.folder = std::env::current_dir()?.join(parser.value()?),
                 Long("no-build") => options.no_build = true,
                 Long("minimise") => options.minimise = true,
+                Long("record") => options.record = true,
                 Value(target) => options.targets.push(target.string()?),
                 other => return Err(other.unexpected().into()),
             }
@@ -93,6 +98,11 @@ pub(crate) fn command(arguments: &[OsString]) -> Result<ExitCode> {
     let targets: Vec<String> = known.iter().filter(is_wanted).cloned().collect();
     fs::create_dir_all(&options.folder)
         .with_context(|| format!("could not make {}", options.folder.display()))?;
+    if options.record {
+        Record::move_to_repository(&options.folder)?;
+        println!("{}", Record::read(&options.folder)?.table());
+        return Ok(ExitCode::SUCCESS);
+    }
     if !options.no_build {
         build(&options.folder, &targets)?;
     }
@@ -101,7 +111,7 @@ pub(crate) fn command(arguments: &[OsString]) -> Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     }
     let found = campaign(&options, targets)?;
-    println!("{}", Record::read(&options.folder).table());
+    println!("{}", Record::read(&options.folder)?.table());
     Ok(if found == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
@@ -137,8 +147,9 @@ fn program(folder: &Path, target: &str) -> PathBuf {
 /// Runs slots until every target has had its time. Returns the number of slots that ended with a finding.
 fn campaign(options: &Options, targets: Vec<String>) -> Result<u32> {
     let mut found = 0;
-    let minutes = |target: &String| Record::read(&options.folder).processor_s(target) / 60.0;
     loop {
+        let record = Record::read(&options.folder)?;
+        let minutes = |target: &String| record.processor_s(target) / 60.0;
         let waiting: Vec<&String> =
             targets.iter().filter(|target| minutes(target) < options.minutes).collect();
         if waiting.is_empty() {
@@ -146,41 +157,43 @@ fn campaign(options: &Options, targets: Vec<String>) -> Result<u32> {
         }
         for target in waiting.into_iter().take(options.together) {
             let slot = fuzz(options, target)?;
-            println!("{target:16} {:6.1} of {:.1} minutes  {}", minutes(target), options.minutes, slot.end());
-            found += u32::from(slot.is_finding);
+            let so_far = minutes(target) + slot.processor_s / 60.0;
+            println!("{target:16} {so_far:6.1} of {:.1} minutes  {}", options.minutes, slot.end());
+            found += slot.findings;
         }
     }
 }
 
-/// What one slot did.
+/// What one slot did, or several of a target.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Slot {
     target: String,
     clock_s: f64,
     processor_s: f64,
     executions: u64,
-    is_finding: bool,
+    /// Slots that ended with a finding.
+    findings: u32,
 }
 
 impl Slot {
     fn end(&self) -> &'static str {
-        if self.is_finding { "FOUND AN INPUT, see its log" } else { "nothing found" }
+        if self.findings > 0 { "FOUND AN INPUT, see its log" } else { "nothing found" }
     }
 
     fn line(&self) -> String {
-        let Self { target, clock_s, processor_s, executions, is_finding } = self;
-        format!("{target}\t{clock_s:.2}\t{processor_s:.2}\t{executions}\t{}\n", u8::from(*is_finding))
+        let Self { target, clock_s, processor_s, executions, findings } = self;
+        format!("{target}\t{clock_s:.2}\t{processor_s:.2}\t{executions}\t{findings}\n")
     }
 
     fn parse(line: &str) -> Option<Self> {
         let fields: Vec<&str> = line.split('\t').collect();
-        let [target, clock_s, processor_s, executions, finding] = fields[..] else { return None };
+        let [target, clock_s, processor_s, executions, findings] = fields[..] else { return None };
         Some(Self {
             target: target.to_owned(),
             clock_s: clock_s.parse().ok()?,
             processor_s: processor_s.parse().ok()?,
             executions: executions.parse().ok()?,
-            is_finding: finding != "0",
+            findings: findings.parse().ok()?,
         })
     }
 }
@@ -213,9 +226,9 @@ fn fuzz(options: &Options, target: &str) -> Result<Slot> {
         clock_s: started.elapsed().as_secs_f64(),
         processor_s: processor_s_of_children() - processor_before,
         executions: executions.and_then(|number| number.trim().parse().ok()).unwrap_or(0),
-        is_finding: !status.success(),
+        findings: u32::from(!status.success()),
     };
-    if slot.is_finding {
+    if slot.findings > 0 {
         let kept = folder.join("logs").join(format!("{target}.found-{}.log", now_s()));
         fs::rename(&log, &kept).with_context(|| format!("could not rename {}", log.display()))?;
     }
@@ -259,16 +272,59 @@ fn now_s() -> u64 {
 /// Name of the record in the folder of the run.
 const RECORD: &str = "runs.tsv";
 
-/// All slots that were run.
+/// All slots that were run, in the repository's record and after it.
 struct Record(Vec<Slot>);
 
 impl Record {
-    fn read(folder: &Path) -> Self {
-        Self::parse(&fs::read_to_string(folder.join(RECORD)).unwrap_or_default())
+    /// Reads the repository's record and that of a folder.
+    fn read(folder: &Path) -> Result<Self> {
+        let mut slots = Self::of_file(&Self::of_repository())?;
+        slots.extend(Self::of_file(&folder.join(RECORD))?);
+        Ok(Self(slots))
+    }
+
+    fn of_repository() -> PathBuf {
+        shell::root().join("fuzz").join(RECORD)
+    }
+
+    /// The slots that a file notes; none if there is no file.
+    fn of_file(path: &Path) -> Result<Vec<Slot>> {
+        match fs::read_to_string(path) {
+            Ok(text) => Ok(Self::parse(&text).0),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Vec::new()),
+            Err(error) => Err(error).with_context(|| format!("could not read {}", path.display())),
+        }
+    }
+
+    /// Adds the slots of a folder to the repository's record, and removes them there.
+    fn move_to_repository(folder: &Path) -> Result<()> {
+        let (of_folder, of_repository) = (folder.join(RECORD), Self::of_repository());
+        let sums = Self::read(folder)?.sums();
+        fs::write(&of_repository, sums.iter().map(Slot::line).collect::<String>())
+            .with_context(|| format!("could not write {}", of_repository.display()))?;
+        if of_folder.exists() {
+            fs::remove_file(&of_folder)
+                .with_context(|| format!("could not remove {}", of_folder.display()))?;
+        }
+        Ok(())
     }
 
     fn parse(text: &str) -> Self {
         Self(text.lines().filter_map(Slot::parse).collect())
+    }
+
+    /// One slot for each target, with the sums of all of it, in the order of the names.
+    fn sums(&self) -> Vec<Slot> {
+        let mut sums: BTreeMap<&str, Slot> = BTreeMap::new();
+        for slot in &self.0 {
+            let sum = sums.entry(&slot.target).or_default();
+            sum.target.clone_from(&slot.target);
+            sum.clock_s += slot.clock_s;
+            sum.processor_s += slot.processor_s;
+            sum.executions += slot.executions;
+            sum.findings += slot.findings;
+        }
+        sums.into_values().collect()
     }
 
     fn processor_s(&self, target: &str) -> f64 {
@@ -284,7 +340,7 @@ impl Record {
                 row.0 += slot.clock_s / 60.0;
                 row.1 += slot.processor_s / 60.0;
                 row.2 += slot.executions;
-                row.3 += u32::from(slot.is_finding);
+                row.3 += slot.findings;
             }
         }
         let mut text = "| target | minutes on the clock | minutes of processor time | executions | slots that ended with a finding |\n\
@@ -355,19 +411,21 @@ mod tests {
 
     #[test]
     fn slots_are_noted_and_added_up() {
-        let slot = |target: &str, processor_s, is_finding| Slot {
+        let slot = |target: &str, processor_s, findings| Slot {
             target: target.to_owned(),
             clock_s: 60.0,
             processor_s,
             executions: 1000,
-            is_finding,
+            findings,
         };
-        let slots = [slot("pcd", 30.0, false), slot("pcd", 18.0, true), slot("las", 12.0, false)];
+        let slots = [slot("pcd", 30.0, 0), slot("pcd", 18.0, 1), slot("las", 12.0, 0)];
         let text: String = slots.iter().map(Slot::line).collect();
         // A line that was being written when the run was ended.
         let record = Record::parse(&format!("{text}pcd\t60."));
         assert_eq!(record.0, slots);
         assert_eq!(record.processor_s("pcd"), 48.0);
+        let sums = [slot("las", 12.0, 0), Slot { clock_s: 120.0, executions: 2000, ..slot("pcd", 48.0, 1) }];
+        assert_eq!(record.sums(), sums);
         let table = record.table();
         assert!(table.contains("| `pcd` | 2.0 | 0.8 | 2000 | 1 |"), "{table}");
         assert!(table.ends_with("| all | 3.0 | 1.0 | 3000 | 1 |\n"), "{table}");
