@@ -35,9 +35,12 @@ pub struct ChangesConfig {
     /// there then tells nothing of its points, which have a surface near them. With 0.08 and 0.2 m the first three seeds of docs/benchmarks/changes.md gave the same
     /// result.
     pub ray_reach_m: f64,
-    /// The same for the rays of the visit itself, metres: rays past the edge of a thing that stays tell nothing of the points at its edge. Chosen: the width of the beam of a LiDAR at
+    /// The same for the rays of the visit itself, metres. Chosen: the width of the beam of a LiDAR at
     /// 15 m, and the noise.
     pub own_ray_reach_m: f64,
+    /// The same as a number of mean distances between rays, if that is more: a place at the edge of a thing that stays then has rays that end at it. Chosen: more than the diagonal of
+    /// a cell of the image of a view.
+    pub own_ray_reach_cells: f64,
     /// A ray went through a place if it ended at least this distance behind it, metres. Chosen: a pose error of 2 cm and the noise of the range are far below it. With
     /// 0.05 and 0.2 m the first three seeds of docs/benchmarks/changes.md gave the same result.
     pub free_margin_m: f64,
@@ -48,13 +51,18 @@ pub struct ChangesConfig {
     /// Share of the rays that passed a place or ended there that have to have gone through it. Chosen: the majority decides. With less, errors of poses make edges
     /// appear; with more, thin things that are gone are missed.
     pub min_free_share: f64,
-    /// Share of the views of its own visit from which most rays went through the place of a point, from which on it belonged to something that moves, such as a person.
+    /// Share of the views of its own visit from which nearly all rays went through the place of a point, from which on it belonged to something that moves, such as a person.
     /// Chosen: the majority of the views decides. With 0.3 the first three seeds of docs/benchmarks/changes.md gave the same result.
     pub moving_share: f64,
     /// Side of the cells of which all points without a surface near them have changed or not together, metres. Chosen: less than half of [`Self::ray_reach_m`].
     pub candidate_cell_m: f64,
     /// An object was seen from at least this number of views, or from all of a visit with fewer: who walks past is seen at a place once.
     pub min_views: usize,
+    /// The same of objects of at least [`Self::walking_height_m`]. Chosen: views are 2 m apart, and who walks slowly beside the robot, or is followed by another person, is seen at one
+    /// place from two.
+    pub min_views_if_walking: usize,
+    /// What is less high does not walk, metres. Chosen: half the height of a person who bends down.
+    pub walking_height_m: f64,
     /// A view tells whether an object was there during its own visit if at least this number of its rays met its place.
     pub min_telling_rays: usize,
     /// Largest distance between neighbouring points of an object, metres. Chosen: smaller parts of one thing are joined, and things half a metre apart are not. With 0.2
@@ -85,6 +93,13 @@ pub struct ChangesConfig {
     /// of the boxes of the benchmark it was below 4 %, of parts of a truss mostly 10 to 80 %. With 0.08 and 0.3 the first three seeds of docs/benchmarks/changes.md gave
     /// the same result.
     pub max_same_share: f64,
+    /// Of an object that is larger than [`Self::large_m`], the other visit looked through this share of the cells in which the object has points without a surface of the other visit near
+    /// them. Chosen: a part of a building with an opening, through which rays went, had 0.23 in docs/benchmarks/changes.md; large boxes there and on simulated sites had 0.5 and more.
+    pub min_known_share: f64,
+    /// A side of more than this is large, metres. Chosen: a thing that was found by a few points grows by what is unknown beside it, smaller things by little.
+    pub large_m: f64,
+    /// Side of these cells, metres. Chosen: as [`Self::unchanged_cell_m`].
+    pub known_cell_m: f64,
     /// Points of unknown places within this distance of an object belong to it, metres: parts of it that the other visit saw beside its neighbours only. Chosen: as
     /// [`Self::gap_m`].
     pub grow_m: f64,
@@ -150,6 +165,7 @@ impl Default for ChangesConfig {
             density_cell_rad: 0.07,
             ray_reach_m: 0.12,
             own_ray_reach_m: 0.05,
+            own_ray_reach_cells: 1.5,
             free_margin_m: 0.1,
             free_margin_share: 0.01,
             min_free_rays: 2,
@@ -157,6 +173,8 @@ impl Default for ChangesConfig {
             moving_share: 0.5,
             candidate_cell_m: 0.05,
             min_views: 2,
+            min_views_if_walking: 3,
+            walking_height_m: 0.6,
             min_telling_rays: 10,
             gap_m: 0.3,
             min_points: 30,
@@ -168,6 +186,9 @@ impl Default for ChangesConfig {
             chance_share: 0.02,
             min_chance: 0.01,
             max_same_share: 0.15,
+            min_known_share: 0.3,
+            large_m: 1.5,
+            known_cell_m: 0.1,
             grow_m: 0.3,
             grow_up_m: 0.6,
             grow_rounds: 5,

@@ -4,6 +4,7 @@ use crate::alignment::align;
 use crate::clusters::clusters;
 use crate::columns::Columns;
 use crate::moves::{is_same_size, moves};
+use crate::passing::Passing;
 use crate::penetration::{evidence_of_absence, explains_absence, penetration, was_there};
 use crate::side::{Side, ground_below};
 use crate::surfaces::SurfaceTolerance;
@@ -158,37 +159,57 @@ pub(crate) struct UnmatchedObject {
     pub(crate) confidence: f64,
 }
 
-/// Points of a visit without a surface of the other one near them.
+/// Points of a visit without a surface of the other one near them, without those of what passed.
 #[derive(Default)]
 struct CandidatePoints {
     /// The other visit looked through their places.
     changed: Vec<[f32; 3]>,
-    /// The other visit does not say what is in their places, or the visit itself looked through them from most of its views.
+    /// The other visit does not say what is in their places.
     unknown: Vec<[f32; 3]>,
+}
+
+/// What is known of a point without a surface of the other visit near it.
+#[derive(Clone, Copy)]
+enum Candidate {
+    /// The other visit looked through its place.
+    Changed,
+    /// The other visit does not say what is in its place.
+    Unknown,
+    /// The other visit looked through its place, and it belongs to something that was there for a part of its own visit only.
+    Passing,
 }
 
 /// The points of a visit that may have changed. What is known of the first point of a small cell holds for all of it.
 fn candidates(visit: &Side, other: &Side, config: &ChangesConfig) -> CandidatePoints {
-    let (mut cells, mut is_changed) = (CellTable::default(), Vec::new());
+    let (mut cells, mut known) = (CellTable::default(), Vec::new());
     let mut found = CandidatePoints::default();
     for point in visit.surfaces.points().iter().filter(|point| !other.surfaces.is_near(point)) {
         let cell = CellKey::of_point(point, 1.0 / config.candidate_cell_m as f32);
-        let (place, is_new) = cells.get_or_insert(cell, is_changed.len() as u32);
+        let (place, is_new) = cells.get_or_insert(cell, known.len() as u32);
         if is_new {
-            is_changed.push(has_changed(point, visit, other, config));
+            known.push(candidate(point, visit, other, config));
         }
-        if is_changed[place as usize] { &mut found.changed } else { &mut found.unknown }.push(*point);
+        match known[place as usize] {
+            Candidate::Changed => found.changed.push(*point),
+            Candidate::Unknown => found.unknown.push(*point),
+            Candidate::Passing => {}
+        }
     }
     found
 }
 
-/// Whether the other visit looked through the place of a point, and the visit itself did not from most of its views.
-fn has_changed(point: &[f32; 3], visit: &Side, other: &Side, config: &ChangesConfig) -> bool {
+fn candidate(point: &[f32; 3], visit: &Side, other: &Side, config: &ChangesConfig) -> Candidate {
     let normal = visit.surfaces.normal(point, config.min_normal_points);
     let passing = other.passing(point, normal.as_ref(), config);
     let is_free = passing.through >= config.min_free_rays
         && passing.through as f64 >= config.min_free_share * (passing.through + passing.ended) as f64;
-    is_free && !visit.is_moving(point, normal.as_ref(), config)
+    if !is_free {
+        Candidate::Unknown
+    } else if visit.was_passing(point, config) {
+        Candidate::Passing
+    } else {
+        Candidate::Changed
+    }
 }
 
 /// The candidates near an object.
@@ -240,7 +261,12 @@ enum Group {
 
 /// The object of a group of changed points; none if it is too small, was not there all the time of its visit, or if the rays of the other visit do not say that it was not there.
 fn object(core: &[[f32; 3]], around: &Around, sides: [&Side; 2], config: &ChangesConfig) -> Option<Group> {
-    let (points, place) = grown(core, around, sides, config)?;
+    let (mut points, mut place) = grown(core, around, sides, config)?;
+    let hidden = hidden_by_passing(&place, sides, config);
+    if !hidden.is_empty() {
+        let core: Vec<[f32; 3]> = core.iter().copied().chain(hidden).collect();
+        (points, place) = grown(&core, around, sides, config)?;
+    }
     let mut sorted = place.size_m;
     sorted.sort_by(f64::total_cmp);
     if sorted[1] < config.min_size_m || points.len() < config.min_points {
@@ -252,11 +278,15 @@ fn object(core: &[[f32; 3]], around: &Around, sides: [&Side; 2], config: &Change
     if same_share(&place, sides, config) > config.max_same_share {
         return Some(Group::Part);
     }
+    let is_large = place.size_m.iter().any(|side_m| *side_m > config.large_m);
+    if is_large && known_share(&place, around, config) < config.min_known_share {
+        return None;
+    }
     let [own, met] = sides.map(|side| penetration(&place, &side.images, config));
     let evidence = evidence_of_absence(own.iter().sum(), met.iter().sum(), config);
     let is_gone = evidence >= config.min_evidence && explains_absence(met.iter().sum(), config);
     let confidence = 1.0 / (1.0 + (-evidence).exp());
-    (is_gone && was_there(&own, config)).then_some(Group::Object(UnmatchedObject {
+    (is_gone && was_there(&place, &own, config)).then_some(Group::Object(UnmatchedObject {
         place,
         points,
         confidence,
@@ -301,9 +331,50 @@ fn grown(
     Some((points, place))
 }
 
-/// Share of the points in a box that have a surface of the other visit near them, without those so low that the ground is near them: a thing is gone as a whole. Linear in the points
-/// around.
-fn same_share(place: &UprightBox, [visit, other]: [&Side; 2], config: &ChangesConfig) -> f64 {
+/// Share of the cells with points of an object in which the other visit looked through a point of it, of those in which a point has no surface of the other visit near it. Linear in
+/// the points around.
+fn known_share(place: &UprightBox, around: &Around, config: &ChangesConfig) -> f64 {
+    let cells = |columns: &Columns| -> BTreeSet<CellKey> {
+        let inside =
+            columns.around(place, 0.0).filter(|point| place.holds(&Vector3::from(point.map(f64::from)), 0.0));
+        inside.map(|point| CellKey::of_point(point, 1.0 / config.known_cell_m as f32)).collect()
+    };
+    let (changed, unknown) = (cells(&around.changed), cells(&around.unknown));
+    let all = changed.union(&unknown).count();
+    // Without any, all its points were hidden by what passed.
+    if all == 0 { 1.0 } else { changed.len() as f64 / all as f64 }
+}
+
+/// Share of the points in a box that have a surface of the other visit near them: a thing is gone as a whole. Linear in the points around.
+fn same_share(place: &UprightBox, sides: [&Side; 2], config: &ChangesConfig) -> f64 {
+    let [inside, same] = inside_and_same(place, sides, config);
+    let is_passing = Passing::new(sides[1], config);
+    let staying = if same.len() as f64 > config.max_same_share * inside.len() as f64 {
+        same.iter().filter(|point| !is_passing.at(point)).count()
+    } else {
+        same.len()
+    };
+    staying as f64 / inside.len().max(1) as f64
+}
+
+/// Points of a thing that the other visit does not have, but near which something passed during that visit, such as a person; none if so few points of the thing have surfaces of the other
+/// visit near them that they do not matter.
+fn hidden_by_passing(place: &UprightBox, sides: [&Side; 2], config: &ChangesConfig) -> Vec<[f32; 3]> {
+    let [inside, mut same] = inside_and_same(place, sides, config);
+    if same.len() as f64 <= config.max_same_share * inside.len() as f64 {
+        return Vec::new();
+    }
+    let is_passing = Passing::new(sides[1], config);
+    same.retain(|point| is_passing.at(point));
+    same
+}
+
+/// The points in a box, and those of them that have a surface of the other visit near them, without those so low that the ground is near them.
+fn inside_and_same(
+    place: &UprightBox,
+    [visit, other]: [&Side; 2],
+    config: &ChangesConfig,
+) -> [Vec<[f32; 3]>; 2] {
     let middle: [f32; 3] = place.centre_m.map(|at| at as f32).into();
     let noise_m = config.same_surface_deviations * config.range_noise_m;
     let above_m = place.bottom_m() + f64::from(other.surfaces.tolerance_m(&middle)) + noise_m;
@@ -311,12 +382,9 @@ fn same_share(place: &UprightBox, [visit, other]: [&Side; 2], config: &ChangesCo
         let at = Vector3::from(point.map(f64::from));
         at.z > above_m && place.holds(&at, 0.0)
     };
-    let (mut inside, mut same) = (0_usize, 0_usize);
-    for point in visit.columns.around(place, 0.0).filter(is_inside) {
-        inside += 1;
-        same += usize::from(other.surfaces.is_near(point));
-    }
-    same as f64 / inside.max(1) as f64
+    let inside: Vec<[f32; 3]> = visit.columns.around(place, 0.0).filter(is_inside).copied().collect();
+    let same = inside.iter().filter(|point| other.surfaces.is_near(point)).copied().collect();
+    [inside, same]
 }
 
 #[cfg(test)]

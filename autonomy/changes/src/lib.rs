@@ -24,6 +24,7 @@ mod config;
 mod depth;
 mod detect;
 mod moves;
+mod passing;
 mod penetration;
 mod ray_image;
 mod recurrence;

@@ -1,6 +1,7 @@
 //! Whether the rays of a visit went through an object that stands in another visit.
 
 use crate::ray_image::RayImage;
+use crate::side::is_stray;
 use crate::{ChangesConfig, UprightBox};
 use geometry::Vector3;
 use std::iter::Sum;
@@ -49,10 +50,10 @@ fn penetration_of_view(tested: &UprightBox, image: &RayImage, config: &ChangesCo
         if range_m < enters_m - margin_m || leaves_m - enters_m < min_chord_m {
             continue;
         }
-        // A ray that ends just before the far side went through too: something may stand behind the object.
+        // A ray that ends just before the far side went through too: something may stand behind the object. One that ends just behind a thin part of the object tells nothing.
         if range_m > (leaves_m - margin_m).max(enters_m + 2.0 * margin_m) {
             counted.through += 1;
-        } else {
+        } else if range_m <= leaves_m + margin_m / 2.0 {
             counted.ended += 1;
         }
     }
@@ -60,17 +61,19 @@ fn penetration_of_view(tested: &UprightBox, image: &RayImage, config: &ChangesCo
 }
 
 /// Whether an object was there during all of its own visit. A person who walks past was not: from most of the views that tell of that place, nearly all rays went through it, or only
-/// one view saw it at all. Of a rack or a tripod, some rays of each view end at it.
-pub(crate) fn was_there(own: &[Penetration], config: &ChangesConfig) -> bool {
+/// one or two views saw it at all. Of a rack or a tripod, some rays of each view end at it.
+pub(crate) fn was_there(place: &UprightBox, own: &[Penetration], config: &ChangesConfig) -> bool {
     let (mut telling, mut empty) = (0_usize, 0_usize);
     for Penetration { through, ended } in own {
         if through + ended >= config.min_telling_rays {
             telling += 1;
-            empty += usize::from(*ended as f64 <= config.stray_share * (through + ended) as f64);
+            empty += usize::from(is_stray(*ended, through + ended, config));
         }
     }
     let seeing = own.iter().filter(|view| view.ended >= config.min_free_rays).count();
-    empty as f64 <= config.moving_share * telling as f64 && seeing >= config.min_views.min(own.len())
+    let may_walk = place.size_m[2] >= config.walking_height_m;
+    let min_views = if may_walk { config.min_views_if_walking } else { config.min_views };
+    empty as f64 <= config.moving_share * telling as f64 && seeing >= min_views.min(own.len())
 }
 
 /// The part of a box that a ray meets even if the poses are a little wrong. A ray that passes beside an object tells nothing of it, so that a strip between two rays of a sparse
@@ -119,11 +122,18 @@ mod tests {
     fn who_walks_past_was_not_there_and_what_some_rays_go_through_was() {
         let config = ChangesConfig::default();
         let view = |through: usize, ended: usize| Penetration { through, ended };
-        assert!(was_there(&[view(0, 40), view(2, 30), view(0, 0)], &config), "a box");
-        assert!(was_there(&[view(30, 10), view(40, 9), view(25, 8)], &config), "a rack");
-        assert!(!was_there(&[view(0, 80), view(60, 0), view(50, 1), view(20, 0)], &config), "a person");
-        assert!(!was_there(&[view(0, 80), view(0, 0), view(0, 0)], &config), "seen from one view only");
-        assert!(was_there(&[view(0, 80)], &config), "a visit of one view");
+        let of_height = |height_m: f64, own: &[Penetration]| {
+            let size_m = [0.5, 0.4, height_m];
+            was_there(&UprightBox { centre_m: Vector3::zeros(), size_m, yaw_rad: 0.0 }, own, &config)
+        };
+        let tall = |own: &[Penetration]| of_height(1.6, own);
+        assert!(tall(&[view(0, 40), view(2, 30), view(0, 20), view(0, 0)]), "a box");
+        assert!(tall(&[view(30, 10), view(40, 9), view(25, 8)]), "a rack");
+        assert!(!tall(&[view(0, 80), view(60, 0), view(50, 1), view(20, 0)]), "a person");
+        assert!(!tall(&[view(0, 80), view(0, 0), view(0, 0)]), "seen from one view only");
+        let of_two = [view(0, 40), view(2, 30), view(0, 0)];
+        assert!(!tall(&of_two) && of_height(0.2, &of_two), "what is low does not walk");
+        assert!(tall(&[view(0, 80)]), "a visit of one view");
     }
 
     #[test]

@@ -12,6 +12,8 @@ pub(crate) struct PassingRays {
     pub(crate) through: usize,
     /// Those that ended near it.
     pub(crate) ended: usize,
+    /// Those that ended before it. Of a view without a line of sight to the place they are not counted.
+    pub(crate) blocked: usize,
 }
 
 /// The rays of a view, sorted by the cells of directions around its sensor.
@@ -24,6 +26,7 @@ pub(crate) struct RayImage {
     starts: Vec<u32>,
     /// Unit direction and range, metres, of each ray.
     rays: Vec<([f32; 3], f32)>,
+    farthest: FarthestRanges,
 }
 
 impl RayImage {
@@ -34,8 +37,15 @@ impl RayImage {
         let cell_rad =
             ray_distance_rad(&rays, config.density_cell_rad).clamp(config.cell_rad[0], config.cell_rad[1]);
         let (columns, rows) = ((TAU / cell_rad).ceil() as usize, (PI / cell_rad).ceil() as usize);
-        let mut image =
-            Self { sensor: view.sensor, cell_rad, columns, rows, starts: Vec::new(), rays: Vec::new() };
+        let mut image = Self {
+            sensor: view.sensor,
+            cell_rad,
+            columns,
+            rows,
+            starts: Vec::new(),
+            rays: Vec::new(),
+            farthest: FarthestRanges::new(&rays, config.density_cell_rad),
+        };
         let mut sorted: Vec<(usize, (f64, f64, f64))> = rays
             .into_iter()
             .map(|ray| {
@@ -88,20 +98,34 @@ impl RayImage {
         let offset: [f32; 3] = offset.map(|at| at as f32).into();
         let margin_m = (config.free_margin_m + config.free_margin_share * range_m) as f32;
         let reach_rad = (reach_m / range_m).min(1.0);
+        // Most views of a long walk have no line of sight to the place: all their rays in its direction ended before it.
+        let nearest_m = (range_m * range_m - reach_m * reach_m).max(0.0).sqrt() - f64::from(margin_m);
+        if self.farthest.is_nearer([azimuth, elevation], reach_rad, nearest_m) {
+            return passing;
+        }
         let (column, row) = self.cell(azimuth, elevation);
         let rows = (reach_rad / self.cell_rad).ceil() as usize;
         // Columns are narrower away from the horizon.
         let columns = (reach_rad / (self.cell_rad * elevation.cos().max(0.05))).ceil() as usize;
         let columns = columns.min(self.columns / 2 - 1);
         for row in row.saturating_sub(rows)..=(row + rows).min(self.rows - 1) {
-            for step in 0..=2 * columns {
-                let cell = row * self.columns + (column + self.columns + step - columns) % self.columns;
-                for ray in &self.rays[self.starts[cell] as usize..self.starts[cell + 1] as usize] {
-                    self.count(ray, &offset, normal, [reach_m as f32, margin_m], config, &mut passing);
-                }
+            for ray in self.of_row(row, column + self.columns - columns, 2 * columns + 1) {
+                self.count(ray, &offset, normal, [reach_m as f32, margin_m], config, &mut passing);
             }
         }
         passing
+    }
+
+    /// The rays of so many columns of a row from a column on, which may be beyond the last one: a row goes all round.
+    fn of_row(&self, row: usize, first: usize, columns: usize) -> impl Iterator<Item = &([f32; 3], f32)> {
+        let first = first % self.columns;
+        let end = (first + columns).min(self.columns);
+        let beyond = (first + columns - end).min(first);
+        let of = |from: usize, to: usize| {
+            let start = row * self.columns;
+            &self.rays[self.starts[start + from] as usize..self.starts[start + to] as usize]
+        };
+        of(first, end).iter().chain(of(0, beyond))
     }
 
     /// All rays that come within a distance of a place, metres, map frame, and some others: unit direction and range, metres. Linear in the rays of the cells around its direction.
@@ -122,12 +146,12 @@ impl RayImage {
             let first = column + self.columns - columns / 2;
             (row.saturating_sub(rows)..(row + rows + 1).min(self.rows), columns, first)
         };
-        rows.flat_map(move |row| {
-            (0..columns).flat_map(move |step| {
-                let cell = row * self.columns + (middle + step) % self.columns;
-                &self.rays[self.starts[cell] as usize..self.starts[cell + 1] as usize]
-            })
-        })
+        rows.flat_map(move |row| self.of_row(row, middle, columns))
+    }
+
+    /// Mean distance between rays at a place, metres.
+    pub(crate) fn spacing_m(&self, place: &[f32; 3]) -> f64 {
+        (Vector3::from(place.map(f64::from)) - self.sensor).norm() * self.cell_rad
     }
 
     /// Place of the sensor, metres, map frame.
@@ -158,7 +182,56 @@ impl RayImage {
             passing.through += usize::from(crossed);
         } else if *range_m >= at_m - margin_m {
             passing.ended += 1;
+        } else {
+            passing.blocked += 1;
         }
+    }
+}
+
+/// The farthest range of the rays of a view in each direction.
+struct FarthestRanges {
+    side_rad: f64,
+    columns: usize,
+    rows: usize,
+    /// Greatest range of the rays of each cell and of those around it, metres, row by row.
+    ranges_m: Vec<f32>,
+}
+
+impl FarthestRanges {
+    /// Of these rays (azimuth, elevation, range), in cells of this side, radians. Linear in the rays and the cells.
+    fn new(rays: &[(f64, f64, f64)], side_rad: f64) -> Self {
+        let (columns, rows) = ((TAU / side_rad).floor() as usize, (PI / side_rad).floor() as usize);
+        let mut ranges = Self { side_rad: TAU / columns as f64, columns, rows, ranges_m: Vec::new() };
+        let mut of_cells = vec![0.0_f32; columns * rows];
+        for (azimuth, elevation, range_m) in rays {
+            let (column, row) = ranges.cell(*azimuth, *elevation);
+            let cell = &mut of_cells[row * columns + column];
+            *cell = cell.max(*range_m as f32);
+        }
+        let around = |cell: usize| {
+            let (row, column) = (cell / columns, cell % columns);
+            let rows = row.saturating_sub(1)..=(row + 1).min(rows - 1);
+            rows.flat_map(|row| {
+                [columns - 1, 0, 1].map(|step| of_cells[row * columns + (column + step) % columns])
+            })
+            .fold(0.0, f32::max)
+        };
+        ranges.ranges_m = (0..of_cells.len()).map(around).collect();
+        ranges
+    }
+
+    fn cell(&self, azimuth: f64, elevation: f64) -> (usize, usize) {
+        let column = ((azimuth + PI) / self.side_rad) as usize;
+        let row = ((elevation + FRAC_PI_2) / PI * self.rows as f64) as usize;
+        (column.min(self.columns - 1), row.min(self.rows - 1))
+    }
+
+    /// Whether all rays within `reach_rad` of a direction (azimuth, elevation) are known to be shorter than a range, metres.
+    fn is_nearer(&self, [azimuth, elevation]: [f64; 2], reach_rad: f64, range_m: f64) -> bool {
+        // Columns are narrower away from the horizon.
+        let is_within = reach_rad <= self.side_rad * (elevation.abs() + reach_rad).cos();
+        let (column, row) = self.cell(azimuth, elevation);
+        is_within && f64::from(self.ranges_m[row * self.columns + column]) < range_m
     }
 }
 
@@ -207,7 +280,7 @@ mod tests {
     fn rays_go_through_places_before_the_wall_and_tell_nothing_of_those_behind_and_beside_it() {
         let (image, config) = (wall(), ChangesConfig::default());
         let at = |place: [f32; 3]| {
-            let PassingRays { through, ended } = image.passing(&place, None, config.ray_reach_m, &config);
+            let PassingRays { through, ended, .. } = image.passing(&place, None, config.ray_reach_m, &config);
             (through > 0, ended > 0)
         };
         assert_eq!(at([3.0, 0.2, 0.1]), (true, false));
@@ -257,7 +330,7 @@ mod tests {
         let expected = rays.filter(|(y, z)| is_passing(*y, *z)).count();
         assert_eq!(
             image.passing(&place, None, config.ray_reach_m, &config),
-            PassingRays { through: expected, ended: 0 }
+            PassingRays { through: expected, ended: 0, blocked: 0 }
         );
         assert!(expected > 10);
     }

@@ -41,26 +41,34 @@ impl Side {
             |sum, of_view| PassingRays {
                 through: sum.through + of_view.through,
                 ended: sum.ended + of_view.ended,
+                blocked: sum.blocked + of_view.blocked,
             },
         )
     }
 
-    /// Whether what was at a place was there for a part of the visit only, such as a person: from most of the views that tell of the place, most rays went through it. Views count,
-    /// not rays, because a person who stands beside the robot for a moment meets more rays than all others.
-    pub(crate) fn is_moving(
-        &self,
-        place: &[f32; 3],
-        normal: Option<&[f32; 3]>,
-        config: &ChangesConfig,
-    ) -> bool {
+    /// Whether what was at a place was there for a part of the visit only, such as a person: from most of the views that tell of the place, nearly all rays went through it. Views count,
+    /// not rays, because a person who stands beside the robot for a moment meets more rays than all others; and nearly all rays of a view, because at the edge of a thing that stays
+    /// half of them pass.
+    pub(crate) fn was_passing(&self, place: &[f32; 3], config: &ChangesConfig) -> bool {
+        let normal = self.surfaces.normal(place, config.min_normal_points);
         let (mut free, mut telling) = (0, 0);
         for image in &self.images {
-            let PassingRays { through, ended } = image.passing(place, normal, config.own_ray_reach_m, config);
-            free += usize::from(through > ended);
-            telling += usize::from(through + ended > 0);
+            // Of a sparse sensor, single rays pass beside a place without a ray that ends there.
+            let reach_m = config.own_ray_reach_m.max(config.own_ray_reach_cells * image.spacing_m(place));
+            let PassingRays { through, ended, blocked } =
+                image.passing(place, normal.as_ref(), reach_m, config);
+            // A ray past the edge of what is before a place does not see the place.
+            let is_free = through > 0 && is_stray(ended + blocked, through + ended + blocked, config);
+            free += usize::from(is_free);
+            telling += usize::from(is_free || ended > 0);
         }
         free as f64 > config.moving_share * telling as f64
     }
+}
+
+/// Whether so few of the rays that tell of a place ended there that they did so by chance.
+pub(crate) fn is_stray(ended: usize, telling: usize, config: &ChangesConfig) -> bool {
+    ended as f64 <= config.stray_share * telling as f64
 }
 
 /// Height of the level surface below a box, metres, down to a distance below its lower end: the most common height of what the other visit saw in its place, or else of what both saw
