@@ -122,6 +122,7 @@ mod nightly {
         page.wait_for_pictures();
         page.screenshot().save("gauge-read-1440x900");
         save_for_guide(&mut page, "gauge-read");
+        look_at_changed_photo(&mut page);
         // While the platform starts again, the page finds nobody.
         let mut errors = page.errors();
         errors.retain(|error| !error.contains("ERR_CONNECTION_REFUSED"));
@@ -140,6 +141,60 @@ mod nightly {
         wait_for("the map of the site", LIMIT, || {
             get(page, "/api/v1/site/settings/main")["map"].as_str().map(str::to_owned)
         })
+    }
+
+    /// The gauge's pressure swings over 15 minutes, so after some runs its needle has moved. Then people are told, its mark is on the time line, and a wipe of the aligned photos shows it.
+    fn look_at_changed_photo(page: &mut Page) {
+        page.click("button", "Close the comparison");
+        let mut runs = 0;
+        while !changes_of_gauge(page) {
+            runs += 1;
+            assert!(runs < 6, "the needle has not moved");
+            page.click("button", "Missions");
+            page.click("button", "Run now");
+            wait_for("a run", LIMIT, || (count_of_runs(page, "running") > 0).then_some(()));
+            wait_for("its end", LONG_LIMIT, || (count_of_runs(page, "running") == 0).then_some(()));
+            page.click("button", "Runs");
+            page.click("button", "Points");
+        }
+        page.control("slider", "Time line");
+        page.wait_for_pictures();
+        page.screenshot().save("photo-changed-1440x900");
+        page.click("button", "Compare large");
+        let aligned = wait_for("the alignment", LIMIT, || page.status("Alignment"));
+        assert!(
+            aligned.starts_with("Aligned, within ") && aligned.contains(" px · changed in "),
+            "{aligned}"
+        );
+        page.wait_for_pictures();
+        page.screenshot().save("photo-beside-1440x900");
+        page.click("button", "Wipe");
+        page.control("slider", "Divider");
+        page.wait_for_pictures();
+        page.screenshot().save("photo-wipe-1440x900");
+        save_for_guide(page, "photo-wipe");
+        page.resize(1024, 768);
+        page.wait_for_pictures();
+        page.screenshot().save("photo-wipe-1024x768");
+        page.resize(1440, 900);
+        page.wait_for_pictures();
+    }
+
+    /// Whether the newest photo of the gauge that was described has changed, once it was compared.
+    fn changes_of_gauge(page: &mut Page) -> bool {
+        wait_for("the comparison of the newest photo", LIMIT, || {
+            let points = get(page, "/api/v1/site/inspection-points");
+            let described =
+                points["items"].as_array()?.iter().find(|item| item["object"]["gauge"].is_object())?;
+            let id = described["object"]["id"].as_str()?;
+            let results = get(page, &format!("/api/v1/inspection-points/{id}/results?limit=1"));
+            let aligned = &results["items"][0]["comparison"]["outcome"]["aligned"];
+            aligned["changes"].as_array().map(|changes| !changes.is_empty())
+        })
+    }
+
+    fn count_of_runs(page: &mut Page, state: &str) -> usize {
+        get(page, &format!("/api/v1/runs?state={state}"))["items"].as_array().map_or(0, Vec::len)
     }
 
     /// Presses the first row whose name contains this text.

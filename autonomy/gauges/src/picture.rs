@@ -52,7 +52,7 @@ impl Picture {
     }
 
     /// The colour at a place between pixels, bilinear. Outside the picture it is that of the nearest pixel.
-    pub(crate) fn sample(&self, [x, y]: [f64; 2]) -> [u8; 3] {
+    pub fn sample(&self, [x, y]: [f64; 2]) -> [u8; 3] {
         let split = |place: f64, size: usize| {
             let place = place.clamp(0.0, (size - 1) as f64);
             let whole = (place.floor() as usize).min(size - 2);

@@ -8,6 +8,7 @@ pub enum LimitedCommand {
     Changes,
     MakeNormal,
     Gauge,
+    PictureChanges,
 }
 
 impl LimitedCommand {
@@ -19,6 +20,7 @@ impl LimitedCommand {
             Self::Changes => "changes",
             Self::MakeNormal => "make-normal",
             Self::Gauge => "gauge",
+            Self::PictureChanges => "picture-changes",
         }
     }
 }

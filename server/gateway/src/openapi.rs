@@ -82,6 +82,7 @@ use utoipa::OpenApi;
         report::report_run,
         report::report_period,
         runs::point_results,
+        runs::compare_pictures,
         runs::slots
     )
 )]

@@ -110,6 +110,7 @@ fn handler(endpoint: Endpoint) -> MethodRouter<Arc<App>> {
         Endpoint::ReportRun => get(report::report_run),
         Endpoint::ReportPeriod => get(report::report_period),
         Endpoint::ListPointResults => get(runs::point_results),
+        Endpoint::ComparePictures => get(runs::compare_pictures),
         Endpoint::ListSlots => get(runs::slots),
         Endpoint::ListSceneChanges => get(site::list_scene_changes),
     }

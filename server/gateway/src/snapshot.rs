@@ -389,9 +389,11 @@ impl Snapshot {
 
     fn add_result(&mut self, result: StoredResult) {
         // A core that reconnects repeats its results.
-        if self.results.iter().any(|(_, known)| known.number == result.number) {
+        if self.results.iter().any(|(_, known)| *known == result) {
             return;
         }
+        // One that was compared since takes the place of what was sent.
+        self.results.retain(|(_, known)| known.number != result.number);
         self.revision += 1;
         self.results.push_back((self.revision, result));
         if self.results.len() > StoredResult::MAX_KEPT {

@@ -260,3 +260,8 @@ const FREE_UPLOADS: &str = "Import or delete one of them first: GET /api/v1/uplo
 pub(crate) fn no_upload(upload: impl std::fmt::Display) -> String {
     format!("There is no uploaded file {upload}. GET /api/v1/uploads lists them.")
 }
+
+/// A pair of results that is not given.
+pub const PAIR_MALFORMED: &str = "Give the numbers of two results: before and after.";
+/// A pair of results whose photos cannot be compared.
+pub const NO_SUCH_PAIR: &str = "The two results are no photos of one inspection point.";

@@ -6,6 +6,7 @@
 //! - [`MapImporter`]: the program that imports point clouds on one side, the runtime on the other;
 //! - [`ChangeFinder`]: the program that compares visits on one side, the runtime on the other;
 //! - [`GaugeReader`]: the program that reads gauges in pictures on one side, the runtime on the other;
+//! - [`PictureComparer`]: the program that compares pictures on one side, the runtime on the other;
 //! - [`ExampleMaker`]: the program that makes a site to try on one side, the runtime on the other;
 //! - [`encode_frame`], [`read_frame`]: messages on the Unix sockets between processes;
 //! - [`DataDir`]: the layout of the data directory, for the store that writes and the gateway that reads;
@@ -20,6 +21,7 @@ mod frames;
 mod gauge_reader;
 mod journal;
 mod map_importer;
+mod picture_comparer;
 mod robot_link;
 mod texts;
 
@@ -36,5 +38,6 @@ pub use frames::{FrameError, encode_frame, read_frame};
 pub use gauge_reader::{GaugeReader, ReadGauge};
 pub use journal::{Journal, JournalError, Segment, SegmentWriter};
 pub use map_importer::MapImporter;
+pub use picture_comparer::{ComparedPicture, PictureComparer};
 pub use robot_link::{Arrival, LinkError, RobotEvent, RobotLink};
 pub use texts::REAL_ROBOT_HAS_NO_FAULTS;

@@ -16,6 +16,8 @@ use crate::mailbox::Mailbox;
 use crate::map_list::{publish_map_list, publish_uploads};
 use crate::map_usage::MapUsage;
 use crate::node_following::NodeFollower;
+use crate::picture_comparisons::PictureWorker;
+use crate::picture_queue::PictureQueue;
 use crate::platform::{BatteryForecast, PlatformProbe};
 use crate::pose_persistence::{PosePersistence, PosePersistenceConfig};
 use crate::publisher::{PublisherConfig, PublisherWorker};
@@ -34,7 +36,7 @@ use crate::topomap_generation::TopomapGenerator;
 use api::ProcessRestart;
 use crossbeam_channel::Sender;
 use messages::RobotProfile;
-use ports::{ChangeFinder, ExampleMaker, GaugeReader, MapImporter, RobotLink};
+use ports::{ChangeFinder, ExampleMaker, GaugeReader, MapImporter, PictureComparer, RobotLink};
 use stack::Stack;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -76,6 +78,8 @@ pub struct CoreConfig {
     pub change_finder: Option<Box<dyn ChangeFinder>>,
     /// Reads gauges in pictures; `None` reads none. Given by the caller.
     pub gauge_reader: Option<Box<dyn GaugeReader>>,
+    /// Compares pictures of inspection points with earlier ones; `None` compares none. Given by the caller.
+    pub picture_comparer: Option<Box<dyn PictureComparer>>,
     /// Watches the threads. Whoever starts a core ends it when one of them fails. Given by the caller.
     pub watchdog: Watchdog,
     /// Why this process was started again, if it was. Given by the supervisor.
@@ -115,6 +119,7 @@ pub struct Core {
     imports: Option<JoinHandle<()>>,
     scene_changes: Option<JoinHandle<()>>,
     gauges: Option<JoinHandle<()>>,
+    picture_comparisons: Option<JoinHandle<()>>,
     stored_data_check: Option<JoinHandle<()>>,
     recorder: Option<JoinHandle<()>>,
     gateway: Option<GatewayLink>,
@@ -135,6 +140,7 @@ impl Core {
             example_maker,
             change_finder,
             gauge_reader,
+            picture_comparer,
             watchdog,
             restart,
             robot_restart,
@@ -360,6 +366,24 @@ impl Core {
                 Some(spawn(&watchdog, "scene-changes", THREAD_LIMITS.lane, move |beat| worker.run(beat))?)
             }
         };
+        let picture_thread = match picture_comparer {
+            None => None,
+            Some(comparer) => {
+                let (pictures, work) = PictureQueue::new();
+                inbox.compare_pictures_with(pictures);
+                let worker = PictureWorker {
+                    comparer,
+                    store: Arc::clone(&store),
+                    ledger: Arc::clone(&inbox),
+                    work,
+                    state_publisher: Arc::clone(&state_publisher),
+                    mailbox: Arc::clone(&mailbox),
+                    clock: Arc::clone(&clock),
+                    stop: stopped.clone(),
+                };
+                Some(spawn(&watchdog, "pictures", THREAD_LIMITS.lane, move |beat| worker.run(beat))?)
+            }
+        };
         let stored_data_check = StoredDataCheckWorker {
             config: StoredDataCheckConfig::default(),
             store: Arc::clone(&store),
@@ -440,6 +464,7 @@ impl Core {
             imports: imports_thread,
             scene_changes: scene_changes_thread,
             gauges: gauges_thread,
+            picture_comparisons: picture_thread,
             stored_data_check: Some(spawn(&watchdog, "data-check", THREAD_LIMITS.disk, move |beat| {
                 stored_data_check.run(beat);
             })?),
@@ -495,6 +520,7 @@ impl Drop for Core {
         join(self.imports.take());
         join(self.scene_changes.take());
         join(self.gauges.take());
+        join(self.picture_comparisons.take());
         join(self.stored_data_check.take());
         join(self.recorder.take());
     }

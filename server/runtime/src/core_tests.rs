@@ -134,6 +134,7 @@ fn bench_of(
         example_maker: None,
         change_finder: None,
         gauge_reader: None,
+        picture_comparer: None,
         watchdog,
         restart: Some(restart),
         robot_restart: Some(RobotRestart { restart: of_robot, is_new: true }),

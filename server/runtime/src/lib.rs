@@ -42,6 +42,8 @@ mod map_list;
 mod map_usage;
 mod new_normal;
 mod node_following;
+mod picture_comparisons;
+mod picture_queue;
 mod platform;
 mod pose_persistence;
 mod publisher;

@@ -46,7 +46,11 @@ impl StateSnapshot {
                 }
                 self.notices.push_back(event.clone());
             }
-            Event::ResultStored(_) => {
+            Event::ResultStored(result) => {
+                // One that was compared since takes the place of what was sent.
+                self.results.retain(
+                    |known| !matches!(known, Event::ResultStored(known) if known.number == result.number),
+                );
                 if self.results.len() == StoredResult::MAX_KEPT {
                     self.results.pop_front();
                 }

@@ -331,6 +331,11 @@ pub fn of_point(point: &str, sentence: &str) -> String {
     format!("{point}: {sentence}")
 }
 
+/// More pairs of pictures wait than may.
+pub const TOO_MANY_PICTURES_WAIT: &str = "Too many pictures wait to be compared. Try again in a minute.";
+/// This platform compares no pictures.
+pub const NO_PICTURE_COMPARISON: &str = "Pictures are not compared here.";
+
 /// A gauge was to be read, and the robot gave no picture.
 pub const GAUGE_WITHOUT_PICTURE: &str = "The gauge was not read, because the robot gave no picture.";
 /// More pictures of gauges wait than there can be actions.

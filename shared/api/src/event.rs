@@ -81,7 +81,8 @@ pub enum Event {
     Route(RouteStatus),
     /// State of the making of a topological map, or how the last one ended.
     TopomapGeneration(TopomapGeneration),
-    /// A result of a run is durable; adds to what was sent, in the order of its number. Earlier ones, and those that a client has missed, are asked for over HTTP.
+    /// A result of a run is durable; adds to what was sent, in the order of its number. It is sent again once its picture was compared with an earlier one. Earlier ones, and those that a
+    /// client has missed, are asked for over HTTP.
     ResultStored(StoredResult),
     /// The actions that can be called now.
     Actions(Vec<OfferedAction>),

@@ -65,6 +65,8 @@ pub const RUN_REPORT_PATH: &str = "/api/v1/runs/{run}/report";
 pub const REPORT_PATH: &str = "/api/v1/report";
 /// GET, with an inspection point's id in place of `{id}`: a page of its results in all runs, the newest first.
 pub const POINT_RESULTS_PATH: &str = "/api/v1/inspection-points/{id}/results";
+/// GET, with the numbers of two results as `before` and `after`: how their pictures are aligned, and what has changed between them.
+pub const PICTURE_COMPARISON_PATH: &str = "/api/v1/picture-comparison";
 /// GET: a page of the slots of schedules that were decided, those due last first.
 pub const SLOTS_PATH: &str = "/api/v1/slots";
 /// GET: a page of the changes of the scene, the last found first. One of them is read and edited as an object of the site.

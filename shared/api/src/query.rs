@@ -59,6 +59,13 @@ pub enum Query {
         /// How many.
         limit: u32,
     },
+    /// How the pictures of two results of one inspection point are aligned, and what has changed. They are compared now, unless they were before.
+    PictureComparison {
+        /// Number of the result with the earlier picture.
+        before: u64,
+        /// Number of the result with the later one.
+        after: u64,
+    },
     /// Slots of all schedules that were decided, those due last first.
     Slots {
         /// Only those due before this instant, or then and of a schedule with a smaller id.
@@ -98,6 +105,8 @@ pub enum QueryReply {
     Runs(Vec<StoredRun>),
     Steps(Vec<StoredStep>),
     Results(Vec<StoredResult>),
+    /// A `site_model::PictureComparison` as JSON; none: the two results are no photos of one inspection point.
+    PictureComparison(Option<String>),
     Slots(Vec<StoredSlot>),
     Audit(Vec<StoredAudit>),
 }
@@ -183,6 +192,8 @@ pub struct StoredResult {
     pub blob: Option<[u8; 32]>,
     /// More of it as JSON.
     pub body: String,
+    /// How its picture differs from an earlier one, a `site_model::PictureComparison` as JSON; none: it was not compared, or not yet.
+    pub comparison: Option<String>,
     /// When, by calendar time.
     pub at: Stamp,
 }

@@ -116,6 +116,16 @@ impl Downloads {
         });
     }
 
+    /// Asks how the photos of two results are aligned. The result is [`ClientEvent::PicturesCompared`].
+    pub(crate) fn compare_pictures(&self, before: u64, after: u64) {
+        let inbox = self.inbox.clone();
+        spawn_local(async move {
+            let path = api::paths::PICTURE_COMPARISON_PATH;
+            let result = fetch_json(&format!("{path}?before={before}&after={after}")).await;
+            inbox.push_event(ClientEvent::PicturesCompared { before, after, result });
+        });
+    }
+
     /// Fetches the attempts and results of a run. The result is [`ClientEvent::RunFetched`].
     pub(crate) fn fetch_run(&self, run: RunId) {
         let inbox = self.inbox.clone();

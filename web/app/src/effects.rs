@@ -84,6 +84,7 @@ impl EffectExecutor {
             ClientEffect::FetchPointResults { point, before } => {
                 self.downloads.fetch_point_results(point, before);
             }
+            ClientEffect::ComparePictures { before, after } => self.downloads.compare_pictures(before, after),
             ClientEffect::SaveTable { name, text } => saved_file::save(&name, TABLE_TYPE, &text),
             ClientEffect::FetchRun(run) => self.downloads.fetch_run(run),
             ClientEffect::FetchResultFile { blob, kind } => self.result_files.fetch(blob, kind),

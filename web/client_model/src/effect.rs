@@ -85,6 +85,13 @@ pub enum ClientEffect {
         /// Where the page begins; none: at the newest.
         before: Option<String>,
     },
+    /// Ask the robot how the photos of two results are aligned.
+    ComparePictures {
+        /// Number of the result with the earlier photo.
+        before: u64,
+        /// Number of the result with the later one.
+        after: u64,
+    },
     /// Save a table as a file of the operator's machine.
     SaveTable {
         /// Name of the file.

@@ -4,7 +4,7 @@ use crate::{
     ClientCommand, RunContent, RunQuery, Socket, StoredPage, StoredResult, StoredRun, StoredSlot, Viewpoint,
 };
 use api::{Graph, ScanFrame, ServerMessage, TileHash, TileList};
-use site_model::{InspectionPointId, PlanFile, RunId};
+use site_model::{InspectionPointId, PictureComparison, PlanFile, RunId};
 use vocab::{KeyframeId, MapId, SessionId, UploadId};
 
 /// Something that happened. Nothing else changes the model.
@@ -113,6 +113,15 @@ pub enum ClientEvent {
         before: u64,
         /// The result; none: there is none before it. Or a sentence that says why it could not be fetched.
         result: Result<Option<StoredResult>, String>,
+    },
+    /// The question how two photos are aligned was answered.
+    PicturesCompared {
+        /// Number of the result with the earlier photo.
+        before: u64,
+        /// Number of the result with the later one.
+        after: u64,
+        /// The answer, or a sentence that says why there is none.
+        result: Result<PictureComparison, String>,
     },
     /// The request for a page of the results at an inspection point ended.
     PointResultsFetched {

@@ -52,7 +52,8 @@ pub use features::missions::{
 pub use features::notices::{NoticeId, Notices, ShownNotice};
 pub use features::platform::PlatformFeature;
 pub use features::point_history::{
-    HistorySpan, PointHistory, PointHistoryCommand, PointResult, ReadingSeries, ResultJudgement, SeriesValue,
+    HistorySpan, PairAlignment, PointHistory, PointHistoryCommand, PointResult, ReadingSeries,
+    ResultJudgement, SeriesValue,
 };
 pub use features::quality::QualityFeature;
 pub use features::robot::{RobotTelemetry, position_sigma_m};

@@ -33,6 +33,15 @@ pub fn not_aligned(reason: &str) -> String {
     format!("not aligned: {reason}")
 }
 
+/// The same as a sentence of its own.
+pub fn not_aligned_sentence(reason: &str) -> String {
+    format!("The pictures could not be aligned: {reason}.")
+}
+
+/// Numbers that are no mapping.
+pub const PREDICTED_NO_MAPPING: &str =
+    "the predicted mapping has no inverse; give nine other numbers, or leave it out";
+
 /// No region has changed.
 pub const UNCHANGED: &str = "nothing has changed";
 

@@ -26,6 +26,7 @@ fn limited_command(command: LimitedCommand) -> (&'static str, &'static str) {
         LimitedCommand::Changes => ("the comparison", ""),
         LimitedCommand::MakeNormal => ("the new version of the map", ""),
         LimitedCommand::Gauge => ("reading the gauge", "give a smaller picture; "),
+        LimitedCommand::PictureChanges => ("comparing the pictures", "give smaller pictures; "),
     }
 }
 
@@ -58,7 +59,7 @@ pub fn limited_command_ended(command: LimitedCommand, status: &dyn Display) -> S
         LimitedCommand::Changes => {
             "a visit is damaged in a way that this program does not expect; compare others"
         }
-        LimitedCommand::Gauge => {
+        LimitedCommand::Gauge | LimitedCommand::PictureChanges => {
             "a picture is damaged in a way that this program does not expect; take it again"
         }
     };
@@ -92,6 +93,12 @@ pub fn limit_on_robot(command: LimitedCommand, limit: Limit) -> &'static str {
         (LimitedCommand::Gauge, Limit::Time) => {
             "The gauge was not read, because that needs more time than it may take on the robot. Let the camera take smaller pictures."
         }
+        (LimitedCommand::PictureChanges, Limit::Memory) => {
+            "The pictures were not compared, because that needs more memory than it may take on the robot. Let the camera take smaller pictures."
+        }
+        (LimitedCommand::PictureChanges, Limit::Time) => {
+            "The pictures were not compared, because that needs more time than it may take on the robot. Let the camera take smaller pictures."
+        }
         (LimitedCommand::MakeNormal, Limit::Memory) => {
             "It needs more memory than a new version of a map may take on the robot. Make it on another computer with autoinspect make-normal."
         }
@@ -104,6 +111,11 @@ pub fn limit_on_robot(command: LimitedCommand, limit: Limit) -> &'static str {
 /// What was read of a gauge came in another form than expected.
 pub fn gauge_not_understood(error: &dyn Display) -> String {
     format!("The gauge was not read, because the answer cannot be understood: {error}.")
+}
+
+/// What was found of two pictures came in another form than expected.
+pub fn comparison_not_understood(error: &dyn Display) -> String {
+    format!("The pictures were not compared, because the answer cannot be understood: {error}.")
 }
 
 /// The needle of a gauge gives no value.

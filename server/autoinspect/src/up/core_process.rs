@@ -6,6 +6,7 @@ use super::child_report::ChildReport;
 use super::example_process::ExampleProcess;
 use super::gauge_process::GaugeProcess;
 use super::import_process::ImportProcess;
+use super::picture_process::PictureProcess;
 use super::process_watch::{SupervisionArgs, thread_failed, watch_process, watchdog};
 use super::stop::ShutdownSignal;
 use crate::failure::Failure;
@@ -131,6 +132,7 @@ pub fn run_core(args: &CoreArgs) -> Result<(), Failure> {
         importer: Some(Box::new(ImportProcess)),
         change_finder: Some(Box::new(ChangesProcess)),
         gauge_reader: Some(Box::new(GaugeProcess)),
+        picture_comparer: Some(Box::new(PictureProcess)),
         example_maker: Some(Box::new(ExampleProcess { minutes: args.trial.example_minutes })),
         watchdog,
         restart: args.supervision.restart(ProcessRole::Core),

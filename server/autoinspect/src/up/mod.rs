@@ -16,6 +16,7 @@ mod gauge_process;
 mod health;
 mod import_process;
 mod paths;
+mod picture_process;
 mod process;
 mod process_watch;
 mod robot_process;

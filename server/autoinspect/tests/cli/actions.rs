@@ -10,8 +10,9 @@ use api::{
 use site_model::{
     ActionReport, ActionRequest, Change, DialDirection, Edit, EditId, FailurePolicy, FailureStep,
     GAUGE_READING, GaugeDial, InspectionPoint, InspectionPointId, Mission, MissionCommandKind, MissionEnd,
-    MissionId, Node, NodeId, NodeKind, Object, Parameter, Parameters, PoseTolerance, RunId, SiteSettings,
-    StartMode, Task, TaskId, TaskOrder, TaskPlace,
+    MissionId, Node, NodeId, NodeKind, Object, Parameter, Parameters, PictureComparison,
+    PictureComparisonOutcome, PoseTolerance, RunId, SiteSettings, StartMode, Task, TaskId, TaskOrder,
+    TaskPlace,
 };
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -146,8 +147,13 @@ impl Bench {
     }
 
     fn begin(&mut self, number: u128) -> RunId {
+        self.begin_run(number, number)
+    }
+
+    /// A run of this number, of a mission of that number.
+    fn begin_run(&mut self, number: u128, mission: u128) -> RunId {
         let run = RunId(Uuid::from_u128(number + 300));
-        let mission = MissionId(Uuid::from_u128(number));
+        let mission = MissionId(Uuid::from_u128(mission));
         let start = MissionCommandKind::Start { run, mission, mode: StartMode::Now };
         // The stack may learn of an edit a moment after whoever made it.
         until("the run begins", || {
@@ -342,6 +348,41 @@ fn a_gauge_that_was_described_in_one_picture_is_looked_for_in_the_next_one() {
             assert_eq!((reading.name.as_str(), reading.unit.as_str()), (GAUGE_READING, "bar"));
             assert!((0.0..=6.0).contains(&reading.value) && gauge.needle_px.is_some(), "{reading:?}");
         }
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn each_photo_of_a_point_is_compared_with_the_one_before_it() {
+    let mut bench = Bench::start();
+    bench.put_mission(1, "photo", [("zoom".to_owned(), Parameter::Integer(2))].into());
+    let mut photos = Vec::new();
+    for number in 1..=3 {
+        let run = bench.begin_run(number, 1);
+        bench.expect_end(run, "succeeded");
+        photos.push((run, bench.results(run)[0].number));
+    }
+    let aligned = |comparison: &str| {
+        let comparison: PictureComparison = serde_json::from_str(comparison).expect("JSON");
+        match comparison.outcome {
+            PictureComparisonOutcome::Aligned(aligned) => (comparison.before, aligned),
+            PictureComparisonOutcome::NotAligned(sentence) => panic!("{sentence}"),
+        }
+    };
+    for pair in photos.windows(2) {
+        let ((_, before), (run, _)) = (pair[0], pair[1]);
+        let comparison = until("the photo is compared", || bench.results(run)[0].comparison.clone());
+        let (compared_with, aligned) = aligned(&comparison);
+        assert_eq!(compared_with, before);
+        // The robot has stood still.
+        assert!(aligned.residual_px < 1.5 && aligned.changes.is_empty(), "{aligned:?}");
+        let [x, y] = aligned.map([320.0, 240.0]).expect("ahead");
+        assert!((x - 320.0).hypot(y - 240.0) < 3.0, "{aligned:?}");
+    }
+    assert_eq!(bench.results(photos[0].0)[0].comparison, None, "nothing is before the first one");
+    let (before, after) = (photos[0].1, photos[2].1);
+    match bench.ask(Query::PictureComparison { before, after }) {
+        QueryReply::PictureComparison(Some(comparison)) => assert_eq!(aligned(&comparison).0, before),
         other => panic!("{other:?}"),
     }
 }

@@ -51,6 +51,24 @@ fn a_thing_that_is_new_is_found_and_bad_input_gets_a_sentence() {
         "{printed}"
     );
 
+    let out = dir.path().join("compared");
+    run(&["picture-changes", text(&before), text(&after), "--out", text(&out)]);
+    let written = fs::read(out.join("picture-changes.json")).expect("written");
+    let written: serde_json::Value = serde_json::from_slice(&written).expect("JSON");
+    assert_eq!(written, changed);
+    let aligned = fs::File::open(out.join("aligned.png")).expect("written");
+    let mut reader = png::Decoder::new(std::io::BufReader::new(aligned)).read_info().expect("PNG");
+    let mut pixels = vec![0; reader.output_buffer_size().expect("a size")];
+    reader.next_frame(&mut pixels).expect("whole");
+    let pixel = |x: usize, y: usize| &pixels[3 * (160 * y + x)..][..3];
+    let frame = (60..100).find(|x| pixel(*x, 57) == [255, 211, 61]).expect("a frame left of the thing");
+    assert!((66..=76).contains(&frame), "{frame}");
+    // The wall of the earlier picture is drawn 5 pixels further right; there is nothing of it on the left.
+    assert_eq!(pixel(1, 60), [40, 40, 40]);
+    let predicted = "1,0,5,0,1,0,0,0,1";
+    let guided = json(&["picture-changes", text(&before), text(&moved), "--predicted", predicted]);
+    assert!(guided["after_from_before"][0][2].as_f64().is_some_and(|right| (right - 5.0).abs() < 0.5));
+
     let refused_with = |before: &str, after: &str, part: &str| {
         let sentence = refused(&["picture-changes", before, after]);
         assert!(sentence.contains(part), "{sentence}");
@@ -68,4 +86,7 @@ fn a_thing_that_is_new_is_found_and_bad_input_gets_a_sentence() {
     let small = write("small.png", &small);
     refused_with(text(&before), text(&small), "give two pictures of the same camera and size");
     refused_with(text(&small), text(&small), "too small");
+    let sentence =
+        refused(&["picture-changes", text(&before), text(&after), "--predicted", "0,0,0,0,0,0,0,0,0"]);
+    assert!(sentence.contains("has no inverse"), "{sentence}");
 }

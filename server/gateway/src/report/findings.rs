@@ -1,5 +1,6 @@
 //! The first look at a run: what is counted at the head of a report, and what needs attention. Lists have a greatest length, so that memory is bounded.
 
+use super::compared::comparison;
 use super::context::{ReportContext, legible_name};
 use super::rows::{Attempt, ResultContent, ResultRow, RunRow, for_each_task, reason};
 use super::texts;
@@ -19,7 +20,7 @@ pub(super) struct Findings {
     pub(super) readings: BoundedList<OutsideReading>,
     pub(super) gauges: BoundedList<GaugeNotRead>,
     pub(super) not_done: BoundedList<TaskNotDone>,
-    /// Steps with a reading outside its limits or a gauge that was not read, and nodes where that was.
+    /// Steps with a reading outside its limits, a gauge that was not read or a photo that has changed, and nodes where that was.
     steps: BTreeSet<u32>,
     nodes: BTreeSet<NodeId>,
 }
@@ -117,7 +118,11 @@ impl Findings {
             Ok(())
         })?;
         for_each_result(core, run.run, |stored| {
-            findings.add_result(cx, &ResultRow::of(&stored), &places);
+            let row = ResultRow::of(&stored);
+            if comparison(&stored).is_some_and(|comparison| !comparison.changes().is_empty()) {
+                findings.note_place(&row);
+            }
+            findings.add_result(cx, &row, &places);
             Ok(())
         })?;
         let counts = &mut findings.counts;
@@ -134,8 +139,8 @@ impl Findings {
             && self.counts.changes == 0
     }
 
-    /// Whether pictures of a task belong to what needs attention: it was not done, it has a reading outside its limits or a gauge that was not
-    /// read, or another task has where it is done.
+    /// Whether pictures of a task belong to what needs attention: it was not done, it has a reading outside its limits, a gauge that was not
+    /// read or a photo that differs from the one before, or another task has where it is done.
     pub(super) fn needs_attention(&self, attempts: &[Attempt]) -> bool {
         attempts.last().is_some_and(|last| {
             last.is_failed_or_skipped()

@@ -2,7 +2,9 @@
 //! without scripts. It is made while it is sent; memory holds a page of results and a piece of a file.
 
 mod attention;
+mod compared;
 mod context;
+mod file_view;
 mod files;
 mod findings;
 mod format;

@@ -1,5 +1,6 @@
 //! The tasks of a run in their order, each with its attempts and what was gathered.
 
+use super::compared::ComparedPhoto;
 use super::context::{ReportContext, legible_name};
 use super::files::write_files;
 use super::findings::{Findings, gauge_problem};
@@ -67,7 +68,9 @@ impl RunTasks<'_> {
         let is_pictured = self.pictures == Pictures::All || self.findings.needs_attention(attempts);
         for attempt in attempts {
             results.for_each_of(attempt.step, attempt.attempt, |stored| {
-                self.write_result(html, &ResultRow::of(stored), is_pictured, &place)
+                let row = ResultRow::of(stored);
+                let compared = if is_pictured { ComparedPhoto::of(self.core, stored, &row)? } else { None };
+                self.write_result(html, &row, is_pictured, &place, compared.as_ref())
             })?;
         }
         html.close("article")
@@ -123,6 +126,7 @@ impl RunTasks<'_> {
         result: &ResultRow,
         is_pictured: bool,
         place: &str,
+        compared: Option<&ComparedPhoto>,
     ) -> io::Result<()> {
         match &result.content {
             ResultContent::Nothing => Ok(()),
@@ -133,7 +137,7 @@ impl RunTasks<'_> {
                     html.element("p", "reason", &problem)?;
                 }
                 let at = format::short_date_and_time(self.cx.local(result.at));
-                write_files(html, self.cx, &report.files, is_pictured, (place, &at))
+                write_files(html, self.cx, &report.files, is_pictured, (place, &at), compared)
             }
         }
     }

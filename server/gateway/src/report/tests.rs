@@ -52,6 +52,11 @@ impl CoreQueries for FakeCore {
                 let rest = of_run.filter(|result| after.is_none_or(|after| result.number > after));
                 QueryReply::Results(rest.take(self.page).cloned().collect())
             }
+            Query::PointResults { before, .. } => {
+                let earlier =
+                    self.results.iter().rev().find(|it| before.is_none_or(|before| it.number < before));
+                QueryReply::Results(earlier.into_iter().cloned().collect())
+            }
             other => return Err(io::Error::other(format!("not asked by a report: {other:?}"))),
         })
     }
@@ -125,6 +130,7 @@ impl Scene {
             kind,
             blob: None,
             body,
+            comparison: None,
             at: at(5),
         });
         self
@@ -219,6 +225,38 @@ fn assert_order(text: &str, parts: &[&str]) {
         assert!(found.is_some(), "{part} is not behind the one before, in {text}");
         rest = &rest[found.unwrap() + part.len()..];
     }
+}
+
+#[test]
+fn a_photo_that_has_changed_stands_beside_the_one_before_with_frames() {
+    let mut scene = Scene::new().run(1, "succeeded");
+    let photos = ['a', 'b'].map(|letter| scene.file(letter, "photo.jpg", "image/jpeg", JPEG));
+    for (step, photo) in (0..).zip(photos) {
+        let mut details = gathered(&[photo], &[]);
+        details["inspection_point"] = json!(id(31));
+        scene = scene.step(step, 1, "succeeded", 1, done(42, 22, "photo")).result(step, 1, details);
+    }
+    let comparison = |changes: Value| {
+        let aligned = json!({ "after_from_before": [[1.0, 0.0, 10.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], "residual_px": 0.34,
+            "before_size_px": [640, 480], "after_size_px": [640, 480], "changes": changes });
+        Some(json!({ "before": 1, "outcome": { "aligned": aligned } }).to_string())
+    };
+    scene.core.results[1].comparison = comparison(json!([]));
+    assert!(!scene.report().contains("differs"));
+    let change = json!({ "min_px": [100, 50], "max_px": [119, 69], "area_px": 90, "strength": 0.8 });
+    scene.core.results[1].comparison = comparison(json!([change]));
+    let report = scene.report();
+    assert_order(
+        &report,
+        &[
+            "The photo differs from the one before in 1 place. Both are aligned within 0.3 px.",
+            "Gauge east · before: ",
+            "data:image/jpeg;base64,",
+            "M94.5 44.5 H125.5 V75.5 H94.5 Z",
+            "data:image/jpeg;base64,",
+            "M104.0 44.0 H136.0 V76.0 H104.0 Z",
+        ],
+    );
 }
 
 const JPEG: &[u8] = b"\xff\xd8\xffphoto";

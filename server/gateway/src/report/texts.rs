@@ -237,6 +237,17 @@ pub(super) fn caption(place: &str, at: &str, file: &str) -> String {
     format!("{place} · {at} · {file}")
 }
 
+/// Above a photo that differs from the one before, which stands beside it.
+pub(super) fn changed_photo(places: usize, residual_px: f64) -> String {
+    let places = if places == 1 { "1 place".to_owned() } else { format!("{places} places") };
+    format!("The photo differs from the one before in {places}. Both are aligned within {residual_px:.1} px.")
+}
+
+/// Below the photo before.
+pub(super) fn photo_before(place: &str, at: &str) -> String {
+    format!("{place} · before: {at}")
+}
+
 /// What a picture shows, for people who do not see it.
 pub(super) fn picture_of(file: &str, place: &str) -> String {
     format!("{file} of {place}")

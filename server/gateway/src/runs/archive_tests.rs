@@ -53,6 +53,7 @@ fn result(number: u64, missing: bool) -> StoredResult {
         kind: "photo".into(),
         blob: None,
         body: body.to_string(),
+        comparison: None,
         at: Stamp::from_nanos(1_795_000_000_000_000_000),
     }
 }

@@ -76,6 +76,9 @@ pub(crate) struct ResultDocument {
     /// The report of the action, where the robot was, and the revisions of the objects.
     #[schema(value_type = Object)]
     details: Value,
+    /// How its photo differs from an earlier one: `before` is the number of the result with that one, and `outcome` what was found. Null: it was not compared, or not yet.
+    #[schema(value_type = Option<Object>)]
+    comparison: Option<Value>,
     /// When it was stored, nanoseconds since 1970 UTC.
     at_ns: i64,
 }
@@ -147,9 +150,11 @@ pub(super) fn step_document(stored: StoredStep) -> StepDocument {
 }
 
 pub(super) fn result_document(stored: StoredResult) -> ResultDocument {
-    let StoredResult { number, run, step, attempt, kind, blob, body, at } = stored;
+    let StoredResult { number, run, step, attempt, kind, blob, body, comparison, at } = stored;
     let blob = blob.map(|hash| hash.iter().map(|byte| format!("{byte:02x}")).collect());
-    ResultDocument { number, run, step, attempt, kind, blob, details: details(&body), at_ns: at.nanos() }
+    let comparison = comparison.as_deref().map(details);
+    let (details, at_ns) = (details(&body), at.nanos());
+    ResultDocument { number, run, step, attempt, kind, blob, details, comparison, at_ns }
 }
 
 pub(super) fn slot_document(stored: StoredSlot) -> SlotDocument {

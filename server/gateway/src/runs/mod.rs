@@ -3,6 +3,7 @@
 mod archive;
 mod clouds;
 mod commands;
+mod comparison;
 mod documents;
 mod download;
 mod lists;
@@ -21,6 +22,7 @@ pub(crate) mod handlers {
     //! What the router and the description refer to.
     pub(crate) use super::clouds::*;
     pub(crate) use super::commands::*;
+    pub(crate) use super::comparison::*;
     pub(crate) use super::download::*;
     pub(crate) use super::lists::*;
 }

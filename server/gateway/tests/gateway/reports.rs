@@ -53,7 +53,17 @@ fn photo() -> StoredResult {
     let at = json!({ "robot_time": 0, "utc_ns": 3, "is_synchronised": true });
     let body = json!({ "value": { "at": at, "files": [file] } }).to_string();
     let at = Stamp::from_nanos(DAY_NS);
-    StoredResult { number: 7, run: RUN, step: 0, attempt: 1, kind: "photo".into(), blob: None, body, at }
+    StoredResult {
+        number: 7,
+        run: RUN,
+        step: 0,
+        attempt: 1,
+        kind: "photo".into(),
+        blob: None,
+        body,
+        comparison: None,
+        at,
+    }
 }
 
 /// Sends a site with a mission.

@@ -24,7 +24,17 @@ fn run() -> StoredRun {
 
 fn result(number: u64) -> StoredResult {
     let (kind, body) = ("photo".to_owned(), "{}".to_owned());
-    StoredResult { number, run: RUN, step: 0, attempt: 1, kind, blob: None, body, at: Stamp::from_nanos(7) }
+    StoredResult {
+        number,
+        run: RUN,
+        step: 0,
+        attempt: 1,
+        kind,
+        blob: None,
+        body,
+        comparison: None,
+        at: Stamp::from_nanos(7),
+    }
 }
 
 /// Answers questions until the gateway ends. Returns them.
@@ -40,6 +50,10 @@ async fn play(mut core: TestCore, questions: usize) -> Vec<Query> {
                 QueryReply::Results(after.is_none().then(|| result(8)).into_iter().collect())
             }
             Query::PointResults { before, .. } => QueryReply::Results(vec![result(before.unwrap_or(9) - 1)]),
+            Query::PictureComparison { before, .. } => {
+                let found = (before == 3).then(|| "{\"before\":3}".to_owned());
+                QueryReply::PictureComparison(found)
+            }
             Query::Audit { .. } => QueryReply::Audit(Vec::new()),
             Query::Slots { .. } => QueryReply::Slots(vec![StoredSlot {
                 schedule: SCHEDULE,
@@ -85,6 +99,18 @@ async fn lists_are_filtered_by_the_core_and_go_on_where_a_page_ends() {
     for path in ["/api/v1/slots?before=5", "/api/v1/runs?state=well", "/api/v1/inspection-points/7/results"] {
         gateway.get(path, &[]).await.expect_problem(400);
     }
+}
+
+#[tokio::test]
+async fn two_photos_are_compared_when_somebody_asks() {
+    let gateway = Gateway::start().await;
+    let core = tokio::spawn(play(gateway.core().await, 2));
+    let answer = gateway.get("/api/v1/picture-comparison?before=3&after=7", &[]).await.json();
+    assert_eq!(answer["before"], 3);
+    gateway.get("/api/v1/picture-comparison?before=4&after=7", &[]).await.expect_problem(404);
+    gateway.get("/api/v1/picture-comparison?before=4", &[]).await.expect_problem(400);
+    let asked = core.await.expect("no panic");
+    assert_eq!(asked[0], Query::PictureComparison { before: 3, after: 7 });
 }
 
 #[tokio::test]

@@ -17,6 +17,7 @@ pub use site::SiteKeeper;
 
 use crate::clock::RobotClock;
 use crate::mailbox::Mailbox;
+use crate::picture_queue::{PicturePair, PictureQueue};
 use crate::texts;
 use api::{EditOutcome, EditRefusal, Query};
 use crossbeam_channel::Sender;
@@ -26,9 +27,9 @@ use site_model::{Edit, Site};
 use std::collections::VecDeque;
 use std::fmt;
 use std::net::IpAddr;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
-use store::{LedgerWriter, Store, StoreError};
+use store::{Ledger, LedgerWriter, Store, StoreError};
 use vocab::Stamp;
 use watchdog::{BEAT_PERIOD, Heartbeat};
 
@@ -115,12 +116,24 @@ impl fmt::Debug for LedgerWork {
     }
 }
 
+/// Reads the ledger and the site that it holds, or is told why they cannot be read, a clause.
+type LedgerReader = Box<dyn FnOnce(Result<(&Ledger, &Site), String>) + Send>;
+
+struct LedgerRead(LedgerReader);
+
+impl fmt::Debug for LedgerRead {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("LedgerRead").finish_non_exhaustive()
+    }
+}
+
 /// What clients ask for.
 #[derive(Debug)]
 enum Request {
     Edit { request: EditRequest, bytes: usize },
     ChangeSite(SiteWork),
     Write(LedgerWork),
+    Read(LedgerRead),
     Query { number: u64, query: Query },
 }
 
@@ -149,6 +162,8 @@ pub struct LedgerInbox {
     config: LedgerConfig,
     waiting: Mutex<WaitingLedgerRequests>,
     changed: Condvar,
+    /// Whoever compares pictures; none compares none.
+    pictures: OnceLock<PictureQueue>,
 }
 
 impl LedgerInbox {
@@ -172,6 +187,10 @@ impl LedgerInbox {
     /// # Errors
     /// Why it cannot wait, one sentence.
     pub fn query(&self, number: u64, query: Query) -> Result<(), &'static str> {
+        if let Query::PictureComparison { before, after } = query {
+            let pictures = self.pictures.get().ok_or(texts::NO_PICTURE_COMPARISON)?;
+            return pictures.ask(PicturePair { question: number, results: [before, after] });
+        }
         self.ask(Request::Query { number, query }, 0)
     }
 
@@ -189,6 +208,31 @@ impl LedgerInbox {
     /// Why it cannot wait, one sentence.
     pub fn write(&self, work: LedgerWork) -> Result<(), &'static str> {
         self.ask(Request::Write(work), 0)
+    }
+
+    /// Names the thread that compares pictures: it is told of new results, and gets questions about pictures.
+    pub fn compare_pictures_with(&self, pictures: PictureQueue) {
+        // There is one such thread.
+        let _ = self.pictures.set(pictures);
+    }
+
+    /// Reads the ledger and the site on the ledger's thread, and waits for it.
+    ///
+    /// # Errors
+    /// Why that was not done, a clause or a sentence.
+    pub fn read<T: Send + 'static>(
+        &self,
+        read: impl FnOnce(&Ledger, &Site) -> Result<T, StoreError> + Send + 'static,
+    ) -> Result<T, String> {
+        let (done, outcome) = crossbeam_channel::bounded(1);
+        let reader: LedgerReader = Box::new(move |opened| {
+            let read = opened
+                .and_then(|(ledger, site)| read(ledger, site).map_err(|error| error_with_causes(&error)));
+            // Whoever waited may have given up.
+            let _ = done.send(read);
+        });
+        self.ask(Request::Read(LedgerRead(reader)), 0)?;
+        outcome.recv().unwrap_or_else(|_| Err(texts::CORE_ENDS.to_owned()))
     }
 
     fn ask(&self, request: Request, bytes: usize) -> Result<(), &'static str> {
@@ -305,6 +349,7 @@ impl LedgerWorker {
             match self.write(&commits) {
                 Ok(()) => {
                     is_failing = false;
+                    self.tell_of_results(&commits);
                     // The control loop may have ended already.
                     let _ = self.inputs.send(Input::Committed { seq: newest });
                 }
@@ -337,6 +382,16 @@ impl LedgerWorker {
         self.site.write_events(&others).map_err(|reason| texts::run_not_durable(&reason))
     }
 
+    /// Tells whoever compares pictures that there are new results.
+    fn tell_of_results(&self, commits: &VecDeque<Commit>) {
+        let mut events = commits.iter().flat_map(|commit| &commit.events);
+        if let (Some(pictures), true) =
+            (self.inbox.pictures.get(), events.any(|event| matches!(event, LedgerEvent::Result(_))))
+        {
+            pictures.wake();
+        }
+    }
+
     fn save_latch(&self, latch: Option<&StopLatch>) -> Result<(), StoreError> {
         self.store.save_stop_latch(latch)
     }
@@ -354,6 +409,7 @@ impl LedgerWorker {
                     // Whoever waited may have given up.
                     let _ = done.send(self.site.write(write));
                 }
+                Request::Read(LedgerRead(read)) => self.site.read(read),
                 Request::Query { number, query } => self.site.answer(number, query),
             }
         }

@@ -14,7 +14,7 @@ use api::{
 use crossbeam_channel::Sender;
 use messages::{Input, LedgerEvent, Principal, Severity, SiteSnapshot, SiteWrite};
 use ports::error_with_causes;
-use site_model::{Change, Edit, EditId};
+use site_model::{Change, Edit, EditId, Site};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use store::{EditRecord, Ledger, LedgerWriter, Store, StoreError};
@@ -270,6 +270,14 @@ impl SiteKeeper {
         self.state_publisher.push(CoreMessage::Event { to: Some(to), event });
     }
 
+    /// Lets somebody read the ledger and the site.
+    pub fn read(&mut self, read: impl FnOnce(Result<(&Ledger, &Site), String>)) {
+        match self.opened() {
+            Ok(OpenLedger { ledger, state }) => read(Ok((ledger, &state.site))),
+            Err(reason) => read(Err(reason)),
+        }
+    }
+
     /// Answers a question of the gateway.
     pub fn answer(&mut self, number: u64, query: Query) {
         let result = match self.opened() {
@@ -293,6 +301,8 @@ fn reply(ledger: &Ledger, query: Query) -> Result<QueryReply, StoreError> {
         Query::PointResults { point, before, limit } => {
             ledger.point_results(point, before, limit).map(QueryReply::Results)
         }
+        // It goes to the thread that compares pictures.
+        Query::PictureComparison { .. } => Ok(QueryReply::Results(Vec::new())),
         Query::Slots { before, limit } => ledger.slots(before, limit).map(QueryReply::Slots),
         Query::Audit { before, containing, limit } => {
             ledger.audit(before, &containing, limit).map(QueryReply::Audit)

@@ -2,7 +2,7 @@
 
 use super::documents::json;
 use super::rows::{Fault, integer, or_null, text};
-use super::schema::{FIRINGS, MISSION_EVENTS, POINT_OF_RESULT, RESULTS, RUNS, STEPS};
+use super::schema::{FIRINGS, MISSION_EVENTS, PICTURE_COMPARISONS, POINT_OF_RESULT, RESULTS, RUNS, STEPS};
 use super::{Ledger, LedgerWriter};
 use crate::StoreError;
 use api::{MAX_PAGE, RunFilter, StoredResult, StoredRun, StoredSlot, StoredStep};
@@ -99,7 +99,21 @@ impl LedgerWriter<'_> {
         ];
         RESULTS.put(self.transaction, &values)?;
         let ResultRecord { run, step, attempt, kind, blob, body } = record.clone();
-        Ok(StoredResult { number, run, step, attempt, kind, blob, body, at })
+        Ok(StoredResult { number, run, step, attempt, kind, blob, body, comparison: None, at })
+    }
+
+    /// Writes how the picture of a result differs from an earlier one, a `site_model::PictureComparison` as JSON.
+    ///
+    /// # Errors
+    /// When the disk fails.
+    pub fn put_picture_comparison(&self, result: u64, body: &str, at: Stamp) -> Result<(), StoreError> {
+        let values = [
+            Value::from(i64::try_from(result).unwrap_or(i64::MAX)),
+            Value::from(i64::from(LEDGER_BODY_VERSION)),
+            Value::from(body.to_owned()),
+            Value::from(at.nanos()),
+        ];
+        PICTURE_COMPARISONS.put(self.transaction, &values).map_err(|fault| self.error(fault))
     }
 
     fn put_firing(&self, record: &FiringRecord, at: Stamp) -> Result<(), Fault> {
@@ -225,6 +239,62 @@ impl Ledger {
         self.read_results(&rest, params![point.to_string(), before, limit.clamp(1, MAX_PAGE)])
     }
 
+    /// A result by its number.
+    ///
+    /// # Errors
+    /// When the database cannot be read.
+    pub fn result(&self, number: u64) -> Result<Option<StoredResult>, StoreError> {
+        let number = i64::try_from(number).unwrap_or(i64::MAX);
+        self.read_results("WHERE seq = ?", [number]).map(|found| found.into_iter().next())
+    }
+
+    /// The next result of this kind at any inspection point after the number `after`.
+    ///
+    /// # Errors
+    /// When the database cannot be read.
+    pub fn next_point_result(&self, kind: &str, after: u64) -> Result<Option<StoredResult>, StoreError> {
+        let rest =
+            format!("WHERE seq > ? AND kind = ? AND {POINT_OF_RESULT} IS NOT NULL ORDER BY seq LIMIT 1");
+        let after = i64::try_from(after).unwrap_or(i64::MAX);
+        self.read_results(&rest, params![after, kind]).map(|found| found.into_iter().next())
+    }
+
+    /// The newest result of this kind at an inspection point before the number `before`.
+    ///
+    /// # Errors
+    /// When the database cannot be read.
+    pub fn earlier_point_result(
+        &self,
+        point: InspectionPointId,
+        kind: &str,
+        before: u64,
+    ) -> Result<Option<StoredResult>, StoreError> {
+        let rest = format!("WHERE {POINT_OF_RESULT} = ? AND seq < ? AND kind = ? ORDER BY seq DESC LIMIT 1");
+        let before = i64::try_from(before).unwrap_or(i64::MAX);
+        self.read_results(&rest, params![point.to_string(), before, kind])
+            .map(|found| found.into_iter().next())
+    }
+
+    /// Number of the newest result whose picture was compared; none: no picture was.
+    ///
+    /// # Errors
+    /// When the database cannot be read.
+    pub fn last_compared_result(&self) -> Result<Option<u64>, StoreError> {
+        let take = |row: &[Value]| integer(&row[0])?.try_into().ok();
+        let found =
+            PICTURE_COMPARISONS.read(&self.connection, "ORDER BY result DESC LIMIT 1", params![], take);
+        found.map(|found| found.into_iter().next()).map_err(|fault| self.error(fault))
+    }
+
+    /// Number of the newest result; 0: there is none.
+    ///
+    /// # Errors
+    /// When the database cannot be read.
+    pub fn newest_result(&self) -> Result<u64, StoreError> {
+        let newest = self.read_results("ORDER BY seq DESC LIMIT 1", params![])?;
+        Ok(newest.first().map_or(0, |result| result.number))
+    }
+
     /// Events of missions after the number `after`, in the order in which they were stored, each with its number.
     ///
     /// # Errors
@@ -295,10 +365,24 @@ impl Ledger {
                 kind: text(&row[4])?.to_owned(),
                 blob,
                 body: text(&row[7])?.to_owned(),
+                comparison: None,
                 at: Stamp::from_nanos(integer(&row[8])?),
             })
         };
-        RESULTS.read(&self.connection, rest, parameters, take).map_err(|fault| self.error(fault))
+        let results = RESULTS.read(&self.connection, rest, parameters, take);
+        results.and_then(|results| self.with_comparisons(results)).map_err(|fault| self.error(fault))
+    }
+
+    /// Adds what is known of the pictures of results. A comparison of a later program is left out: it is not needed to read the result.
+    fn with_comparisons(&self, mut results: Vec<StoredResult>) -> Result<Vec<StoredResult>, Fault> {
+        for result in &mut results {
+            let number = i64::try_from(result.number).unwrap_or(i64::MAX);
+            let take = |row: &[Value]| Some((integer(&row[1])?, text(&row[2])?.to_owned()));
+            let found = PICTURE_COMPARISONS.read(&self.connection, "WHERE result = ?", [number], take)?;
+            let found = found.into_iter().find(|(version, _)| *version <= i64::from(LEDGER_BODY_VERSION));
+            result.comparison = found.map(|(_, body)| body);
+        }
+        Ok(results)
     }
 
     fn read_runs(&self, rest: &str, parameters: impl Params) -> Result<Vec<StoredRun>, StoreError> {

@@ -65,6 +65,11 @@ const MIGRATIONS: &[&str] = &["
         id TEXT NOT NULL, owner TEXT NOT NULL, role TEXT, created_ns INTEGER NOT NULL, used_ns INTEGER NOT NULL,
         expires_ns INTEGER NOT NULL, ended_ns INTEGER, address TEXT,
         checksum BLOB NOT NULL, PRIMARY KEY (id)) STRICT, WITHOUT ROWID;
+", "
+    -- How pictures of results differ from earlier ones.
+    CREATE TABLE picture_comparisons (
+        result INTEGER PRIMARY KEY, version INTEGER NOT NULL, body TEXT NOT NULL, at_ns INTEGER NOT NULL,
+        checksum BLOB NOT NULL) STRICT;
 "];
 
 /// The inspection point of a result: the expression by which the index `results_of_point` is sorted, to the letter.
@@ -88,6 +93,8 @@ pub(super) const RESULTS: Table = Table {
     name: "results",
     columns: &["seq", "run", "step", "attempt", "kind", "blob", "version", "body", "at_ns"],
 };
+pub(super) const PICTURE_COMPARISONS: Table =
+    Table { name: "picture_comparisons", columns: &["result", "version", "body", "at_ns"] };
 pub(super) const FIRINGS: Table =
     Table { name: "firings", columns: &["schedule", "due_ns", "run", "outcome", "version", "body", "at_ns"] };
 pub(super) const MISSION_EVENTS: Table =
@@ -104,13 +111,14 @@ pub(super) const CREDENTIALS: Table = Table {
 };
 
 /// All tables.
-pub(super) const TABLES: [&Table; 11] = [
+pub(super) const TABLES: [&Table; 12] = [
     &EDITS,
     &DOCUMENTS,
     &DOCUMENT_REVISIONS,
     &RUNS,
     &STEPS,
     &RESULTS,
+    &PICTURE_COMPARISONS,
     &MISSION_EVENTS,
     &FIRINGS,
     &AUDIT,

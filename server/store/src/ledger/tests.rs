@@ -80,6 +80,7 @@ fn filled() -> (tempfile::TempDir, SiteState) {
     let (account, session) = (account(), session());
     ledger.write(|writer| writer.put_account("ada", &account)).expect("written");
     ledger.write(|writer| writer.put_credential(CredentialId([7; 32]), &session)).expect("written");
+    ledger.write(|writer| writer.put_picture_comparison(1, "{}", AT)).expect("written");
     (dir, state)
 }
 
@@ -399,7 +400,7 @@ fn a_damaged_ledger_is_kept_and_a_new_one_begins_with_what_can_be_read() {
         let (_, is_reported) = reopen(dir.path());
         assert!(is_reported, "{} bytes", damaged.len());
         let aside = dir.path().join("ledger.db.damaged");
-        // Without the last byte, only an index of the history is damaged, and the file is used on.
+        // Without the last byte, only what is known of a picture is damaged, and the file is used on.
         let is_used = damaged.len() + 1 == whole.len();
         assert_eq!(aside.exists(), !is_used, "{} bytes", damaged.len());
         let kept = if is_used { dir.path().join("ledger.db") } else { aside };

@@ -136,6 +136,7 @@ endpoints! {
     ReportRun: Get paths::RUN_REPORT_PATH, VIEWER;
     ReportPeriod: Get paths::REPORT_PATH, VIEWER;
     ListPointResults: Get paths::POINT_RESULTS_PATH, VIEWER;
+    ComparePictures: Get paths::PICTURE_COMPARISON_PATH, VIEWER;
     ListSlots: Get paths::SLOTS_PATH, VIEWER;
     ListSceneChanges: Get paths::SCENE_CHANGES_PATH, VIEWER;
     GetChangesNormal: Get paths::NORMAL_CHANGES_PATH, VIEWER;

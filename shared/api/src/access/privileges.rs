@@ -121,6 +121,7 @@ pub fn query_privilege(query: &Query) -> Privilege {
         | Query::Steps { .. }
         | Query::Results { .. }
         | Query::PointResults { .. }
+        | Query::PictureComparison { .. }
         | Query::Slots { .. } => VIEWER,
         // It tells who works when, and from where.
         Query::Audit { .. } => ADMIN,

@@ -409,6 +409,7 @@ pub fn queries() -> impl Iterator<Item = Query> {
         Query::Steps { run: RUN, after: Some((3, 1)), limit: 100 },
         Query::Results { run: RUN, after: Some(7), limit: 100 },
         Query::PointResults { point: InspectionPointId(ID), before: Some(7), limit: 1 },
+        Query::PictureComparison { before: 3, after: 7 },
         Query::Slots { before: Some((NOW, ScheduleId(ID))), limit: 100 },
         Query::Audit { before: Some(7), containing: "ada".into(), limit: 100 },
     ]
@@ -424,6 +425,7 @@ fn stored_result() -> StoredResult {
         kind: "photo".to_owned(),
         blob: Some([0xab; 32]),
         body: "{}".to_owned(),
+        comparison: Some("{}".to_owned()),
         at: Stamp::from_nanos(5),
     }
 }
@@ -466,6 +468,7 @@ pub fn replies() -> impl Iterator<Item = QueryReply> {
         QueryReply::Runs(vec![run]),
         QueryReply::Steps(vec![step]),
         QueryReply::Results(vec![stored_result()]),
+        QueryReply::PictureComparison(Some("{}".to_owned())),
         QueryReply::Slots(vec![slot]),
         QueryReply::Audit(vec![audit]),
     ]

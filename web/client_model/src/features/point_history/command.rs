@@ -44,6 +44,8 @@ pub enum PointHistoryCommand {
     Step(i64),
     /// Compare with this result, by its number, whichever is chosen; none: with the one before.
     Keep(Option<u64>),
+    /// Ask the robot how the two photos that are compared are aligned, unless that is known. One pair is asked for at a time.
+    Align,
     /// Fetch again what could not be fetched.
     Retry,
     /// Save all results as a table. Older ones are fetched first.

@@ -4,12 +4,15 @@
 //! - `results`: results as they are kept, and their pages.
 //! - `series`: readings over time, and the judgement of each result.
 //! - `export`: all of it as a table.
+//! - `alignment`: how the two photos that are compared are aligned.
 
+mod alignment;
 mod command;
 mod export;
 mod results;
 mod series;
 
+pub use alignment::PairAlignment;
 pub use command::{HistorySpan, PointHistoryCommand};
 pub use results::PointResult;
 pub use series::{ReadingSeries, ResultJudgement, SeriesValue};
@@ -18,6 +21,7 @@ use super::Feature;
 use super::site::SiteFeature;
 use crate::shared::{Context, SliceChange};
 use crate::{ClientCommand, ClientEffect, ClientEvent, StoredPage, StoredResult};
+use alignment::AskedPairs;
 use missions::SiteZone;
 use results::PointResults;
 use series::{SeriesBasis, analyse_results};
@@ -36,6 +40,7 @@ pub struct PointHistory {
     /// Whether the chosen result is older than those that were fetched.
     is_sought: bool,
     kept: Option<u64>,
+    asked_pairs: AskedPairs,
     is_exporting: bool,
     /// What the series were computed for.
     basis: Option<SeriesBasis>,
@@ -120,6 +125,32 @@ impl PointHistory {
         let later = self.later()?;
         let before = &self.results()[..self.results.find(later.number)?];
         before.iter().rev().find(|result| result.kind == later.kind)
+    }
+
+    /// How the photos of the two results that are compared are aligned.
+    pub fn alignment(&self) -> PairAlignment<'_> {
+        let (Some(earlier), Some(later)) = (self.earlier(), self.later()) else {
+            return PairAlignment::NoPhotos;
+        };
+        if earlier.number == later.number || !earlier.has_photo() || !later.has_photo() {
+            return PairAlignment::NoPhotos;
+        }
+        match &later.comparison {
+            Some(stored) if stored.before == earlier.number => PairAlignment::Known(&stored.outcome),
+            _ => self.asked_pairs.alignment((earlier.number, later.number)),
+        }
+    }
+
+    /// Asks the robot for it, unless it is known.
+    fn align(&mut self, cx: &mut Context<'_>) {
+        let pair = self.earlier().zip(self.later()).map(|(earlier, later)| (earlier.number, later.number));
+        let (PairAlignment::NotAsked | PairAlignment::Failed(_), Some(pair)) = (self.alignment(), pair)
+        else {
+            return;
+        };
+        if self.asked_pairs.ask(pair) {
+            cx.effects.push(ClientEffect::ComparePictures { before: pair.0, after: pair.1 });
+        }
     }
 
     /// The number of the result that is kept for the comparison.
@@ -335,6 +366,9 @@ impl Feature for PointHistory {
             ClientEvent::PointResultsFetched { point, before, result } if self.point == Some(*point) => {
                 self.on_page(before.as_deref(), result, cx);
             }
+            ClientEvent::PicturesCompared { before, after, result } => {
+                self.asked_pairs.answer((*before, *after), result.clone());
+            }
             _ => {}
         }
     }
@@ -350,6 +384,7 @@ impl Feature for PointHistory {
             PointHistoryCommand::Choose(number) => self.choose(number, cx),
             PointHistoryCommand::Step(step) => self.step(step, cx),
             PointHistoryCommand::Keep(number) => self.kept = number,
+            PointHistoryCommand::Align => self.align(cx),
             PointHistoryCommand::Retry if self.results().is_empty() => self.fetch_newest(cx),
             PointHistoryCommand::Retry => self.fetch_older(cx),
             PointHistoryCommand::Export => {
@@ -364,6 +399,7 @@ impl Feature for PointHistory {
     fn on_change(&mut self, change: &SliceChange, cx: &mut Context<'_>) {
         // Results that were stored meanwhile are missing. Those that are known stay until the newest page is there.
         if *change == SliceChange::Connected {
+            self.asked_pairs.give_up();
             self.fetch_newest(cx);
         }
     }

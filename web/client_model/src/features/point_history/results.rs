@@ -1,7 +1,7 @@
 //! Results of an inspection point, in pages from the newest to the oldest, and as they are stored.
 
 use crate::{StoredPage, StoredResult, StoredResultDetails};
-use site_model::{ActionReport, InspectionPointId, RunId, Utc};
+use site_model::{ActionReport, InspectionPointId, PictureComparison, RunId, Utc};
 
 /// A result at an inspection point.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,9 +18,22 @@ pub struct PointResult {
     pub kind: String,
     /// What was found; none for an action whose report is of another form.
     pub report: Option<ActionReport>,
+    /// How its photo differs from an earlier one; none: it was not compared, or not yet.
+    pub comparison: Option<PictureComparison>,
 }
 
 impl PointResult {
+    /// Number of places in which its photo differs from the one that it was compared with.
+    pub fn changes(&self) -> usize {
+        self.comparison.as_ref().map_or(0, |comparison| comparison.changes().len())
+    }
+
+    /// Whether it is a photo.
+    pub(super) fn has_photo(&self) -> bool {
+        let mut files = self.report.iter().flat_map(|report| &report.files);
+        self.kind == "photo" && files.any(|file| file.media_type.starts_with("image/"))
+    }
+
     fn of(stored: &StoredResult) -> Self {
         Self {
             number: stored.number,
@@ -29,6 +42,7 @@ impl PointResult {
             attempt: stored.attempt,
             kind: stored.kind.clone(),
             report: stored.report(),
+            comparison: stored.comparison.clone(),
         }
     }
 }
@@ -99,10 +113,19 @@ impl PointResults {
     pub(super) fn add(&mut self, before: Option<&str>, page: &StoredPage<StoredResult>) {
         self.awaited = None;
         let mut items: Vec<PointResult> = page.items.iter().rev().map(PointResult::of).collect();
+        // A comparison may have come before the page that does not have it yet.
+        for item in items.iter_mut().filter(|item| item.comparison.is_none()) {
+            item.comparison = self.find(item.number).and_then(|at| self.items[at].comparison.clone());
+        }
         // A page without results is the last one, whatever it says.
         let next = page.next.clone().filter(|_| !page.items.is_empty());
         match (before, items.first()) {
             (None, Some(oldest)) if self.is_begun && self.find(oldest.number).is_some() => {
+                for item in &items {
+                    if let Some(at) = self.find(item.number) {
+                        self.items[at].comparison = item.comparison.clone();
+                    }
+                }
                 items.retain(|item| self.find(item.number).is_none());
                 self.items.append(&mut items);
                 self.items.sort_by_key(|item| item.number);
@@ -123,9 +146,17 @@ impl PointResults {
         self.revision += 1;
     }
 
-    /// Adds a result that was stored just now, if it is of this point.
+    /// Adds a result that was stored just now, or whose photo was compared just now, if it is of this point.
     pub(super) fn add_stored(&mut self, stored: &api::StoredResult, point: InspectionPointId) {
         let Ok(details) = serde_json::from_str::<StoredResultDetails>(&stored.body) else { return };
+        let comparison = stored.comparison.as_ref().and_then(|body| serde_json::from_str(body).ok());
+        if let Some(at) = self.find(stored.number) {
+            if self.items[at].comparison != comparison {
+                self.items[at].comparison = comparison;
+                self.revision += 1;
+            }
+            return;
+        }
         let is_newer = self.items.last().is_none_or(|last| last.number < stored.number);
         if details.inspection_point != Some(point) || !is_newer {
             return;
@@ -138,6 +169,7 @@ impl PointResults {
             step: stored.step,
             attempt: stored.attempt,
             details,
+            comparison,
         };
         self.items.push(PointResult::of(&result));
         self.revision += 1;

@@ -5,8 +5,8 @@ use crate::StoredResultDetails;
 use crate::testing::TestClient;
 use api::{Event, SiteParts, SiteState};
 use site_model::{
-    ActionReport, ActionRequest, EditId, NodeId, Object, Reading, ReadingLimits, ReportFile, RunId, Site,
-    SiteSettings,
+    ActionReport, ActionRequest, EditId, NodeId, Object, PictureComparison, PictureComparisonOutcome,
+    Reading, ReadingLimits, ReportFile, RunId, Site, SiteSettings,
 };
 use std::sync::Arc;
 use std::time::Instant;
@@ -66,6 +66,7 @@ fn result(number: u64, report: &ActionReport) -> StoredResult {
             value: serde_json::to_value(report).unwrap(),
             inspection_point: Some(POINT),
         },
+        comparison: None,
     }
 }
 
@@ -218,6 +219,7 @@ fn a_result_that_is_stored_meanwhile_is_there_at_once_and_after_a_reconnection_t
             kind,
             blob: None,
             body,
+            comparison: None,
             at,
         })
     };
@@ -358,4 +360,63 @@ fn a_history_of_5_000_results_is_followed_page_by_page() {
     let effects = client.take_effects();
     let Some(ClientEffect::SaveTable { text, .. }) = effects.last() else { panic!("it is saved at once") };
     assert_eq!(text.lines().count(), 15_001);
+}
+
+fn photo(number: u64) -> StoredResult {
+    let file = ReportFile {
+        name: "photo.jpg".to_owned(),
+        media_type: "image/jpeg".to_owned(),
+        blob: BlobHash([1; 32]),
+        bytes: 5,
+    };
+    let report = ActionReport { files: vec![file], ..ActionReport::default() };
+    StoredResult { kind: "photo".to_owned(), ..result(number, &report) }
+}
+
+#[test]
+fn the_alignment_of_two_photos_is_that_of_the_robot_or_is_asked_for_once() {
+    let outcome = |sentence: &str| PictureComparisonOutcome::NotAligned(sentence.to_owned());
+    let compared = |before: u64| PictureComparison { before, outcome: outcome("Dark.") };
+    let mut client = client(None);
+    ask(&mut client, PointHistoryCommand::Open(POINT));
+    let items = vec![StoredResult { comparison: Some(compared(2)), ..photo(3) }, photo(2), photo(1)];
+    answer(&mut client, None, StoredPage { items, next: None });
+    client.take_effects();
+    let align = |client: &mut TestClient| {
+        client.command(ClientCommand::PointHistory(PointHistoryCommand::Align));
+        client.take_effects()
+    };
+    assert_eq!(client.model.point_history.alignment(), PairAlignment::Known(&outcome("Dark.")));
+    assert_eq!(align(&mut client), [], "it is known");
+    client.command(ClientCommand::PointHistory(PointHistoryCommand::Keep(Some(1))));
+    assert_eq!(client.model.point_history.alignment(), PairAlignment::NotAsked);
+    assert_eq!(align(&mut client), [ClientEffect::ComparePictures { before: 1, after: 3 }]);
+    assert_eq!(client.model.point_history.alignment(), PairAlignment::Awaited);
+    assert_eq!(align(&mut client), [], "once");
+    let answered = |result| ClientEvent::PicturesCompared { before: 1, after: 3, result };
+    client.apply(answered(Err("The robot is busy.".to_owned())));
+    assert_eq!(client.model.point_history.alignment(), PairAlignment::Failed("The robot is busy."));
+    assert_eq!(align(&mut client).len(), 1, "again");
+    client.apply(answered(Ok(PictureComparison { before: 1, outcome: outcome("Bare.") })));
+    assert_eq!(client.model.point_history.alignment(), PairAlignment::Known(&outcome("Bare.")));
+    // The robot has compared a photo that is there already.
+    client.command(ClientCommand::PointHistory(PointHistoryCommand::Keep(None)));
+    client.command(ClientCommand::PointHistory(PointHistoryCommand::Choose(2)));
+    assert_eq!(client.model.point_history.alignment(), PairAlignment::NotAsked);
+    let StoredResult { run, details, .. } = photo(2);
+    let body = serde_json::json!({ "inspection_point": POINT, "value": details.value }).to_string();
+    let comparison = serde_json::to_string(&compared(1)).ok();
+    client.event(Event::ResultStored(api::StoredResult {
+        number: 2,
+        run,
+        step: 0,
+        attempt: 1,
+        kind: "photo".to_owned(),
+        blob: None,
+        body,
+        comparison,
+        at: Stamp::from_nanos(FIRST_NS),
+    }));
+    assert_eq!(client.model.point_history.alignment(), PairAlignment::Known(&outcome("Dark.")));
+    assert_eq!(client.model.point_history.results().len(), 3);
 }

@@ -3,8 +3,8 @@
 use serde::Deserialize;
 use serde_json::Value;
 use site_model::{
-    ActionReport, InspectionPointId, LocalDateTime, MissionId, NodeId, RouteActionPlace, RunCause, RunId,
-    RunState, ScheduleId, SkipReason, TaskId, TaskState, Utc,
+    ActionReport, InspectionPointId, LocalDateTime, MissionId, NodeId, PictureComparison, RouteActionPlace,
+    RunCause, RunId, RunState, ScheduleId, SkipReason, TaskId, TaskState, Utc,
 };
 
 /// Which of the stored runs are wanted.
@@ -171,6 +171,9 @@ pub struct StoredResult {
     pub attempt: u32,
     /// What was gathered.
     pub details: StoredResultDetails,
+    /// How its photo differs from an earlier one; none: it was not compared, or not yet.
+    #[serde(default)]
+    pub comparison: Option<PictureComparison>,
 }
 
 /// More of a result.

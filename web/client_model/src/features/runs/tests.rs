@@ -294,6 +294,7 @@ fn results_of_the_active_run_are_fetched_as_they_are_stored() {
             kind: "photo".to_owned(),
             blob: None,
             body: "{}".to_owned(),
+            comparison: None,
             at: Stamp::EPOCH,
         })
     };
@@ -305,6 +306,7 @@ fn results_of_the_active_run_are_fetched_as_they_are_stored() {
         step: 0,
         attempt: 1,
         details: Default::default(),
+        comparison: None,
     };
     client.event(stored(1));
     assert_eq!(client.take_effects(), [fetch]);

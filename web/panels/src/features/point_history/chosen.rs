@@ -50,6 +50,15 @@ pub(super) fn show(ui: &mut Ui, cx: &mut PanelContext<'_>, zone: &SiteZone, comp
         widgets::remark(ui, tokens, &side.facts(cx, zone));
         show_readings(ui, cx, side.result);
     }
+    if let Some(later) = &sides[1]
+        && let Some(sentence) = texts::compared(later.result)
+    {
+        if later.result.changes() > 0 {
+            widgets::tinted_box(ui, tokens, tokens.warn, |ui| widgets::sentence(ui, tokens, &sentence));
+        } else {
+            widgets::remark(ui, tokens, &sentence);
+        }
+    }
     let [earlier, later] = &sides;
     if let (None, Some(_)) = (earlier, later) {
         widgets::remark(ui, tokens, texts::NOTHING_BEFORE);

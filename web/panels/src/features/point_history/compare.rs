@@ -1,5 +1,6 @@
 //! Two results large, over everything but the top bar: side by side, with a divider between them, or in turn at the same place.
 
+use super::alignment::AlignedView;
 use super::side::{Side, sides};
 use super::strip::{self, Strip, ask, asked_step, holds_arrows, pressed_step};
 use super::texts;
@@ -59,6 +60,7 @@ pub(super) struct Comparison {
     mode: CompareMode,
     view: PictureView,
     divider: Divider,
+    aligned: AlignedView,
     blink: Blink,
     strip: Strip,
 }
@@ -132,7 +134,8 @@ impl Comparison {
         self.show_modes(ui, cx);
         let height = (ui.available_height() - FACTS_HEIGHT - STRIP_HEIGHT - 12.0).max(80.0);
         let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());
-        let panes: [Option<Pane>; 2] = sides.each_ref().map(|side| side.as_ref()?.pane(cx, zone));
+        let mut panes: [Option<Pane>; 2] = sides.each_ref().map(|side| side.as_ref()?.pane(cx, zone));
+        self.aligned.apply(cx, &mut panes);
         let axes = CommonAxes::of(cx, panes.iter().flatten());
         match (self.mode, panes) {
             (CompareMode::Wipe, [Some(a), Some(b)]) => self.show_wipe(ui, cx, [&a, &b], rect, axes),
@@ -191,6 +194,7 @@ impl Comparison {
                 widgets::choice(ui, tokens, &MODES, self.mode, |mode| self.mode = mode);
             });
             show_keep(ui, cx);
+            self.aligned.show(ui, cx);
             if self.mode != CompareMode::Blink {
                 return;
             }

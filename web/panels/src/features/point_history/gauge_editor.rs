@@ -153,6 +153,8 @@ impl GaugeEditor {
             kind: ResultFileKind::Picture,
             caption: String::new(),
             needle: None,
+            aligned: None,
+            changes: None,
         };
         let response = ui.interact(rect, ui.scope_id().with("photo of a gauge"), Sense::click_and_drag());
         response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, texts::GAUGE_PHOTO));

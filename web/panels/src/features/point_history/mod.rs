@@ -1,5 +1,6 @@
 //! The history of an inspection point: a time line of its results, the two that are compared, the gauge in its photos, its readings over time, and all of it as a table.
 
+mod alignment;
 mod chooser;
 mod chosen;
 mod compare;

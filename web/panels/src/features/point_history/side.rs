@@ -27,7 +27,14 @@ impl Side<'_> {
     pub(super) fn pane(&self, cx: &PanelContext<'_>, zone: &SiteZone) -> Option<Pane> {
         let report = self.result.report.as_ref()?;
         let (file, kind) = viewable(report)?;
-        Some(Pane { file, kind, caption: self.caption(cx, zone), needle: ReadNeedle::of(report) })
+        Some(Pane {
+            file,
+            kind,
+            caption: self.caption(cx, zone),
+            needle: ReadNeedle::of(report),
+            aligned: None,
+            changes: None,
+        })
     }
 
     /// Letter, time and age.

@@ -19,6 +19,9 @@ const MARKS_HEIGHT: f32 = 48.0;
 const LABELS_HEIGHT: f32 = 18.0;
 /// Room for a letter at both ends, points.
 const LETTER_ROOM: f32 = 14.0;
+/// Half the diagonal of the diamond of a changed photo, and how far it is above the mark of its result, points.
+const CHANGE_RADIUS: f32 = 4.0;
+const CHANGE_GAP: f32 = 5.0;
 /// Shortest drag that zooms, points. Chosen: a press that slips is shorter.
 const MIN_DRAG: f32 = 6.0;
 
@@ -138,6 +141,14 @@ fn paint(ui: &Ui, tokens: &Tokens, history: &PointHistory, axis: &TimeAxis, plac
         let x = axis.column_x(column);
         let top = room.bottom() - share * room.height();
         painter.line_segment([pos2(x, room.bottom()), pos2(x, top)], Stroke::new(2.0, colour));
+    }
+    for result in history.results().iter().filter(|result| result.changes() > 0) {
+        let Some(column) = axis.column(result.at) else { continue };
+        let (_, share) = look_of(tokens, history.judgement(result.number));
+        let at = pos2(axis.column_x(column), room.bottom() - share * room.height() - CHANGE_GAP);
+        let [right, down] = [vec2(CHANGE_RADIUS, 0.0), vec2(0.0, CHANGE_RADIUS)];
+        let corners = vec![at - right, at - down, at + right, at + down];
+        painter.add(egui::Shape::convex_polygon(corners, tokens.warn, Stroke::NONE));
     }
     for (result, letter, colour) in [
         (history.earlier(), texts::EARLIER_LETTER, tokens.older),

@@ -244,6 +244,59 @@ fn two_pictures_are_shown_beside_each_other_wiped_and_in_turn() {
     assert!(!harness.state().emitted(&ClientCommand::StopMotion));
 }
 
+/// Two photos that differ in one place: B is displaced by 8 pixels to the right.
+fn changed_photo(before: u64) -> serde_json::Value {
+    serde_json::json!({ "before": before, "outcome": { "aligned": {
+        "after_from_before": [[1.0, 0.0, 8.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], "residual_px": 0.28,
+        "before_size_px": [64, 48], "after_size_px": [64, 48],
+        "changes": [{ "min_px": [10, 12], "max_px": [15, 20], "area_px": 40, "strength": 0.8 }] } } })
+}
+
+#[test]
+fn aligned_photos_say_how_well_and_what_has_changed_and_keys_switch_that() {
+    let mut client = client().command(ClientCommand::PointHistory(PointHistoryCommand::Open(PUMP)));
+    let mut items: Vec<StoredResult> = (1..=3).rev().map(|number| result(number, 20.0)).collect();
+    items[0].comparison = serde_json::from_value(changed_photo(2)).unwrap();
+    let dark = serde_json::json!({ "before": 1, "outcome": { "not_aligned": "The pictures could not be aligned: dark." } });
+    items[1].comparison = serde_json::from_value(dark).unwrap();
+    let event = ClientEvent::PointResultsFetched {
+        point: PUMP,
+        before: None,
+        result: Ok(StoredPage { items, next: None }),
+    };
+    client.model.handle_event(ClientTime(2.0), event, &mut Vec::new());
+    let mut harness = client.shown(1440.0, 900.0);
+    assert!(value(&harness, "Time line").starts_with("3 results, 1 with a changed photo. B: "));
+    assert!(harness.query_by_label("The photo has changed in 1 place since the one before.").is_some());
+    large(&mut harness);
+    assert_eq!(value(&harness, "Alignment"), "Aligned, within 0.3 px · changed in 1 place");
+    let is_on = |harness: &Harness<'_, TestClient>, name: &str| {
+        harness.get_by_label(name).accesskit_node().toggled() == Some(egui::accesskit::Toggled::True)
+    };
+    for (key, name) in [(Key::L, "Aligned"), (Key::C, "Mark changes")] {
+        assert!(is_on(&harness, name), "{name}");
+        harness.key_press(key);
+        harness.run_steps(2);
+        assert!(!is_on(&harness, name), "{name}");
+    }
+    ask_of(&mut harness, PointHistoryCommand::Step(-1));
+    assert_eq!(value(&harness, "Alignment"), "The pictures could not be aligned: dark.");
+    assert!(harness.query_by_label("Aligned").is_none());
+    // No neighbours: the robot is asked.
+    ask_of(&mut harness, PointHistoryCommand::Choose(3));
+    ask_of(&mut harness, PointHistoryCommand::Keep(Some(1)));
+    assert!(asked(&harness, PointHistoryCommand::Align));
+    obey(&mut harness);
+    assert_eq!(value(&harness, "Alignment"), "The robot aligns the photos.");
+}
+
+/// Does what somebody asks of the history.
+fn ask_of(harness: &mut Harness<'_, TestClient>, command: PointHistoryCommand) {
+    let event = ClientEvent::Command(ClientCommand::PointHistory(command));
+    harness.state_mut().model.handle_event(ClientTime(2.0), event, &mut Vec::new());
+    harness.run_steps(2);
+}
+
 #[test]
 fn pictures_blink_by_themselves_unless_the_system_asks_for_reduced_motion() {
     for is_reduced in [false, true] {

@@ -3,9 +3,12 @@
 use super::gauge_draft::Missing;
 use crate::features::runs::{date_and_time, reading_name};
 use crate::format;
-use client_model::{HistorySpan, PointHistory, ReadingSeries, ResultJudgement};
+use client_model::{HistorySpan, PairAlignment, PointHistory, PointResult, ReadingSeries, ResultJudgement};
 use missions::SiteZone;
-use site_model::{DialDirection, GaugeDial, LocalDateTime, LocalisationQuality, ReportPlace, RunId};
+use site_model::{
+    DialDirection, GaugeDial, LocalDateTime, LocalisationQuality, PictureComparisonOutcome, ReportPlace,
+    RunId,
+};
 
 pub(super) const TAB: &str = "Points";
 pub(super) const HEAD: &str = "History of an inspection point";
@@ -32,7 +35,7 @@ pub(super) const SPANS: [(&str, HistorySpan); 4] = [
 
 pub(super) const STRIP: &str = "Time line";
 pub(super) const STRIP_REMARK: &str = "Drag over a part to see it larger. Press a mark to choose its result; arrow keys go on. A low mark is a usual result, a higher one an unusual one, and \
-     a full one is outside the limits.";
+     a full one is outside the limits. A diamond above a mark: the photo differs from the one before.";
 pub(super) const EARLIER_LETTER: &str = "A";
 pub(super) const LATER_LETTER: &str = "B";
 pub(super) const PREVIOUS: &str = "Previous result";
@@ -71,6 +74,51 @@ pub(super) const SIDE_BY_SIDE: &str = "Side by side";
 pub(super) const WIPE: &str = "Wipe";
 pub(super) const BLINK: &str = "Blink";
 
+pub(super) const ALIGN: &str = "Aligned";
+pub(super) const ALIGN_HINT: &str = "Draws A as the camera of B sees it. Key L.";
+pub(super) const SHOW_CHANGES: &str = "Mark changes";
+pub(super) const CHANGES_HINT: &str = "Frames what has changed between both photos. Key C.";
+pub(super) const ALIGNMENT: &str = "Alignment";
+pub(super) const ALIGN_AGAIN: &str = "Ask again";
+const ALIGNING: &str = "The robot aligns the photos.";
+
+/// `Within 0.3 px, 2 changes`, or why there is no alignment. None for what is no two photos.
+pub(super) fn alignment(alignment: PairAlignment<'_>) -> Option<String> {
+    let sentence = match alignment {
+        PairAlignment::NoPhotos => return None,
+        PairAlignment::NotAsked | PairAlignment::Awaited => ALIGNING.to_owned(),
+        PairAlignment::Failed(sentence) => sentence.to_owned(),
+        PairAlignment::Known(PictureComparisonOutcome::NotAligned(sentence)) => sentence.clone(),
+        PairAlignment::Known(PictureComparisonOutcome::Aligned(aligned)) => {
+            let residual = format::decimal(aligned.residual_px, 1);
+            format!("Aligned, within {residual} px · {}", changes(aligned.changes.len()))
+        }
+    };
+    Some(sentence)
+}
+
+/// `nothing has changed`, `changed in 2 places`.
+fn changes(count: usize) -> String {
+    match count {
+        0 => "nothing has changed".to_owned(),
+        1 => "changed in 1 place".to_owned(),
+        _ => format!("changed in {count} places"),
+    }
+}
+
+/// `The photo has changed in 2 places since the one before.`, or why that is not known; none for a photo that was not compared.
+pub(super) fn compared(result: &PointResult) -> Option<String> {
+    Some(match &result.comparison.as_ref()?.outcome {
+        PictureComparisonOutcome::NotAligned(sentence) => sentence.clone(),
+        PictureComparisonOutcome::Aligned(aligned) if aligned.changes.is_empty() => {
+            "Nothing in the photo has changed since the one before.".to_owned()
+        }
+        PictureComparisonOutcome::Aligned(aligned) => {
+            format!("The photo has {} since the one before.", changes(aligned.changes.len()))
+        }
+    })
+}
+
 pub(super) fn judgement(judgement: ResultJudgement) -> &'static str {
     match judgement {
         ResultJudgement::NotJudged => "not judged",
@@ -89,6 +137,10 @@ pub(super) fn strip_value(history: &PointHistory, zone: &SiteZone) -> String {
             0 => {}
             found => text.push_str(&format!(", {found} {}", judgement(wanted))),
         }
+    }
+    match history.results().iter().filter(|result| result.changes() > 0).count() {
+        0 => {}
+        found => text.push_str(&format!(", {found} with a changed photo")),
     }
     if let Some(later) = history.later() {
         let at = date_and_time(zone.to_local(later.at));

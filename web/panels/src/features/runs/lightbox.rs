@@ -110,6 +110,8 @@ impl Lightbox {
             kind: result_view.kind,
             caption: texts::this_run(&taken(&result_view.result)),
             needle: ReadNeedle::of(&result_view.report),
+            aligned: None,
+            changes: None,
         }];
         let earlier = match &previous {
             Some(Ok(Some((result, report)))) => viewable(report).map(|shown| (result, report, shown)),
@@ -119,7 +121,10 @@ impl Lightbox {
             let age_s = (result_view.result.at.0 - result.at.0) as f64 * 1e-9;
             let caption = texts::before(&taken(result), age_s);
             let needle = ReadNeedle::of(report);
-            panes.insert(0, Pane { file: file.clone(), kind: *kind, caption, needle });
+            panes.insert(
+                0,
+                Pane { file: file.clone(), kind: *kind, caption, needle, aligned: None, changes: None },
+            );
         }
         let places = if self.is_compared { halves(rect, cx.layout.width).to_vec() } else { vec![rect] };
         let places_of_panes = if panes.len() < places.len() { &places[1..] } else { &places[..] };

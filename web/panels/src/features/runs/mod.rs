@@ -8,6 +8,7 @@ mod look;
 mod pane;
 mod picture_paint;
 mod picture_view;
+mod picture_warp;
 mod result_view;
 mod results;
 mod rows;
@@ -34,6 +35,7 @@ pub(crate) use pane::{
 };
 pub(crate) use picture_paint::show_note;
 pub(crate) use picture_view::{PictureView, place_of_px, px_at};
+pub(crate) use picture_warp::ChangeFrames;
 pub(crate) use result_view::viewable;
 pub(crate) use results::paint_file;
 pub(crate) use texts::{date_and_time, difference, outside, reading, reading_name, skip_reason};

@@ -3,6 +3,7 @@
 
 use super::picture_paint::{paint_marker, paint_needle, paint_picture, paint_scale, show_note};
 use super::picture_view::{PictureView, middle_of, pixel_at, place_of_px};
+use super::picture_warp::{ChangeFrames, paint_warped};
 use super::{spectrum, texts};
 use crate::Width;
 use crate::feature_panel::PanelContext;
@@ -12,7 +13,7 @@ use crate::thermal::{Scale, ThermalPicture};
 use crate::widgets;
 use client_model::ResultFileKind;
 use egui::{Align2, Color32, Pos2, Rect, Response, Sense, Ui, Vec2, pos2, vec2};
-use site_model::{ActionReport, ReportFile};
+use site_model::{ActionReport, AlignedPictures, ReportFile};
 
 /// Width of the scale of a thermal picture with its labels, points.
 const SCALE_WIDTH: f32 = 72.0;
@@ -27,6 +28,10 @@ pub(crate) struct Pane {
     pub(crate) caption: String,
     /// The needle of a gauge that was read in it.
     pub(crate) needle: Option<ReadNeedle>,
+    /// How it is drawn as a later picture sees it; none: as it was taken.
+    pub(crate) aligned: Option<AlignedPictures>,
+    /// Frames round what has changed, in the pixels of what is drawn.
+    pub(crate) changes: Option<ChangeFrames>,
 }
 
 /// A needle in a picture.
@@ -43,6 +48,18 @@ impl ReadNeedle {
     pub(crate) fn of(report: &ActionReport) -> Option<Self> {
         let (gauge, camera) = (report.gauge.as_ref()?, report.camera.as_ref()?);
         Some(Self { ends_px: gauge.needle_px?, size_px: camera.size_px })
+    }
+}
+
+impl Pane {
+    /// Where the axis and the tip of the needle are, if the picture is shown at a place.
+    fn needle_ends(&self, shown: Rect) -> Option<[Pos2; 2]> {
+        let ReadNeedle { ends_px, size_px } = self.needle?;
+        let Some(aligned) = &self.aligned else {
+            return Some(ends_px.map(|px| place_of_px(px, shown, size_px)));
+        };
+        let [axis, tip] = ends_px.map(|px| Some(place_of_px(aligned.map(px)?, shown, aligned.after_size_px)));
+        axis.zip(tip).map(<[Pos2; 2]>::from)
     }
 }
 
@@ -162,10 +179,24 @@ pub(crate) fn paint_pane(
         ResultFile::Loading => show_note(ui, tokens, rect, texts::FETCHING_FILE),
         ResultFile::Failed(sentence) => show_note(ui, tokens, rect, &sentence.clone()),
         ResultFile::Picture(texture) => {
-            let shown = view.picture_rect(rect, texture.size_vec2());
-            paint_picture(ui, texture.id(), shown, rect);
-            if let Some(ReadNeedle { ends_px, size_px }) = pane.needle {
-                paint_needle(ui, tokens, rect, ends_px.map(|px| place_of_px(px, shown, size_px)));
+            let shown = match &pane.aligned {
+                None => {
+                    let shown = view.picture_rect(rect, texture.size_vec2());
+                    paint_picture(ui, texture.id(), shown, rect);
+                    shown
+                }
+                Some(aligned) => {
+                    let [columns, rows] = aligned.after_size_px;
+                    let shown = view.picture_rect(rect, vec2(columns as f32, rows as f32));
+                    paint_warped(ui, texture.id(), aligned, shown, rect);
+                    shown
+                }
+            };
+            if let Some([axis, tip]) = pane.needle_ends(shown) {
+                paint_needle(ui, tokens, rect, [axis, tip]);
+            }
+            if let Some(changes) = &pane.changes {
+                changes.paint(ui, tokens, rect, shown);
             }
         }
         ResultFile::Thermal(picture) => {
