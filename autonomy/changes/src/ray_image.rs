@@ -149,11 +149,6 @@ impl RayImage {
         rows.flat_map(move |row| self.of_row(row, middle, columns))
     }
 
-    /// Mean distance between rays at a place, metres.
-    pub(crate) fn spacing_m(&self, place: &[f32; 3]) -> f64 {
-        (Vector3::from(place.map(f64::from)) - self.sensor).norm() * self.cell_rad
-    }
-
     /// Place of the sensor, metres, map frame.
     pub(crate) fn sensor(&self) -> &Vector3 {
         &self.sensor

@@ -53,12 +53,11 @@ impl Side {
         let normal = self.surfaces.normal(place, config.min_normal_points);
         let (mut free, mut telling) = (0, 0);
         for image in &self.images {
-            // Of a sparse sensor, single rays pass beside a place without a ray that ends there.
-            let reach_m = config.own_ray_reach_m.max(config.own_ray_reach_cells * image.spacing_m(place));
             let PassingRays { through, ended, blocked } =
-                image.passing(place, normal.as_ref(), reach_m, config);
+                image.passing(place, normal.as_ref(), config.own_ray_reach_m, config);
             // A ray past the edge of what is before a place does not see the place.
-            let is_free = through > 0 && is_stray(ended + blocked, through + ended + blocked, config);
+            let is_free = through >= config.min_free_rays
+                && is_stray(ended + blocked, through + ended + blocked, config);
             free += usize::from(is_free);
             telling += usize::from(is_free || ended > 0);
         }
