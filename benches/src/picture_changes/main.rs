@@ -15,8 +15,8 @@ use benches::thread_ms;
 use clap::Parser;
 use gauges::{Dial, DialMarks, GaugeConfig, GaugeReading, read_gauge, read_slanted_gauge};
 use picture_changes::{
-    ChangedRegion, Homography, PictureAlignment, align_pictures, find_picture_changes, mapped_dial,
-    mapped_marks,
+    ChangedRegion, Homography, PictureAlignment, PictureChangesConfig, align_pictures, find_picture_changes,
+    mapped_dial, mapped_marks,
 };
 use scores::Scores;
 use sim::{CameraScene, SimulatedSite};
@@ -168,7 +168,11 @@ impl PointRun<'_> {
             let planted = visits::visit(self.scene, self.point, number, planted_value)?;
             scores.planted += 1;
             let found = self.align(&before, &planted).map(|found| self.changes(&before, &planted, &found));
-            scores.flagged += usize::from(found.is_some_and(|found| self.is_any_on_plate(&found, &before)));
+            let is_flagged = found.is_some_and(|found| self.is_any_on_plate(&found, &before));
+            scores.flagged += usize::from(is_flagged);
+            if self.verbose && !is_flagged {
+                self.explain_miss(number, &before, &planted);
+            }
             self.score_reading(&first, &gauge, &after, scores);
             before = after;
         }
@@ -192,6 +196,21 @@ impl PointRun<'_> {
         if self.verbose && !changes.is_empty() {
             println!("false alarm at {}: {changes:?}", self.point.fixture.tag);
         }
+    }
+
+    /// Prints what of a planted change is found with half the limits.
+    fn explain_miss(&self, number: u64, before: &Visit, planted: &Visit) {
+        let Some(found) = self.align(before, planted) else { return };
+        let config = PictureChangesConfig {
+            min_area_px: self.parameters.changes.min_area_px / 2,
+            min_total_strength: 0.5 * self.parameters.changes.min_total_strength,
+            ..self.parameters.changes
+        };
+        let weak = find_picture_changes(&before.picture, &planted.picture, &found, &config);
+        println!(
+            "missed at {}, visit {number}, residual {:.2} px; with half the limits: {weak:?}",
+            self.point.fixture.tag, found.residual_px
+        );
     }
 
     /// Reads the gauge as it was described in the picture of the first visit. The pictures are aligned without the poses of the camera, as on the robot.
