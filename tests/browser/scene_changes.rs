@@ -14,6 +14,8 @@ mod nightly {
     const LIMIT: Duration = Duration::from_secs(180);
     /// A part of the walk: enough for some inspection points and their mission.
     const SHORT: &str = "--example-minutes=2";
+    /// A gauge of the example, whose pressure swings.
+    const GAUGE: &str = "Pressure gauge PI-101";
     /// The gauge in its photo, pixels.
     const CENTRE_PX: [f64; 2] = [320.5, 205.0];
     const LOWER_END_PX: [f64; 2] = [275.0, 256.0];
@@ -81,7 +83,7 @@ mod nightly {
         assert_eq!(open["items"].as_array().map(Vec::len), Some(found.len() - 1), "{open}");
         page.click("button", "Points");
         page.click("button", "Inspection point");
-        page.click("button", "Pressure gauge PI-101");
+        page.click("button", GAUGE);
         page.control("slider", "Time line");
         page.wait_for_pictures();
         page.screenshot().save("changes-gauge-1440x900");
@@ -122,7 +124,15 @@ mod nightly {
         page.wait_for_pictures();
         page.screenshot().save("gauge-read-1440x900");
         save_for_guide(&mut page, "gauge-read");
-        look_at_changed_photo(&mut page);
+        // Both photos of the gauge are aligned: the divider of a wipe shows one thing.
+        let aligned = wait_for("the alignment", LIMIT, || {
+            page.status("Alignment").filter(|said| !said.contains("aligns"))
+        });
+        assert!(aligned.starts_with("Aligned, within "), "{aligned}");
+        page.click("button", "Wipe");
+        page.control("slider", "Divider");
+        page.wait_for_pictures();
+        page.screenshot().save("gauge-wipe-1440x900");
         // While the platform starts again, the page finds nobody.
         let mut errors = page.errors();
         errors.retain(|error| !error.contains("ERR_CONNECTION_REFUSED"));
@@ -143,20 +153,38 @@ mod nightly {
         })
     }
 
-    /// The gauge's pressure swings over 15 minutes, so after some runs its needle has moved. Then people are told, its mark is on the time line, and a wipe of the aligned photos shows it.
-    fn look_at_changed_photo(page: &mut Page) {
-        page.click("button", "Close the comparison");
+    /// The gauge's pressure swings over 15 minutes, so after some runs its needle has moved. Then people are told, a mark is on the time line, and a wipe of the aligned photos shows it.
+    #[test]
+    fn a_photo_that_differs_from_the_one_before_is_marked_and_wiped() {
+        let Some(browser) = Chromium::start() else { return };
+        let data = tempfile::tempdir().unwrap();
+        let server = Server::start_with("b1", data.path(), &[SHORT]);
+        let mut page = browser.open(1440, 900);
+        page.go(&server.url());
+        page.click("button", "Explore the example");
+        wait_for("the mission of the example", LONG_LIMIT, || page.find("button", "Run now"));
+        wait_until_localised(&mut page);
         let mut runs = 0;
-        while !changes_of_gauge(page) {
+        while !has_changed_photo(&mut page) {
             runs += 1;
-            assert!(runs < 6, "the needle has not moved");
+            assert!(runs < 8, "the needle has not moved");
+            // The mission is open there.
             page.click("button", "Missions");
             page.click("button", "Run now");
-            wait_for("a run", LIMIT, || (count_of_runs(page, "running") > 0).then_some(()));
-            wait_for("its end", LONG_LIMIT, || (count_of_runs(page, "running") == 0).then_some(()));
-            page.click("button", "Runs");
-            page.click("button", "Points");
+            wait_for("the end of the run", LONG_LIMIT, || {
+                let listed = get(&mut page, "/api/v1/runs");
+                let listed = listed["items"].as_array()?;
+                (listed.len() == runs && listed[0]["is_ended"] == true).then_some(())
+            });
         }
+        wait_for("a notice", LIMIT, || {
+            let line = page.all("status").into_iter().chain(page.all("alert")).chain(page.all("button"));
+            line.into_iter().any(|(name, _)| name.contains("differs from the one before")).then_some(())
+        });
+        page.click("button", "Runs");
+        page.click("button", "Points");
+        page.click("button", "Inspection point");
+        page.click("button", GAUGE);
         page.control("slider", "Time line");
         page.wait_for_pictures();
         page.screenshot().save("photo-changed-1440x900");
@@ -172,29 +200,31 @@ mod nightly {
         page.control("slider", "Divider");
         page.wait_for_pictures();
         page.screenshot().save("photo-wipe-1440x900");
-        save_for_guide(page, "photo-wipe");
+        save_for_guide(&mut page, "photo-wipe");
         page.resize(1024, 768);
         page.wait_for_pictures();
         page.screenshot().save("photo-wipe-1024x768");
-        page.resize(1440, 900);
+        page.click("button", "Side by side");
         page.wait_for_pictures();
+        page.screenshot().save("photo-beside-1024x768");
+        assert_eq!(page.errors(), Vec::<String>::new());
+        server.stop();
     }
 
-    /// Whether the newest photo of the gauge that was described has changed, once it was compared.
-    fn changes_of_gauge(page: &mut Page) -> bool {
+    /// Whether the newest photo of the gauge has changed. Waits until it was compared, if there is one before it.
+    fn has_changed_photo(page: &mut Page) -> bool {
         wait_for("the comparison of the newest photo", LIMIT, || {
             let points = get(page, "/api/v1/site/inspection-points");
-            let described =
-                points["items"].as_array()?.iter().find(|item| item["object"]["gauge"].is_object())?;
-            let id = described["object"]["id"].as_str()?;
-            let results = get(page, &format!("/api/v1/inspection-points/{id}/results?limit=1"));
-            let aligned = &results["items"][0]["comparison"]["outcome"]["aligned"];
+            let gauge = points["items"].as_array()?.iter().find(|item| item["object"]["name"] == GAUGE)?;
+            let id = gauge["object"]["id"].as_str()?;
+            let results = get(page, &format!("/api/v1/inspection-points/{id}/results?limit=2"));
+            let results = results["items"].as_array()?;
+            if results.len() < 2 {
+                return Some(false);
+            }
+            let aligned = &results[0]["comparison"]["outcome"]["aligned"];
             aligned["changes"].as_array().map(|changes| !changes.is_empty())
         })
-    }
-
-    fn count_of_runs(page: &mut Page, state: &str) -> usize {
-        get(page, &format!("/api/v1/runs?state={state}"))["items"].as_array().map_or(0, Vec::len)
     }
 
     /// Presses the first row whose name contains this text.

@@ -8,7 +8,7 @@ mod totals;
 
 pub use day::{MissionDay, Moment};
 pub use score::{MissionScore, PictureScore, docked_error, run_mission};
-pub use site::{InspectionTarget, MISSION, MissionSite, PlannedMission};
+pub use site::{InspectionTarget, MISSION, MissionSite, PlannedMission, Plate};
 pub use totals::MissionTotals;
 
 #[cfg(test)]

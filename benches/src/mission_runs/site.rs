@@ -31,6 +31,21 @@ const TARGET_ATTEMPTS: usize = 30;
 /// A picture shows this width at its target, metres: a gauge of 0.1 m and its tag fill a quarter of it.
 const SHOWN_WIDTH_M: f64 = 0.8;
 
+/// Distances and greatest angle from where it faces at which a thing on a wall is looked at, metres and radians: what operators choose.
+const PLATE_DISTANCE_M: std::ops::Range<f64> = 0.9..3.5;
+const MAX_PLATE_ANGLE_RAD: f64 = 0.7;
+/// The distance that is best, metres.
+const PLATE_AWAY_M: f64 = 1.6;
+
+/// A thing on a wall: its place and the direction in which it faces, site frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plate {
+    /// Its middle, metres.
+    pub site_m: Vector3,
+    /// Unit vector.
+    pub outward: Vector3,
+}
+
 /// A site with its metric and its topological map.
 pub struct MissionSite {
     /// The simulated site.
@@ -97,8 +112,6 @@ impl MissionSite {
     pub fn with_mission(&self, seed: u64, tasks: usize) -> Result<PlannedMission> {
         let mut graph = self.graph.clone();
         let mut rng = RngTree::new(seed).child("mission").rng();
-        let is_place =
-            |kind: NodeKind| !matches!(kind, NodeKind::Dock | NodeKind::DockApproach | NodeKind::Portal);
         let mut nodes: Vec<NodeId> =
             graph.nodes().filter(|node| is_place(node.kind)).map(|node| node.id).collect();
         let mut targets = Vec::new();
@@ -111,6 +124,65 @@ impl MissionSite {
                 targets.push(target);
             }
         }
+        self.plan(graph, targets, MissionEnd::NearestDock)
+    }
+
+    /// The graph with a mission of pictures of things on walls, each from the node that sees it best. Those that no node sees are left out. Returns the numbers of the others,
+    /// in the order of the targets. `shown_width_m`: width of what a picture shows.
+    ///
+    /// # Errors
+    /// When the graph refuses an object.
+    pub fn with_plates(&self, plates: &[Plate], shown_width_m: f64) -> Result<(PlannedMission, Vec<usize>)> {
+        let mut graph = self.graph.clone();
+        let (mut targets, mut seen) = (Vec::new(), Vec::new());
+        for (index, plate) in plates.iter().enumerate() {
+            let Some((node, distance_m)) = self.node_before(plate) else { continue };
+            let number = targets.len() as u128;
+            targets.push(self.put_point(
+                &mut graph,
+                node,
+                number,
+                (plate.site_m, distance_m),
+                shown_width_m,
+            )?);
+            seen.push(index);
+        }
+        Ok((self.plan(graph, targets, MissionEnd::Stay)?, seen))
+    }
+
+    /// The node that sees a thing on a wall best, and the distance from the camera there, metres.
+    fn node_before(&self, plate: &Plate) -> Option<(Node, f64)> {
+        let cameras = CameraConfig::default();
+        let nodes = self.graph.nodes().filter(|node| is_place(node.kind));
+        let seen = nodes.filter_map(|node| {
+            let site_from_node = self.site_from_map * isometry_from_pose(&node.map_from_node)?;
+            let head = (site_from_node * Point3::from(cameras.base_from_head_m)).coords;
+            let offset = head - plate.site_m;
+            let distance_m = offset.norm();
+            let angle_rad = (offset.dot(&plate.outward) / distance_m).clamp(-1.0, 1.0).acos();
+            let to_plate = site_from_node.rotation.inverse() * -offset;
+            let is_seen = PLATE_DISTANCE_M.contains(&distance_m)
+                && angle_rad < MAX_PLATE_ANGLE_RAD
+                && to_plate.y.atan2(to_plate.x).abs() < MAX_TARGET_PAN_RAD
+                && self
+                    .site
+                    .cast_ray(
+                        &(plate.site_m + plate.outward * 0.01),
+                        &(offset / distance_m),
+                        distance_m - 0.05,
+                    )
+                    .is_none();
+            is_seen.then(|| (node.clone(), distance_m))
+        });
+        seen.min_by(|(_, a), (_, b)| (a - PLATE_AWAY_M).abs().total_cmp(&(b - PLATE_AWAY_M).abs()))
+    }
+
+    fn plan(
+        &self,
+        mut graph: Site,
+        targets: Vec<InspectionTarget>,
+        end: MissionEnd,
+    ) -> Result<PlannedMission> {
         let task = |(number, target): (u128, &InspectionTarget)| Task {
             id: target.task,
             place: TaskPlace::InspectionPoint(point_id(number)),
@@ -123,7 +195,7 @@ impl MissionSite {
             tasks: (0..).zip(&targets).map(task).collect(),
             order: TaskOrder::Shortest { keep_first: false, keep_last: false },
             order_constraints: Vec::new(),
-            end: MissionEnd::NearestDock,
+            end,
         };
         put(&mut graph, Object::Mission(mission))?;
         Ok(PlannedMission { graph, targets })
@@ -140,9 +212,23 @@ impl MissionSite {
         let map_from_node = isometry_from_pose(&node.map_from_node).context("a node has no pose")?;
         let site_from_node = self.site_from_map * map_from_node;
         let Some((site_m, distance_m)) = self.seen_point(&site_from_node, rng) else { return Ok(None) };
+        self.put_point(graph, node, number, (site_m, distance_m), SHOWN_WIDTH_M).map(Some)
+    }
+
+    /// Puts an inspection point for something at this place and distance from the camera.
+    fn put_point(
+        &self,
+        graph: &mut Site,
+        node: Node,
+        number: u128,
+        (site_m, distance_m): (Vector3, f64),
+        shown_width_m: f64,
+    ) -> Result<InspectionTarget> {
+        let map_from_node = isometry_from_pose(&node.map_from_node).context("a node has no pose")?;
+        let site_from_node = self.site_from_map * map_from_node;
         let map_m = self.site_from_map.inverse_transform_point(&Point3::from(site_m)).coords;
         let view_m = 2.0 * distance_m * (0.5 * CameraConfig::default().field_of_view_rad).tan();
-        let zoom = Parameter::Number((view_m / SHOWN_WIDTH_M).clamp(1.0, CameraConfig::default().zoom_max));
+        let zoom = Parameter::Number((view_m / shown_width_m).clamp(1.0, CameraConfig::default().zoom_max));
         let point = InspectionPoint {
             id: point_id(number),
             name: format!("P{number}"),
@@ -161,7 +247,7 @@ impl MissionSite {
         put(graph, Object::Node(Node { kind: NodeKind::Inspection, tolerance, ..node }))?;
         put(graph, Object::InspectionPoint(point))?;
         let task = TaskId(Uuid::from_u128(100 + number));
-        Ok(Some(InspectionTarget { task, site_from_node, site_m, map_m }))
+        Ok(InspectionTarget { task, site_from_node, site_m, map_m })
     }
 
     /// A random point of a solid that the camera sees from there, and its distance.
@@ -179,6 +265,11 @@ impl MissionSite {
             is_far_enough.then(|| (head.coords + direction * distance_m, distance_m))
         })
     }
+}
+
+/// Whether a robot may stand there to look at something.
+fn is_place(kind: NodeKind) -> bool {
+    !matches!(kind, NodeKind::Dock | NodeKind::DockApproach | NodeKind::Portal)
 }
 
 fn point_id(number: u128) -> InspectionPointId {

@@ -2,22 +2,26 @@
 
 #![allow(clippy::print_stdout, reason = "the table is this program's output")]
 
+mod missions;
 mod scores;
 mod truth;
 mod vary;
 mod visits;
 
 use anyhow::{Context, Error, Result, bail, ensure};
+use benches::mapped_folder::MapPlan;
+use benches::mission_runs::MissionSite;
 use benches::thread_ms;
 use clap::Parser;
 use gauges::{Dial, DialMarks, GaugeConfig, GaugeReading, read_gauge, read_slanted_gauge};
 use picture_changes::{
-    ChangedRegion, Homography, PictureAlignment, align_pictures, find_picture_changes, mapped_dial,
-    mapped_marks,
+    ChangedRegion, Homography, PictureAlignment, PictureChangesConfig, align_pictures, find_picture_changes,
+    mapped_dial, mapped_marks,
 };
 use scores::Scores;
 use sim::{CameraScene, SimulatedSite};
 use site_files::SiteSource;
+use std::path::PathBuf;
 use std::sync::Arc;
 use vary::Parameters;
 use visits::{GaugePoint, Visit};
@@ -26,6 +30,7 @@ use visits::{GaugePoint, Visit};
 ///
 /// Examples: cargo xtask bench picture_changes
 ///           cargo xtask bench picture_changes --sites b1 --visits 10 --shown-width-m 0.8
+///           cargo xtask bench picture_changes --sites b1 --visits 12 --missions
 #[derive(Parser)]
 struct Arguments {
     /// Sites, separated by commas: names, generated:SEED, or buildings as FILE.glb.
@@ -43,6 +48,21 @@ struct Arguments {
     /// Angle from the direction that the gauge faces at which the robot stands, degrees; without it up to 11 degrees.
     #[arg(long)]
     aside_deg: Option<f64>,
+    /// Take the poses from missions: the whole stack maps each site, and visits the gauges again and again.
+    #[arg(long)]
+    missions: bool,
+    /// Length of the walk that makes the map of a site for missions, minutes.
+    #[arg(long, default_value_t = 6.0)]
+    minutes: f64,
+    /// LiDAR columns per sweep of missions.
+    #[arg(long, default_value_t = 500)]
+    columns: u32,
+    /// People who walk on the site during missions.
+    #[arg(long, default_value_t = 0)]
+    people: u32,
+    /// Folder in which maps of sites are kept for the next time.
+    #[arg(long, default_value = "target/bench-topomap")]
+    work: PathBuf,
     /// Read dials as circles, without the mark in the middle of their scale.
     #[arg(long)]
     as_circle: bool,
@@ -75,7 +95,7 @@ fn main() -> Result<()> {
     let mut all = Scores::default();
     for name in &arguments.sites {
         let source: SiteSource = name.parse().map_err(Error::msg)?;
-        let scores = site_scores(&source.load()?, &arguments).with_context(|| name.clone())?;
+        let scores = site_scores(&source, &arguments).with_context(|| name.clone())?;
         println!("{}", scores.row(name));
         all.add(&scores);
     }
@@ -86,12 +106,20 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-fn site_scores(site: &Arc<SimulatedSite>, arguments: &Arguments) -> Result<Scores> {
+fn site_scores(source: &SiteSource, arguments: &Arguments) -> Result<Scores> {
+    let site = &source.load()?;
     let scene = CameraScene::new(Arc::clone(site));
     let parameters = Parameters::varied(&arguments.vary)?;
     let mut scores = Scores::default();
     let aside_rad = arguments.aside_deg.map(f64::to_radians);
-    let points = visits::gauge_points(site, &scene, arguments.shown_width_m, aside_rad);
+    let Arguments { minutes, columns, people, points, visits, shown_width_m, .. } = *arguments;
+    let points = if arguments.missions {
+        let plan = MapPlan { seed: 1, minutes, columns, people };
+        let mapped = MissionSite::new(source, &arguments.work, &plan)?;
+        missions::gauge_points(&mapped, &scene, (points, visits), shown_width_m, (columns, people))?
+    } else {
+        visits::gauge_points(site, &scene, shown_width_m, aside_rad)
+    };
     for point in points.into_iter().take(arguments.points) {
         scores.points += 1;
         let run = PointRun {
@@ -140,7 +168,11 @@ impl PointRun<'_> {
             let planted = visits::visit(self.scene, self.point, number, planted_value)?;
             scores.planted += 1;
             let found = self.align(&before, &planted).map(|found| self.changes(&before, &planted, &found));
-            scores.flagged += usize::from(found.is_some_and(|found| self.is_any_on_plate(&found, &before)));
+            let is_flagged = found.is_some_and(|found| self.is_any_on_plate(&found, &before));
+            scores.flagged += usize::from(is_flagged);
+            if self.verbose && !is_flagged {
+                self.explain_miss(number, &before, &planted);
+            }
             self.score_reading(&first, &gauge, &after, scores);
             before = after;
         }
@@ -164,6 +196,21 @@ impl PointRun<'_> {
         if self.verbose && !changes.is_empty() {
             println!("false alarm at {}: {changes:?}", self.point.fixture.tag);
         }
+    }
+
+    /// Prints what of a planted change is found with half the limits.
+    fn explain_miss(&self, number: u64, before: &Visit, planted: &Visit) {
+        let Some(found) = self.align(before, planted) else { return };
+        let config = PictureChangesConfig {
+            min_area_px: self.parameters.changes.min_area_px / 2,
+            min_total_strength: 0.5 * self.parameters.changes.min_total_strength,
+            ..self.parameters.changes
+        };
+        let weak = find_picture_changes(&before.picture, &planted.picture, &found, &config);
+        println!(
+            "missed at {}, visit {number}, residual {:.2} px; with half the limits: {weak:?}",
+            self.point.fixture.tag, found.residual_px
+        );
     }
 
     /// Reads the gauge as it was described in the picture of the first visit. The pictures are aligned without the poses of the camera, as on the robot.

@@ -68,6 +68,8 @@ pub struct GaugePoint {
     pub zoom: f64,
     /// Distance of the gauge from the camera, metres.
     pub distance_m: f64,
+    /// Poses of the base at the visits of missions, by the truth and as the robot believes, site frame; empty: they are drawn.
+    pub poses: Vec<[Isometry; 2]>,
 }
 
 /// A picture with what the robot knows of it, and the truth.
@@ -123,7 +125,13 @@ fn gauge_point(
                     .is_none();
             let view_m = 2.0 * distance_m * (0.5 * cameras.field_of_view_rad).tan();
             let zoom = (view_m / shown_width_m).clamp(1.0, cameras.zoom_max);
-            is_free.then(|| GaugePoint { fixture: fixture.clone(), site_from_node, zoom, distance_m })
+            is_free.then(|| GaugePoint {
+                fixture: fixture.clone(),
+                site_from_node,
+                zoom,
+                distance_m,
+                poses: Vec::new(),
+            })
         },
     )
 }
@@ -142,20 +150,24 @@ pub fn visit(scene: &CameraScene, point: &GaugePoint, number: u64, value: f64) -
     let mut rng = tree.child("pose").rng();
     let lit = in_light_of(scene, &mut tree.child("light").rng());
     let lit = lit.with_reading(&point.fixture.tag, steady(value)).context("the gauge is on the site")?;
-    let site_from_base = point.site_from_node
+    let drawn = point.site_from_node
         * small_error(
             &mut rng,
             VISITS.position_deviation_m,
             VISITS.heading_deviation_rad,
             VISITS.tilt_deviation_rad,
         );
-    let estimate = site_from_base
+    let estimate = drawn
         * small_error(
             &mut rng,
             VISITS.estimate_deviation_m,
             VISITS.estimate_deviation_rad,
             0.5 * VISITS.estimate_deviation_rad,
         );
+    let [site_from_base, estimate] = match (usize::try_from(number), point.poses.is_empty()) {
+        (Ok(number), false) => *point.poses.get(number).context("a visit of the missions")?,
+        _ => [drawn, estimate],
+    };
     let cameras = CameraConfig::default();
     let target = Point3::from(point.fixture.site_from_plate.translation.vector);
     let aim = cameras.aim_at(&estimate.inverse_transform_point(&target).coords, point.zoom);
