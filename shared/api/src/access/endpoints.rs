@@ -138,6 +138,7 @@ endpoints! {
     ListPointResults: Get paths::POINT_RESULTS_PATH, VIEWER;
     ListSlots: Get paths::SLOTS_PATH, VIEWER;
     ListSceneChanges: Get paths::SCENE_CHANGES_PATH, VIEWER;
+    ListAlerts: Get paths::ALERTS_PATH, VIEWER;
     GetChangesNormal: Get paths::NORMAL_CHANGES_PATH, VIEWER;
     MakeChangesNormal: Post paths::NORMAL_CHANGES_PATH, OPERATOR;
 }
