@@ -89,6 +89,7 @@ const OURS: &[(&str, &[&str])] = &[
             "geometry",
             "map_codec",
             "messages",
+            "missions",
             "ports",
             "site_model",
             "stack",

@@ -11,6 +11,7 @@
 
 mod access;
 mod address_places;
+mod alerts;
 mod app;
 mod blobs;
 mod byte_range;

@@ -6,7 +6,7 @@ use crate::report::handlers as report;
 use crate::runs::handlers as runs;
 use crate::site::handlers as site;
 use crate::tls::trust;
-use crate::{blobs, documents, example, maps, new_normal, stop, uploads};
+use crate::{alerts, blobs, documents, example, maps, new_normal, stop, uploads};
 use axum::body::Bytes;
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
@@ -65,6 +65,7 @@ use utoipa::OpenApi;
         site::list_revisions,
         site::post_edit,
         site::list_scene_changes,
+        alerts::list,
         new_normal::make_normal,
         new_normal::normal_progress,
         example::make,

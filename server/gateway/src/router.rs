@@ -11,8 +11,8 @@ use crate::site::handlers as site;
 use crate::texts;
 use crate::tls::trust;
 use crate::{
-    blobs, control, documents, example, maps, new_normal, openapi, security, static_files, stop, stream,
-    uploads,
+    alerts, blobs, control, documents, example, maps, new_normal, openapi, security, static_files, stop,
+    stream, uploads,
 };
 use api::access::Endpoint;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
@@ -113,6 +113,7 @@ fn handler(endpoint: Endpoint) -> MethodRouter<Arc<App>> {
         Endpoint::ComparePictures => get(runs::compare_pictures),
         Endpoint::ListSlots => get(runs::slots),
         Endpoint::ListSceneChanges => get(site::list_scene_changes),
+        Endpoint::ListAlerts => get(alerts::list),
     }
 }
 

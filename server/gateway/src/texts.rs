@@ -173,6 +173,7 @@ pub(crate) const BEFORE_NO_NUMBER: &str = "before is not a number";
 pub(crate) const BEFORE_NO_SLOT: &str = "before is not the next of a page";
 pub(crate) const AFTER_NO_NUMBER: &str = "after is not a number";
 pub(crate) const AFTER_NO_CHANGE: &str = "after is not the next of a page";
+pub(crate) const AFTER_NO_ALERT: &str = "after is not the next of a page";
 pub(crate) const AFTER_NO_STEP: &str = "after is not a step and an attempt, such as 3.1";
 pub(crate) const DOWNLOADS_BUSY: &str =
     "Other runs or reports are being downloaded. Wait until one of them is complete.";

@@ -11,9 +11,10 @@ use messages::{
     VerifiedLoop,
 };
 use site_model::{
-    ActionRequest, Change, DockId, EarlierVisit, EdgeId, EdgeStage, Edit, EditId, FailurePolicy, Mission,
-    MissionCommandKind, MissionEnd, MissionEvent, MissionEventKind, MissionId, MutexHold, MutexHoldId,
-    NodeId, Object, ObjectId, OrientedBox, Parameters, PoseTolerance, ReviewState, Revision,
+    ActionRequest, Alert, AlertCause, AlertId, AlertSeverity, AlertState, Change, DockId, EarlierVisit,
+    EdgeId, EdgeStage, Edit, EditId, FailurePolicy, InspectionPointId, Mission, MissionCommandKind,
+    MissionEnd, MissionEvent, MissionEventKind, MissionId, MutexHold, MutexHoldId, NodeId, Object, ObjectId,
+    OrientedBox, OutsideLimits, OutsideReading, Parameters, PoseTolerance, ReviewState, Revision,
     RouteActionPlace, RouteActionStep, RunId, RunState, SceneChange, SceneChangeId, SceneChangeKind,
     SiteSettings, Task, TaskId, TaskOrder, TaskPlace, Utc, Versioned,
 };
@@ -125,6 +126,27 @@ fn inputs() -> Vec<Input> {
         clouds: None,
     };
     let found = Change::Put { base: None, object: Object::SceneChange(scene_change) };
+    let outside = OutsideReading {
+        name: "gauge".to_owned(),
+        value: 5.5,
+        unit: "bar".to_owned(),
+        outside: OutsideLimits::Above(5.0),
+    };
+    let point = InspectionPointId(id(22));
+    let alert = Alert {
+        id: AlertId(id(23)),
+        severity: AlertSeverity::Critical,
+        state: AlertState::Closed { by: "Ada".to_owned(), at: Utc(7), remark: "new valve".to_owned() },
+        cause: AlertCause::OutsideLimits { point, run, result: 9, reading: outside },
+        owner: "Ada".to_owned(),
+        work_order: "Replace it.".to_owned(),
+        comment: "why".to_owned(),
+        first_raised: Utc(5),
+        last_raised: Utc(6),
+        times_raised: 2,
+        recovered: None,
+    };
+    let raised = Change::Put { base: None, object: Object::Alert(alert) };
     let request = ActionRequest { action: "dock".to_owned(), parameters: Parameters::new() };
     let task_of_dock = Task {
         id: TaskId(id(20)),
@@ -174,6 +196,7 @@ fn inputs() -> Vec<Input> {
         Input::MissionsRestored(vec![MissionEvent { utc: None, command: None, kind: route_action }]),
         Input::SiteEdited(Box::new(Edit { id: EditId(id(17)), changes: vec![found] })),
         Input::SiteEdited(Box::new(Edit { id: EditId(id(18)), changes: vec![docking] })),
+        Input::SiteEdited(Box::new(Edit { id: EditId(id(21)), changes: vec![raised] })),
     ];
     [Input::Boot(Box::new(boot)), Input::Tick].into_iter().chain(kinds.map(command)).chain(others).collect()
 }

@@ -71,6 +71,8 @@ pub const PICTURE_COMPARISON_PATH: &str = "/api/v1/picture-comparison";
 pub const SLOTS_PATH: &str = "/api/v1/slots";
 /// GET: a page of the changes of the scene, the last found first. One of them is read and edited as an object of the site.
 pub const SCENE_CHANGES_PATH: &str = "/api/v1/scene-changes";
+/// GET: a page of the alerts of inspection, those raised last first; as CSV with `format=csv`. One of them is read and edited as an object of the site.
+pub const ALERTS_PATH: &str = "/api/v1/alerts";
 /// POST: makes a version of a map in which changes of the scene are normal. GET: how far that is.
 pub const NORMAL_CHANGES_PATH: &str = "/api/v1/scene-changes/normal";
 /// GET: 200 while core and gateway are connected, 503 otherwise.

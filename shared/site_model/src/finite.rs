@@ -1,8 +1,8 @@
 //! Whether the numbers of objects are finite. Nothing else is ever stored.
 
 use crate::{
-    ActionRequest, EdgeCost, GaugeDial, MonitorCondition, Object, OrientedBox, Parameter, SceneChangeKind,
-    TaskPlace, Traversal, ZoneEffect,
+    ActionRequest, AlertCause, EdgeCost, GaugeDial, MonitorCondition, Object, OrientedBox, OutsideLimits,
+    Parameter, SceneChangeKind, TaskPlace, Traversal, ZoneEffect,
 };
 use vocab::Pose;
 
@@ -67,6 +67,13 @@ pub(crate) fn is_finite(object: &Object) -> bool {
             };
             from && is_box_finite(&change.place) && change.confidence.is_finite()
         }
+        Object::Alert(alert) => match &alert.cause {
+            AlertCause::OutsideLimits { reading, .. } => {
+                let (OutsideLimits::Below(limit) | OutsideLimits::Above(limit)) = reading.outside;
+                reading.value.is_finite() && limit.is_finite()
+            }
+            _ => true,
+        },
         Object::Monitor(monitor) => match monitor.condition {
             MonitorCondition::Below { threshold, release }
             | MonitorCondition::Above { threshold, release } => threshold.is_finite() && release.is_finite(),

@@ -54,6 +54,10 @@ uuid_id! {
     SceneChangeId
 }
 uuid_id! {
+    /// Something that a person has to look at.
+    AlertId
+}
+uuid_id! {
     /// One execution of a mission. A client makes it for a run that it asks for; that of a schedule follows from schedule and slot.
     RunId
 }
@@ -92,6 +96,8 @@ pub enum ObjectId {
     MutexHold(MutexHoldId),
     /// A [`crate::SceneChange`].
     SceneChange(SceneChangeId),
+    /// A [`crate::Alert`].
+    Alert(AlertId),
 }
 
 /// Kind of an object.
@@ -112,11 +118,12 @@ pub enum ObjectKind {
     Monitor,
     MutexHold,
     SceneChange,
+    Alert,
 }
 
 impl ObjectKind {
     /// All kinds, in the order of [`ObjectId`].
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Settings,
         Self::Node,
         Self::Edge,
@@ -130,6 +137,7 @@ impl ObjectKind {
         Self::Monitor,
         Self::MutexHold,
         Self::SceneChange,
+        Self::Alert,
     ];
 
     /// Its name in JSON, such as `inspection_point`.
@@ -148,6 +156,7 @@ impl ObjectKind {
             Self::Monitor => "monitor",
             Self::MutexHold => "mutex_hold",
             Self::SceneChange => "scene_change",
+            Self::Alert => "alert",
         }
     }
 
@@ -174,6 +183,7 @@ impl ObjectId {
             ObjectKind::Monitor => Self::Monitor(MonitorId(id)),
             ObjectKind::MutexHold => Self::MutexHold(MutexHoldId(id)),
             ObjectKind::SceneChange => Self::SceneChange(SceneChangeId(id)),
+            ObjectKind::Alert => Self::Alert(AlertId(id)),
         }
     }
 
@@ -193,6 +203,7 @@ impl ObjectId {
             Self::Monitor(_) => ObjectKind::Monitor,
             Self::MutexHold(_) => ObjectKind::MutexHold,
             Self::SceneChange(_) => ObjectKind::SceneChange,
+            Self::Alert(_) => ObjectKind::Alert,
         }
     }
 
@@ -211,6 +222,7 @@ impl ObjectId {
             Self::Monitor(id) => id.0,
             Self::MutexHold(id) => id.0,
             Self::SceneChange(id) => id.0,
+            Self::Alert(id) => id.0,
         }
     }
 }
@@ -232,6 +244,7 @@ impl fmt::Display for ObjectId {
             Self::Monitor(id) => ("monitor", id),
             Self::MutexHold(id) => ("hold of edges", id),
             Self::SceneChange(id) => ("change", id),
+            Self::Alert(id) => ("alert", id),
         };
         write!(f, "{kind} {id}")
     }

@@ -1,5 +1,5 @@
 //! The documents of a site that people edit: its topological map, inspection points, missions, schedules and monitors; and what the
-//! robot reports for them to decide on: blocked edges and changes of the scene.
+//! robot reports for them to decide on: blocked edges, changes of the scene and alerts.
 //!
 //! A [`Site`] is a set of [`Object`]s. Each object has an id that never changes and a revision of its own. People and programs change a site by
 //! [`Edit`]s: lists of objects to put and to remove, each with the revision that it replaces. An edit is applied as a whole or not at all, and applying it
@@ -13,6 +13,7 @@
 mod action;
 mod action_catalogue;
 mod action_report;
+mod alert;
 mod compare;
 mod dock_action;
 mod edit;
@@ -51,13 +52,14 @@ pub use action_report::{
     ActionReport, CameraReport, GammaSpectrum, LineOfSight, LocalisationQuality, Reading, ReportFile,
     ReportPlace, ReportTime,
 };
+pub use alert::{Alert, AlertCause, AlertKey, AlertSeverity, AlertState, OutsideReading};
 pub use compare::{MergeConflict, Merged, diff, merge};
 pub use dock_action::{CHARGE_PARAMETER, DOCK_PARAMETER, DockAction};
 pub use edit::{Applied, Change, Edit, EditError, RevisionChange};
 pub use gauge::{DialDirection, GAUGE_PARAMETER, GAUGE_READING, GaugeDial, GaugeDialError, GaugeReport};
 pub use ids::{
-    AssetId, DockId, EdgeId, EditId, InspectionPointId, MissionId, MonitorId, MutexHoldId, NodeId, ObjectId,
-    ObjectKind, RunId, SceneChangeId, ScheduleId, TaskId, ZoneId,
+    AlertId, AssetId, DockId, EdgeId, EditId, InspectionPointId, MissionId, MonitorId, MutexHoldId, NodeId,
+    ObjectId, ObjectKind, RunId, SceneChangeId, ScheduleId, TaskId, ZoneId,
 };
 pub use mission::{AskDefault, FailurePolicy, FailureStep, Mission, MissionEnd, Task, TaskOrder, TaskPlace};
 pub use mission_status::{

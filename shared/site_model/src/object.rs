@@ -1,8 +1,8 @@
 //! An object of any kind, and its revision.
 
 use crate::{
-    Asset, Dock, Edge, EdgeBlock, InspectionPoint, Mission, Monitor, MutexHold, Node, ObjectId, SceneChange,
-    Schedule, SiteSettings, Zone,
+    Alert, Asset, Dock, Edge, EdgeBlock, InspectionPoint, Mission, Monitor, MutexHold, Node, ObjectId,
+    SceneChange, Schedule, SiteSettings, Zone,
 };
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -25,6 +25,7 @@ pub enum Object {
     Monitor(Monitor),
     MutexHold(MutexHold),
     SceneChange(SceneChange),
+    Alert(Alert),
 }
 
 impl Object {
@@ -44,6 +45,7 @@ impl Object {
             Self::Monitor(monitor) => ObjectId::Monitor(monitor.id),
             Self::MutexHold(hold) => ObjectId::MutexHold(hold.id),
             Self::SceneChange(change) => ObjectId::SceneChange(change.id),
+            Self::Alert(alert) => ObjectId::Alert(alert.id),
         }
     }
 
@@ -59,7 +61,11 @@ impl Object {
             Self::Mission(mission) => Some(&mission.name),
             Self::Schedule(schedule) => Some(&schedule.name),
             Self::Monitor(monitor) => Some(&monitor.name),
-            Self::Edge(_) | Self::EdgeBlock(_) | Self::MutexHold(_) | Self::SceneChange(_) => None,
+            Self::Edge(_)
+            | Self::EdgeBlock(_)
+            | Self::MutexHold(_)
+            | Self::SceneChange(_)
+            | Self::Alert(_) => None,
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::finite::is_finite;
 use crate::{
-    Applied, Change, Dock, Edge, EdgeBlock, EdgeId, Edit, EditError, EditId, InspectionPoint,
+    Alert, Applied, Change, Dock, Edge, EdgeBlock, EdgeId, Edit, EditError, EditId, InspectionPoint,
     InspectionPointId, Mission, MissionId, Monitor, MutexHold, Node, NodeId, Object, ObjectId, Revision,
     RevisionChange, SceneChange, Schedule, ScheduleId, SiteSettings, Task, TaskPlace, Versioned, Zone,
 };
@@ -162,6 +162,14 @@ impl Site {
     pub fn scene_changes(&self) -> impl Iterator<Item = &SceneChange> {
         self.objects().filter_map(|versioned| match &versioned.object {
             Object::SceneChange(change) => Some(change),
+            _ => None,
+        })
+    }
+
+    /// All alerts, in the order of their ids.
+    pub fn alerts(&self) -> impl Iterator<Item = &Alert> {
+        self.objects().filter_map(|versioned| match &versioned.object {
+            Object::Alert(alert) => Some(alert),
             _ => None,
         })
     }

@@ -353,7 +353,8 @@ pub struct ReadingLimits {
 }
 
 /// The limit that a reading does not keep.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum OutsideLimits {
     /// It is smaller than this smallest value.
     Below(f64),

@@ -1,10 +1,10 @@
 //! Finds all problems of a site. Logarithmic in the site for each reference, so n log n in all.
 
 use crate::{
-    Dock, DockAction, Edge, EdgeCost, GaugeDial, InspectionPoint, Mission, MissionEnd, Monitor,
-    MonitorCondition, MonitorResponse, Node, NodeId, NodeKind, Object, ObjectId, OrientedBox, ProblemKind,
-    Recurrence, ReviewState, SceneChange, SceneChangeKind, Schedule, Site, SiteProblem, TaskId, TaskPlace,
-    Traversal, Zone, ZoneEffect, describe_action, find_order_cycle,
+    Alert, AlertState, Dock, DockAction, Edge, EdgeCost, GaugeDial, InspectionPoint, Mission, MissionEnd,
+    Monitor, MonitorCondition, MonitorResponse, Node, NodeId, NodeKind, Object, ObjectId, OrientedBox,
+    ProblemKind, Recurrence, ReviewState, SceneChange, SceneChangeKind, Schedule, Site, SiteProblem, TaskId,
+    TaskPlace, Traversal, Zone, ZoneEffect, describe_action, find_order_cycle,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use std::mem::{Discriminant, discriminant};
@@ -109,6 +109,7 @@ impl ProblemFinder<'_> {
                 Object::Schedule(schedule) => self.check_schedule(id, schedule),
                 Object::Monitor(monitor) => self.check_monitor(id, monitor),
                 Object::SceneChange(change) => self.check_scene_change(id, change),
+                Object::Alert(alert) => self.check_alert(id, alert),
                 Object::MutexHold(hold) => {
                     for (field, name) in [("group", &hold.group), ("holder", &hold.holder)] {
                         self.check_range(id, field, !name.trim().is_empty(), || "a name".to_owned());
@@ -129,6 +130,13 @@ impl ProblemFinder<'_> {
         self.check_range(id, "confidence", is_share, || "from 0 to 1".to_owned());
         if let ReviewState::Dismissed { reason } = &change.review {
             self.check_range(id, "reason", !reason.trim().is_empty(), || "a text".to_owned());
+        }
+    }
+
+    fn check_alert(&mut self, id: ObjectId, alert: &Alert) {
+        self.check_range(id, "times_raised", alert.times_raised > 0, || "at least 1".to_owned());
+        if let AlertState::Closed { remark, .. } = &alert.state {
+            self.check_range(id, "remark", !remark.trim().is_empty(), || "a text".to_owned());
         }
     }
 

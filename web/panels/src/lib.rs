@@ -124,6 +124,10 @@
 //! | button (toggled) | `Keep this one as A`, then `A is the one before` | Runs, Points |
 //! | status | `READING, UNIT`, `Median`, `Trend`, `By the hour of the day`, `Limits`, `Unusual`, `Outside the limits` | Runs, Points: a plot and its facts |
 //! | button | `Fetch again`, `Save all as a table (CSV)`, `Do not save` | Runs, Points |
+//! | button (toggled) | `SEVERITY · PLACE · AGE` | Runs, Alerts: unfolds an alert |
+//! | button | `Raise an alert`, `Raise an alert at POINT` | Runs, Alerts |
+//! | button | `Acknowledge`, `Open again`, `I look after it`, `Close the alert`, `Keep the owner`, `Keep the work order`, `Keep the comment`, `Show the place`, `History of this point` | in an alert |
+//! | textbox | `Owner`, `Work order`, `Comment`, `Closing remark` | in an alert |
 //! | group | `Comparison of two results` | Runs, Points, after `Compare large`; Escape closes it |
 //! | button | `Side by side`, `Wipe`, `Blink`, `Stop blinking`, `Go on blinking`, `Show the other one`, `Whole picture`, `Close the comparison` | in it |
 //! | slider | `Divider` | in it, while wiping: a drag and arrow keys move it |

@@ -10,6 +10,11 @@ use site_model::ObjectId;
 /// Longest name of an object of the site, characters: what fits a row of a list on a desktop.
 pub(crate) const MAX_NAME_CHARS: u32 = 80;
 
+/// Longest paragraph about an object of the site, characters: a work order of half a page.
+const MAX_PARAGRAPH_CHARS: u32 = 2_000;
+/// Lines of a paragraph that are visible at once.
+const PARAGRAPH_ROWS: u8 = 3;
+
 /// What the field keeps between frames.
 #[derive(Debug, Default)]
 pub(crate) struct NameField {
@@ -37,14 +42,43 @@ impl NameField {
         id: ObjectId,
         present: &str,
     ) -> Option<String> {
+        self.show_field(ui, cx, texts, id, present, false)
+    }
+
+    /// The same for a text of several lines, which may also be emptied.
+    pub(crate) fn show_paragraph(
+        &mut self,
+        ui: &mut Ui,
+        cx: &mut PanelContext<'_>,
+        texts: &NameFieldTexts,
+        id: ObjectId,
+        present: &str,
+    ) -> Option<String> {
+        self.show_field(ui, cx, texts, id, present, true)
+    }
+
+    fn show_field(
+        &mut self,
+        ui: &mut Ui,
+        cx: &mut PanelContext<'_>,
+        texts: &NameFieldTexts,
+        id: ObjectId,
+        present: &str,
+        is_paragraph: bool,
+    ) -> Option<String> {
         if self.typed.as_ref().is_none_or(|(of, _)| *of != id) {
             self.typed = Some((id, present.to_owned()));
         }
         let (_, typed) = self.typed.as_mut()?;
         let field = TextInput::new((texts.field, id), texts.field).max_length(MAX_NAME_CHARS);
+        let field = if is_paragraph {
+            field.paragraph(PARAGRAPH_ROWS).max_length(MAX_PARAGRAPH_CHARS)
+        } else {
+            field
+        };
         let mut is_given = field.show(ui, cx.tokens, cx.text_inputs, typed).submitted;
         let name = typed.trim().to_owned();
-        let is_new = !name.is_empty() && name != present;
+        let is_new = (is_paragraph || !name.is_empty()) && name != present;
         if is_new {
             let button = Button::new(texts.rename).text(texts.rename_short).icon(icon::PENCIL_SIMPLE);
             is_given |= button.wide(ui).show(ui, cx.tokens).clicked();

@@ -311,10 +311,11 @@ fn edit_with_ten_clients(edit_seconds: u32) {
 }
 
 /// The pages of the interface. Their examples follow each other, each page on a robot of its own whose site is empty.
-const PAGES: [&str; 3] = [
+const PAGES: [&str; 4] = [
     include_str!("../../../../docs/api/site.md"),
     include_str!("../../../../docs/api/missions.md"),
     include_str!("../../../../docs/api/scene-changes.md"),
+    include_str!("../../../../docs/api/alerts.md"),
 ];
 
 /// A page whose robot is localised in a map of its own.

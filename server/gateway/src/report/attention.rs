@@ -1,12 +1,14 @@
-//! What needs attention, before all else: readings outside their limits, tasks that were not done, and changes of the scene.
+//! What needs attention, before all else: open alerts, readings outside their limits, tasks that were not done, and changes of the scene.
 
 use super::context::ReportContext;
-use super::findings::{Findings, changes_found};
+use super::findings::{BoundedList, Findings, changes_found, open_alerts};
 use super::html::Html;
 use super::rows::RunRow;
 use super::table::{Cell, Column, Table};
 use super::{format, texts};
+use site_model::{Alert, AlertSeverity};
 use std::io;
+use vocab::legible;
 
 /// A run with what the first look has found.
 pub(super) struct RunWithFindings {
@@ -22,9 +24,12 @@ pub(super) fn write_attention(
     is_period: bool,
 ) -> io::Result<()> {
     html.element("h2", "", texts::ATTENTION_HEAD)?;
-    if runs.iter().all(|entry| entry.findings.is_empty()) {
+    let ended: Vec<_> = runs.iter().map(|entry| entry.run.ended).collect();
+    let alerts = open_alerts(cx, &ended);
+    if alerts.entries.is_empty() && runs.iter().all(|entry| entry.findings.is_empty()) {
         return html.element("p", "", texts::NO_ATTENTION);
     }
+    write_alerts(html, cx, &alerts)?;
     write_readings(html, cx, runs, is_period)?;
     write_gauges(html, cx, runs, is_period)?;
     write_not_done(html, cx, runs, is_period)?;
@@ -53,6 +58,50 @@ fn write_row(
 
 fn write_more(html: &mut Html<'_>, more: usize) -> io::Result<()> {
     if more == 0 { Ok(()) } else { html.element("p", "note", &texts::more(more)) }
+}
+
+/// The alerts of the site, as they were when the report was made. They are of no one run.
+fn write_alerts(html: &mut Html<'_>, cx: &ReportContext, alerts: &BoundedList<&Alert>) -> io::Result<()> {
+    if alerts.entries.is_empty() {
+        return Ok(());
+    }
+    html.element("h4", "", texts::ALERTS_HEAD)?;
+    let columns = [
+        (texts::SEVERITY, "t"),
+        (texts::PLACE, ""),
+        (texts::ALERT, ""),
+        (texts::RAISED, "t"),
+        (texts::STATE, "t"),
+        (texts::OWNER, ""),
+        (texts::WORK_ORDER, ""),
+    ];
+    let mut table = Table::begin(html, "", &columns)?;
+    for alert in &alerts.entries {
+        let severity = texts::alert_severity(alert.severity);
+        let severity = match alert.severity {
+            AlertSeverity::Information => Cell::Text(severity),
+            AlertSeverity::Warning | AlertSeverity::Critical => Cell::Alert(severity),
+        };
+        let (place, what) = (cx.alert_place(alert), texts::alert(alert));
+        let raised = texts::alert_raised(
+            &format::short_date_and_time(cx.local(alert.last_raised)),
+            alert.times_raised,
+        );
+        let state = texts::alert_state(alert);
+        let [owner, work_order] =
+            [&alert.owner, &alert.work_order].map(|text| legible(text, texts::MAX_SENTENCE_CHARS));
+        table.row(&[
+            severity,
+            Cell::Text(&place),
+            Cell::Text(&what),
+            Cell::Text(&raised),
+            Cell::Text(&state),
+            Cell::Text(&owner),
+            Cell::Text(&work_order),
+        ])?;
+    }
+    table.end()?;
+    write_more(html, alerts.more)
 }
 
 fn write_readings(

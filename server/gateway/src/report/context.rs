@@ -5,8 +5,8 @@ use super::{format, texts};
 use api::SiteState;
 use missions::SiteZone;
 use site_model::{
-    InspectionPointId, LocalDateTime, MissionId, NodeId, Object, ReadingLimits, RouteActionPlace, RunCause,
-    SceneChange, Site, TaskId, TaskPlace, Utc, describe_action,
+    Alert, AlertCause, InspectionPointId, LocalDateTime, MissionId, NodeId, Object, ReadingLimits,
+    RouteActionPlace, RunCause, SceneChange, Site, TaskId, TaskPlace, Utc, describe_action,
 };
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -129,6 +129,30 @@ impl ReportContext {
         let nearest =
             near.filter(|(distance_m, _)| *distance_m <= MAX_NEAR_M).min_by(|a, b| a.0.total_cmp(&b.0));
         texts::change_place(nearest.map(|(_, name)| legible_name(name)).as_deref(), at.x, at.y)
+    }
+
+    /// Where an alert is: its inspection point, the place of its task, or that of its change of the scene.
+    pub(super) fn alert_place(&self, alert: &Alert) -> String {
+        match &alert.cause {
+            AlertCause::SceneChange(change) => {
+                let found = self.site().scene_changes().find(|known| known.id == *change);
+                found.map_or_else(|| texts::DELETED_PLACE.to_owned(), |change| self.change_place(change))
+            }
+            AlertCause::ByHand { point: None } => String::new(),
+            cause => {
+                let of_task = |mission: MissionId, task| self.point_of_task(mission, task);
+                let point = cause.point().or_else(|| match cause {
+                    AlertCause::TaskFailed { mission, task, .. } => of_task((*mission)?, *task),
+                    _ => None,
+                });
+                let point = point.and_then(|point| self.site().inspection_point(point));
+                let mission = || match cause {
+                    AlertCause::TaskFailed { mission: Some(mission), .. } => self.mission_name(*mission),
+                    _ => texts::DELETED_PLACE.to_owned(),
+                };
+                point.map_or_else(mission, |point| legible_name(&point.name))
+            }
+        }
     }
 
     fn point_of_task(&self, mission: MissionId, task: TaskId) -> Option<InspectionPointId> {

@@ -5,7 +5,8 @@ use super::context::{ReportContext, legible_name};
 use super::rows::{Attempt, ResultContent, ResultRow, RunRow, for_each_task, reason};
 use super::texts;
 use crate::runs::{CoreQueries, for_each_result};
-use site_model::{ActionReport, NodeId, OutsideLimits, Reading, SceneChange, TaskState, Utc};
+use site_model::{ActionReport, Alert, NodeId, OutsideLimits, Reading, SceneChange, TaskState, Utc};
+use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use vocab::legible;
@@ -209,6 +210,19 @@ impl Findings {
 pub(super) fn gauge_problem(report: &ActionReport) -> Option<String> {
     let problem = report.gauge.as_ref()?.problem.as_ref()?;
     Some(legible(problem, texts::MAX_SENTENCE_CHARS))
+}
+
+/// Alerts that nobody has closed, of those that were raised before the last of these runs had ended: the worst first, and then those raised last.
+pub(super) fn open_alerts<'a>(cx: &'a ReportContext, ended: &[Option<Utc>]) -> BoundedList<&'a Alert> {
+    // A run that goes on ends after all that has been.
+    let until = ended.iter().map(|ended| ended.unwrap_or(Utc(i64::MAX))).max();
+    let is_open =
+        |alert: &&Alert| !alert.state.is_closed() && until.is_some_and(|until| alert.first_raised <= until);
+    let mut alerts: Vec<&Alert> = cx.site().alerts().filter(is_open).collect();
+    alerts.sort_by_key(|alert| (Reverse(alert.severity), Reverse(alert.last_raised), alert.id));
+    let mut listed = BoundedList::default();
+    alerts.into_iter().for_each(|alert| listed.push(alert));
+    listed
 }
 
 /// Changes of the scene that this run has found last.

@@ -650,3 +650,34 @@ fn an_unknown_time_zone_counts_as_utc() {
     assert_eq!(context.zone_at(Utc(summer.nanos())), "Europe/London (UTC+01:00)");
     assert!(Path::new(context.data_dir()).is_absolute());
 }
+
+#[test]
+fn alerts_that_are_not_closed_need_attention_the_worst_first() {
+    let ended_ns = at(12).nanos();
+    let alert = |number: u128, severity: &str, state: Value, first_raised: i64, work_order: &str| {
+        json!({ "alert": {
+            "id": id(number), "severity": severity, "state": state,
+            "cause": { "outside_limits": { "point": id(31), "run": id(1), "result": 1,
+                "reading": { "name": "temperature", "value": 41.234, "unit": "°C", "outside": { "above": 30.0 } } } },
+            "owner": "Ada", "work_order": work_order, "first_raised": first_raised, "last_raised": at(5).nanos(), "times_raised": 2, "recovered": 7 } })
+    };
+    let closed = json!({ "closed": { "by": "Ada", "at": 1, "remark": "done" } });
+    let acknowledged = json!({ "acknowledged": { "by": "Ada", "at": 1 } });
+    let scene = Scene::new()
+        .object(alert(51, "warning", json!("open"), 5, "Look at <it>"))
+        .object(alert(52, "critical", acknowledged, ended_ns, "Replace it"))
+        .object(alert(53, "critical", closed, 5, "Closed one"))
+        .object(alert(54, "critical", json!("open"), ended_ns + 1, "Later one"))
+        .run(1, "succeeded");
+    let text = text(&scene.report());
+    let what = "Gauge east Temperature 41.23 °C, above 30 24 Nov, 11:05, 2 times";
+    assert_order(
+        &text,
+        &[
+            "What needs attention Alerts that are not closed",
+            &format!("Critical {what} acknowledged by Ada, normal again Ada Replace it"),
+            &format!("Warning {what} open, normal again Ada Look at &lt;it&gt;"),
+        ],
+    );
+    assert!(!text.contains("Closed one") && !text.contains("Later one"), "{text}");
+}

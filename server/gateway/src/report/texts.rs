@@ -2,7 +2,8 @@
 
 use super::format;
 use site_model::{
-    OutsideLimits, ReadingLimits, ReviewState, RunState, SceneChange, SceneChangeKind, TaskState,
+    Alert, AlertCause, AlertSeverity, AlertState, OutsideLimits, ReadingLimits, ReviewState, RunState,
+    SceneChange, SceneChangeKind, TaskState,
 };
 
 /// Characters of a name from outside that a report shows, at most.
@@ -39,7 +40,13 @@ pub(super) const READINGS_OUTSIDE: [&str; 2] =
 pub(super) const CHANGES_FOUND: [&str; 2] = ["change of the scene", "changes of the scene"];
 
 pub(super) const ATTENTION_HEAD: &str = "What needs attention";
-pub(super) const NO_ATTENTION: &str = "Nothing. No task has failed or was skipped, no reading is outside its limits, every gauge was read, and no change of the scene was found.";
+pub(super) const NO_ATTENTION: &str = "Nothing. No task has failed or was skipped, no reading is outside its limits, every gauge was read, no change of the scene was found, and no alert is open.";
+pub(super) const SEVERITY: &str = "Severity";
+pub(super) const ALERT: &str = "Alert";
+pub(super) const RAISED: &str = "Raised last";
+pub(super) const OWNER: &str = "Owner";
+pub(super) const WORK_ORDER: &str = "Work order";
+pub(super) const ALERTS_HEAD: &str = "Alerts that are not closed";
 pub(super) const READINGS_HEAD: &str = "Readings outside their limits";
 pub(super) const GAUGES_HEAD: &str = "Gauges that were not read";
 pub(super) const NOT_DONE_HEAD: &str = "Tasks that were not done";
@@ -180,6 +187,47 @@ pub(super) fn outside(outside: OutsideLimits) -> String {
 /// What becomes of an entry beyond the greatest number of a list.
 pub(super) fn more(count: usize) -> String {
     format!("And {} more.", format::count(count as u64))
+}
+
+pub(super) fn alert_severity(severity: AlertSeverity) -> &'static str {
+    match severity {
+        AlertSeverity::Information => "Information",
+        AlertSeverity::Warning => "Warning",
+        AlertSeverity::Critical => "Critical",
+    }
+}
+
+/// What an alert is about: `Pressure 5.3 bar, above 5`.
+pub(super) fn alert(alert: &Alert) -> String {
+    let what = match &alert.cause {
+        AlertCause::OutsideLimits { reading, .. } => {
+            let value = format::decimal(reading.value, format::decimals(reading.value, None));
+            let outside = outside(reading.outside);
+            format!("{} {value} {}, {outside}", reading_name(&reading.name), reading.unit)
+        }
+        AlertCause::GaugeNotRead { reason, .. } => reason.clone(),
+        AlertCause::TaskFailed { reason, .. } => reason.clone(),
+        AlertCause::SceneChange(_) => "Change of the scene".to_owned(),
+        AlertCause::ByHand { .. } => alert.comment.clone(),
+    };
+    vocab::legible(&what, MAX_SENTENCE_CHARS)
+}
+
+/// When it was raised last, and how often: `24 Nov, 11:05, 3 times`.
+pub(super) fn alert_raised(at: &str, times: u32) -> String {
+    if times > 1 { format!("{at}, {} times", format::count(times.into())) } else { at.to_owned() }
+}
+
+/// The state of an alert, and whether its cause is gone.
+pub(super) fn alert_state(alert: &Alert) -> String {
+    let state = match &alert.state {
+        AlertState::Open => "open".to_owned(),
+        AlertState::Acknowledged { by, .. } => {
+            format!("acknowledged by {}", vocab::legible(by, MAX_NAME_CHARS))
+        }
+        AlertState::Closed { .. } => "closed".to_owned(),
+    };
+    if alert.recovered.is_some() { format!("{state}, normal again") } else { state }
 }
 
 /// What became of an object.

@@ -12,7 +12,7 @@ mod stored_content;
 mod streamed_file;
 
 pub(crate) use download::stored_run;
-pub(crate) use names::run_file_name;
+pub(crate) use names::{run_file_name, utc};
 pub(crate) use stored_content::{
     CoreQueries, action_report, for_each_result, for_each_step, result_page, stored_json,
 };

@@ -25,7 +25,7 @@ pub(crate) fn run_file_name(run: &StoredRun, site: Option<&Site>) -> String {
 }
 
 /// `2026-11-24T11:00:00.5Z`.
-pub(super) fn utc(nanos: i64) -> String {
+pub(crate) fn utc(nanos: i64) -> String {
     Timestamp::from_nanosecond(nanos.into()).map(|at| at.to_string()).unwrap_or_default()
 }
 

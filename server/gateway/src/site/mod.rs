@@ -14,7 +14,7 @@ pub(crate) mod schemas;
 pub(crate) use action_parameters::ActionSchemas;
 pub(crate) use fields::FieldProblem;
 pub(crate) use objects::site;
-pub(crate) use parse::read_document;
+pub(crate) use parse::{document, read_document};
 pub(crate) use paths::new_id;
 pub(crate) use requests::SiteRequests;
 pub(crate) use revisions::ask;

@@ -104,7 +104,7 @@ pub(crate) async fn get_site(State(app): State<Arc<App>>) -> Answer {
 /// Objects of one kind, in the order of their ids.
 #[utoipa::path(get, path = api::paths::SITE_KIND_PATH, tag = "site", operation_id = "listObjects",
     params(
-        ("kind" = String, Path, description = "Kind of object: settings, nodes, edges, edge-blocks, zones, docks, assets, inspection-points, missions, schedules, monitors, mutex-holds or scene-changes"),
+        ("kind" = String, Path, description = "Kind of object: settings, nodes, edges, edge-blocks, zones, docks, assets, inspection-points, missions, schedules, monitors, mutex-holds, scene-changes or alerts"),
         ("limit" = Option<u32>, Query, description = "Objects wanted; 100 at most, and if left out"),
         ("after" = Option<String>, Query, format = Uuid, description = "Only objects after this one: `next` of the page before"),
     ),

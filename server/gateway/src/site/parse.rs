@@ -25,6 +25,7 @@ macro_rules! with_type {
             ObjectKind::Monitor => $use!(Monitor),
             ObjectKind::MutexHold => $use!(MutexHold),
             ObjectKind::SceneChange => $use!(SceneChange),
+            ObjectKind::Alert => $use!(Alert),
         }
     };
 }

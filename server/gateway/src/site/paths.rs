@@ -27,6 +27,7 @@ pub(crate) fn kind_path(kind: ObjectKind) -> &'static str {
         ObjectKind::Monitor => "monitors",
         ObjectKind::MutexHold => "mutex-holds",
         ObjectKind::SceneChange => "scene-changes",
+        ObjectKind::Alert => "alerts",
     }
 }
 

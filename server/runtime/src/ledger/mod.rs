@@ -8,6 +8,7 @@
 //! | commits | kept, in their order; of stops of motion that follow each other only the newest counts, and its commit answers all. When the disk fails, a notice says so, and writing is tried again until it succeeds. The stack waits for the answer before it acts, so they are few |
 //! | edits and questions | refused beyond [`LedgerConfig::max_waiting_requests`] or [`LedgerConfig::max_waiting_bytes`], and when the disk fails |
 
+mod alerts;
 mod reading_limits;
 mod site;
 #[cfg(test)]

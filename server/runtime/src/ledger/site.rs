@@ -1,6 +1,7 @@
 //! The site and the ledger that holds it. An edit is applied to the site in memory, written, and then published and answered.
 
-use super::reading_limits;
+use super::alerts::{AlertsConfig, edit_of_result, edit_of_step};
+use super::reading_limits::PointReport;
 use super::{EditRequest, LedgerConfig, LedgerWrite, SiteWork, refusal_reason};
 use crate::access::audit_texts;
 use crate::clock::{CalendarTime, RobotClock};
@@ -213,7 +214,19 @@ impl SiteKeeper {
             for event in events {
                 match event {
                     LedgerEvent::Site(write) => changes.extend(apply_write(writer, state, write, at)?),
-                    event => results.extend(writer.put_event(event, at)?),
+                    event => {
+                        let stored = writer.put_event(event, at)?;
+                        let (site, config) = (&state.site, AlertsConfig::default());
+                        let edit = match (&stored, event) {
+                            (Some(result), _) => Some(edit_of_result(site, result, &config)),
+                            (None, LedgerEvent::Step(step)) => Some(edit_of_step(site, step, at, &config)),
+                            _ => None,
+                        };
+                        if let Some(edit) = edit.filter(|edit| !edit.changes.is_empty()) {
+                            changes.extend(apply_own(writer, state, &edit, at)?);
+                        }
+                        results.extend(stored);
+                    }
                 }
             }
             Ok((changes, results))
@@ -221,7 +234,8 @@ impl SiteKeeper {
         changes.into_iter().for_each(|changed| self.publish(Some(changed)));
         for result in results {
             let site = self.open.as_ref().map(|open| &open.state.site);
-            for text in site.into_iter().flat_map(|site| reading_limits::warnings(&result, site)) {
+            let report = site.and_then(|site| PointReport::of(&result, site));
+            for text in report.iter().flat_map(PointReport::warnings) {
                 self.mailbox.notice(self.clock.now(), Severity::Warning, text);
             }
             // Whoever hears of a result finds it in the ledger, and its files on the disk.
@@ -386,7 +400,17 @@ fn apply_write(
     }
     // Differs from all others: no two edits of the robot have the same revision and time.
     let id = EditId(Uuid::from_u64_pair(at.nanos() as u64, state.revision + 1));
-    let applied = apply_edit(writer, state, None, &Edit { id, changes }, at)?;
+    apply_own(writer, state, &Edit { id, changes }, at)
+}
+
+/// Applies an edit of the platform itself, unless it was applied before.
+fn apply_own(
+    writer: &LedgerWriter<'_>,
+    state: &mut SiteState,
+    edit: &Edit,
+    at: Stamp,
+) -> Result<Option<SiteChanged>, StoreError> {
+    let applied = apply_edit(writer, state, None, edit, at)?;
     if let EditOutcome::Refused(refusal) = &applied.outcome {
         tracing::error!("the robot's change of the site was not applied: {refusal:?}");
     }

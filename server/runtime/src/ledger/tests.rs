@@ -3,9 +3,9 @@ use crate::state_publisher::StatePublisher;
 use api::{CoreMessage, EditDone, Event, QueryReply, RunFilter, SiteAssembly, SiteState};
 use messages::{ResultRecord, RunRecord, SiteWrite};
 use site_model::{
-    ActionReport, ActionRequest, Asset, AssetId, Change, EditError, EditId, GaugeReport, InspectionPoint,
-    InspectionPointId, MissionEvent, MissionEventKind, MissionId, MonitorId, NodeId, Object, ObjectId,
-    Reading, ReadingLimits, Revision, RunId,
+    ActionReport, ActionRequest, Alert, AlertState, Asset, AssetId, Change, EditError, EditId, GaugeReport,
+    InspectionPoint, InspectionPointId, MissionEvent, MissionEventKind, MissionId, MonitorId, NodeId, Object,
+    ObjectId, Reading, ReadingLimits, Revision, RunId,
 };
 use std::fs;
 use std::thread::{self, JoinHandle};
@@ -323,44 +323,49 @@ fn the_stack_is_told_the_site_its_edits_and_what_earlier_programs_have_committed
     assert_eq!(site.objects.len(), 1);
 }
 
+const BOILER: InspectionPointId = InspectionPointId(Uuid::from_u128(9));
+
+/// An inspection point whose readings are to be 5 bar at most.
+fn boiler() -> Object {
+    Object::InspectionPoint(InspectionPoint {
+        id: BOILER,
+        name: "Boiler".to_owned(),
+        asset: None,
+        node: NodeId(Uuid::from_u128(2)),
+        target_m: vocab::Vec3::default(),
+        request: ActionRequest { action: "photo".to_owned(), parameters: Default::default() },
+        limits: Some(ReadingLimits { min: None, max: Some(5.0), unit: "bar".to_owned() }),
+        gauge: None,
+    })
+}
+
+/// What was read there. `problem`: why its gauge was not read.
+fn boiler_result(step: u32, bar: f64, problem: Option<&str>) -> LedgerEvent {
+    let report = ActionReport {
+        readings: vec![Reading {
+            name: "gauge".to_owned(),
+            value: bar,
+            standard_deviation: None,
+            unit: "bar".to_owned(),
+        }],
+        gauge: Some(GaugeReport { problem: problem.map(str::to_owned), ..GaugeReport::default() }),
+        ..ActionReport::default()
+    };
+    LedgerEvent::Result(ResultRecord {
+        run: RunId(Uuid::from_u128(3)),
+        step,
+        attempt: 1,
+        kind: "photo".to_owned(),
+        blob: None,
+        body: serde_json::json!({ "inspection_point": BOILER, "value": report }).to_string(),
+    })
+}
+
 #[test]
 fn people_are_told_at_once_of_a_reading_outside_its_limits_and_of_a_gauge_that_was_not_read() {
     let bench = Bench::start();
-    let point = InspectionPointId(Uuid::from_u128(9));
-    bench.edit(put(
-        1,
-        None,
-        Object::InspectionPoint(InspectionPoint {
-            id: point,
-            name: "Boiler".to_owned(),
-            asset: None,
-            node: NodeId(Uuid::from_u128(2)),
-            target_m: vocab::Vec3::default(),
-            request: ActionRequest { action: "photo".to_owned(), parameters: Default::default() },
-            limits: Some(ReadingLimits { min: None, max: Some(5.0), unit: "bar".to_owned() }),
-            gauge: None,
-        }),
-    ));
-    let result = |step: u32, bar: f64, problem: Option<&str>| {
-        let report = ActionReport {
-            readings: vec![Reading {
-                name: "gauge".to_owned(),
-                value: bar,
-                standard_deviation: None,
-                unit: "bar".to_owned(),
-            }],
-            gauge: Some(GaugeReport { problem: problem.map(str::to_owned), ..GaugeReport::default() }),
-            ..ActionReport::default()
-        };
-        LedgerEvent::Result(ResultRecord {
-            run: RunId(Uuid::from_u128(3)),
-            step,
-            attempt: 1,
-            kind: "photo".to_owned(),
-            blob: None,
-            body: serde_json::json!({ "inspection_point": point, "value": report }).to_string(),
-        })
-    };
+    bench.edit(put(1, None, boiler()));
+    let result = boiler_result;
     let results =
         vec![run(), result(0, 4.9, None), result(1, 5.3, None), result(2, 1.0, Some("It is dark."))];
     assert_eq!(bench.queue().commit(0, results), None);
@@ -375,4 +380,43 @@ fn people_are_told_at_once_of_a_reading_outside_its_limits_and_of_a_gauge_that_w
         })
         .collect();
     assert_eq!(told, ["Boiler: the gauge is 5.30 bar, above the limit of 5.00 bar.", "Boiler: It is dark."]);
+}
+
+/// Acknowledging and closing are edits of people; the results come between them, and a restart.
+#[test]
+fn a_reading_outside_its_limits_raises_an_alert_that_people_close_and_later_ones_raise_a_new_one() {
+    let bench = Bench::start();
+    bench.edit(put(1, None, boiler()));
+    let apply = |bench: &Bench, seq: u64, events: Vec<LedgerEvent>| {
+        assert_eq!(bench.queue().commit(seq, events), None);
+        while bench.committed(PATIENCE) != Some(seq) {}
+    };
+    apply(&bench, 0, vec![run(), boiler_result(0, 5.3, None)]);
+    apply(&bench, 1, vec![boiler_result(1, 5.4, None), boiler_result(1, 5.4, None)]);
+    let dir = bench.end();
+    let alerts = |dir: &TempDir| -> Vec<Alert> {
+        let (_, state) = Store::open(dir.path()).expect("opens").open_ledger().expect("opens");
+        state.site.alerts().cloned().collect()
+    };
+    let raised = alerts(&dir);
+    assert_eq!(raised.len(), 1, "{raised:?}");
+    assert_eq!((raised[0].times_raised, &raised[0].state), (2, &AlertState::Open), "a result counts once");
+
+    let bench = Bench::on(dir);
+    // After a crash, what was not answered is committed again.
+    apply(&bench, 1, vec![boiler_result(1, 5.4, None)]);
+    let (by, at) = ("Ada".to_owned(), site_model::Utc(1));
+    let acknowledged = AlertState::Acknowledged { by: by.clone(), at };
+    let closed = AlertState::Closed { by, at, remark: "new valve".to_owned() };
+    let decided = |state| Object::Alert(Alert { state, owner: "Ada".to_owned(), ..raised[0].clone() });
+    for (number, base, state) in [(2, 2, acknowledged), (3, 3, closed)] {
+        let (outcome, _) = bench.edit(put(number, Some(base), decided(state)));
+        assert!(matches!(outcome, EditOutcome::Applied { .. }), "{outcome:?}");
+    }
+    apply(&bench, 2, vec![boiler_result(2, 5.5, None)]);
+    let mut after = alerts(&bench.end());
+    after.sort_by_key(|alert| alert.state.is_closed());
+    let told: Vec<_> = after.iter().map(|alert| (alert.state.name(), alert.times_raised)).collect();
+    assert_eq!(told, [("open", 1), ("closed", 2)]);
+    assert_ne!(after[0].id, after[1].id);
 }

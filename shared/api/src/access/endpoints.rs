@@ -139,6 +139,7 @@ endpoints! {
     ComparePictures: Get paths::PICTURE_COMPARISON_PATH, VIEWER;
     ListSlots: Get paths::SLOTS_PATH, VIEWER;
     ListSceneChanges: Get paths::SCENE_CHANGES_PATH, VIEWER;
+    ListAlerts: Get paths::ALERTS_PATH, VIEWER;
     GetChangesNormal: Get paths::NORMAL_CHANGES_PATH, VIEWER;
     MakeChangesNormal: Post paths::NORMAL_CHANGES_PATH, OPERATOR;
 }

@@ -101,7 +101,8 @@ pub fn object_privilege(kind: ObjectKind) -> Privilege {
         | ObjectKind::Mission
         | ObjectKind::Schedule
         | ObjectKind::Monitor
-        | ObjectKind::SceneChange => OPERATOR,
+        | ObjectKind::SceneChange
+        | ObjectKind::Alert => OPERATOR,
     }
 }
 

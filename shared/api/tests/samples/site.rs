@@ -155,6 +155,42 @@ fn scene_change(kind: SceneChangeKind, before: EarlierVisit, review: ReviewState
     })
 }
 
+fn alert(severity: AlertSeverity, state: AlertState, cause: AlertCause) -> Object {
+    Object::Alert(Alert {
+        id: AlertId(ID),
+        severity,
+        state,
+        cause,
+        owner: name(),
+        work_order: name(),
+        comment: name(),
+        first_raised: Utc(5),
+        last_raised: Utc(6),
+        times_raised: 2,
+        recovered: Some(Utc(7)),
+    })
+}
+
+fn alerts() -> Vec<Object> {
+    let point = InspectionPointId(ID);
+    let reading = |outside| OutsideReading { name: name(), value: 5.5, unit: "bar".to_owned(), outside };
+    let outside =
+        |outside| AlertCause::OutsideLimits { point, run: RUN, result: 9, reading: reading(outside) };
+    let acknowledged = AlertState::Acknowledged { by: name(), at: Utc(8) };
+    let closed = AlertState::Closed { by: name(), at: Utc(9), remark: name() };
+    let not_read = AlertCause::GaugeNotRead { point, run: RUN, result: 9, reason: name() };
+    let failed =
+        AlertCause::TaskFailed { mission: Some(MissionId(ID)), task: TASK, run: RUN, reason: name() };
+    vec![
+        alert(AlertSeverity::Warning, AlertState::Open, outside(OutsideLimits::Above(5.0))),
+        alert(AlertSeverity::Critical, acknowledged.clone(), outside(OutsideLimits::Below(6.0))),
+        alert(AlertSeverity::Information, closed, not_read),
+        alert(AlertSeverity::Warning, acknowledged.clone(), failed),
+        alert(AlertSeverity::Warning, AlertState::Open, AlertCause::SceneChange(SceneChangeId(ID))),
+        alert(AlertSeverity::Warning, acknowledged, AlertCause::ByHand { point: Some(point) }),
+    ]
+}
+
 fn objects() -> Vec<Object> {
     let (date, time) = (local().date, local().time);
     let interrupt = |afterwards| MonitorResponse::Interrupt { mission: MissionId(ID), afterwards };
@@ -166,7 +202,7 @@ fn objects() -> Vec<Object> {
     };
     let below = MonitorCondition::Below { threshold: 0.2, release: 0.3 };
     let above = MonitorCondition::Above { threshold: 60.0, release: 50.0 };
-    vec![
+    let mut objects = vec![
         Object::Settings(SiteSettings {
             name: name(),
             time_zone: "Europe/London".to_owned(),
@@ -243,7 +279,9 @@ fn objects() -> Vec<Object> {
         monitor(below, MonitorResponse::Pause),
         monitor(below, MonitorResponse::Notify),
         monitor(below, MonitorResponse::GoToDock { afterwards: Resumption::Resume }),
-    ]
+    ];
+    objects.extend(alerts());
+    objects
 }
 
 /// Every kind of object, put and removed.

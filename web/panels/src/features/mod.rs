@@ -15,6 +15,7 @@
 
 pub(crate) mod account;
 pub(crate) mod action_form;
+pub(crate) mod alerts;
 pub(crate) mod alignment;
 pub(crate) mod assets;
 pub(crate) mod changes;
@@ -97,6 +98,8 @@ panels_of! {
     point_history: point_history::PointHistoryPanel,
     /// What has changed between visits.
     changes: changes::ChangesPanel,
+    /// What a person has to look at.
+    alerts: alerts::AlertsPanel,
     /// The robot's state.
     robot: robot::RobotPanel,
     /// Goals and their outcomes.

@@ -8,7 +8,6 @@ use crate::screens::{self, SCREENS, ScreenDescription};
 use crate::theme;
 use client_model::{ClientCommand, Screen};
 use egui::{Align, Context, Direction, Order, Ui, Vec2, vec2};
-use site_model::ReviewState;
 
 /// Distance between buttons, points.
 const BUTTON_SPACING: f32 = 4.0;
@@ -61,10 +60,9 @@ fn show_entry(
     }
 }
 
-/// The name of a screen; that of runs with the number of changes that nobody has looked at yet.
+/// The name of a screen; that of runs with the number of changes and alerts that nobody has looked at yet.
 fn text_of(cx: &PanelContext<'_>, screen: Screen, description: &ScreenDescription) -> String {
-    let changes = cx.model.site.site().into_iter().flat_map(|site| site.scene_changes());
-    let new = changes.filter(|change| change.review == ReviewState::New).count();
+    let new = cx.model.site.unseen_findings();
     if screen == screens::RUNS && new > 0 {
         texts::with_count(description.name, new)
     } else {

@@ -6,6 +6,7 @@
 //! An edit waits until earlier ones of the same objects are answered. So none is applied to a state that the operator has not seen.
 
 mod action_forms;
+mod alert_edits;
 mod asset_edits;
 mod block_edits;
 mod camera_sight;

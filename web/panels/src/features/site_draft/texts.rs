@@ -51,6 +51,7 @@ pub(super) fn object(kind: ObjectKind, name: &str) -> String {
         ObjectKind::Monitor => "Monitor",
         ObjectKind::MutexHold => "Hold of edges",
         ObjectKind::SceneChange => "Change",
+        ObjectKind::Alert => "Alert",
     };
     format!("{kind} {name}").trim_end().to_owned()
 }
