@@ -31,7 +31,7 @@ pub struct Alert {
     pub last_raised: Utc,
     /// How often it was raised.
     pub times_raised: u32,
-    /// Since when its cause is gone, such as a reading that is within its limits again; none: it is not, as far as results say.
+    /// When a later result first said that its cause is gone, such as a reading that is within its limits again; none: no result has said so.
     #[serde(default)]
     pub recovered: Option<Utc>,
 }

@@ -15,6 +15,17 @@ const MAX_PARAGRAPH_CHARS: u32 = 2_000;
 /// Lines of a paragraph that are visible at once.
 const PARAGRAPH_ROWS: u8 = 3;
 
+/// What a field takes.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    /// A line, which is not empty.
+    Name,
+    /// A line, which may be emptied.
+    Line,
+    /// Several lines, which may be emptied.
+    Paragraph,
+}
+
 /// What the field keeps between frames.
 #[derive(Debug, Default)]
 pub(crate) struct NameField {
@@ -42,10 +53,22 @@ impl NameField {
         id: ObjectId,
         present: &str,
     ) -> Option<String> {
-        self.show_field(ui, cx, texts, id, present, false)
+        self.show_field(ui, cx, texts, (id, present), Kind::Name)
     }
 
-    /// The same for a text of several lines, which may also be emptied.
+    /// The same for a text that may be emptied.
+    pub(crate) fn show_line(
+        &mut self,
+        ui: &mut Ui,
+        cx: &mut PanelContext<'_>,
+        texts: &NameFieldTexts,
+        id: ObjectId,
+        present: &str,
+    ) -> Option<String> {
+        self.show_field(ui, cx, texts, (id, present), Kind::Line)
+    }
+
+    /// The same for a text of several lines, which may be emptied.
     pub(crate) fn show_paragraph(
         &mut self,
         ui: &mut Ui,
@@ -54,7 +77,7 @@ impl NameField {
         id: ObjectId,
         present: &str,
     ) -> Option<String> {
-        self.show_field(ui, cx, texts, id, present, true)
+        self.show_field(ui, cx, texts, (id, present), Kind::Paragraph)
     }
 
     fn show_field(
@@ -62,23 +85,21 @@ impl NameField {
         ui: &mut Ui,
         cx: &mut PanelContext<'_>,
         texts: &NameFieldTexts,
-        id: ObjectId,
-        present: &str,
-        is_paragraph: bool,
+        (id, present): (ObjectId, &str),
+        kind: Kind,
     ) -> Option<String> {
         if self.typed.as_ref().is_none_or(|(of, _)| *of != id) {
             self.typed = Some((id, present.to_owned()));
         }
         let (_, typed) = self.typed.as_mut()?;
-        let field = TextInput::new((texts.field, id), texts.field).max_length(MAX_NAME_CHARS);
-        let field = if is_paragraph {
-            field.paragraph(PARAGRAPH_ROWS).max_length(MAX_PARAGRAPH_CHARS)
-        } else {
-            field
+        let field = TextInput::new((texts.field, id), texts.field);
+        let field = match kind {
+            Kind::Name | Kind::Line => field.max_length(MAX_NAME_CHARS),
+            Kind::Paragraph => field.paragraph(PARAGRAPH_ROWS).max_length(MAX_PARAGRAPH_CHARS),
         };
         let mut is_given = field.show(ui, cx.tokens, cx.text_inputs, typed).submitted;
         let name = typed.trim().to_owned();
-        let is_new = (is_paragraph || !name.is_empty()) && name != present;
+        let is_new = (kind != Kind::Name || !name.is_empty()) && name != present;
         if is_new {
             let button = Button::new(texts.rename).text(texts.rename_short).icon(icon::PENCIL_SIMPLE);
             is_given |= button.wide(ui).show(ui, cx.tokens).clicked();

@@ -24,7 +24,7 @@ impl SiteFeature {
             + alerts.filter(|alert| alert.state == AlertState::Open).count()
     }
 
-    /// The inspection point of an alert or of its task, and what it is about, m, map frame, as far as the site has them.
+    /// The inspection point of an alert or of its task, and the place that it is about, m, map frame. None of what the site does not have.
     pub fn place_of_alert(&self, alert: &Alert) -> (Option<InspectionPointId>, Option<Vec3>) {
         let Some(site) = self.site() else { return (None, None) };
         let point = match &alert.cause {

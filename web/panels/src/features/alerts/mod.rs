@@ -105,9 +105,8 @@ impl AlertsPanel {
         let tokens = cx.tokens;
         let date = |at: Utc| format::date(Stamp::from_nanos(at.0), cx.utc_offset_s);
         fact(ui, tokens, texts::STATE, &texts::state(&alert.state));
-        match &alert.state {
-            AlertState::Closed { remark, .. } => widgets::sentence(ui, tokens, remark),
-            AlertState::Open | AlertState::Acknowledged { .. } => {}
+        if let AlertState::Closed { remark, .. } = &alert.state {
+            widgets::sentence(ui, tokens, remark);
         }
         fact(ui, tokens, texts::RAISED, &date(alert.first_raised));
         fact(ui, tokens, texts::TIMES, &format::count(alert.times_raised.into()));
@@ -143,7 +142,7 @@ impl AlertsPanel {
             decided.owner.clone_from(&me);
         }
         show_caption(ui, tokens, texts::OWNER_FIELD.field);
-        if let Some(owner) = self.owner.show(ui, cx, &texts::OWNER_FIELD, object, &alert.owner) {
+        if let Some(owner) = self.owner.show_line(ui, cx, &texts::OWNER_FIELD, object, &alert.owner) {
             decided.owner = owner;
         }
         let fields = [

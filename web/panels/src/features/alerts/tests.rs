@@ -105,6 +105,9 @@ fn an_alert_is_acknowledged_given_to_somebody_and_closed_and_that_is_undone() {
     assert_eq!(warning(&harness).state, AlertState::Acknowledged { by: me.clone(), at: NOW });
     press(&mut harness, "I look after it");
     assert_eq!(warning(&harness).owner, me);
+    type_into(&mut harness, "Owner", "");
+    assert_eq!(warning(&harness).owner, "", "nobody again");
+    press(&mut harness, "I look after it");
     type_into(&mut harness, "Work order", "Replace the valve");
     press(&mut harness, "Keep the work order");
     assert_eq!(warning(&harness).work_order, "Replace the valve");
