@@ -5,7 +5,7 @@ use crate::clusters::clusters;
 use crate::columns::Columns;
 use crate::moves::{is_same_size, moves};
 use crate::passing::Passing;
-use crate::penetration::{evidence_of_absence, explains_absence, penetration, was_there};
+use crate::penetration::{evidence_of_absence, explains_absence, penetration, was_there, without_passing};
 use crate::side::{Side, ground_below};
 use crate::surfaces::SurfaceTolerance;
 use crate::turned::{TurnedThing, find_turned};
@@ -228,7 +228,9 @@ struct Differences {
 
 /// The differences of a visit from the other one.
 fn differing(visit: &Side, other: &Side, config: &ChangesConfig) -> Differences {
-    let CandidatePoints { changed, unknown } = candidates(visit, other, config);
+    let CandidatePoints { mut changed, unknown } = candidates(visit, other, config);
+    let hidden = hidden_by_passing(&changed, [visit, other], config);
+    changed.extend(hidden);
     let mut groups = clusters(&changed, config.gap_m as f32);
     groups.sort_by_key(|group| std::cmp::Reverse(group.len()));
     let around = Around { changed: Columns::new(changed.iter().copied()), unknown: Columns::new(unknown) };
@@ -261,12 +263,7 @@ enum Group {
 
 /// The object of a group of changed points; none if it is too small, was not there all the time of its visit, or if the rays of the other visit do not say that it was not there.
 fn object(core: &[[f32; 3]], around: &Around, sides: [&Side; 2], config: &ChangesConfig) -> Option<Group> {
-    let (mut points, mut place) = grown(core, around, sides, config)?;
-    let hidden = hidden_by_passing(&place, sides, config);
-    if !hidden.is_empty() {
-        let core: Vec<[f32; 3]> = core.iter().copied().chain(hidden).collect();
-        (points, place) = grown(&core, around, sides, config)?;
-    }
+    let (points, place) = grown(core, around, sides, config)?;
     let mut sorted = place.size_m;
     sorted.sort_by(f64::total_cmp);
     if sorted[1] < config.min_size_m || points.len() < config.min_points {
@@ -283,8 +280,9 @@ fn object(core: &[[f32; 3]], around: &Around, sides: [&Side; 2], config: &Change
         return None;
     }
     let [own, met] = sides.map(|side| penetration(&place, &side.images, config));
-    let evidence = evidence_of_absence(own.iter().sum(), met.iter().sum(), config);
-    let is_gone = evidence >= config.min_evidence && explains_absence(met.iter().sum(), config);
+    let met_by_staying = without_passing(&met, config);
+    let evidence = evidence_of_absence(own.iter().sum(), met_by_staying, config);
+    let is_gone = evidence >= config.min_evidence && explains_absence(met_by_staying, config);
     let confidence = 1.0 / (1.0 + (-evidence).exp());
     (is_gone && was_there(&place, &own, config)).then_some(Group::Object(UnmatchedObject {
         place,
@@ -341,8 +339,7 @@ fn known_share(place: &UprightBox, around: &Around, config: &ChangesConfig) -> f
     };
     let (changed, unknown) = (cells(&around.changed), cells(&around.unknown));
     let all = changed.union(&unknown).count();
-    // Without any, all its points were hidden by what passed.
-    if all == 0 { 1.0 } else { changed.len() as f64 / all as f64 }
+    changed.len() as f64 / all.max(1) as f64
 }
 
 /// Share of the points in a box that have a surface of the other visit near them: a thing is gone as a whole. Linear in the points around.
@@ -357,16 +354,40 @@ fn same_share(place: &UprightBox, sides: [&Side; 2], config: &ChangesConfig) -> 
     staying as f64 / inside.len().max(1) as f64
 }
 
-/// Points of a thing that the other visit does not have, but near which something passed during that visit, such as a person; none if so few points of the thing have surfaces of the other
-/// visit near them that they do not matter.
-fn hidden_by_passing(place: &UprightBox, sides: [&Side; 2], config: &ChangesConfig) -> Vec<[f32; 3]> {
-    let [inside, mut same] = inside_and_same(place, sides, config);
-    if same.len() as f64 <= config.max_same_share * inside.len() as f64 {
-        return Vec::new();
+/// Points near changed ones that have a surface of the other visit near them for the only reason that something passed there during that visit, such as a person: they join what is left of
+/// a thing on both sides of it. For each group of changed points linear in the points around, in each of [`ChangesConfig::grow_rounds`] rounds.
+fn hidden_by_passing(changed: &[[f32; 3]], sides: [&Side; 2], config: &ChangesConfig) -> Vec<[f32; 3]> {
+    let [visit, other] = sides;
+    let is_passing = Passing::new(other, config);
+    let mut found: BTreeSet<[u32; 3]> = BTreeSet::new();
+    let groups = clusters(changed, config.gap_m as f32).into_iter();
+    for group in groups.filter(|group| group.len() >= config.min_points) {
+        let mut group: Vec<[f32; 3]> = group.iter().map(|place| changed[*place]).collect();
+        for _ in 0..config.grow_rounds {
+            let Some(wide) = extent(&group, config.gap_m) else { break };
+            let mut is_hidden = |point: &&[f32; 3]| {
+                wide.holds(&Vector3::from(point.map(f64::from)), 0.0)
+                    && other.surfaces.is_near(point)
+                    && is_passing.at(point)
+                    && found.insert(point.map(f32::to_bits))
+            };
+            let known = group.len();
+            group.extend(visit.columns.around(&wide, 0.0).filter(|point| is_hidden(point)).copied());
+            if group.len() == known {
+                break;
+            }
+        }
     }
-    let is_passing = Passing::new(sides[1], config);
-    same.retain(|point| is_passing.at(point));
-    same
+    found.into_iter().map(|bits| bits.map(f32::from_bits)).collect()
+}
+
+/// The smallest box along the axes that reaches `margin_m` metres beyond all points; none of no points.
+fn extent(points: &[[f32; 3]], margin_m: f64) -> Option<UprightBox> {
+    let points = points.iter().map(|point| Vector3::from(point.map(f64::from)));
+    let [least, most] =
+        points.map(|at| [at, at]).reduce(|[least, most], [low, high]| [least.inf(&low), most.sup(&high)])?;
+    let size = (most - least).add_scalar(2.0 * margin_m);
+    Some(UprightBox { centre_m: (least + most) / 2.0, size_m: size.into(), yaw_rad: 0.0 })
 }
 
 /// The points in a box, and those of them that have a surface of the other visit near them, without those so low that the ground is near them.

@@ -1,7 +1,7 @@
 //! A room that is visited twice, with boxes that appear, go, move and stay.
 
 use super::*;
-use crate::room::{Rays, at, view, visit};
+use crate::room::{FINE, Rays, at, view, visit, visit_with_rays};
 
 fn is_at(object: &UprightBox, expected: &UprightBox) -> bool {
     let sides = object.size_m.iter().zip(expected.size_m);
@@ -34,6 +34,33 @@ fn what_appeared_was_removed_and_moved_is_found_and_what_stayed_is_not_named() {
     assert!(found.objects.iter().all(|object| object.confidence > 0.99));
     let back = detect_changes(&after, &before, &ChangesConfig::default());
     assert_eq!(back.objects.len(), 3, "the other way round too");
+}
+
+/// A visit in which somebody stands at a place while the robot takes the view from `x`.
+fn visit_with_person(boxes: &[UprightBox], person: &UprightBox, x: f64) -> Visit {
+    let mut visit = visit_with_rays(boxes, 5.0, &FINE);
+    let passed = visit.views.iter_mut().find(|view| (view.sensor.x - x).abs() < 1e-9).expect("a view there");
+    *passed = view(passed.sensor, &FINE, &[boxes, &[*person]].concat());
+    visit
+}
+
+#[test]
+fn a_person_on_the_visit_before_hides_no_part_of_an_object() {
+    let put = at(1.0, 0.0, [1.2, 0.5, 0.8], 0.0);
+    let before = visit_with_person(&[], &at(1.0, -0.05, [0.8, 0.4, 1.7], 0.0), 1.0);
+    let found =
+        detect_changes(&before, &visit_with_rays(&[put], 5.0, &FINE), &ChangesConfig::default()).objects;
+    assert_eq!(found.len(), 1, "{found:#?}");
+    assert!(found[0].change == Change::Appeared && is_at(&found[0].place, &put), "{:?}", found[0].place);
+}
+
+#[test]
+fn a_person_beside_an_object_does_not_make_it_larger() {
+    let put = at(1.0, 0.0, [0.6, 0.5, 0.8], 0.3);
+    let after = visit_with_person(&[put], &at(1.65, 0.0, [0.5, 0.4, 1.7], 0.0), 1.0);
+    let found = detect_changes(&visit_with_rays(&[], 5.0, &FINE), &after, &ChangesConfig::default()).objects;
+    assert_eq!(found.len(), 1, "{found:#?}");
+    assert!(is_at(&found[0].place, &put), "{:?}", found[0].place);
 }
 
 #[test]

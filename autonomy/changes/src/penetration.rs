@@ -63,17 +63,29 @@ fn penetration_of_view(tested: &UprightBox, image: &RayImage, config: &ChangesCo
 /// Whether an object was there during all of its own visit. A person who walks past was not: from most of the views that tell of that place, nearly all rays went through it, or only
 /// one or two views saw it at all. Of a rack or a tripod, some rays of each view end at it.
 pub(crate) fn was_there(place: &UprightBox, own: &[Penetration], config: &ChangesConfig) -> bool {
-    let (mut telling, mut empty) = (0_usize, 0_usize);
-    for Penetration { through, ended } in own {
-        if through + ended >= config.min_telling_rays {
-            telling += 1;
-            empty += usize::from(is_stray(*ended, through + ended, config));
-        }
-    }
     let seeing = own.iter().filter(|view| view.ended >= config.min_free_rays).count();
     let may_walk = place.size_m[2] >= config.walking_height_m;
     let min_views = if may_walk { config.min_views_if_walking } else { config.min_views };
-    empty as f64 <= config.moving_share * telling as f64 && seeing >= min_views.min(own.len())
+    !is_empty_to_most(own, config) && seeing >= min_views.min(own.len())
+}
+
+/// Whether from most of the views that tell of a place nearly all rays went through it: what ended the rays of the others passed.
+fn is_empty_to_most(views: &[Penetration], config: &ChangesConfig) -> bool {
+    let telling = views.iter().filter(|view| view.through + view.ended >= config.min_telling_rays);
+    let (empty, telling) = telling.fold((0_usize, 0_usize), |(empty, telling), view| {
+        (empty + usize::from(is_empty(view, config)), telling + 1)
+    });
+    empty as f64 > config.moving_share * telling as f64
+}
+
+fn is_empty(view: &Penetration, config: &ChangesConfig) -> bool {
+    is_stray(view.ended, view.through + view.ended, config)
+}
+
+/// The rays of the other visit that met the place of an object, without the views in which something passed there.
+pub(crate) fn without_passing(views: &[Penetration], config: &ChangesConfig) -> Penetration {
+    let is_passed = is_empty_to_most(views, config);
+    views.iter().filter(|view| !is_passed || is_empty(view, config)).sum()
 }
 
 /// The part of a box that a ray meets even if the poses are a little wrong. A ray that passes beside an object tells nothing of it, so that a strip between two rays of a sparse

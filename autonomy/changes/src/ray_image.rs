@@ -17,6 +17,7 @@ pub(crate) struct PassingRays {
 }
 
 /// The rays of a view, sorted by the cells of directions around its sensor.
+#[derive(Clone)]
 pub(crate) struct RayImage {
     sensor: Vector3,
     cell_rad: f64,
@@ -116,7 +117,7 @@ impl RayImage {
         passing
     }
 
-    /// The rays of so many columns of a row from a column on, which may be beyond the last one: a row goes all round.
+    /// The rays of `columns` cells of a row, from the cell `first` on. After the last cell of the row comes its first one.
     fn of_row(&self, row: usize, first: usize, columns: usize) -> impl Iterator<Item = &([f32; 3], f32)> {
         let first = first % self.columns;
         let end = (first + columns).min(self.columns);
@@ -184,6 +185,7 @@ impl RayImage {
 }
 
 /// The farthest range of the rays of a view in each direction.
+#[derive(Clone)]
 struct FarthestRanges {
     side_rad: f64,
     columns: usize,
@@ -311,6 +313,33 @@ mod tests {
         }
         assert!(all > 100);
         assert!(image.rays_near(&Vector3::new(3.0, 0.2, 0.1), 0.1).count() * 10 < image.rays.len());
+    }
+
+    #[test]
+    fn only_places_without_a_line_of_sight_are_left_out_early() {
+        let config = ChangesConfig::default();
+        // A near wall over half of the far one.
+        let far = (-60..60).flat_map(|y| (-20..20).map(move |z| (y, z)));
+        let points = far.map(|(y, z)| {
+            let scale = if y < 0 { 0.4 } else { 1.0 };
+            [5.0, y as f32 * 0.05, z as f32 * 0.05].map(|at| at * scale)
+        });
+        let view = SensorView { sensor: Vector3::zeros(), points: points.collect() };
+        let image = RayImage::new(&view, &config);
+        let mut all = image.clone();
+        all.farthest.ranges_m.fill(f32::INFINITY);
+        let (mut left_out, mut passed) = (0, 0);
+        for x in [1.9_f32, 2.1, 2.5, 3.5, 4.9, 5.1] {
+            for y in (-40..40).map(|y| y as f32 * 0.05) {
+                let place = [x, y, 0.12];
+                let [early, slow] =
+                    [&image, &all].map(|image| image.passing(&place, None, config.ray_reach_m, &config));
+                assert_eq!((early.through, early.ended), (slow.through, slow.ended), "{place:?}");
+                left_out += usize::from(early.blocked < slow.blocked);
+                passed += usize::from(early.through > 0);
+            }
+        }
+        assert!(left_out > 30 && passed > 30, "{left_out} {passed}");
     }
 
     #[test]

@@ -34,6 +34,10 @@ pub(crate) struct Rays {
 pub(crate) const DENSE: Rays =
     Rays { columns: 240, first_rad: 0.0, rows: [-20, 20], row_rad: 1.5 * PI / 180.0 };
 
+/// Rays every half degree.
+pub(crate) const FINE: Rays =
+    Rays { columns: 720, first_rad: 0.0, rows: [-60, 60], row_rad: 0.5 * PI / 180.0 };
+
 /// What a sensor sees of the room and the boxes in it.
 pub(crate) fn view(sensor: Vector3, rays: &Rays, boxes: &[UprightBox]) -> SensorView {
     let mut points = Vec::new();
@@ -52,10 +56,15 @@ pub(crate) fn view(sensor: Vector3, rays: &Rays, boxes: &[UprightBox]) -> Sensor
 
 /// A walk along the room with a view every metre.
 pub(crate) fn visit(boxes: &[UprightBox], until_x: f64) -> Visit {
+    visit_with_rays(boxes, until_x, &DENSE)
+}
+
+/// The same with other rays.
+pub(crate) fn visit_with_rays(boxes: &[UprightBox], until_x: f64, rays: &Rays) -> Visit {
     let mut visit = Visit::default();
     let mut x = -5.0;
     while x <= until_x {
-        visit.views.push(view(Vector3::new(x, -2.5 + 0.1 * x, 0.7), &DENSE, boxes));
+        visit.views.push(view(Vector3::new(x, -2.5 + 0.1 * x, 0.7), rays, boxes));
         x += 1.0;
     }
     visit

@@ -55,7 +55,7 @@ impl Side {
         for image in &self.images {
             let PassingRays { through, ended, blocked } =
                 image.passing(place, normal.as_ref(), config.own_ray_reach_m, config);
-            // A ray past the edge of what is before a place does not see the place.
+            // Rays that ended nearer than the place: something stands in front of it, and rays past its edge do not see the place.
             let is_free = through >= config.min_free_rays
                 && is_stray(ended + blocked, through + ended + blocked, config);
             free += usize::from(is_free);
