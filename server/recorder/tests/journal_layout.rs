@@ -13,9 +13,9 @@ use messages::{
 use site_model::{
     ActionRequest, Change, DockId, EarlierVisit, EdgeId, EdgeStage, Edit, EditId, FailurePolicy, Mission,
     MissionCommandKind, MissionEnd, MissionEvent, MissionEventKind, MissionId, MutexHold, MutexHoldId,
-    NodeId, Object, ObjectId, OrientedBox, Parameters, PoseTolerance, ReviewState, Revision,
-    RouteActionPlace, RouteActionStep, RunId, RunState, SceneChange, SceneChangeId, SceneChangeKind,
-    SiteSettings, Task, TaskId, TaskOrder, TaskPlace, Utc, Versioned,
+    NodeId, Object, ObjectId, OrientedBox, Parameters, PhysicalObject, PhysicalObjectId, PoseTolerance,
+    ReviewState, Revision, RouteActionPlace, RouteActionStep, RunId, RunState, SceneChange, SceneChangeId,
+    SceneChangeKind, ShapeDescriptor, SiteSettings, Task, TaskId, TaskOrder, TaskPlace, Utc, Versioned,
 };
 use std::fmt::Write;
 use uuid::Uuid;
@@ -123,6 +123,8 @@ fn inputs() -> Vec<Input> {
         review: ReviewState::Dismissed { reason: "ours".to_owned() },
         comment: "why".to_owned(),
         clouds: None,
+        physical_object: Some(PhysicalObject { id: PhysicalObjectId(id(17)), probability: 0.75 }),
+        descriptor: Some(ShapeDescriptor { name: "geometric-1".to_owned(), values: vec![1, -2] }),
     };
     let found = Change::Put { base: None, object: Object::SceneChange(scene_change) };
     let request = ActionRequest { action: "dock".to_owned(), parameters: Parameters::new() };
