@@ -151,9 +151,9 @@ fn print_scores(name: &str, views: &[Vec<ObjectView>], methods: &[(&str, &dyn Ob
     let count: usize = views.iter().map(Vec::len).sum();
     println!("\n{name}: {} objects, {count} views\n", views.len());
     println!(
-        "| method | nearest of 10 | nearest of 50 | with box size, of 10 | of 50 | K-means | wrong | assignment | wrong | mean probability |"
+        "| method | nearest of 10 | nearest of 50 | with box size, of 10 | of 50 | K-means | wrong | assignment | wrong | mean probability | without limits | wrong |"
     );
-    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
     let percent = |share: f64| format!("{:.1} %", 100.0 * share);
     let of = |found: usize, all: usize| percent(found as f64 / all.max(1) as f64);
     for (place, (method, descriptor)) in methods.iter().enumerate() {
@@ -163,24 +163,28 @@ fn print_scores(name: &str, views: &[Vec<ObjectView>], methods: &[(&str, &dyn Ob
         if place == 0 {
             let plain: Vec<Vec<DescribedView>> =
                 described.iter().map(|views| views.iter().map(without_descriptor).collect()).collect();
-            let by_size = pair_scores(&plain, 2_000, seed).by_assignment;
+            let by_size = pair_scores(&plain, 2_000, seed);
+            let (by_size, open_by_size) = (by_size.by_assignment, by_size.by_open_assignment);
             println!(
-                "| box size, the nearest place of one size | – | – | – | – | – | – | {} | {} | – |",
+                "| box size, the nearest place of one size | – | – | – | – | – | – | {} | {} | – | – | – |",
                 of(scores.by_box.right, scores.by_box.moved),
                 of(scores.by_box.wrong, scores.by_box.right + scores.by_box.wrong)
             );
             println!(
-                "| box size | {} | {} | – | – | – | – | {} | {} | {} |",
+                "| box size | {} | {} | – | – | – | – | {} | {} | {} | {} | {} |",
                 nearest(Measure::Sizes, 9),
                 nearest(Measure::Sizes, 49),
                 of(by_size.right, by_size.moved),
                 of(by_size.wrong, by_size.right + by_size.wrong),
-                percent(by_size.probability / (by_size.right + by_size.wrong).max(1) as f64)
+                percent(by_size.probability / (by_size.right + by_size.wrong).max(1) as f64),
+                of(open_by_size.right, open_by_size.moved),
+                of(open_by_size.wrong, open_by_size.right + open_by_size.wrong)
             );
         }
-        let (clusters, assigned) = (scores.by_clusters, scores.by_assignment);
+        let (clusters, assigned, open) =
+            (scores.by_clusters, scores.by_assignment, scores.by_open_assignment);
         println!(
-            "| {method} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
+            "| {method} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
             nearest(Measure::Descriptor, 9),
             nearest(Measure::Descriptor, 49),
             nearest(Measure::Likelihood, 9),
@@ -189,7 +193,9 @@ fn print_scores(name: &str, views: &[Vec<ObjectView>], methods: &[(&str, &dyn Ob
             of(clusters.wrong, clusters.right + clusters.wrong),
             of(assigned.right, assigned.moved),
             of(assigned.wrong, assigned.right + assigned.wrong),
-            percent(assigned.probability / (assigned.right + assigned.wrong).max(1) as f64)
+            percent(assigned.probability / (assigned.right + assigned.wrong).max(1) as f64),
+            of(open.right, open.moved),
+            of(open.wrong, open.right + open.wrong)
         );
     }
 }

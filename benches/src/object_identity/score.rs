@@ -65,23 +65,20 @@ pub struct PairScore {
     pub moved: usize,
     pub right: usize,
     pub wrong: usize,
-    /// Sums over the named pairs of the probability that each was given, and of its squared error.
+    /// Sum over the named pairs of the probability that each was given.
     pub probability: f64,
-    pub squared_error: f64,
 }
 
 impl PairScore {
     fn count(&mut self, gone: &[&DescribedView], new: &[&DescribedView], pairs: &[([usize; 2], f64)]) {
         self.moved += gone.iter().filter(|view| new.iter().any(|other| other.object == view.object)).count();
         for ([a, b], probability) in pairs {
-            let is_right = gone[*a].object == new[*b].object;
-            if is_right {
+            if gone[*a].object == new[*b].object {
                 self.right += 1;
             } else {
                 self.wrong += 1;
             }
             self.probability += probability;
-            self.squared_error += (probability - f64::from(u8::from(is_right))).powi(2);
         }
     }
 }
@@ -92,6 +89,8 @@ pub struct PairScores {
     pub by_box: PairScore,
     pub by_clusters: PairScore,
     pub by_assignment: PairScore,
+    /// The same without a limit of the difference of sizes, and without regard to places.
+    pub by_open_assignment: PairScore,
 }
 
 /// Comparisons of visits in which random objects were moved, are gone and are new.
@@ -101,8 +100,10 @@ pub fn pair_scores(views: &[Vec<DescribedView>], comparisons: usize, seed: u64) 
         by_box: PairScore::default(),
         by_clusters: PairScore::default(),
         by_assignment: PairScore::default(),
+        by_open_assignment: PairScore::default(),
     };
     let config = AssociationConfig::default();
+    let open = AssociationConfig { per_m: 0.0, max_difference_share: f64::INFINITY, ..config };
     for _ in 0..comparisons {
         let (moved, gone, new) =
             (1 + below(&mut rng, MOVED), below(&mut rng, ALONE + 1), below(&mut rng, ALONE + 1));
@@ -135,19 +136,18 @@ pub fn pair_scores(views: &[Vec<DescribedView>], comparisons: usize, seed: u64) 
         };
         let clustered = pairs_by_clusters(&descriptors(&before), &descriptors(&after));
         scores.by_clusters.count(&before, &after, &certain(&clustered));
-        let log_odds: Vec<Vec<f64>> = before
-            .iter()
-            .enumerate()
-            .map(|(a, one)| {
+        let assigned = |config: &AssociationConfig| -> Vec<([usize; 2], f64)> {
+            let row = |(a, one): (usize, &&DescribedView)| -> Vec<f64> {
                 let of = |(b, other): (usize, &&DescribedView)| {
                     config.log_odds(&one.shape, &other.shape, distance_m(a, b))
                 };
                 after.iter().enumerate().map(of).collect()
-            })
-            .collect();
-        let found: Vec<([usize; 2], f64)> =
-            associate(&log_odds).into_iter().map(|found| (found.pair, found.probability)).collect();
-        scores.by_assignment.count(&before, &after, &found);
+            };
+            let log_odds: Vec<Vec<f64>> = before.iter().enumerate().map(row).collect();
+            associate(&log_odds).into_iter().map(|found| (found.pair, found.probability)).collect()
+        };
+        scores.by_assignment.count(&before, &after, &assigned(&config));
+        scores.by_open_assignment.count(&before, &after, &assigned(&open));
     }
     scores
 }
