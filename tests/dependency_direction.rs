@@ -33,7 +33,8 @@ const OURS: &[(&str, &[&str])] = &[
     ("localisation", &["geometry", "mapping", "points", "registration", "vocab"]),
     ("navigation", &["geometry", "points", "registration", "vocab"]),
     ("topomap", &["geometry", "mapping", "navigation", "site_model", "vocab"]),
-    ("changes", &["geometry", "points", "registration"]),
+    ("object_identity", &["geometry"]),
+    ("changes", &["geometry", "object_identity", "points", "registration"]),
     ("gauges", &[]),
     ("picture_changes", &["gauges", "geometry"]),
     ("executive", &["geometry", "localisation", "messages", "navigation", "site_model", "vocab"]),
@@ -63,7 +64,7 @@ const OURS: &[(&str, &[&str])] = &[
     ("formats", &["messages", "vocab"]),
     ("links", &["geometry", "messages", "ports", "scan_codec", "sim", "site_model", "vocab"]),
     ("site_files", &["sim", "vocab"]),
-    ("recorder", &["formats", "geometry", "messages", "ports", "scan_codec", "vocab"]),
+    ("recorder", &["formats", "geometry", "messages", "ports", "scan_codec", "site_model", "vocab"]),
     (
         "store",
         &[
@@ -90,6 +91,7 @@ const OURS: &[(&str, &[&str])] = &[
             "map_codec",
             "messages",
             "missions",
+            "object_identity",
             "ports",
             "site_model",
             "stack",
@@ -117,6 +119,7 @@ const OURS: &[(&str, &[&str])] = &[
             "mapping",
             "messages",
             "missions",
+            "object_identity",
             "picture_changes",
             "points",
             "ports",
@@ -151,7 +154,6 @@ const OURS_IN_TESTS: &[(&str, &[&str])] = &[
     ("lockstep", &["geometry", "mapping", "points"]),
     ("mapping", &["messages", "odometry", "sim"]),
     ("odometry", &["messages", "sim"]),
-    ("recorder", &["site_model"]),
     ("runtime", &["links", "sim"]),
     ("site_files", &["geometry"]),
 ];

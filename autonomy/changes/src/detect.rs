@@ -3,7 +3,7 @@
 use crate::alignment::align;
 use crate::clusters::clusters;
 use crate::columns::Columns;
-use crate::moves::{is_same_size, moves};
+use crate::moves::{SeenObject, moves};
 use crate::passing::Passing;
 use crate::penetration::{evidence_of_absence, explains_absence, penetration, was_there, without_passing};
 use crate::side::{Side, ground_below};
@@ -11,6 +11,7 @@ use crate::surfaces::SurfaceTolerance;
 use crate::turned::{TurnedThing, find_turned};
 use crate::{ChangesConfig, UprightBox, Visit};
 use geometry::Vector3;
+use object_identity::{Association, Descriptor, GeometricDescriptor, ObjectDescriptor, PointNetwork};
 use points::hash::{CellKey, CellTable};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -39,6 +40,10 @@ pub struct ChangedObject {
     pub points: Vec<[f32; 3]>,
     /// Probability that it changed, 0 to 1, from the rays of the other visit that met its place, if as many objects of the places that were compared have changed as have not.
     pub confidence: f64,
+    /// Of a moved one, the probability that one thing was at both places: things of one make cannot be told apart.
+    pub move_probability: Option<f64>,
+    /// Descriptor of its points; none of an image of a depth camera, and of too few points.
+    pub descriptor: Option<Descriptor>,
 }
 
 /// What changed between two visits.
@@ -53,6 +58,20 @@ pub struct Changes {
 /// Compares two visits in one map frame. The later one is aligned with the earlier one first, view by view; so results are in the frame of the earlier one. Cost: `O(n log n)` in the points, and for each point without a surface of the other visit near it a step for each view of both
 /// visits within [`ChangesConfig::max_range_m`].
 pub fn detect_changes(before: &Visit, after: &Visit, config: &ChangesConfig) -> Changes {
+    match PointNetwork::shipped() {
+        Ok(network) => detect_changes_with(before, after, &network, config),
+        // Only if the program was built with a damaged file.
+        Err(_) => detect_changes_with(before, after, &GeometricDescriptor::default(), config),
+    }
+}
+
+/// [`detect_changes`] with another way to know things again.
+pub fn detect_changes_with(
+    before: &Visit,
+    after: &Visit,
+    descriptor: &dyn ObjectDescriptor,
+    config: &ChangesConfig,
+) -> Changes {
     let aligned = align(before, after, &config.alignment);
     let tolerance = SurfaceTolerance::new(aligned.errors, config);
     let sides = [before, &aligned.visit].map(|visit| Side::new(visit, &tolerance, config));
@@ -60,16 +79,19 @@ pub fn detect_changes(before: &Visit, after: &Visit, config: &ChangesConfig) -> 
     let mut appeared = differing(&sides[1], &sides[0], config);
     let turned = turned_things(&mut removed, &mut appeared, [&sides[0], &sides[1]], config);
     let (removed, appeared) = (removed.objects, appeared.objects);
-    let boxes = |objects: &[UnmatchedObject]| objects.iter().map(|object| object.place).collect::<Vec<_>>();
-    let (gone, new) = (boxes(&removed), boxes(&appeared));
-    let pairs = moves(&gone, &new, |from, to| {
-        is_same_size(&gone[from], &new[to], config.same_size_share, config.same_size_m)
-    });
+    let pairs = moves(&seen(&removed), &seen(&appeared), descriptor, &config.association);
     let unchanged = unchanged(&sides[0], &sides[1], config);
     let Changes { mut objects, .. } = merged(removed, appeared, &pairs);
     objects.extend(turned);
+    for object in &mut objects {
+        object.descriptor = descriptor.describe(&object.points);
+    }
     objects.sort_by_key(|object| std::cmp::Reverse(object.points.len()));
     Changes { objects, unchanged }
+}
+
+fn seen(objects: &[UnmatchedObject]) -> Vec<SeenObject<'_>> {
+    objects.iter().map(|object| SeenObject { place: &object.place, points: &object.points }).collect()
 }
 
 /// Things that were turned where they stand. What they explain is taken from the other objects.
@@ -108,6 +130,8 @@ fn turned_things(
         place,
         points,
         confidence: config.turned_confidence,
+        move_probability: Some(config.turned_confidence),
+        descriptor: None,
     };
     found.into_iter().map(changed).collect()
 }
@@ -124,29 +148,31 @@ fn unchanged(before: &Side, after: &Side, config: &ChangesConfig) -> Vec<[f32; 3
     points.filter(|point| is_wanted(point)).copied().collect()
 }
 
-/// The changes of objects that are gone and that are new, of which these pairs (gone, new) are one object each.
+/// The changes of objects that are gone and that are new, of which these pairs (gone, new) are likely one thing each.
 pub(crate) fn merged(
     removed: Vec<UnmatchedObject>,
     appeared: Vec<UnmatchedObject>,
-    pairs: &[(usize, usize)],
+    pairs: &[Association],
 ) -> Changes {
-    let gone_of: BTreeMap<usize, usize> = pairs.iter().map(|(gone, new)| (*new, *gone)).collect();
+    let gone_of: BTreeMap<usize, &Association> = pairs.iter().map(|found| (found.pair[1], found)).collect();
     let from: Vec<UprightBox> = removed.iter().map(|object| object.place).collect();
-    let of = |object: UnmatchedObject, change| ChangedObject {
+    let of = |object: UnmatchedObject, change, move_probability| ChangedObject {
         change,
         place: object.place,
         points: object.points,
         confidence: object.confidence,
+        move_probability,
+        descriptor: None,
     };
     let new = appeared.into_iter().enumerate().map(|(new, object)| match gone_of.get(&new) {
-        Some(gone) => of(object, Change::Moved { from: from[*gone] }),
-        None => of(object, Change::Appeared),
+        Some(found) => of(object, Change::Moved { from: from[found.pair[0]] }, Some(found.probability)),
+        None => of(object, Change::Appeared, None),
     });
     let gone = removed
         .into_iter()
         .enumerate()
-        .filter(|(gone, _)| pairs.iter().all(|(paired, _)| paired != gone))
-        .map(|(_, object)| of(object, Change::Removed));
+        .filter(|(gone, _)| pairs.iter().all(|found| found.pair[0] != *gone))
+        .map(|(_, object)| of(object, Change::Removed, None));
     let mut objects: Vec<ChangedObject> = new.chain(gone).collect();
     objects.sort_by_key(|object| std::cmp::Reverse(object.points.len()));
     Changes { objects, unchanged: Vec::new() }

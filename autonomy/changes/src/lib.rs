@@ -7,10 +7,10 @@
 //! 3. `ray_image`: a point has changed only if rays of the other visit went through its place. Where the other visit never looked, nothing is known, and nothing is reported;
 //! 4. `clusters`: changed points near each other are one object;
 //! 5. `upright_box`: the place, size and heading of an object, down to the ground it stands on;
-//! 6. `moves`: an object that is gone from one place and one of its size that is new at another are one that was moved.
+//! 6. `moves`: an object that is gone from one place and one of its shape and size that is new at another are one that was moved, with a probability.
 //!
 //! [`AcceptedChanges`] are those that people call the new normal: what a map loses and gains by them.
-//! [`find_recurrences`] says which of the changes that were found are known already from earlier comparisons.
+//! [`find_recurrences`] says which of the changes that were found are known already from earlier comparisons, and [`identify_objects`] of which known thing a change is, so that a thing has a history over many visits.
 //! [`detect_depth_changes`] compares two images of one depth camera that did not move, pixel by pixel (`depth`).
 //!
 //! Everything is a pure function: the same input gives the same bits. Source of the idea: Rowell and others, *LiSTA: Geometric Object-Based Change Detection in Cluttered
@@ -23,6 +23,7 @@ mod columns;
 mod config;
 mod depth;
 mod detect;
+mod known_objects;
 mod moves;
 mod passing;
 mod penetration;
@@ -44,7 +45,8 @@ pub use depth::{
     ColourHistogramConfig, DepthChanges, DepthChangesConfig, DepthImage, DepthImageError,
     detect_depth_changes,
 };
-pub use detect::{Change, ChangedObject, Changes, detect_changes};
+pub use detect::{Change, ChangedObject, Changes, detect_changes, detect_changes_with};
+pub use known_objects::{Identification, IdentityConfig, KnownObject, ObjectSighting, identify_objects};
 pub use recurrence::{ObservedChange, RecurrenceConfig, find_recurrences};
 pub use upright_box::UprightBox;
 pub use visit::{SensorView, Visit};

@@ -114,16 +114,17 @@ fn simulated(arguments: &Arguments) -> Result<()> {
         format!("{found} of {of} ({:.1} %)", 100.0 * found as f64 / of.max(1) as f64)
     };
     println!(
-        "\n| comparisons | found of 0.3 m and more | named ones that are right | found of 0.15 m | moved ones matched | wrong a visit |"
+        "\n| comparisons | found of 0.3 m and more | named ones that are right | found of 0.15 m | moved ones matched | different ones named as moved | wrong a visit |"
     );
-    println!("| --- | --- | --- | --- | --- | --- |");
+    println!("| --- | --- | --- | --- | --- | --- | --- |");
     println!(
-        "| {} | {} | {} | {} | {} | {:.2} |",
+        "| {} | {} | {} | {} | {} | {} | {:.2} |",
         total.visits,
         share(total.large_found, total.large),
         share(total.right, total.right + total.wrong),
         share(total.small_found, total.small),
         share(total.matched, total.moved),
+        total.wrongly_matched,
         total.wrong as f64 / total.visits.max(1) as f64
     );
     Ok(())

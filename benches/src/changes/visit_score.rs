@@ -30,6 +30,8 @@ pub struct VisitScore {
     /// Large ones that were moved, and those of them that are named as moved from there.
     pub moved: usize,
     pub matched: usize,
+    /// Named as moved though the two ends are of different things.
+    pub wrongly_matched: usize,
     /// Large ones that were turned where they stand, and those of them of which something is named.
     pub turned: usize,
     pub turned_found: usize,
@@ -49,6 +51,7 @@ impl VisitScore {
         self.unseen += other.unseen;
         self.moved += other.moved;
         self.matched += other.matched;
+        self.wrongly_matched += other.wrongly_matched;
         self.turned += other.turned;
         self.turned_found += other.turned_found;
         self.right += other.right;
@@ -146,6 +149,27 @@ pub fn score_visit(
             Change::Moved { from } => Some(from),
             Change::Appeared | Change::Removed => None,
         };
+        let is_of_one = |from: &UprightBox| {
+            truth.iter().any(|change| match change {
+                ObjectChange::Moved { from: was, to } | ObjectChange::Turned { from: was, to } => {
+                    is_near(from, &place(was)) && is_near(&object.place, &place(to))
+                }
+                ObjectChange::Put(_) | ObjectChange::Taken(_) => false,
+            })
+        };
+        if let Some(from) = from
+            && !is_of_one(from)
+        {
+            score.wrongly_matched += 1;
+            explain(format!(
+                "wrongly matched: {:.2?} {:.2?} to {:.2?} {:.2?}, probability {:.2}",
+                from.centre_m.as_slice(),
+                from.size_m,
+                object.place.centre_m.as_slice(),
+                object.place.size_m,
+                object.move_probability.unwrap_or_default()
+            ));
+        }
         let is_right = [Some(&object.place), from]
             .into_iter()
             .flatten()

@@ -176,6 +176,7 @@ pub(crate) async fn list(
     let items = wanted.into_iter().map(|(_, versioned)| VersionedDocument {
         revision: versioned.revision.0,
         object: document(&versioned.object),
+        history: None,
     });
     Ok(json(ObjectListDocument { revision: state.revision, items: items.collect(), next }))
 }

@@ -126,6 +126,8 @@ mod tests {
                 review: ReviewState::New,
                 comment: String::new(),
                 clouds: None,
+                physical_object: None,
+                descriptor: None,
             };
             let put = Change::Put { base: None, object: Object::SceneChange(change) };
             let edit = Edit { id: EditId(Uuid::from_u128(number)), changes: vec![put] };

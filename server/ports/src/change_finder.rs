@@ -1,6 +1,6 @@
 //! Finds what changed between two visits.
 
-use site_model::{OrientedBox, SceneChangeKind};
+use site_model::{OrientedBox, SceneChangeKind, ShapeDescriptor};
 use std::path::{Path, PathBuf};
 
 /// What changed between two visits, with files in the folder of the comparison.
@@ -27,6 +27,10 @@ pub struct FoundChange {
     pub confidence: f64,
     /// Its points, a PLY file in the frame of the map.
     pub cloud: PathBuf,
+    /// Of a moved one, the probability that one thing was at both places.
+    pub move_probability: Option<f64>,
+    /// Its shape; none of too few points.
+    pub descriptor: Option<ShapeDescriptor>,
 }
 
 /// Compares visits. An implementation must protect the core from the memory and time that this takes.

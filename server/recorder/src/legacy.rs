@@ -1,8 +1,8 @@
-//! Reads journals of earlier programs: versions 3 to 12 of `messages::Input`, which programs up to November 2026 wrote.
+//! Reads journals of earlier programs: versions 3 to 13 of `messages::Input`, which programs up to November 2026 wrote.
 //!
 //! It holds frozen copies of the types that have changed since, with their conversions to the present types. Unchanged types are those of
 //! `messages`. Before the layout of one of them changes, copy it to this file. Recordings in `tests/fixtures` and the bytes in
-//! `tests/journal_layout_v4.txt` to `tests/journal_layout_v12.txt` test this.
+//! `tests/journal_layout_v4.txt` to `tests/journal_layout_v13.txt` test this. The types of the site are in `legacy_site`.
 
 use messages::{
     ActionOutcome, BootRecord, Command, CommandKind, ComparedRevisit, DisambiguationPlan, GoalKind, Input,
@@ -14,6 +14,9 @@ use std::sync::Arc;
 use vocab::{
     Aabb, ActionCallId, ClientId, CommandId, GoalId, KeyframeId, MapId, Pose, SessionId, Span, Twist, Vec3,
 };
+
+/// Name of the schema of version 13. Its entries are as those of version 14, but for changes of the scene, which did not say of which thing they were.
+pub(crate) const INPUT_SCHEMA_V13: &str = "autoinspect.Input.v13";
 
 /// Name of the schema of version 12. Its entries are as those of version 13, in which tasks of missions also dock.
 pub(crate) const INPUT_SCHEMA_V12: &str = "autoinspect.Input.v12";
@@ -390,6 +393,7 @@ impl From<JobResultV3> for JobResult {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::legacy_site::{SiteEntryV13, take_site_entry_v13};
     use messages::DisambiguationTask;
     use uuid::Uuid;
 
@@ -499,17 +503,46 @@ mod tests {
         }
     }
 
-    fn take_input(bytes: &[u8]) -> Result<(Input, &[u8]), postcard::Error> {
-        postcard::take_from_bytes(bytes)
+    /// An entry of version 11 to 13, as it was written.
+    #[derive(Debug)]
+    enum EntryV13 {
+        Site(SiteEntryV13),
+        Other(Input),
+    }
+
+    impl Serialize for EntryV13 {
+        fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+            match self {
+                Self::Site(entry) => entry.serialize(serializer),
+                Self::Other(input) => input.serialize(serializer),
+            }
+        }
+    }
+
+    impl From<EntryV13> for Input {
+        fn from(entry: EntryV13) -> Self {
+            match entry {
+                EntryV13::Site(entry) => entry.into(),
+                EntryV13::Other(input) => input,
+            }
+        }
+    }
+
+    fn read_entry_v13(bytes: &[u8]) -> Result<(EntryV13, &[u8]), postcard::Error> {
+        match take_site_entry_v13(bytes) {
+            Some(entry) => entry.map(|(entry, rest)| (EntryV13::Site(entry), rest)),
+            None => postcard::take_from_bytes(bytes).map(|(input, rest)| (EntryV13::Other(input), rest)),
+        }
     }
 
     #[test]
-    fn the_bytes_of_versions_11_and_12_are_read_as_they_were_written() {
+    fn the_bytes_of_versions_11_to_13_are_read_as_they_were_written() {
         for (text, schema) in [
+            (include_str!("../tests/journal_layout_v13.txt"), INPUT_SCHEMA_V13),
             (include_str!("../tests/journal_layout_v12.txt"), INPUT_SCHEMA_V12),
             (include_str!("../tests/journal_layout_v11.txt"), INPUT_SCHEMA_V11),
         ] {
-            let read = read_lines(text, schema, take_input);
+            let read = read_lines(text, schema, read_entry_v13);
             assert_eq!(read.len(), text.lines().count() - 1, "{schema}");
         }
     }

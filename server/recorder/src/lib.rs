@@ -8,6 +8,7 @@ mod error;
 mod frames;
 mod info;
 mod legacy;
+mod legacy_site;
 mod problems;
 mod recording;
 mod selection;

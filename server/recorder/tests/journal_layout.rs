@@ -14,9 +14,9 @@ use site_model::{
     ActionRequest, Alert, AlertCause, AlertId, AlertSeverity, AlertState, Change, DockId, EarlierVisit,
     EdgeId, EdgeStage, Edit, EditId, FailurePolicy, InspectionPointId, Mission, MissionCommandKind,
     MissionEnd, MissionEvent, MissionEventKind, MissionId, MutexHold, MutexHoldId, NodeId, Object, ObjectId,
-    OrientedBox, OutsideLimits, OutsideReading, Parameters, PoseTolerance, ReviewState, Revision,
-    RouteActionPlace, RouteActionStep, RunId, RunState, SceneChange, SceneChangeId, SceneChangeKind,
-    SiteSettings, Task, TaskId, TaskOrder, TaskPlace, Utc, Versioned,
+    OrientedBox, OutsideLimits, OutsideReading, Parameters, PhysicalObject, PhysicalObjectId, PoseTolerance,
+    ReviewState, Revision, RouteActionPlace, RouteActionStep, RunId, RunState, SceneChange, SceneChangeId,
+    SceneChangeKind, ShapeDescriptor, SiteSettings, Task, TaskId, TaskOrder, TaskPlace, Utc, Versioned,
 };
 use std::fmt::Write;
 use uuid::Uuid;
@@ -124,6 +124,8 @@ fn inputs() -> Vec<Input> {
         review: ReviewState::Dismissed { reason: "ours".to_owned() },
         comment: "why".to_owned(),
         clouds: None,
+        physical_object: Some(PhysicalObject { id: PhysicalObjectId(id(17)), probability: 0.75 }),
+        descriptor: Some(ShapeDescriptor { name: "geometric-1".to_owned(), values: vec![1, -2] }),
     };
     let found = Change::Put { base: None, object: Object::SceneChange(scene_change) };
     let outside = OutsideReading {

@@ -24,6 +24,8 @@ fn change(number: u128, map: MapId, review: ReviewState) -> SceneChange {
         review,
         comment: String::new(),
         clouds: None,
+        physical_object: None,
+        descriptor: None,
     }
 }
 

@@ -65,7 +65,8 @@ pub(crate) fn is_finite(object: &Object) -> bool {
                 SceneChangeKind::Moved { from } => is_box_finite(from),
                 SceneChangeKind::Appeared | SceneChangeKind::Removed => true,
             };
-            from && is_box_finite(&change.place) && change.confidence.is_finite()
+            let probability = change.physical_object.map_or(0.0, |object| object.probability);
+            from && is_box_finite(&change.place) && change.confidence.is_finite() && probability.is_finite()
         }
         Object::Alert(alert) => match &alert.cause {
             AlertCause::OutsideLimits { reading, .. } => {

@@ -58,6 +58,10 @@ uuid_id! {
     AlertId
 }
 uuid_id! {
+    /// A thing that was seen at one place or several, over many visits.
+    PhysicalObjectId
+}
+uuid_id! {
     /// One execution of a mission. A client makes it for a run that it asks for; that of a schedule follows from schedule and slot.
     RunId
 }

@@ -25,8 +25,10 @@ mod mission_status;
 mod monitor;
 mod mutex_hold;
 mod object;
+mod object_history;
 mod order_cycle;
 mod parameters;
+mod physical_object;
 mod picture_comparison;
 mod plan_file;
 mod problem;
@@ -59,7 +61,7 @@ pub use edit::{Applied, Change, Edit, EditError, RevisionChange};
 pub use gauge::{DialDirection, GAUGE_PARAMETER, GAUGE_READING, GaugeDial, GaugeDialError, GaugeReport};
 pub use ids::{
     AlertId, AssetId, DockId, EdgeId, EditId, InspectionPointId, MissionId, MonitorId, MutexHoldId, NodeId,
-    ObjectId, ObjectKind, RunId, SceneChangeId, ScheduleId, TaskId, ZoneId,
+    ObjectId, ObjectKind, PhysicalObjectId, RunId, SceneChangeId, ScheduleId, TaskId, ZoneId,
 };
 pub use mission::{AskDefault, FailurePolicy, FailureStep, Mission, MissionEnd, Task, TaskOrder, TaskPlace};
 pub use mission_status::{
@@ -68,8 +70,10 @@ pub use mission_status::{
 pub use monitor::{Monitor, MonitorCondition, MonitorResponse, Resumption};
 pub use mutex_hold::MutexHold;
 pub use object::{Object, Revision, Versioned};
+pub use object_history::{ObjectStay, changes_of_versions, object_history, record_stay};
 pub use order_cycle::find_order_cycle;
 pub use parameters::{Parameter, Parameters};
+pub use physical_object::{PhysicalObject, ShapeDescriptor};
 pub use picture_comparison::{AlignedPictures, PictureChange, PictureComparison, PictureComparisonOutcome};
 pub use plan_file::{PLAN_FILE_VERSION, PlanFile, PlanFileError};
 pub use problem::{ProblemKind, ProblemSeverity, SiteProblem};

@@ -1,6 +1,6 @@
 //! What has changed in the scene between two visits.
 
-use crate::{RunId, SceneChangeId, Utc};
+use crate::{PhysicalObject, RunId, SceneChangeId, ShapeDescriptor, Utc};
 use serde::{Deserialize, Serialize};
 use vocab::{BlobHash, MapId, Vec3};
 
@@ -39,6 +39,12 @@ pub struct SceneChange {
     /// Clouds of the comparison that found it last; none if the disk had no room.
     #[serde(default)]
     pub clouds: Option<SceneChangeClouds>,
+    /// Which thing it is of; none if nobody said so.
+    #[serde(default)]
+    pub physical_object: Option<PhysicalObject>,
+    /// Its shape, as it was seen last; none of too few points.
+    #[serde(default)]
+    pub descriptor: Option<ShapeDescriptor>,
 }
 
 /// What became of an object.

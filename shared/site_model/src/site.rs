@@ -27,7 +27,7 @@ impl Site {
     }
 
     /// All objects, in the order of their ids.
-    pub fn objects(&self) -> impl ExactSizeIterator<Item = &Versioned> {
+    pub fn objects(&self) -> impl ExactSizeIterator<Item = &Versioned> + Clone {
         self.objects.values()
     }
 
@@ -159,7 +159,7 @@ impl Site {
     }
 
     /// All changes of the scene, in the order of their ids.
-    pub fn scene_changes(&self) -> impl Iterator<Item = &SceneChange> {
+    pub fn scene_changes(&self) -> impl Iterator<Item = &SceneChange> + Clone {
         self.objects().filter_map(|versioned| match &versioned.object {
             Object::SceneChange(change) => Some(change),
             _ => None,

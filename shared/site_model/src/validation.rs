@@ -128,6 +128,8 @@ impl ProblemFinder<'_> {
         self.check_range(id, "size_m", from && is_size(&change.place), || "greater than 0 m".to_owned());
         let is_share = (0.0..=1.0).contains(&change.confidence);
         self.check_range(id, "confidence", is_share, || "from 0 to 1".to_owned());
+        let is_share = change.physical_object.is_none_or(|object| (0.0..=1.0).contains(&object.probability));
+        self.check_range(id, "probability", is_share, || "from 0 to 1".to_owned());
         if let ReviewState::Dismissed { reason } = &change.review {
             self.check_range(id, "reason", !reason.trim().is_empty(), || "a text".to_owned());
         }

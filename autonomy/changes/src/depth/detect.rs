@@ -8,9 +8,10 @@ use super::image::{DepthImage, DepthImageError};
 use super::segments::{area_m2, connected};
 use super::support::Support;
 use crate::detect::{UnmatchedObject, merged};
-use crate::moves::moves;
+use crate::moves::moves_of_alike;
 use crate::{Changes, UprightBox};
 use geometry::{Isometry, Vector3};
+use object_identity::AssociationConfig;
 
 /// What changed between two images of a depth camera.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,7 +47,8 @@ pub fn detect_depth_changes(
     };
     let places =
         |found: &[UnmatchedImageObject]| found.iter().map(|found| found.object.place).collect::<Vec<_>>();
-    let pairs = moves(&places(&removed), &places(&appeared), may_be_moved);
+    let pairs =
+        moves_of_alike(&places(&removed), &places(&appeared), may_be_moved, &AssociationConfig::default());
     let objects =
         |found: Vec<UnmatchedImageObject>| found.into_iter().map(|found| found.object).collect::<Vec<_>>();
     Ok(DepthChanges {

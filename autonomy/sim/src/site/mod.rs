@@ -157,6 +157,11 @@ impl SimulatedSite {
         &self.plan.loose_objects
     }
 
+    /// The solids of each piece of furniture.
+    pub fn furniture(&self) -> impl Iterator<Item = &[Solid]> {
+        self.plan.furniture.iter().map(|piece| &self.plan.solids[piece.clone()])
+    }
+
     /// The site after these changes. A change of an object that is not there adds what it ends with.
     pub fn with_changes(&self, changes: &[ObjectChange]) -> Self {
         let mut plan = self.plan.clone();

@@ -1,11 +1,13 @@
 //! The result of `autoinspect changes` as JSON and as text.
 
+use super::place::Place;
+use super::thing::{KnownThing, PlainDescriptor, ThingOfObject};
 use crate::failure::Failure;
 use crate::texts;
-use changes::{Change, Changes, ObservedChange, UprightBox};
+use changes::{Change, Changes, ObservedChange};
 use geometry::Isometry;
 use serde::{Deserialize, Serialize};
-use site_model::{OrientedBox, SceneChange, SceneChangeKind};
+use site_model::{SceneChange, SceneChangeKind};
 use std::fs;
 use std::path::Path;
 
@@ -13,6 +15,12 @@ use std::path::Path;
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Document {
     pub objects: Vec<Object>,
+    /// Number of this comparison, from 1: one more than that of the one that it follows.
+    #[serde(default)]
+    pub comparison: u32,
+    /// All things that this comparison and those before it have found changed.
+    #[serde(default)]
+    pub known: Vec<KnownThing>,
 }
 
 /// An object. Lengths are metres, angles radians.
@@ -28,6 +36,14 @@ pub struct Object {
     /// Where it was before it was moved.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<Place>,
+    /// Of a moved one, the probability that one thing was at both places.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub move_probability: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub descriptor: Option<PlainDescriptor>,
+    /// Which thing it is, and where that was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub physical_object: Option<ThingOfObject>,
 }
 
 /// What became of an object.
@@ -46,31 +62,6 @@ impl Kind {
             Self::Removed => "removed",
             Self::Moved => "moved",
         }
-    }
-}
-
-/// A box that stands upright.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub struct Place {
-    pub centre_m: [f64; 3],
-    pub size_m: [f64; 3],
-    pub yaw_rad: f64,
-}
-
-impl Place {
-    /// A box in the frame of the results. Its size and heading stay those of its own frame, in which it stands upright.
-    fn new(place: &UprightBox, frame_from_boxes: &Isometry) -> Self {
-        let centre_m = frame_from_boxes * nalgebra::Point3::from(place.centre_m);
-        Self { centre_m: centre_m.coords.into(), size_m: place.size_m, yaw_rad: place.yaw_rad }
-    }
-
-    fn of_box(place: &OrientedBox) -> Self {
-        Self { centre_m: place.centre_m.to_array(), size_m: place.size_m, yaw_rad: place.yaw_rad }
-    }
-
-    /// The same box.
-    fn upright_box(&self) -> UprightBox {
-        UprightBox { centre_m: self.centre_m.into(), size_m: self.size_m, yaw_rad: self.yaw_rad }
     }
 }
 
@@ -94,9 +85,19 @@ impl Document {
                 SceneChangeKind::Moved { from } => (Kind::Moved, Some(Place::of_box(&from))),
             };
             let (place, points) = (Place::of_box(&change.place), change.points as usize);
-            Object { id, kind, place, points, confidence: change.confidence, from }
+            Object {
+                id,
+                kind,
+                place,
+                points,
+                confidence: change.confidence,
+                from,
+                move_probability: None,
+                descriptor: None,
+                physical_object: None,
+            }
         };
-        Self { objects: (1..).zip(changes).map(object).collect() }
+        Self { objects: (1..).zip(changes).map(object).collect(), comparison: 1, known: Vec::new() }
     }
 
     /// Its changes.
@@ -132,9 +133,12 @@ impl Document {
                 points: object.points.len(),
                 confidence: object.confidence,
                 from,
+                move_probability: object.move_probability,
+                descriptor: object.descriptor.as_ref().map(PlainDescriptor::new),
+                physical_object: None,
             }
         };
-        Self { objects: (1..).zip(&changes.objects).map(object).collect() }
+        Self { objects: (1..).zip(&changes.objects).map(object).collect(), comparison: 1, known: Vec::new() }
     }
 
     /// A line for each object.

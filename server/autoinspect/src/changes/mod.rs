@@ -2,8 +2,11 @@
 
 mod depth_images;
 mod document;
+mod known_things;
+mod place;
 mod run_visits;
 mod texts;
+mod thing;
 mod view;
 pub mod visits;
 
@@ -12,10 +15,14 @@ use crate::limited_command::LimitedCommand;
 use crate::process_limits::ProcessLimits;
 use crate::progress::run_in_background;
 use crate::{output, texts as shared_texts};
-use changes::{Changes, ChangesConfig, DepthChangesConfig, detect_changes, detect_depth_changes};
+use changes::{
+    Changes, ChangesConfig, DepthChangesConfig, detect_changes, detect_changes_with, detect_depth_changes,
+};
 use clap::Args;
-pub use document::{Document, Kind, Place};
+pub use document::{Document, Kind};
 use formats::ply;
+use known_things::following;
+use object_identity::PointNetwork;
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -38,11 +45,15 @@ Two organised PCD files of one depth camera that has not moved, with the camera'
 such as a table, says where up is. Results are in the camera's frame: the height of an object is along the plane's normal, and its heading counts from the camera's
 first axis.
 
+A thing that was taken away and is put elsewhere in a later comparison is one thing with a history: give the result of the comparison before with --earlier. Each identity has its
+probability, because things of one make cannot be told apart.
+
 DIR gets changes.json, a cloud for each object: object-1.ply, object-2.ply and so on; changed.ply with all of them, and unchanged.ply with what both visits saw.
 
 EXAMPLES:
   autoinspect changes monday.mcap tuesday.mcap --out changed
   autoinspect changes maps/monday maps/tuesday --json
+  autoinspect changes tuesday.mcap wednesday.mcap --earlier changed/changes.json --out changed-again
   autoinspect changes data/run-clouds/1f0c… data/run-clouds/77ab… --out changed
   autoinspect changes table-monday.pcd table-tuesday.pcd --out changed"
 )]
@@ -54,6 +65,12 @@ pub struct ChangesArgs {
     /// Folder for the results; those of an earlier run are replaced.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// The changes.json of the comparison before this one, which compared an earlier visit with BEFORE: what is known of its things is carried on.
+    #[arg(long, value_name = "FILE")]
+    earlier: Option<PathBuf>,
+    /// Weights of a point network by which things are known again, instead of those that come with the program.
+    #[arg(long, value_name = "FILE")]
+    network: Option<PathBuf>,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -83,6 +100,7 @@ pub fn run(args: &ChangesArgs) -> Result<(), Failure> {
 
 /// The changes between two depth images, or between two visits.
 fn compare(args: &ChangesArgs) -> Result<(Document, Changes), Failure> {
+    let earlier = args.earlier.as_deref().map(Document::read).transpose()?;
     let [is_before_image, is_after_image] =
         [&args.before, &args.after].map(|path| depth_images::is_image(path));
     if is_before_image != is_after_image {
@@ -96,11 +114,22 @@ fn compare(args: &ChangesArgs) -> Result<(Document, Changes), Failure> {
             detect_depth_changes(&before, &after, &DepthChangesConfig::default()).map_err(|error| {
                 Failure::usage(texts::images_not_comparable(&args.before, &args.after, &error))
             })?;
-        return Ok((Document::in_frame(&found.changes, &found.camera_from_support), found.changes));
+        let document = Document::in_frame(&found.changes, &found.camera_from_support);
+        return Ok((following(document, earlier), found.changes));
     }
     let [before, after] = visits::read_both(&args.before, &args.after)?;
-    let changes = detect_changes(&before, &after, &ChangesConfig::default());
-    Ok((Document::new(&changes), changes))
+    let config = ChangesConfig::default();
+    let changes = match &args.network {
+        None => detect_changes(&before, &after, &config),
+        Some(file) => detect_changes_with(&before, &after, &read_network(file)?, &config),
+    };
+    Ok((following(Document::new(&changes), earlier), changes))
+}
+
+fn read_network(file: &Path) -> Result<PointNetwork, Failure> {
+    let bytes = fs::read(file)
+        .map_err(|error| Failure::usage(shared_texts::could_not_be_read(file, &error.to_string())))?;
+    PointNetwork::from_bytes(&bytes).map_err(|error| Failure::usage(texts::no_network(file, &error)))
 }
 
 /// Writes the results into a folder. Clouds of an earlier run are removed first.

@@ -12,6 +12,14 @@ pub fn image_and_visit(image: &Path, other: &Path) -> String {
     )
 }
 
+/// A file that is no point network.
+pub fn no_network(path: &Path, reason: &dyn Display) -> String {
+    format!(
+        "{} cannot be used: {reason}; give a file that `cargo xtask bench object_identity --train` has written",
+        path.display()
+    )
+}
+
 /// A cloud that is not an image.
 pub fn not_organised(path: &Path, points: usize) -> String {
     format!(

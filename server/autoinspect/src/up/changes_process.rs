@@ -2,18 +2,17 @@
 
 use super::child_complaint::complaint;
 use super::child_wait::wait;
-use crate::changes::{CHANGED, Document, Kind, Place, RESULT, UNCHANGED, object_file};
+use crate::changes::{CHANGED, Document, Kind, RESULT, UNCHANGED, object_file};
 use crate::limited_command::LimitedCommand;
 use crate::process_limits::{WITHIN_LIMITS, limit_reached};
 use crate::texts;
 use ports::{ChangeFinder, FoundChange, FoundChanges};
-use site_model::{OrientedBox, SceneChangeKind};
+use site_model::{SceneChangeKind, ShapeDescriptor};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, ExitStatus, Stdio};
 use std::thread;
 use std::time::Duration;
-use vocab::Vec3;
 
 /// Limits of a comparison on the robot.
 struct ComparisonConfig {
@@ -73,22 +72,19 @@ fn read(out: &Path) -> Result<FoundChanges, String> {
     let objects = document.objects.into_iter().map(|object| FoundChange {
         kind: match (object.kind, object.from) {
             (Kind::Appeared, _) => SceneChangeKind::Appeared,
-            (Kind::Moved, Some(from)) => SceneChangeKind::Moved { from: oriented_box(&from) },
+            (Kind::Moved, Some(from)) => SceneChangeKind::Moved { from: from.oriented_box() },
             (Kind::Removed | Kind::Moved, _) => SceneChangeKind::Removed,
         },
-        place: oriented_box(&object.place),
+        place: object.place.oriented_box(),
         points: u32::try_from(object.points).unwrap_or(u32::MAX),
         confidence: object.confidence,
         cloud: object_file(out, object.id),
+        move_probability: object.move_probability,
+        descriptor: object.descriptor.map(|plain| ShapeDescriptor { name: plain.name, values: plain.values }),
     });
     Ok(FoundChanges {
         objects: objects.collect(),
         changed: out.join(CHANGED),
         unchanged: out.join(UNCHANGED),
     })
-}
-
-fn oriented_box(place: &Place) -> OrientedBox {
-    let [x, y, z] = place.centre_m;
-    OrientedBox { centre_m: Vec3::new(x, y, z), size_m: place.size_m, yaw_rad: place.yaw_rad }
 }

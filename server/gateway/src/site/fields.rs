@@ -127,6 +127,7 @@ fn pointer_of_number(object: &Object, field: &str) -> Option<String> {
             _ => "/condition/above/release".to_owned(),
         },
         (Object::SceneChange(_), "size_m") => "/place/size_m".to_owned(),
+        (Object::SceneChange(_), "probability") => "/physical_object/probability".to_owned(),
         (Object::SceneChange(_), "reason") => "/review/dismissed/reason".to_owned(),
         (Object::Alert(_), "remark") => "/state/closed/remark".to_owned(),
         (Object::Monitor(_), "silent") => "/condition/silent".to_owned(),

@@ -133,7 +133,11 @@ pub(crate) async fn list_objects(
     {
         bytes += api::encoded_bytes(versioned);
         last = Some(versioned.object.id().uuid());
-        items.push(VersionedDocument { revision: versioned.revision.0, object: document(&versioned.object) });
+        items.push(VersionedDocument {
+            revision: versioned.revision.0,
+            object: document(&versioned.object),
+            history: None,
+        });
     }
     let next = last.filter(|_| objects.peek().is_some()).map(|id| id.to_string());
     Ok(json(ObjectListDocument { revision: state.revision, items, next }))

@@ -12,8 +12,11 @@ use crate::texts;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
 use serde::Deserialize;
-use site_model::{Object, SceneChange, SceneChangeId, Utc, Versioned};
+use site_model::{
+    Object, ObjectStay, PhysicalObjectId, SceneChange, SceneChangeId, Site, Utc, Versioned, object_history,
+};
 use std::cmp::Reverse;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use vocab::MapId;
 
@@ -27,6 +30,7 @@ pub(crate) struct SceneChangeFilter {
     review: Option<ReviewName>,
     min_size_m: Option<f64>,
     map: Option<MapId>,
+    physical_object: Option<PhysicalObjectId>,
     from_ns: Option<i64>,
 }
 
@@ -78,7 +82,30 @@ impl SceneChangeFilter {
             && self.review.is_none_or(|review| review.name() == change.review.name())
             && self.min_size_m.is_none_or(|size_m| change.place.longest_side_m() >= size_m)
             && self.map.is_none_or(|map| change.map == map)
+            && self.physical_object.is_none_or(|id| change.physical_object.is_some_and(|of| of.id == id))
             && self.from_ns.is_none_or(|from_ns| change.last_seen.0 >= from_ns)
+    }
+}
+
+/// The changes of each thing.
+struct Things<'a>(BTreeMap<PhysicalObjectId, Vec<&'a SceneChange>>);
+
+impl<'a> Things<'a> {
+    fn of(site: &'a Site) -> Self {
+        let mut things: BTreeMap<PhysicalObjectId, Vec<&SceneChange>> = BTreeMap::new();
+        for change in site.scene_changes() {
+            if let Some(object) = change.physical_object {
+                things.entry(object.id).or_default().push(change);
+            }
+        }
+        Self(things)
+    }
+
+    /// Where the thing of a change was; none if nobody said of which thing it is.
+    fn history(&self, object: &Object) -> Option<Vec<ObjectStay>> {
+        let Object::SceneChange(change) = object else { return None };
+        let changes = self.0.get(&change.physical_object?.id)?;
+        Some(object_history(changes.iter().copied()))
     }
 }
 
@@ -104,6 +131,7 @@ fn parse_position(text: &str) -> Option<Position> {
         ("review" = Option<String>, Query, description = "Only those on which people have decided so: new, acknowledged, dismissed, watched or normal"),
         ("min_size_m" = Option<f64>, Query, description = "Only those with a side of at least this length, metres"),
         ("map" = Option<String>, Query, format = Uuid, description = "Only those in this map"),
+        ("physical_object" = Option<String>, Query, format = Uuid, description = "Only those of this thing"),
         ("from_ns" = Option<i64>, Query, description = "Only those that were seen at this time or later, nanoseconds since 1970 UTC"),
     ),
     responses(
@@ -133,9 +161,11 @@ pub(crate) async fn list_scene_changes(
     let is_more = wanted.len() > limit;
     wanted.truncate(limit);
     let next = wanted.last().filter(|_| is_more).map(|((seen, id), _)| format!("{}.{id}", seen.0.0));
+    let things = Things::of(&state.site);
     let items = wanted.into_iter().map(|(_, versioned)| VersionedDocument {
         revision: versioned.revision.0,
         object: document(&versioned.object),
+        history: things.history(&versioned.object),
     });
     Ok(json(ObjectListDocument { revision: state.revision, items: items.collect(), next }))
 }

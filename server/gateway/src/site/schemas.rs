@@ -3,6 +3,7 @@
 
 use serde::Serialize;
 use serde_json::Value;
+use site_model::ObjectStay;
 use std::collections::BTreeMap;
 use utoipa::ToSchema;
 
@@ -53,6 +54,10 @@ pub(crate) struct VersionedDocument {
     /// The object.
     #[schema(value_type = Object)]
     pub(crate) object: Value,
+    /// Of a change: where its thing was, the earliest first.
+    #[schema(value_type = Option<Vec<Object>>)]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) history: Option<Vec<ObjectStay>>,
 }
 
 /// A page of revisions.

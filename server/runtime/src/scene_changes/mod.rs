@@ -4,9 +4,11 @@
 //! | --- | --- |
 //! | `worker.rs` | the thread: one comparison at a time, in another process ([`ports::ChangeFinder`]) |
 //! | `baseline.rs` | what a run is compared with |
+//! | `physical_objects.rs` | of which thing each change is |
 //! | `site_edit.rs` | the edit of the site; a change that is known is updated |
 
 mod baseline;
+mod physical_objects;
 mod site_edit;
 mod texts;
 mod worker;

@@ -1,13 +1,15 @@
 //! The edit of the site that puts the changes of a comparison into it.
 
-use changes::{Change as ObjectChange, ObservedChange, RecurrenceConfig, UprightBox, find_recurrences};
-use geometry::vec_from_plain;
+use super::physical_objects::{object_change, physical_objects, upright_box};
+use changes::{IdentityConfig, ObservedChange, RecurrenceConfig, find_recurrences};
 use ports::FoundChange;
 use site_model::{
-    Change, EarlierVisit, Edit, EditId, Object, ObjectId, OrientedBox, ReviewState, RunId, SceneChange,
-    SceneChangeClouds, SceneChangeId, SceneChangeKind, Site, Utc,
+    Change, EarlierVisit, Edit, EditId, Object, ObjectId, OrientedBox, PhysicalObject, PhysicalObjectId,
+    ReviewState, RunId, SceneChange, SceneChangeClouds, SceneChangeId, SceneChangeKind, Site, Utc,
+    changes_of_versions,
 };
 use std::cmp::Reverse;
+use std::collections::BTreeMap;
 use uuid::Uuid;
 use vocab::MapId;
 
@@ -16,6 +18,8 @@ use vocab::MapId;
 pub struct SiteChangesConfig {
     /// When a known change is found again.
     pub recurrence: RecurrenceConfig,
+    /// When a change is of a known thing. Source: docs/benchmarks/changes.md.
+    pub identity: IdentityConfig,
     /// Changes that a site has at most. Beyond it, those on which people have decided go, the one that was not seen for longest first; the ledger keeps their revisions. Chosen: a
     /// year of results, and less than half of the objects that a site may have.
     pub max_changes: usize,
@@ -23,9 +27,16 @@ pub struct SiteChangesConfig {
 
 impl Default for SiteChangesConfig {
     fn default() -> Self {
-        Self { recurrence: RecurrenceConfig::default(), max_changes: 20_000 }
+        Self {
+            recurrence: RecurrenceConfig::default(),
+            identity: IdentityConfig::default(),
+            max_changes: 20_000,
+        }
     }
 }
+
+/// Number of the first new thing in the ids that follow from a run: beyond those of its changes.
+const FIRST_OBJECT_NUMBER: u64 = 1 << 32;
 
 /// A comparison of a run with an earlier visit.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,7 +50,7 @@ pub struct Comparison {
     pub found: Vec<(FoundChange, Option<SceneChangeClouds>)>,
 }
 
-/// The edit that puts what a comparison found into the site, and how many of it were new. The same run gives an edit of the same id, so that it counts once.
+/// The edit that puts what a comparison found into the site, each with the thing that it is of, and how many of it were new. The same run gives an edit of the same id, so that it counts once.
 pub fn edit_with_changes(site: &Site, comparison: &Comparison, config: &SiteChangesConfig) -> (Edit, usize) {
     let known: Vec<&SceneChange> =
         site.scene_changes().filter(|change| change.map == comparison.map).collect();
@@ -50,9 +61,20 @@ pub fn edit_with_changes(site: &Site, comparison: &Comparison, config: &SiteChan
         &comparison.found.iter().map(of_found).collect::<Vec<_>>(),
         &config.recurrence,
     );
+    // What is found again is of the thing of which it was.
+    let is_new = |place: &usize| {
+        recurrences[*place].is_none_or(|known_place| known[known_place].physical_object.is_none())
+    };
+    let unknown: Vec<usize> = (0..comparison.found.len()).filter(is_new).collect();
+    let found: Vec<&FoundChange> = unknown.iter().map(|place| &comparison.found[*place].0).collect();
+    let new_id = |number| PhysicalObjectId(derived_id(comparison.run, FIRST_OBJECT_NUMBER + number as u64));
+    let earlier = changes_of_versions(site.scene_changes(), comparison.map);
+    let things = physical_objects(&earlier, &found, &config.identity, new_id);
+    let things: BTreeMap<usize, PhysicalObject> = unknown.into_iter().zip(things).collect();
     let mut edit = Edit { id: EditId(derived_id(comparison.run, 0)), changes: Vec::new() };
     let mut new = 0;
-    for (number, ((found, clouds), recurrence)) in (1..).zip(comparison.found.iter().zip(&recurrences)) {
+    for (place, ((found, clouds), recurrence)) in comparison.found.iter().zip(&recurrences).enumerate() {
+        let number = place as u64 + 1;
         let earlier = recurrence.map(|place| known[place]);
         new += usize::from(earlier.is_none());
         let change = SceneChange {
@@ -70,6 +92,8 @@ pub fn edit_with_changes(site: &Site, comparison: &Comparison, config: &SiteChan
             review: earlier.map(|known| known.review.clone()).unwrap_or_default(),
             comment: earlier.map(|known| known.comment.clone()).unwrap_or_default(),
             clouds: clouds.or(earlier.and_then(|known| known.clouds)),
+            physical_object: things.get(&place).copied().or(earlier.and_then(|known| known.physical_object)),
+            descriptor: found.descriptor.clone().or(earlier.and_then(|known| known.descriptor.clone())),
         };
         edit.changes.extend(site.put(edit.id, Object::SceneChange(change)).changes);
     }
@@ -110,16 +134,7 @@ fn derived_id(run: RunId, number: u64) -> Uuid {
 }
 
 fn observed(kind: &SceneChangeKind, place: &OrientedBox) -> ObservedChange {
-    let change = match kind {
-        SceneChangeKind::Appeared => ObjectChange::Appeared,
-        SceneChangeKind::Removed => ObjectChange::Removed,
-        SceneChangeKind::Moved { from } => ObjectChange::Moved { from: upright_box(from) },
-    };
-    ObservedChange { change, place: upright_box(place) }
-}
-
-fn upright_box(place: &OrientedBox) -> UprightBox {
-    UprightBox { centre_m: vec_from_plain(place.centre_m), size_m: place.size_m, yaw_rad: place.yaw_rad }
+    ObservedChange { change: object_change(kind), place: upright_box(place) }
 }
 
 #[cfg(test)]
@@ -131,7 +146,20 @@ mod tests {
 
     fn found(kind: SceneChangeKind, x: f64) -> (FoundChange, Option<SceneChangeClouds>) {
         let place = OrientedBox { centre_m: Vec3::new(x, 0.0, 0.5), size_m: [0.6, 0.4, 1.0], yaw_rad: 0.2 };
-        (FoundChange { kind, place, points: 80, confidence: 0.99, cloud: "object-1.ply".into() }, None)
+        let move_probability = matches!(kind, SceneChangeKind::Moved { .. }).then_some(0.9);
+        let cloud = "object-1.ply".into();
+        (
+            FoundChange {
+                kind,
+                place,
+                points: 80,
+                confidence: 0.99,
+                cloud,
+                move_probability,
+                descriptor: None,
+            },
+            None,
+        )
     }
 
     fn comparison(run: u128, found: Vec<(FoundChange, Option<SceneChangeClouds>)>) -> Comparison {
@@ -186,5 +214,62 @@ mod tests {
         let mut places: Vec<f64> = site.scene_changes().map(|change| change.place.centre_m.x).collect();
         places.sort_by(f64::total_cmp);
         assert_eq!(places, [0.0, 6.0, 9.0]);
+    }
+
+    /// A place in metres along x, from and until, by run.
+    type Stay = (f64, Option<i64>, Option<i64>);
+
+    /// Where each thing of the site was.
+    fn histories(site: &Site) -> Vec<Vec<Stay>> {
+        let mut things: BTreeMap<PhysicalObjectId, Vec<&SceneChange>> = BTreeMap::new();
+        for change in site.scene_changes() {
+            things.entry(change.physical_object.expect("assigned").id).or_default().push(change);
+        }
+        let of_thing = |changes: Vec<&SceneChange>| {
+            let stays = site_model::object_history(changes);
+            let plain = |at: Option<Utc>| at.map(|at| at.0);
+            stays.iter().map(|stay| (stay.place.centre_m.x, plain(stay.from), plain(stay.until))).collect()
+        };
+        let mut histories: Vec<Vec<_>> = things.into_values().map(of_thing).collect();
+        histories.sort_by(|a, b| a[0].0.total_cmp(&b[0].0));
+        histories
+    }
+
+    #[test]
+    fn what_is_taken_away_and_put_elsewhere_three_runs_later_is_one_thing() {
+        let mut site = Site::default();
+        let (removed, appeared) = (SceneChangeKind::Removed, SceneChangeKind::Appeared);
+        let moved = |x| SceneChangeKind::Moved { from: found(appeared, x).0.place };
+        for (run, changes) in [
+            (10, vec![found(removed, 2.0)]),
+            (11, vec![]),
+            (12, vec![]),
+            (13, vec![found(appeared, 30.0)]),
+            (14, vec![found(moved(30.1), 44.0)]),
+            (15, vec![found(removed, 44.1)]),
+        ] {
+            apply(&mut site, &comparison(run, changes), 99);
+        }
+        let expected = vec![(2.0, None, Some(10)), (30.0, Some(13), Some(14)), (44.0, Some(14), Some(15))];
+        assert_eq!(histories(&site), [expected]);
+        let probabilities =
+            site.scene_changes().map(|change| change.physical_object.expect("assigned").probability);
+        let mut probabilities: Vec<f64> = probabilities.collect();
+        probabilities.sort_by(f64::total_cmp);
+        assert!(probabilities[0] > 0.5 && probabilities[2] < 1.0, "{probabilities:?}");
+        assert_eq!(probabilities[3], 1.0, "nothing is said of the first one");
+    }
+
+    #[test]
+    fn two_things_of_one_make_stay_two_and_a_change_that_is_found_again_keeps_its_thing() {
+        let mut site = Site::default();
+        let (removed, appeared) = (SceneChangeKind::Removed, SceneChangeKind::Appeared);
+        apply(&mut site, &comparison(10, vec![found(removed, 2.0), found(removed, 5.0)]), 99);
+        apply(&mut site, &comparison(11, vec![found(appeared, 3.5)]), 99);
+        let three = histories(&site);
+        assert_eq!(three.len(), 3, "{three:?}");
+        apply(&mut site, &comparison(12, vec![found(appeared, 3.55), found(removed, 2.05)]), 99);
+        assert_eq!(histories(&site).len(), 3);
+        assert_eq!(site.scene_changes().count(), 3);
     }
 }

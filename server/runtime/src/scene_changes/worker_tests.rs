@@ -38,7 +38,18 @@ impl ChangeFinder for FakeFinder {
         let place = OrientedBox { centre_m: Vec3::new(4.0, 0.0, 0.5), size_m: [0.6, 0.4, 1.0], yaw_rad: 0.2 };
         let kind = SceneChangeKind::Appeared;
         let cloud = file("object-1.ply");
-        let objects = vec![FoundChange { kind, place, points: 80, confidence: 0.99, cloud }; found];
+        let objects = vec![
+            FoundChange {
+                kind,
+                place,
+                points: 80,
+                confidence: 0.99,
+                cloud,
+                move_probability: None,
+                descriptor: None
+            };
+            found
+        ];
         Ok(FoundChanges { objects, changed: file("changed.ply"), unchanged: file("unchanged.ply") })
     }
 }

@@ -152,6 +152,8 @@ fn scene_change(kind: SceneChangeKind, before: EarlierVisit, review: ReviewState
         review,
         comment: name(),
         clouds: Some(SceneChangeClouds { object: cloud, changed: cloud, unchanged: cloud }),
+        physical_object: Some(PhysicalObject { id: PhysicalObjectId(ID), probability: 0.75 }),
+        descriptor: Some(ShapeDescriptor { name: name(), values: vec![7, -7] }),
     })
 }
 

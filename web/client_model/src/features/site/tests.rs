@@ -425,6 +425,8 @@ fn changes_of_one_map_are_asked_to_be_normal_in_a_version_of_it() {
             review: site_model::ReviewState::New,
             comment: String::new(),
             clouds: None,
+            physical_object: None,
+            descriptor: None,
         };
         let put = Change::Put { base: None, object: Object::SceneChange(change) };
         robot.apply(

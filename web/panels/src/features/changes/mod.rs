@@ -16,6 +16,7 @@ use client_model::{CameraMove, ClientCommand, ShownChanges, SiteEdit};
 use egui::Ui;
 use site_model::{
     Object, ObjectId, ReviewState, SceneChange, SceneChangeId, SceneChangeKind, Utc, Zone, ZoneId,
+    object_history,
 };
 use vocab::Stamp;
 
@@ -153,6 +154,7 @@ impl ChangesPanel {
         if Button::new(texts::SHOW).icon(icon::EYE).wide(ui).show(ui, tokens).clicked() {
             cx.commands.push(ClientCommand::MoveCamera(CameraMove::Point(change.place.centre_m)));
         }
+        show_history(ui, cx, change);
         let mut decided = None;
         for (name, icon, review) in [
             (texts::ACKNOWLEDGE, icon::CHECK, ReviewState::Acknowledged),
@@ -178,6 +180,29 @@ impl ChangesPanel {
         if let Some(decided) = decided {
             let put = vec![Object::SceneChange(decided)];
             cx.commands.push(ClientCommand::EditSite(SiteEdit { put, removed: Vec::new() }));
+        }
+    }
+}
+
+/// Where the thing of a change was, if that is more than the change says.
+fn show_history(ui: &mut Ui, cx: &mut PanelContext<'_>, change: &SceneChange) {
+    let (tokens, model) = (cx.tokens, cx.model);
+    let (Some(thing), Some(site)) = (change.physical_object, model.site.site()) else { return };
+    let is_of_thing =
+        |other: &&SceneChange| other.physical_object.is_some_and(|object| object.id == thing.id);
+    let stays = object_history(site.scene_changes().filter(is_of_thing));
+    if stays.len() < 2 {
+        return;
+    }
+    fact(ui, tokens, texts::SAME_THING, &texts::confidence(thing.probability));
+    widgets::remark(ui, tokens, texts::HISTORY_HINT);
+    for (number, stay) in (1..).zip(&stays) {
+        let date = |at: Utc| format::date(Stamp::from_nanos(at.0), cx.utc_offset_s);
+        let place = format::position(&stay.place.centre_m);
+        fact(ui, tokens, &place, &texts::stay(stay.from.map(date), stay.until.map(date)));
+        let show = texts::show_stay(number);
+        if Button::new(&show).icon(icon::EYE).wide(ui).show(ui, tokens).clicked() {
+            cx.commands.push(ClientCommand::MoveCamera(CameraMove::Point(stay.place.centre_m)));
         }
     }
 }

@@ -8,8 +8,8 @@ use client_model::{ClientCommand, ShownChanges};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use site_model::{
-    EarlierVisit, EditId, Object, OrientedBox, ReviewState, RunId, SceneChange, SceneChangeId,
-    SceneChangeKind, Utc, Zone, ZoneEffect, ZoneId,
+    EarlierVisit, EditId, Object, OrientedBox, PhysicalObject, PhysicalObjectId, ReviewState, RunId,
+    SceneChange, SceneChangeId, SceneChangeKind, Utc, Zone, ZoneEffect, ZoneId,
 };
 use std::sync::Arc;
 use uuid::Uuid;
@@ -38,11 +38,18 @@ fn change(number: u128, kind: SceneChangeKind, size_m: [f64; 3], age_h: i64, x: 
         review: ReviewState::New,
         comment: String::new(),
         clouds: None,
+        physical_object: None,
+        descriptor: None,
     }
 }
 
 /// The Runs screen of a robot that has found two changes, with their tab open.
 fn shown<'a>() -> Harness<'a, TestClient> {
+    shown_with(|_| {})
+}
+
+/// The same with changes that were changed.
+fn shown_with<'a>(mut prepare: impl FnMut(&mut SceneChange)) -> Harness<'a, TestClient> {
     let mut state = SiteState::default();
     let zone = Zone {
         id: ZoneId(Uuid::from_u128(7)),
@@ -52,11 +59,12 @@ fn shown<'a>() -> Harness<'a, TestClient> {
         effect: ZoneEffect::Penalty(1.0),
         daily: None,
     };
-    for object in [
-        Object::SceneChange(change(1, SceneChangeKind::Appeared, [0.6, 0.4, 1.0], 2, 4.0)),
-        Object::SceneChange(change(2, SceneChangeKind::Removed, [0.2, 0.2, 0.2], 48, 9.0)),
-        Object::Zone(zone),
-    ] {
+    let mut changes = [
+        change(1, SceneChangeKind::Appeared, [0.6, 0.4, 1.0], 2, 4.0),
+        change(2, SceneChangeKind::Removed, [0.2, 0.2, 0.2], 48, 9.0),
+    ];
+    changes.iter_mut().for_each(&mut prepare);
+    for object in changes.into_iter().map(Object::SceneChange).chain([Object::Zone(zone)]) {
         let edit = state.site.put(EditId(Uuid::nil()), object);
         state.site.apply(&edit, EditId(Uuid::nil())).expect("of this state");
     }
@@ -165,5 +173,29 @@ fn the_scene_shows_one_visit_both_or_a_wipe() {
         press(&mut harness, name);
         assert_eq!(harness.state().model.changes_view.shown(), shown);
         assert_eq!(harness.query_by_label(super::texts::WIPE).is_some(), shown.wipe().is_some());
+    }
+}
+
+#[test]
+fn a_thing_that_was_elsewhere_shows_where_and_when_and_how_sure_that_is() {
+    let mut harness = shown();
+    press(&mut harness, APPEARED);
+    assert!(harness.query_by_label("Show the place 1").is_none(), "nothing more is known");
+
+    let mut harness = shown_with(|change| {
+        let probability = if change.kind == SceneChangeKind::Removed { 1.0 } else { 0.81 };
+        let id = PhysicalObjectId(Uuid::from_u128(8));
+        change.physical_object = Some(PhysicalObject { id, probability });
+    });
+    press(&mut harness, APPEARED);
+    let shown = |harness: &Harness<'_, TestClient>, text: &str| {
+        harness.query_all_by(|node| node.value().is_some_and(|value| value.contains(text))).next().is_some()
+    };
+    assert!(shown(&harness, "81 %"));
+    assert!(shown(&harness, "until ") && shown(&harness, "since "));
+    for (number, x) in [(1, 9.0), (2, 4.0)] {
+        click(&mut harness, &format!("Show the place {number}"));
+        let there = client_model::CameraMove::Point(Vec3::new(x, 1.0, 0.5));
+        assert!(harness.state().emitted(&ClientCommand::MoveCamera(there)));
     }
 }

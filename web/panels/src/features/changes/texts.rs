@@ -31,10 +31,28 @@ pub(super) const FIRST_SEEN: &str = "First seen";
 pub(super) const TIMES_SEEN: &str = "Times seen";
 pub(super) const STATE: &str = "State";
 pub(super) const SHOW: &str = "Show the place";
+/// Probability that the places are of one thing.
+pub(super) const SAME_THING: &str = "One thing";
+pub(super) const HISTORY_HINT: &str = "Where it was:";
 pub(super) const ACKNOWLEDGE: &str = "Acknowledge";
 pub(super) const WATCH: &str = "Watch";
 pub(super) const MAKE_NORMAL: &str = "Make normal";
 pub(super) const NORMAL_HINT: &str = "Makes a new version of the map that shows the scene as it is now. Nodes and inspection points stay where they are, and the old version is kept.";
+
+/// The time of a thing at a place: `21 Nov 2026, 11:40 to 23 Nov 2026, 8:05`.
+pub(super) fn stay(from: Option<String>, until: Option<String>) -> String {
+    match (from, until) {
+        (Some(from), Some(until)) => format!("{from} to {until}"),
+        (Some(from), None) => format!("since {from}"),
+        (None, Some(until)) => format!("until {until}"),
+        (None, None) => String::new(),
+    }
+}
+
+/// The button of a place of the history.
+pub(super) fn show_stay(number: usize) -> String {
+    format!("Show the place {number}")
+}
 
 /// The button for all acknowledged changes.
 pub(super) fn make_all_normal(count: usize) -> String {
