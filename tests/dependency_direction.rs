@@ -101,7 +101,7 @@ const OURS: &[(&str, &[&str])] = &[
             "watchdog",
         ],
     ),
-    ("gateway", &["accounts", "api", "missions", "site_model", "vocab", "watchdog"]),
+    ("gateway", &["accounts", "api", "missions", "recorder", "site_model", "vocab", "watchdog"]),
     (
         "autoinspect",
         &[

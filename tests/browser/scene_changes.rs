@@ -3,7 +3,7 @@
 
 mod nightly {
     use crate::support::chromium::Chromium;
-    use crate::support::page::{At, Page};
+    use crate::support::page::{At, KeyPress, Page};
     use crate::support::server::Server;
     use crate::support::{wait_for, workspace_root};
     use serde_json::Value;
@@ -99,6 +99,7 @@ mod nightly {
         page.resize(1440, 900);
         page.wait_for_pictures();
         page.click("button", "Save the gauge");
+        limit_the_gauge(&mut page);
         // The mission is still open there.
         page.click("button", "Missions");
         page.click("button", "Run now");
@@ -133,11 +134,66 @@ mod nightly {
         page.control("slider", "Divider");
         page.wait_for_pictures();
         page.screenshot().save("gauge-wipe-1440x900");
+        page.key_in_form(KeyPress::ESCAPE);
+        decide_on_the_alert(&mut page);
         // While the platform starts again, the page finds nobody.
         let mut errors = page.errors();
         errors.retain(|error| !error.contains("ERR_CONNECTION_REFUSED"));
         assert_eq!(errors, Vec::<String>::new());
         server.stop();
+    }
+
+    /// Says that the gauge has to show less than it does.
+    fn limit_the_gauge(page: &mut Page) {
+        let gauge = wait_for("the description of the gauge", LIMIT, || {
+            let points = get(page, "/api/v1/site/inspection-points");
+            points["items"].as_array()?.iter().find(|item| item["object"]["gauge"].is_object()).cloned()
+        });
+        let id = gauge["object"]["id"].as_str().unwrap();
+        let status = page.evaluate(&format!(
+            "fetch('/api/v1/site/inspection-points/{id}', {{ method: 'PATCH', headers: {{ 'content-type': 'application/json', 'if-match': '\"{}\"' }}, \
+             body: JSON.stringify({{ limits: {{ max: 2.0, unit: 'bar' }} }}) }}).then(answer => answer.status)",
+            gauge["revision"]
+        ));
+        assert_eq!(status, 200);
+    }
+
+    /// The reading above the limit has raised an alert, which is looked at, acknowledged and closed.
+    fn decide_on_the_alert(page: &mut Page) {
+        page.click("button", "Alerts");
+        let alert =
+            |page: &mut Page| get(page, "/api/v1/alerts?cause=outside_limits")["items"][0]["object"].clone();
+        assert_eq!(alert(page)["state"], "open");
+        page.wait_for_pictures();
+        page.screenshot().save("alerts-1440x900");
+        press_row(page, &format!("Warning · {GAUGE}"));
+        page.click("button", "Acknowledge");
+        page.click("button", "I look after it");
+        page.click("textbox", "Work order");
+        page.wait_for_pictures();
+        page.type_text("WO-1042: check the reducing valve");
+        page.wait_for_pictures();
+        page.click("button", "Keep the work order");
+        wait_for("the work order", LIMIT, || {
+            let alert = alert(page);
+            (alert["work_order"] == "WO-1042: check the reducing valve" && alert["owner"] != "").then_some(())
+        });
+        page.wait_for_pictures();
+        page.screenshot().save("alert-1440x900");
+        save_for_guide(page, "alert");
+        page.resize(1024, 768);
+        page.wait_for_pictures();
+        page.screenshot().save("alert-1024x768");
+        page.resize(1440, 900);
+        page.wait_for_pictures();
+        page.click("textbox", "Closing remark");
+        page.wait_for_pictures();
+        page.type_text("The valve was set.");
+        page.wait_for_pictures();
+        page.click("button", "Close the alert");
+        wait_for("the end of the alert", LIMIT, || {
+            (alert(page)["state"]["closed"]["remark"] == "The valve was set.").then_some(())
+        });
     }
 
     fn wait_until_localised(page: &mut Page) {

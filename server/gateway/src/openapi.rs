@@ -80,6 +80,7 @@ use utoipa::OpenApi;
         runs::clouds,
         runs::cloud,
         runs::download,
+        runs::download_mcap,
         report::report_run,
         report::report_period,
         runs::point_results,

@@ -107,6 +107,7 @@ fn handler(endpoint: Endpoint) -> MethodRouter<Arc<App>> {
         Endpoint::ListRunClouds => get(runs::clouds),
         Endpoint::GetRunCloud => get(runs::cloud),
         Endpoint::DownloadRun => get(runs::download),
+        Endpoint::DownloadRunMcap => get(runs::download_mcap),
         Endpoint::ReportRun => get(report::report_run),
         Endpoint::ReportPeriod => get(report::report_period),
         Endpoint::ListPointResults => get(runs::point_results),

@@ -59,6 +59,8 @@ pub const RUN_CLOUDS_PATH: &str = "/api/v1/runs/{run}/clouds";
 pub const RUN_CLOUD_PATH: &str = "/api/v1/runs/{run}/clouds/{hash}";
 /// GET, with a run's id in place of `{run}`: all of it with its files, a ZIP archive.
 pub const RUN_DOWNLOAD_PATH: &str = "/api/v1/runs/{run}/download";
+/// GET, with a run's id in place of `{run}`: its results as an MCAP file.
+pub const RUN_MCAP_PATH: &str = "/api/v1/runs/{run}/mcap";
 /// GET, with a run's id in place of `{run}`: a report of it for people, HTML.
 pub const RUN_REPORT_PATH: &str = "/api/v1/runs/{run}/report";
 /// GET: a report of all runs that were asked for in a time, HTML.

@@ -108,7 +108,7 @@
 //! | textbox | `From`, `To` | Runs, History: days between which runs were asked for |
 //! | button | `Show all`, `Show older runs` | Runs, History |
 //! | button | `MISSION, Skipped, FACTS`, `MISSION, Missed, FACTS` | Runs, History: a slot without a run; leads to the Schedule screen |
-//! | button | `Download the run`, `Report` | Runs, in a run that has ended: each fetches a file |
+//! | button | `Download the run`, `Report`, `Download for Foxglove` | Runs, in a run that has ended: each fetches a file |
 //! | button | `Report of the week` | Runs, History: fetches the report of the runs of the last seven days |
 //! | button | `Show FILE of TASK` | Runs, in a run that has ended: a picture or a spectrum, large |
 //! | button | `Open FILE of TASK` | Runs: the file in a tab of its own |

@@ -7,6 +7,8 @@ mod comparison;
 mod documents;
 mod download;
 mod lists;
+mod mcap;
+mod mcap_schemas;
 mod names;
 mod stored_content;
 mod streamed_file;

@@ -133,6 +133,7 @@ endpoints! {
     ListRunClouds: Get paths::RUN_CLOUDS_PATH, VIEWER;
     GetRunCloud: Get paths::RUN_CLOUD_PATH, VIEWER;
     DownloadRun: Get paths::RUN_DOWNLOAD_PATH, VIEWER;
+    DownloadRunMcap: Get paths::RUN_MCAP_PATH, VIEWER;
     ReportRun: Get paths::RUN_REPORT_PATH, VIEWER;
     ReportPeriod: Get paths::REPORT_PATH, VIEWER;
     ListPointResults: Get paths::POINT_RESULTS_PATH, VIEWER;

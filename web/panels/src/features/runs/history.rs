@@ -15,8 +15,8 @@ use egui::{Id, Ui};
 use missions::SiteZone;
 use site_model::{RunId, Site, SkipReason, Utc};
 
-/// Part of the room for the button of the archive, beside that of the report. Chosen: as their texts need.
-const DOWNLOAD_SHARE: f32 = 0.62;
+/// Parts of the room for the buttons of the archive, the report and the MCAP file. Chosen: as their texts need.
+const FILE_SHARES: [f32; 3] = [0.4, 0.31, 0.29];
 /// Nanoseconds of seven days.
 const WEEK_NS: i64 = 7 * 24 * 3_600_000_000_000;
 
@@ -148,20 +148,21 @@ impl RunHistory {
     }
 }
 
-/// The buttons that fetch files of a run: the archive and the report.
+/// The buttons that fetch files of a run.
 fn show_files(ui: &mut Ui, cx: &PanelContext<'_>, run: RunId) {
-    let of_run = |path: &str| path.replace("{run}", &run.to_string());
+    let files = [
+        (texts::DOWNLOAD, icon::DOWNLOAD_SIMPLE, api::paths::RUN_DOWNLOAD_PATH),
+        (texts::REPORT, icon::LIST_CHECKS, api::paths::RUN_REPORT_PATH),
+        (texts::MCAP, icon::DOWNLOAD_SIMPLE, api::paths::RUN_MCAP_PATH),
+    ];
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 8.0;
-        let room = ui.available_width() - 8.0;
-        let width = (DOWNLOAD_SHARE * room).floor();
-        let download = Button::new(texts::DOWNLOAD).icon(icon::DOWNLOAD_SIMPLE).hint(texts::DOWNLOAD_HINT);
-        if download.size(width, theme::TOUCH).slim().show(ui, cx.tokens).clicked() {
-            fetch_file(ui, of_run(api::paths::RUN_DOWNLOAD_PATH));
-        }
-        let report = Button::new(texts::REPORT).icon(icon::LIST_CHECKS).hint(texts::REPORT_HINT);
-        if report.size(room - width, theme::TOUCH).slim().show(ui, cx.tokens).clicked() {
-            fetch_file(ui, of_run(api::paths::RUN_REPORT_PATH));
+        let room = ui.available_width() - 16.0;
+        for ((file, icon, path), share) in files.into_iter().zip(FILE_SHARES) {
+            let button = Button::new(file.name).text(file.short).icon(icon).hint(file.hint);
+            if button.size((share * room).floor(), theme::TOUCH).slim().show(ui, cx.tokens).clicked() {
+                fetch_file(ui, path.replace("{run}", &run.to_string()));
+            }
         }
     });
 }

@@ -30,7 +30,7 @@ pub(crate) struct Pane {
     pub(crate) needle: Option<ReadNeedle>,
     /// How it is drawn as a later picture sees it; none: as it was taken.
     pub(crate) aligned: Option<AlignedPictures>,
-    /// Frames round what has changed, in the pixels of what is drawn.
+    /// Frames round what has changed, in pixels of the picture as it is drawn: aligned or as it was taken.
     pub(crate) changes: Option<ChangeFrames>,
 }
 

@@ -264,13 +264,16 @@ fn the_archive_and_the_reports_are_fetched_as_files() {
     let mut harness = client(status).shown(1440.0, 900.0);
     click(&mut harness, "History");
     click(&mut harness, "Round A, Succeeded, Ended a moment ago");
-    let [download, report, week] =
-        ["Download the run", "Report", "Report of the week"].map(|name| harness.get_by_label(name).rect());
-    assert!(download.right() < report.left() && report.right() <= week.right() + 0.5, "beside each other");
-    assert_eq!(download.y_range(), report.y_range());
+    let [download, report, mcap, week] =
+        ["Download the run", "Report", "Download for Foxglove", "Report of the week"]
+            .map(|name| harness.get_by_label(name).rect());
+    assert!(download.right() < report.left() && report.right() < mcap.left(), "beside each other");
+    assert!(mcap.right() <= week.right() + 0.5);
+    assert_eq!(download.y_range(), mcap.y_range());
     let run = format!("/api/v1/runs/{RUN}");
     assert_eq!(opened(&mut harness, "Report"), [format!("{run}/report")]);
     assert_eq!(opened(&mut harness, "Download the run"), [format!("{run}/download")]);
+    assert_eq!(opened(&mut harness, "Download for Foxglove"), [format!("{run}/mcap")]);
     let week_ns = 604_800_000_000_000;
     harness.state_mut().panels.clock.utc = site_model::Utc(week_ns + 5);
     let address = format!("/api/v1/report?from_ns=5&to_ns={}", week_ns + 5);

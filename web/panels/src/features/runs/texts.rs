@@ -66,9 +66,26 @@ pub(super) const OUTCOMES: [RunState; 5] = [
 pub(super) const CLEAR_FILTER: &str = "Show all";
 pub(super) const OLDER: &str = "Show older runs";
 pub(super) const FETCHING_LIST: &str = "The runs are fetched from the robot.";
-pub(super) const DOWNLOAD: &str = "Download the run";
-pub(super) const DOWNLOAD_HINT: &str = "One ZIP file with pictures, readings as a table, and all records.";
-pub(super) const REPORT: &str = "Report";
+/// A file of a run.
+pub(super) struct RunFile {
+    /// Name of its button.
+    pub(super) name: &'static str,
+    /// The same, on the button.
+    pub(super) short: &'static str,
+    pub(super) hint: &'static str,
+}
+
+pub(super) const DOWNLOAD: RunFile = RunFile {
+    name: "Download the run",
+    short: "Download",
+    hint: "One ZIP file with pictures, readings as a table, and all records.",
+};
+pub(super) const REPORT: RunFile = RunFile { name: "Report", short: "Report", hint: REPORT_HINT };
+pub(super) const MCAP: RunFile = RunFile {
+    name: "Download for Foxglove",
+    short: "MCAP",
+    hint: "One MCAP file with pictures, readings, spectra and poses at their times, for Foxglove and other programs.",
+};
 pub(super) const REPORT_HINT: &str =
     "One HTML file to read, print and pass on. What needs attention comes first.";
 pub(super) const WEEK_REPORT: &str = "Report of the week";
