@@ -143,7 +143,7 @@ mod nightly {
         server.stop();
     }
 
-    /// Says that the gauge has to show less than it does.
+    /// Says that the gauge has to show less than it does: it is farther above the limits than they are apart.
     fn limit_the_gauge(page: &mut Page) {
         let gauge = wait_for("the description of the gauge", LIMIT, || {
             let points = get(page, "/api/v1/site/inspection-points");
@@ -152,7 +152,7 @@ mod nightly {
         let id = gauge["object"]["id"].as_str().unwrap();
         let status = page.evaluate(&format!(
             "fetch('/api/v1/site/inspection-points/{id}', {{ method: 'PATCH', headers: {{ 'content-type': 'application/json', 'if-match': '\"{}\"' }}, \
-             body: JSON.stringify({{ limits: {{ max: 2.0, unit: 'bar' }} }}) }}).then(answer => answer.status)",
+             body: JSON.stringify({{ limits: {{ min: 1.5, max: 2.0, unit: 'bar' }} }}) }}).then(answer => answer.status)",
             gauge["revision"]
         ));
         assert_eq!(status, 200);
@@ -166,7 +166,7 @@ mod nightly {
         assert_eq!(alert(page)["state"], "open");
         page.wait_for_pictures();
         page.screenshot().save("alerts-1440x900");
-        press_row(page, &format!("Warning · {GAUGE}"));
+        press_row(page, &format!("Critical · {GAUGE}"));
         page.click("button", "Acknowledge");
         page.click("button", "I look after it");
         page.click("textbox", "Work order");

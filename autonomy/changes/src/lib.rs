@@ -47,6 +47,6 @@ pub use depth::{
 };
 pub use detect::{Change, ChangedObject, Changes, detect_changes, detect_changes_with};
 pub use known_objects::{Identification, IdentityConfig, KnownObject, ObjectSighting, identify_objects};
-pub use recurrence::{ObservedChange, RecurrenceConfig, find_recurrences};
+pub use recurrence::{ObservedChange, RecurrenceConfig, find_recurrences, is_undone_by};
 pub use upright_box::UprightBox;
 pub use visit::{SensorView, Visit};

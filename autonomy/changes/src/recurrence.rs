@@ -51,6 +51,18 @@ pub fn find_recurrences(
     recurrences
 }
 
+/// Whether one change takes the other one back: what appeared was removed, or what was moved there was moved back.
+pub fn is_undone_by(change: &ObservedChange, later: &ObservedChange, config: &RecurrenceConfig) -> bool {
+    let undone = match change.change {
+        Change::Appeared => ObservedChange { change: Change::Removed, place: change.place },
+        Change::Removed => ObservedChange { change: Change::Appeared, place: change.place },
+        Change::Moved { from } => {
+            ObservedChange { change: Change::Moved { from: change.place }, place: from }
+        }
+    };
+    distance_m(&undone, later, config).is_some()
+}
+
 /// How far two changes are from each other, metres; none if they are two.
 fn distance_m(a: &ObservedChange, b: &ObservedChange, config: &RecurrenceConfig) -> Option<f64> {
     let of_boxes = |a: &UprightBox, b: &UprightBox| {
@@ -95,6 +107,10 @@ mod tests {
         assert_eq!(found(of(removed, 5.0, 1.6)), None, "another size");
         assert_eq!(found(of(moved(9.1), 7.1, 0.6)), Some(3));
         assert_eq!(found(of(moved(8.0), 7.0, 0.6)), None, "from elsewhere");
+        let is_undone = |one, later| is_undone_by(&one, &later, &RecurrenceConfig::default());
+        assert!(is_undone(known[0], of(removed, 0.1, 0.5)) && is_undone(known[2], of(appeared, 5.0, 0.6)));
+        assert!(is_undone(known[3], of(moved(7.1), 9.0, 0.6)), "moved back");
+        assert!(!is_undone(known[3], of(moved(7.1), 8.0, 0.6)) && !is_undone(known[0], known[0]));
         let twice = [of(appeared, 0.05, 0.6), of(appeared, 0.0, 0.6)];
         let both = find_recurrences(&known, &twice, &RecurrenceConfig::default());
         assert_eq!(both, [None, Some(0)], "one is known once");

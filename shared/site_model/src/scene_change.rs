@@ -122,6 +122,8 @@ pub enum ReviewState {
         /// That version.
         map: MapId,
     },
+    /// It comes and goes, as the platform has seen: the thing was put and taken, or moved to and fro, several times.
+    Routine,
 }
 
 impl ReviewState {
@@ -133,6 +135,15 @@ impl ReviewState {
             Self::Dismissed { .. } => "dismissed",
             Self::Watched => "watched",
             Self::Normal { .. } => "normal",
+            Self::Routine => "routine",
+        }
+    }
+
+    /// Whether nobody has to see it any more: it does not matter, is how the scene is, or comes and goes.
+    pub fn is_settled(&self) -> bool {
+        match self {
+            Self::Dismissed { .. } | Self::Normal { .. } | Self::Routine => true,
+            Self::New | Self::Acknowledged | Self::Watched => false,
         }
     }
 }

@@ -90,10 +90,7 @@ impl ChangeClouds {
 fn wanted(model: &Model) -> [Vec<BlobHash>; 2] {
     let map = model.saved_map_on_screen();
     let site = model.site.site().filter(|_| panels::shows_changes(model) && map.is_some());
-    let is_shown = |change: &&SceneChange| {
-        let is_decided = matches!(change.review, ReviewState::Dismissed { .. } | ReviewState::Normal { .. });
-        map == Some(change.map) && !is_decided
-    };
+    let is_shown = |change: &&SceneChange| map == Some(change.map) && !change.review.is_settled();
     let mut changes: Vec<&SceneChange> =
         site.into_iter().flat_map(|site| site.scene_changes()).filter(is_shown).collect();
     changes.sort_by_key(|change| (Reverse(change.last_seen), change.id));

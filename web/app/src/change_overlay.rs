@@ -15,14 +15,12 @@ pub(crate) const COLOURS: [Colour; 2] = [REMOVED, APPEARED];
 /// Width of the lines, logical px.
 const WIDTH_PX: f32 = 2.0;
 
-/// Adds the boxes of all changes that were neither dismissed nor made normal, in the map on the screen; a line from and to for those that were moved.
+/// Adds the boxes of all changes that somebody still has to see, in the map on the screen; a line from and to for those that were moved.
 pub(crate) fn add(model: &Model, lines: &mut Vec<Polyline>) {
     let Some(site) = model.site.site().filter(|_| panels::shows_changes(model)) else { return };
     let map = model.saved_map_on_screen();
     for change in site.scene_changes() {
-        if map != Some(change.map)
-            || matches!(change.review, ReviewState::Dismissed { .. } | ReviewState::Normal { .. })
-        {
+        if map != Some(change.map) || change.review.is_settled() {
             continue;
         }
         let [earlier, later] = model.changes_view.shown().visits();

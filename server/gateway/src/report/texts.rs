@@ -265,6 +265,7 @@ pub(super) fn review(review: &ReviewState) -> String {
         }
         ReviewState::Watched => "watched".to_owned(),
         ReviewState::Normal { .. } => "normal by now".to_owned(),
+        ReviewState::Routine => "comes and goes".to_owned(),
     }
 }
 

@@ -52,6 +52,7 @@ enum ReviewName {
     Dismissed,
     Watched,
     Normal,
+    Routine,
 }
 
 impl KindName {
@@ -72,6 +73,7 @@ impl ReviewName {
             Self::Dismissed => "dismissed",
             Self::Watched => "watched",
             Self::Normal => "normal",
+            Self::Routine => "routine",
         }
     }
 }
@@ -128,7 +130,7 @@ fn parse_position(text: &str) -> Option<Position> {
         ("limit" = Option<u32>, Query, description = "Changes wanted; 100 at most, and if left out"),
         ("after" = Option<String>, Query, description = "Only changes after this one: `next` of the page before"),
         ("kind" = Option<String>, Query, description = "Only those of this kind: appeared, removed or moved"),
-        ("review" = Option<String>, Query, description = "Only those on which people have decided so: new, acknowledged, dismissed, watched or normal"),
+        ("review" = Option<String>, Query, description = "Only those on which people have decided so: new, acknowledged, dismissed, watched, normal or routine"),
         ("min_size_m" = Option<f64>, Query, description = "Only those with a side of at least this length, metres"),
         ("map" = Option<String>, Query, format = Uuid, description = "Only those in this map"),
         ("physical_object" = Option<String>, Query, format = Uuid, description = "Only those of this thing"),

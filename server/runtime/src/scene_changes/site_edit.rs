@@ -1,7 +1,7 @@
 //! The edit of the site that puts the changes of a comparison into it.
 
 use super::physical_objects::{object_change, physical_objects, upright_box};
-use changes::{IdentityConfig, ObservedChange, RecurrenceConfig, find_recurrences};
+use changes::{IdentityConfig, ObservedChange, RecurrenceConfig, find_recurrences, is_undone_by};
 use ports::FoundChange;
 use site_model::{
     Change, EarlierVisit, Edit, EditId, Object, ObjectId, OrientedBox, PhysicalObject, PhysicalObjectId,
@@ -9,7 +9,7 @@ use site_model::{
     changes_of_versions,
 };
 use std::cmp::Reverse;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use uuid::Uuid;
 use vocab::MapId;
 
@@ -20,6 +20,9 @@ pub struct SiteChangesConfig {
     pub recurrence: RecurrenceConfig,
     /// When a change is of a known thing. Source: docs/benchmarks/changes.md.
     pub identity: IdentityConfig,
+    /// A change comes and goes if it and one that takes it back were both found at least this number of times. Chosen: what happens once in each direction is news, what happens
+    /// again the same way is a habit.
+    pub routine_times: u32,
     /// Changes that a site has at most. Beyond it, those on which people have decided go, the one that was not seen for longest first; the ledger keeps their revisions. Chosen: a
     /// year of results, and less than half of the objects that a site may have.
     pub max_changes: usize,
@@ -30,6 +33,7 @@ impl Default for SiteChangesConfig {
         Self {
             recurrence: RecurrenceConfig::default(),
             identity: IdentityConfig::default(),
+            routine_times: 2,
             max_changes: 20_000,
         }
     }
@@ -72,7 +76,7 @@ pub fn edit_with_changes(site: &Site, comparison: &Comparison, config: &SiteChan
     let things = physical_objects(&earlier, &found, &config.identity, new_id);
     let things: BTreeMap<usize, PhysicalObject> = unknown.into_iter().zip(things).collect();
     let mut edit = Edit { id: EditId(derived_id(comparison.run, 0)), changes: Vec::new() };
-    let mut new = 0;
+    let (mut new, mut changes) = (0, Vec::new());
     for (place, ((found, clouds), recurrence)) in comparison.found.iter().zip(&recurrences).enumerate() {
         let number = place as u64 + 1;
         let earlier = recurrence.map(|place| known[place]);
@@ -95,10 +99,41 @@ pub fn edit_with_changes(site: &Site, comparison: &Comparison, config: &SiteChan
             physical_object: things.get(&place).copied().or(earlier.and_then(|known| known.physical_object)),
             descriptor: found.descriptor.clone().or(earlier.and_then(|known| known.descriptor.clone())),
         };
+        changes.push(change);
+    }
+    let settled = settle_routine(&known, &mut changes, config);
+    changes.extend(settled);
+    for change in changes {
         edit.changes.extend(site.put(edit.id, Object::SceneChange(change)).changes);
     }
     edit.changes.extend(removals(site, new, &edit, config));
     (edit, new)
+}
+
+/// Notes of the changes that were found which of them come and go. Returns those of the known ones that take them back, and come and go too. What people have decided stays. Linear in the product of
+/// their numbers.
+fn settle_routine(
+    known: &[&SceneChange],
+    found: &mut [SceneChange],
+    config: &SiteChangesConfig,
+) -> Vec<SceneChange> {
+    let of = |change: &SceneChange| observed(&change.kind, &change.place);
+    let is_known_well = |change: &SceneChange| change.times_seen >= config.routine_times;
+    let found_ids: BTreeSet<SceneChangeId> = found.iter().map(|change| change.id).collect();
+    let mut others: BTreeMap<SceneChangeId, SceneChange> = BTreeMap::new();
+    for change in found.iter_mut().filter(|change| is_known_well(change)) {
+        let takes_back = |other: &&&SceneChange| {
+            is_known_well(other) && is_undone_by(&of(change), &of(other), &config.recurrence)
+        };
+        let Some(other) = known.iter().find(takes_back) else { continue };
+        if other.review == ReviewState::New && !found_ids.contains(&other.id) {
+            others.insert(other.id, SceneChange { review: ReviewState::Routine, ..(*other).clone() });
+        }
+        if change.review == ReviewState::New {
+            change.review = ReviewState::Routine;
+        }
+    }
+    others.into_values().collect()
 }
 
 /// Removals of old changes on which people have decided: as many as the site would have too many.
@@ -108,8 +143,11 @@ fn removals(site: &Site, new: usize, edit: &Edit, config: &SiteChangesConfig) ->
         return Vec::new();
     }
     let is_decided = |change: &&SceneChange| match change.review {
-        ReviewState::Acknowledged | ReviewState::Dismissed { .. } | ReviewState::Normal { .. } => true,
         ReviewState::New | ReviewState::Watched => false,
+        ReviewState::Acknowledged
+        | ReviewState::Dismissed { .. }
+        | ReviewState::Normal { .. }
+        | ReviewState::Routine => true,
     };
     let is_kept = |id: ObjectId| edit.changes.iter().any(|change| change.object_id() == id);
     let mut decided: Vec<&SceneChange> = site.scene_changes().filter(is_decided).collect();
@@ -177,6 +215,11 @@ mod tests {
 
     fn decide(site: &mut Site, x: f64, review: ReviewState) {
         let known = site.scene_changes().find(|change| (change.place.centre_m.x - x).abs() < 0.2);
+        decide_on(site, known.expect("known").id, review);
+    }
+
+    fn decide_on(site: &mut Site, id: SceneChangeId, review: ReviewState) {
+        let known = site.scene_changes().find(|change| change.id == id);
         let change = SceneChange { review, comment: "ours".to_owned(), ..known.expect("known").clone() };
         let edit = site.put(EditId(Uuid::from_u128(9)), Object::SceneChange(change));
         site.apply(&edit, EditId(Uuid::nil())).expect("of this state");
@@ -258,6 +301,33 @@ mod tests {
         probabilities.sort_by(f64::total_cmp);
         assert!(probabilities[0] > 0.5 && probabilities[2] < 1.0, "{probabilities:?}");
         assert_eq!(probabilities[3], 1.0, "nothing is said of the first one");
+    }
+
+    #[test]
+    fn what_is_put_and_taken_again_and_again_comes_and_goes() {
+        let mut site = Site::default();
+        let (removed, appeared) = (SceneChangeKind::Removed, SceneChangeKind::Appeared);
+        let reviews = |site: &Site| -> Vec<ReviewState> {
+            site.scene_changes().map(|change| change.review.clone()).collect()
+        };
+        for (run, kind) in [(10, appeared), (11, removed), (12, appeared)] {
+            apply(&mut site, &comparison(run, vec![found(kind, 2.0)]), 99);
+            assert!(reviews(&site).iter().all(|review| *review == ReviewState::New), "{run}");
+        }
+        // Elsewhere, something stays away.
+        apply(&mut site, &comparison(13, vec![found(removed, 2.1), found(removed, 9.0)]), 99);
+        let routine =
+            |site: &Site| reviews(site).into_iter().filter(|review| *review == ReviewState::Routine).count();
+        assert_eq!((routine(&site), site.scene_changes().count()), (2, 3));
+        // What people decide stays.
+        let watched = site.scene_changes().find(|change| change.kind == appeared).expect("there").id;
+        decide_on(&mut site, watched, ReviewState::Watched);
+        apply(&mut site, &comparison(14, vec![found(appeared, 2.0)]), 99);
+        assert_eq!(
+            site.scene_changes().find(|change| change.id == watched).expect("there").review,
+            ReviewState::Watched
+        );
+        assert_eq!(routine(&site), 1);
     }
 
     #[test]

@@ -133,6 +133,7 @@ impl ChangesPanel {
             0 => change.review == ReviewState::New,
             ACKNOWLEDGED => change.review == ReviewState::Acknowledged,
             2 => change.review == ReviewState::Watched,
+            3 => change.review == ReviewState::Routine,
             _ => true,
         };
         is_of_state

@@ -9,8 +9,8 @@ pub(super) const HEAD: &str = "What has changed";
 pub(super) const EMPTY: &str =
     "Nothing here. After each run the robot compares what it saw with an earlier run, or with the map.";
 /// By which decision the list is filtered.
-pub(super) const REVIEWS: [(&str, usize); 4] =
-    [("New", 0), ("Acknowledged", 1), ("Watched", 2), ("Any state", 3)];
+pub(super) const REVIEWS: [(&str, usize); 5] =
+    [("New", 0), ("Acknowledged", 1), ("Watched", 2), ("Comes and goes", 3), ("Any state", 4)];
 /// By which kind.
 pub(super) const KINDS: [(&str, usize); 4] = [("Any kind", 0), ("Appeared", 1), ("Removed", 2), ("Moved", 3)];
 /// By which size.
@@ -93,5 +93,6 @@ pub(super) fn state(review: &ReviewState) -> String {
         ReviewState::Dismissed { reason } => format!("dismissed: {reason}"),
         ReviewState::Watched => "watched".to_owned(),
         ReviewState::Normal { .. } => "normal in a newer version of the map".to_owned(),
+        ReviewState::Routine => "comes and goes".to_owned(),
     }
 }
