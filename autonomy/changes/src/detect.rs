@@ -306,7 +306,7 @@ fn object(core: &[[f32; 3]], around: &Around, sides: [&Side; 2], config: &Change
         return None;
     }
     let [own, met] = sides.map(|side| penetration(&place, &side.images, config));
-    let met_by_staying = without_passing(&met, config);
+    let met_by_staying = without_passing(&place, &met, config);
     let evidence = evidence_of_absence(own.iter().sum(), met_by_staying, config);
     let is_gone = evidence >= config.min_evidence && explains_absence(met_by_staying, config);
     let confidence = 1.0 / (1.0 + (-evidence).exp());

@@ -46,7 +46,7 @@ fn visit_with_person(boxes: &[UprightBox], person: &UprightBox, x: f64) -> Visit
 
 #[test]
 fn a_person_on_the_visit_before_hides_no_part_of_an_object() {
-    let put = at(1.0, 0.0, [1.2, 0.5, 0.8], 0.0);
+    let put = at(1.0, 0.0, [1.2, 0.5, 0.5], 0.0);
     let before = visit_with_person(&[], &at(1.0, -0.05, [0.8, 0.4, 1.7], 0.0), 1.0);
     let found =
         detect_changes(&before, &visit_with_rays(&[put], 5.0, &FINE), &ChangesConfig::default()).objects;

@@ -64,9 +64,12 @@ fn penetration_of_view(tested: &UprightBox, image: &RayImage, config: &ChangesCo
 /// one or two views saw it at all. Of a rack or a tripod, some rays of each view end at it.
 pub(crate) fn was_there(place: &UprightBox, own: &[Penetration], config: &ChangesConfig) -> bool {
     let seeing = own.iter().filter(|view| view.ended >= config.min_free_rays).count();
-    let may_walk = place.size_m[2] >= config.walking_height_m;
-    let min_views = if may_walk { config.min_views_if_walking } else { config.min_views };
+    let min_views = if may_walk(place, config) { config.min_views_if_walking } else { config.min_views };
     !is_empty_to_most(own, config) && seeing >= min_views.min(own.len())
+}
+
+fn may_walk(place: &UprightBox, config: &ChangesConfig) -> bool {
+    place.size_m[2] >= config.walking_height_m
 }
 
 /// Whether from most of the views that tell of a place nearly all rays went through it: what ended the rays of the others passed.
@@ -82,9 +85,14 @@ fn is_empty(view: &Penetration, config: &ChangesConfig) -> bool {
     is_stray(view.ended, view.through + view.ended, config)
 }
 
-/// The rays of the other visit that met the place of an object, without the views in which something passed there.
-pub(crate) fn without_passing(views: &[Penetration], config: &ChangesConfig) -> Penetration {
-    let is_passed = is_empty_to_most(views, config);
+/// The rays of the other visit that met the place of an object, without the views in which something passed there. Of an object that may have walked there itself all rays count: that its place was
+/// not always empty says that people walk there.
+pub(crate) fn without_passing(
+    place: &UprightBox,
+    views: &[Penetration],
+    config: &ChangesConfig,
+) -> Penetration {
+    let is_passed = !may_walk(place, config) && is_empty_to_most(views, config);
     views.iter().filter(|view| !is_passed || is_empty(view, config)).sum()
 }
 
