@@ -3,7 +3,7 @@
 use crate::alignment::align;
 use crate::clusters::clusters;
 use crate::columns::Columns;
-use crate::moves::{SeenObject, moves};
+use crate::moves::{is_same_size, moves};
 use crate::passing::Passing;
 use crate::penetration::{evidence_of_absence, explains_absence, penetration, was_there, without_passing};
 use crate::side::{Side, ground_below};
@@ -79,7 +79,12 @@ pub fn detect_changes_with(
     let mut appeared = differing(&sides[1], &sides[0], config);
     let turned = turned_things(&mut removed, &mut appeared, [&sides[0], &sides[1]], config);
     let (removed, appeared) = (removed.objects, appeared.objects);
-    let pairs = moves(&seen(&removed), &seen(&appeared), descriptor, &config.association);
+    let boxes = |objects: &[UnmatchedObject]| objects.iter().map(|object| object.place).collect::<Vec<_>>();
+    let (gone, new) = (boxes(&removed), boxes(&appeared));
+    let is_of_one_size = |from: usize, to: usize| {
+        is_same_size(&gone[from], &new[to], config.same_size_share, config.same_size_m)
+    };
+    let pairs = moves(&gone, &new, is_of_one_size, &config.association);
     let unchanged = unchanged(&sides[0], &sides[1], config);
     let Changes { mut objects, .. } = merged(removed, appeared, &pairs);
     objects.extend(turned);
@@ -88,10 +93,6 @@ pub fn detect_changes_with(
     }
     objects.sort_by_key(|object| std::cmp::Reverse(object.points.len()));
     Changes { objects, unchanged }
-}
-
-fn seen(objects: &[UnmatchedObject]) -> Vec<SeenObject<'_>> {
-    objects.iter().map(|object| SeenObject { place: &object.place, points: &object.points }).collect()
 }
 
 /// Things that were turned where they stand. What they explain is taken from the other objects.

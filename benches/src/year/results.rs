@@ -8,9 +8,8 @@ use site_model::{
     MissionId, Object, OrientedBox, PhysicalObject, PhysicalObjectId, ReviewState, RunId, SceneChange,
     SceneChangeId, SceneChangeKind, Site, Utc,
 };
-use std::fs;
 use std::path::Path;
-use store::{EditRecord, Ledger, Store};
+use store::{BlobsConfig, EditRecord, Ledger, Store};
 use uuid::Uuid;
 use vocab::{MapId, Stamp, Vec3};
 
@@ -68,8 +67,8 @@ impl Year {
 
     /// Writes all of it into a data folder. Returns the hash of the picture that all results have.
     pub(crate) fn write(&self, data: &Path) -> Result<String> {
-        let hash = write_picture(data)?;
         let store = Store::open(data)?;
+        let hash = store.put_blob(&[0x55; PICTURE_BYTES], &BlobsConfig::default())?.to_string();
         let (mut ledger, state) = store.open_ledger()?;
         self.write_runs(&mut ledger, &hash)?;
         self.write_site(&mut ledger, state.site)?;
@@ -201,13 +200,4 @@ fn body_of_photo(step: u64, run: u64, at_ns: i64, hash: &str) -> String {
         },
     })
     .to_string()
-}
-
-/// The picture of all results: bytes of the length of a photo.
-fn write_picture(data: &Path) -> Result<String> {
-    let hash = "ab".repeat(32);
-    let folder = data.join("blobs").join("ab");
-    fs::create_dir_all(&folder)?;
-    fs::write(folder.join(&hash), vec![0x55; PICTURE_BYTES])?;
-    Ok(hash)
 }

@@ -5,7 +5,7 @@ use crate::inbox::Inbox;
 use crate::ply_points::{Points, parse_ply};
 use client_model::Model;
 use scene::PointBlock;
-use site_model::{ReviewState, SceneChange, SceneChangeKind};
+use site_model::{SceneChange, SceneChangeKind};
 use std::cell::RefCell;
 use std::cmp::Reverse;
 use std::collections::BTreeMap;

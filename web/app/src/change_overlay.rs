@@ -4,7 +4,7 @@ use crate::vector::vector;
 use client_model::Model;
 use glam::DVec3;
 use scene::{Colour, Polyline};
-use site_model::{OrientedBox, ReviewState, SceneChangeKind};
+use site_model::{OrientedBox, SceneChangeKind};
 
 /// What appeared, and what was moved to its place.
 const APPEARED: Colour = [222, 60, 48, 255];

@@ -8,7 +8,7 @@ use super::image::{DepthImage, DepthImageError};
 use super::segments::{area_m2, connected};
 use super::support::Support;
 use crate::detect::{UnmatchedObject, merged};
-use crate::moves::moves_of_alike;
+use crate::moves::moves;
 use crate::{Changes, UprightBox};
 use geometry::{Isometry, Vector3};
 use object_identity::AssociationConfig;
@@ -47,8 +47,7 @@ pub fn detect_depth_changes(
     };
     let places =
         |found: &[UnmatchedImageObject]| found.iter().map(|found| found.object.place).collect::<Vec<_>>();
-    let pairs =
-        moves_of_alike(&places(&removed), &places(&appeared), may_be_moved, &AssociationConfig::default());
+    let pairs = moves(&places(&removed), &places(&appeared), may_be_moved, &AssociationConfig::default());
     let objects =
         |found: Vec<UnmatchedImageObject>| found.into_iter().map(|found| found.object).collect::<Vec<_>>();
     Ok(DepthChanges {
