@@ -56,8 +56,7 @@ impl FeaturePanel for ChangesPanel {
         let tokens = cx.tokens;
         show_scene_choice(ui, cx);
         widgets::section_head(ui, tokens, texts::HEAD);
-        // Side by side they are wider than the card.
-        for reviews in texts::REVIEWS.chunks(2) {
+        for reviews in texts::REVIEWS {
             widgets::choice(ui, tokens, reviews, self.review, |on| self.review = on);
         }
         widgets::choice(ui, tokens, &texts::KINDS, self.kind, |on| self.kind = on);

@@ -108,6 +108,21 @@ fn a_change_is_acknowledged_and_that_is_undone() {
 }
 
 #[test]
+fn what_comes_and_goes_is_listed_apart() {
+    let mut harness = shown_with(|change| {
+        if change.kind == SceneChangeKind::Removed {
+            change.review = ReviewState::Routine;
+        }
+    });
+    let is_listed = |harness: &Harness<'_, TestClient>| harness.query_by_label(REMOVED).is_some();
+    assert!(!is_listed(&harness), "not new");
+    press(&mut harness, "Comes and goes");
+    assert!(is_listed(&harness) && harness.query_by_label(APPEARED).is_none());
+    press(&mut harness, "Any state");
+    assert!(is_listed(&harness) && harness.query_by_label(APPEARED).is_some());
+}
+
+#[test]
 fn the_list_is_filtered_by_state_kind_size_age_and_zone() {
     let mut harness = shown();
     let listed = |harness: &Harness<'_, TestClient>| {

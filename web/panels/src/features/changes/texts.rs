@@ -8,9 +8,9 @@ pub(super) const TAB: &str = "Changes";
 pub(super) const HEAD: &str = "What has changed";
 pub(super) const EMPTY: &str =
     "Nothing here. After each run the robot compares what it saw with an earlier run, or with the map.";
-/// By which decision the list is filtered.
-pub(super) const REVIEWS: [(&str, usize); 5] =
-    [("New", 0), ("Acknowledged", 1), ("Watched", 2), ("Comes and goes", 3), ("Any state", 4)];
+/// By which decision the list is filtered, in rows that are as wide as the card.
+pub(super) const REVIEWS: [&[(&str, usize)]; 2] =
+    [&[("New", 0), ("Watched", 2), ("Any state", 4)], &[("Acknowledged", 1), ("Comes and goes", 3)]];
 /// By which kind.
 pub(super) const KINDS: [(&str, usize); 4] = [("Any kind", 0), ("Appeared", 1), ("Removed", 2), ("Moved", 3)];
 /// By which size.
