@@ -13,12 +13,14 @@
 //! - `instruments`: temperature and humidity of the air, and gamma spectra, read on request;
 //! - `faults`: sensor faults and their times;
 //! - `random_changes`: loose objects that change between two visits of a site;
+//! - `condition_changes`: doors at other angles, leaks, gauges and lamps that are out of order;
 //! - `simulator`: the whole simulation in blocks of 10 ms; `route_follower` drives it along a route for recordings.
 
 mod battery;
 mod body;
 mod bvh;
 mod camera;
+mod condition_changes;
 mod contacts;
 mod dock_contact;
 mod faults;
@@ -48,6 +50,9 @@ pub use camera::{
     CameraConfig, CameraImage, CameraScene, CameraSnapshot, Face, Fixture, Intrinsics, SimulatedQuantity,
     ThermalImage, off_centre,
 };
+pub use condition_changes::{
+    ChangeableGauge, ChangeableThings, ConditionChangeError, ConditionChangesConfig,
+};
 pub use contacts::{Contact, ContactWith};
 pub use faults::ScheduledFault;
 pub use ground_truth::GroundTruth;
@@ -63,7 +68,8 @@ pub use route_follower::RouteFollower;
 pub use shape::{Clearance, Material, Shape, Solid, UnknownMaterial};
 pub use simulator::{SimConfig, SimEvent, Simulator};
 pub use site::{
-    BuildingModel, BuildingModelConfig, BuildingModelError, LooseObject, Mobility, ModelPart, ModelTriangle,
-    ObjectChange, SimulatedDock, SimulatedSite, SiteName, TessellationConfig, UnknownSite,
+    BuildingModel, BuildingModelConfig, BuildingModelError, ConditionChange, Leak, Liquid, LooseObject,
+    Mobility, ModelPart, ModelTriangle, ObjectChange, SimulatedDock, SimulatedSite, SiteName,
+    TessellationConfig, UnknownSite,
 };
 pub use timing::{IMU_HZ, SWEEP_HZ};

@@ -146,7 +146,7 @@ impl SimulatedSite {
     }
 
     /// The floor at most one step below or above a point; none where there is none.
-    fn floor_below(&self, point: &Vector3) -> Option<Vector3> {
+    pub(crate) fn floor_below(&self, point: &Vector3) -> Option<Vector3> {
         let from = point + Vector3::z() * MAX_STEP_M;
         let (down_m, _) = self.cast_ray(&from, &-Vector3::z(), 2.0 * MAX_STEP_M)?;
         Some(from - Vector3::z() * down_m)
@@ -194,12 +194,12 @@ impl SimulatedSite {
 }
 
 /// Points on the floor along the round.
-struct RoutePoints {
-    points: Vec<Vector3>,
+pub(crate) struct RoutePoints {
+    pub(crate) points: Vec<Vector3>,
 }
 
 impl RoutePoints {
-    fn new(site: &SimulatedSite) -> Self {
+    pub(crate) fn new(site: &SimulatedSite) -> Self {
         let mut points = Vec::new();
         let Some(route) = site.route("round") else { return Self { points } };
         let start = route.start.position;
@@ -217,7 +217,7 @@ impl RoutePoints {
     }
 
     /// Horizontal distance from a point to the nearest one on its floor, metres.
-    fn distance_m(&self, point: &Vector3) -> f64 {
+    pub(crate) fn distance_m(&self, point: &Vector3) -> f64 {
         let on_floor = self.points.iter().filter(|at| (at.z - point.z).abs() < 2.0);
         on_floor.map(|at| (at - point).xy().norm()).fold(f64::INFINITY, f64::min)
     }

@@ -138,7 +138,7 @@ fn gauge_point(
 
 /// A value of the gauge that does not swing.
 pub fn steady(value: f64) -> SimulatedQuantity {
-    SimulatedQuantity { mean: value, amplitude: 0.0, period_s: 900.0 }
+    SimulatedQuantity { mean: value, amplitude: 0.0, period_s: 900.0, rise_per_s: 0.0 }
 }
 
 /// Takes the picture of a visit. The number decides pose, light and noise; `value` is what the gauge shows.

@@ -3,7 +3,8 @@
 use crate::failure::Failure;
 use crate::{
     account, align, changes, convert, example, export, gauge, import, info, localise, make_normal, map,
-    merge, optimise, patch, picture_changes, replay, sim_record, site, topomap, trajectory, up, verify,
+    merge, optimise, patch, picture_changes, replay, sim_record, site, site_changes, topomap, trajectory, up,
+    verify,
 };
 use clap::{Parser, Subcommand};
 
@@ -92,6 +93,8 @@ enum Command {
 enum SimCommand {
     /// Let the simulated robot walk a route, and record its sensors.
     Record(sim_record::RecordArgs),
+    /// List what can change at a simulated site: doors, gauges and lamps.
+    List(site_changes::ListArgs),
 }
 
 #[derive(Subcommand, Debug)]
@@ -130,6 +133,7 @@ impl Cli {
             Command::Info(args) => info::run(&args),
             Command::Convert(args) => convert::run(&args),
             Command::Sim(SimCommand::Record(args)) => sim_record::run(&args),
+            Command::Sim(SimCommand::List(args)) => site_changes::list(&args),
             Command::Site(SiteCommand::Export(args)) => site::export(&args),
             Command::Trajectory(TrajectoryCommand::Compare(args)) => trajectory::run(&args),
             Command::Replay(args) => replay::run(&args),

@@ -37,6 +37,7 @@ mod robot;
 mod robot_file;
 mod sim_record;
 mod site;
+mod site_changes;
 mod summaries;
 #[cfg(test)]
 mod test_data;

@@ -1,6 +1,7 @@
 //! The robot of the platform: `sim:SITE`, `replay:FILE` or `socket:PATH`.
 
 use crate::failure::Failure;
+use crate::site_changes::SiteChangeArgs;
 use crate::up::ShutdownSignal;
 use crate::{summaries, texts};
 use links::{ConnectError, ReplayConfig, ReplayLink, ReplaySource, SocketLink, SocketLinkConfig};
@@ -83,6 +84,8 @@ pub struct RobotArgs {
     /// Number of another day at the simulated site: some furniture is moved or removed, and doors are open or shut. The same number gives the same day.
     #[arg(long)]
     pub day: Option<u64>,
+    #[command(flatten)]
+    pub changes: SiteChangeArgs,
 }
 
 impl RobotArgs {
@@ -97,21 +100,25 @@ impl RobotArgs {
         ]
         .into_iter()
         .chain(self.day.map(|day| ("--day", day.to_string())))
+        .chain(self.changes.to_arguments())
         .flat_map(|(name, value)| [name.to_owned(), value])
         .collect()
     }
 
-    /// The same for another robot, on the usual day.
+    /// The same for another robot, on the usual day and with nothing changed.
     pub fn with_robot(&self, robot: RobotName) -> Self {
-        Self { robot, day: None, ..self.clone() }
+        Self { robot, day: None, changes: SiteChangeArgs::default(), ..self.clone() }
     }
 
     /// # Errors
-    /// On another day for a robot that is not simulated.
+    /// On another day, or with changes, for a robot that is not simulated.
     pub fn check(&self) -> Result<(), Failure> {
         match self.robot {
             RobotName::Replay(_) | RobotName::Socket(_) if self.day.is_some() => {
                 Err(Failure::usage(texts::ONLY_SITES_HAVE_DAYS))
+            }
+            RobotName::Replay(_) | RobotName::Socket(_) if self.changes.is_given() => {
+                Err(Failure::usage(texts::ONLY_SITES_CHANGE))
             }
             _ => Ok(()),
         }

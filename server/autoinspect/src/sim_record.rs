@@ -3,6 +3,7 @@
 mod faults;
 
 use crate::failure::Failure;
+use crate::site_changes::SiteChangeArgs;
 use crate::{output, summaries, texts};
 use clap::Args;
 use faults::FaultName;
@@ -35,6 +36,17 @@ EXAMPLES:
   autoinspect sim record --site hall.glb --minutes 5 --out hall.mcap
   autoinspect sim record --site b1 --day 2 --moved 0.3 --out tuesday.mcap
   autoinspect sim record --site b1 --out dark.mcap --faults blind-lidar@60-80,leg-slip@30-40:0.2,0,0
+  autoinspect sim record --site b1 --changes leak.json --out leak.mcap
+  autoinspect sim record --site b1 --day 3 --random-changes 8 --truth-changes truth.json --out wednesday.mcap
+
+CHANGES (leak.json; `autoinspect sim list --site b1` lists doors, gauges and lamps):
+  { \"version\": 1, \"changes\": [
+    { \"kind\": \"door\", \"hinge_m\": [50.1, 6.7, 0], \"turn_deg\": 60 },
+    { \"kind\": \"leak\", \"at_m\": [5, 5, 0], \"radius_m\": 0.4, \"liquid\": \"water\", \"warmer_k\": 12 },
+    { \"kind\": \"gauge-drift\", \"tag\": \"PI-101\", \"per_day\": 0.05, \"begun_days_ago\": 30 },
+    { \"kind\": \"gauge-stuck\", \"tag\": \"TI-104\", \"value\": 61 },
+    { \"kind\": \"lamp-out\", \"at_m\": [1.5, 5.0, 3.05] },
+    { \"kind\": \"object-put\", \"foot_m\": [7, 5, 0], \"size_m\": [0.6, 0.4, 1], \"material\": \"wood\" } ] }
 
 FAULTS (seconds from the start):
   blind-lidar@FROM-UNTIL  silent-lidar@FROM-UNTIL  silent-imu@FROM-UNTIL  leg-slip@FROM-UNTIL:X,Y,Z (m/s)"
@@ -67,6 +79,8 @@ pub struct RecordArgs {
     /// Share of the furniture that is moved or removed on that day.
     #[arg(long, default_value_t = 0.25, value_parser = share, requires = "day")]
     moved: f64,
+    #[command(flatten)]
+    changes: SiteChangeArgs,
     /// Faults and their times.
     #[arg(long, value_delimiter = ';')]
     faults: Vec<String>,
@@ -91,6 +105,7 @@ pub fn run(args: &RecordArgs) -> Result<(), Failure> {
     if let Some(day) = args.day {
         site = Arc::new(site.on_another_day(day, args.moved));
     }
+    site = args.changes.apply(site, args.day.unwrap_or(args.seed))?;
     let Some(route) = site.route(&args.route).cloned() else {
         let names: Vec<_> = site.routes().iter().map(|route| route.name).collect();
         return Err(Failure::usage(texts::no_such_route(&args.site, &args.route, &names)));

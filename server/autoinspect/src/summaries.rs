@@ -279,6 +279,23 @@ pub fn recorded(out: &Path, seconds: f64, scans: u64, points: u64, distance_m: f
     format!("{}: {seconds:.1} s, {scans} scans with {points} points, {distance_m:.1} m walked", out.display())
 }
 
+/// What can change at a simulated site, a line for each thing. Points are in the site frame, metres.
+pub fn changeable_door(hinge: [f64; 3]) -> String {
+    format!("door, hinge at {}", place(hinge))
+}
+
+pub fn changeable_gauge(tag: &str, at: [f64; 3], [least, most]: [f64; 2], unit: &str) -> String {
+    format!("gauge {tag}, {least} to {most} {unit}, at {}", place(at))
+}
+
+pub fn changeable_lamp(at: [f64; 3]) -> String {
+    format!("lamp at {}", place(at))
+}
+
+fn place([x, y, z]: [f64; 3]) -> String {
+    format!("[{x:.2}, {y:.2}, {z:.2}]")
+}
+
 /// A simulated site was written.
 pub fn site_written(file: &Path) -> String {
     format!("{} and its .site.json", file.display())

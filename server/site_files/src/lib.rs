@@ -4,16 +4,19 @@
 //! - `glb`: glTF bytes to triangles and back;
 //! - `sidecar`: the JSON file;
 //! - `source`: how a command line names a site, and how it is read and written;
+//! - `site_changes`: changes of a site as a file, a script or the truth for scorers;
 //! - `texts`: the sentences of the errors.
 
 mod error;
 pub mod fuzzing;
 mod glb;
 mod sidecar;
+mod site_changes;
 mod source;
 #[cfg(test)]
 mod tests;
 mod texts;
 
 pub use error::SiteFileError;
+pub use site_changes::SiteChanges;
 pub use source::{SiteSource, read_site, write_site};

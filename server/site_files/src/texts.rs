@@ -27,6 +27,32 @@ pub(crate) const EXTERNAL: &str =
 pub(crate) fn newer_version(version: u32, known: u32) -> String {
     format!("it has version {version}, and this program reads versions up to {known}: update the program")
 }
+/// A file of changes of another version.
+pub(crate) fn other_version(version: u32, known: u32) -> String {
+    format!(
+        "it has version {version}, and this program reads version {known}: write the file for that version"
+    )
+}
+/// More changes than are read.
+pub(crate) fn too_many_changes(limit: usize) -> String {
+    format!("it has more than {limit} changes or more than 1 MB: leave some out")
+}
+/// Where in the file a mistake is, by the number of the change from 1.
+pub(crate) fn in_change(number: usize, reason: &str) -> String {
+    format!("change {number}: {reason}")
+}
+/// A side of an object that is too short or too long.
+pub(crate) fn bad_side([least, most]: [f64; 2]) -> String {
+    format!(
+        "a side of an object is not from {least} to {most} m: write size_m as length, width and height in metres"
+    )
+}
+/// A point that is on no site.
+pub(crate) fn far_point(limit_m: f64) -> String {
+    format!(
+        "a point is farther than {limit_m} m from the origin: write it in metres in the frame of the site"
+    )
+}
 /// JSON that is not a glTF document or not a sidecar.
 pub(crate) fn bad_json(cause: &dyn std::fmt::Display) -> String {
     format!("it cannot be understood: {}", legible(&cause.to_string(), MAX_SHOWN_CHARS))

@@ -41,7 +41,7 @@ pub enum Face {
     },
 }
 
-/// A value that swings slowly.
+/// A value that swings slowly, and may rise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SimulatedQuantity {
     /// Its mean.
@@ -50,12 +50,14 @@ pub struct SimulatedQuantity {
     pub amplitude: f64,
     /// Time of a swing, seconds.
     pub period_s: f64,
+    /// How much it rises besides, per second.
+    pub rise_per_s: f64,
 }
 
 impl SimulatedQuantity {
     /// The value at a time.
     pub fn at(&self, seconds: f64) -> f64 {
-        self.mean + self.amplitude * (TAU * seconds / self.period_s).sin()
+        self.mean + self.rise_per_s * seconds + self.amplitude * (TAU * seconds / self.period_s).sin()
     }
 }
 
@@ -186,7 +188,12 @@ fn face_of(number: usize) -> Face {
             unit: "bar",
             min: 0.0,
             max: 10.0,
-            reading: SimulatedQuantity { mean: 3.0 + (1.3 * spread) % 5.0, amplitude: 0.4, period_s: 900.0 },
+            reading: SimulatedQuantity {
+                mean: 3.0 + (1.3 * spread) % 5.0,
+                amplitude: 0.4,
+                period_s: 900.0,
+                rise_per_s: 0.0,
+            },
         },
         1 => Face::Label(vec![format!("VALVE V-{}", 201 + number), "KEEP CLOSED".to_owned()]),
         2 => Face::Warm { celsius: 48.0 + (9.0 * spread) % 40.0 },
@@ -198,6 +205,7 @@ fn face_of(number: usize) -> Face {
                 mean: 40.0 + (17.0 * spread) % 60.0,
                 amplitude: 3.0,
                 period_s: 1800.0,
+                rise_per_s: 0.0,
             },
         },
     }

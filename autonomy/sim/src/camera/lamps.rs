@@ -3,6 +3,7 @@
 use crate::ray_packet::{NO_HIT, RayPacket};
 use crate::site::SimulatedSite;
 use geometry::Vector3;
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 /// Distance between lamps, metres: a small room has one.
@@ -25,6 +26,8 @@ const DEFAULT_SUN: Sun = Sun { strength: 2.5, to_sun: [0.48, 0.36, 0.8] };
 const REACH_M: f32 = 9.0;
 /// Edge of the cells in which lamps are looked up, metres.
 const CELL_M: f32 = 3.0;
+/// Positions that differ by less along each axis are of one lamp, metres.
+const SAME_LAMP_M: f32 = 1e-3;
 /// Greatest number of lamps of which shadows are cast at a point.
 pub(super) const SHADOWED: usize = 3;
 
@@ -106,6 +109,27 @@ impl Lamps {
             }
         }
         Self { cells, sun }
+    }
+
+    /// Where the lamps are, site frame, metres, in a fixed order.
+    pub(super) fn positions(&self) -> Vec<[f32; 3]> {
+        let mut positions: Vec<[f32; 3]> = self.cells.values().flatten().map(|lamp| lamp.position).collect();
+        // A lamp is listed in each cell that it reaches.
+        positions.sort_by(|a, b| {
+            let differing = a.iter().zip(b).map(|(a, b)| a.total_cmp(b)).find(|order| order.is_ne());
+            differing.unwrap_or(Ordering::Equal)
+        });
+        positions.dedup();
+        positions
+    }
+
+    /// The lamps without one, site frame, metres.
+    pub(super) fn without(mut self, position: [f32; 3]) -> Self {
+        let is_other = |lamp: &Lamp| (0..3).any(|i| (lamp.position[i] - position[i]).abs() > SAME_LAMP_M);
+        for lamps in self.cells.values_mut() {
+            lamps.retain(is_other);
+        }
+        self
     }
 
     /// The sun, if a part of the site has no ceiling.

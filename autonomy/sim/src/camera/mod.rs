@@ -6,6 +6,7 @@
 //!
 //! - `optics`: the head, the pinhole model and zoom;
 //! - `fixtures`, `faces`: what hangs on walls, and how it looks;
+//! - `out_of_order`, `leaks`: what is not in its usual condition;
 //! - `lamps`: where light comes from;
 //! - `surfaces`: colour and temperature of what a ray hits;
 //! - `render`: rays of a whole picture;
@@ -16,7 +17,9 @@ mod exposure;
 pub(crate) mod faces;
 mod fixtures;
 mod lamps;
+mod leaks;
 mod optics;
+mod out_of_order;
 mod render;
 mod snapshot;
 mod surfaces;
@@ -29,10 +32,11 @@ pub(crate) use surfaces::air_celsius;
 pub use thermal::ThermalImage;
 
 use crate::people::People;
-use crate::site::SimulatedSite;
+use crate::site::{ConditionChange, Leak, SimulatedSite};
 use geometry::{Isometry, Rng};
 use lamps::{Lamps, Sun};
 use std::sync::Arc;
+use vocab::Vec3;
 
 /// A picture in visible light.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -53,14 +57,32 @@ pub struct CameraScene {
     fixtures: Vec<Fixture>,
     /// The numbers on each fixture.
     scale_numbers: Vec<Vec<faces::ScaleNumber>>,
+    leaks: Vec<Leak>,
 }
 
 impl CameraScene {
-    /// Finds the lamps of a site, and hangs fixtures on the walls along its first route. The same site gets the same.
+    /// Finds the lamps of a site, and hangs fixtures on the walls along its first route. The same site gets the same, in whatever condition it is.
     pub fn new(site: Arc<SimulatedSite>) -> Self {
-        let fixtures = fixtures::placed(&site);
+        let fixtures = out_of_order::changed(fixtures::placed(site.usual()), &site);
         let scale_numbers = fixtures.iter().map(faces::scale_numbers).collect();
-        Self { lamps: Lamps::of(&site), fixtures, scale_numbers, site }
+        let mut scene =
+            Self { lamps: Lamps::of(site.usual()), fixtures, scale_numbers, leaks: Vec::new(), site };
+        for change in scene.site.condition_changes() {
+            match change {
+                ConditionChange::Leak(leak) => scene.leaks.push(*leak),
+                ConditionChange::LampOut { lamp } => {
+                    scene.lamps = scene.lamps.without(lamp.to_array().map(|c| c as f32));
+                }
+                _ => {}
+            }
+        }
+        scene
+    }
+
+    /// Where the lamps are that give light, site frame, metres to a tenth of a millimetre, in a fixed order.
+    pub fn lamps(&self) -> Vec<Vec3> {
+        let wide = |position: [f32; 3]| position.map(|c| (f64::from(c) * 1e4).round() / 1e4);
+        self.lamps.positions().into_iter().map(wide).map(|[x, y, z]| Vec3::new(x, y, z)).collect()
     }
 
     /// The fixtures, in the order of the route.
@@ -101,6 +123,14 @@ impl CameraScene {
         let view = render::CameraView { scene: self, people, site_from_camera, intrinsics, seconds, grain };
         let light = view.light();
         exposure::expose(&light, intrinsics, rng)
+    }
+
+    /// The light of each pixel before it is exposed, without people and at the start of the simulation.
+    #[cfg(test)]
+    pub(crate) fn light(&self, site_from_camera: &Isometry, intrinsics: &Intrinsics) -> Vec<[f32; 3]> {
+        let people = &People::default();
+        render::CameraView { scene: self, people, site_from_camera, intrinsics, seconds: 0.0, grain: 1 }
+            .light()
     }
 
     /// Takes a picture of temperatures, as [`Self::picture`].

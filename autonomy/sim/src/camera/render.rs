@@ -5,7 +5,7 @@
 use super::lamps::{LAMP_HALF_M, LocalLight, SHADOWED, Sun};
 use super::optics::Intrinsics;
 use super::surfaces::{Finish, finish, hash};
-use super::{CameraScene, faces, lamps};
+use super::{CameraScene, faces, lamps, leaks};
 use crate::people::{PERSON_BIT, People};
 use crate::ray_packet::{ENDED, LANES, Lane, NO_HIT, RayPacket};
 use crate::shape::Material;
@@ -70,7 +70,7 @@ pub(super) struct SurfaceHit {
     /// Site frame, metres.
     pub(super) point: [f32; 3],
     /// Towards the camera.
-    normal: [f32; 3],
+    pub(super) normal: [f32; 3],
     direction: [f32; 3],
     /// Number that differs on the two sides of an edge.
     surface: u32,
@@ -365,7 +365,10 @@ impl CameraView<'_> {
     fn finish(&self, hit: &SurfaceHit) -> Finish {
         match hit.target {
             HitTarget::Nothing => Finish { albedo: SKY, gloss: 0.0 },
-            HitTarget::Solid(material) | HitTarget::Person(material) => finish(material, hit.point),
+            HitTarget::Solid(material) => {
+                leaks::wetted(&self.scene.leaks, finish(material, hit.point), hit.point, hit.normal)
+            }
+            HitTarget::Person(material) => finish(material, hit.point),
             HitTarget::Plate(fixture, at) => {
                 let numbers = &self.scene.scale_numbers[fixture];
                 let fixture = &self.scene.fixtures[fixture];

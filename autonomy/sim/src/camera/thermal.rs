@@ -1,7 +1,7 @@
 //! Pictures of temperatures.
 
 use super::render::{CameraView, HitTarget};
-use super::surfaces;
+use super::{leaks, surfaces};
 use geometry::Rng;
 
 /// Standard deviation of a temperature, kelvin: that of an uncooled microbolometer.
@@ -28,7 +28,10 @@ pub(super) fn measure(view: &CameraView<'_>, rng: &mut Rng) -> ThermalImage {
     view.targets(|pixel, hit| {
         celsius[pixel] = match hit.target {
             HitTarget::Nothing => SKY_CELSIUS,
-            HitTarget::Solid(_) => surfaces::wall_celsius(fixtures, hit.point),
+            HitTarget::Solid(_) => {
+                surfaces::wall_celsius(fixtures, hit.point)
+                    + leaks::warmth_k(&view.scene.leaks, hit.point, hit.normal)
+            }
             HitTarget::Person(material) => surfaces::person_celsius(material),
             HitTarget::Plate(fixture, at) => {
                 surfaces::plate_celsius(&fixtures[fixture], at, surfaces::air_celsius(hit.point))

@@ -1,6 +1,6 @@
 //! Changes of a site from one day to another.
 
-use super::plan::SitePlan;
+use super::plan::{DoorLeaf, SitePlan};
 use crate::shape::{Shape, Solid};
 use geometry::{Isometry, Rng, Rotation, Vector3};
 use nalgebra::Translation3;
@@ -46,13 +46,14 @@ pub(super) fn change(plan: &mut SitePlan, rng: &mut Rng, changed_share: f64) {
     }
     for leaf in plan.door_leaves.clone() {
         let (swings, sign) = (rng.uniform() < SWUNG_SHARE, if rng.uniform() < 0.5 { 1.0 } else { -1.0 });
-        let swing = rotation_about(&leaf.hinge, sign * rng.range(MIN_SWING_RAD, MAX_SWING_RAD));
-        let solids = plan.solids[leaf.solids.clone()].iter();
-        let swung: Vec<Solid> =
-            solids.map(|solid| Solid { shape: solid.shape.transformed(&swing), ..*solid }).collect();
+        let swung = swung(plan, &leaf, sign * rng.range(MIN_SWING_RAD, MAX_SWING_RAD));
         if swings && swung.iter().all(|solid| is_free(&solid.shape, &route_points)) {
             plan.solids[leaf.solids].copy_from_slice(&swung);
         }
+    }
+    let kept_before = |end: usize| removed[..end].iter().filter(|gone| !**gone).count();
+    for leaf in &mut plan.door_leaves {
+        leaf.solids = kept_before(leaf.solids.start)..kept_before(leaf.solids.end);
     }
     let mut index = 0;
     plan.solids.retain(|_| {
@@ -61,7 +62,19 @@ pub(super) fn change(plan: &mut SitePlan, rng: &mut Rng, changed_share: f64) {
     });
     // Their indices refer to the solids before the removal.
     plan.furniture.clear();
-    plan.door_leaves.clear();
+}
+
+/// The solids of a door leaf that is turned about its hinge, radians.
+pub(super) fn swung(plan: &SitePlan, leaf: &DoorLeaf, turn: f64) -> Vec<Solid> {
+    let swing = rotation_about(&leaf.hinge, turn);
+    let solids = plan.solids[leaf.solids.clone()].iter();
+    solids.map(|solid| Solid { shape: solid.shape.transformed(&swing), ..*solid }).collect()
+}
+
+/// Whether a door leaf that is turned leaves all routes free.
+pub(super) fn is_swing_free(plan: &SitePlan, leaf: &DoorLeaf, turn: f64) -> bool {
+    let route_points = route_points(plan);
+    swung(plan, leaf, turn).iter().all(|solid| is_free(&solid.shape, &route_points))
 }
 
 /// The solids of a piece, shifted, and turned about the middle of the piece.
@@ -73,7 +86,7 @@ fn transform_piece(piece: &[Solid], shift: &Vector3, turn: f64) -> Vec<Solid> {
 }
 
 /// A rotation about the vertical axis through a point.
-fn rotation_about(axis: &Vector3, turn: f64) -> Isometry {
+pub(super) fn rotation_about(axis: &Vector3, turn: f64) -> Isometry {
     let turn = Rotation::from_euler_angles(0.0, 0.0, turn);
     Isometry::from_parts(Translation3::from(axis - turn * axis), turn)
 }

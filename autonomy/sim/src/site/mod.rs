@@ -1,7 +1,9 @@
 //! Sites: places that consist of solids, with docks, ground plan, routes for recordings and paths for people.
 
 mod b1;
+mod changed_conditions;
 mod changes;
+pub(crate) mod conditions;
 mod dock;
 mod error;
 pub(crate) mod generated;
@@ -27,6 +29,7 @@ use std::sync::Arc;
 use vocab::Vec3;
 use walkable::WalkableFloor;
 
+pub use conditions::{ConditionChange, Leak, Liquid};
 pub use error::BuildingModelError;
 pub use loose_objects::{LooseObject, ObjectChange};
 pub use model::{BuildingModel, BuildingModelConfig, Mobility, ModelPart, ModelTriangle};
@@ -107,6 +110,15 @@ pub struct SimulatedSite {
     plan: SitePlan,
     /// The floor that can be reached, for sites of models: their solids do not say what is inside and outside.
     walkable: Option<Arc<WalkableFloor>>,
+    /// What is not in its usual condition.
+    conditions: Option<Arc<ChangedConditions>>,
+}
+
+/// What is not as usual at a site, with the site as it usually is.
+#[derive(Clone, Debug)]
+struct ChangedConditions {
+    usual: SimulatedSite,
+    changes: Vec<ConditionChange>,
 }
 
 impl From<SiteName> for Arc<SimulatedSite> {
@@ -139,9 +151,16 @@ impl SimulatedSite {
     /// The site on another day: `changed_share` of the furniture is moved or removed, and doors stand at other angles. Nothing obstructs a
     /// route. The same seed gives the same changes.
     pub fn on_another_day(&self, seed: u64, changed_share: f64) -> Self {
-        let mut plan = self.plan.clone();
+        let mut plan = self.usual().plan.clone();
         changes::change(&mut plan, &mut RngTree::new(seed).child("another day").rng(), changed_share);
-        Self { walkable: self.walkable.clone(), ..Self::from_plan(self.name.clone(), plan) }
+        self.with_plan(plan)
+    }
+
+    /// The same site with other contents, in the same condition.
+    fn with_plan(&self, plan: SitePlan) -> Self {
+        let site = Self { walkable: self.walkable.clone(), ..Self::from_plan(self.name.clone(), plan) };
+        let changes = self.condition_changes();
+        if changes.is_empty() { site } else { site.with_conditions(changes.to_vec()) }
     }
 
     fn from_plan(name: String, plan: SitePlan) -> Self {
@@ -149,7 +168,7 @@ impl SimulatedSite {
         let docks = plan.docks.iter().flat_map(dock::solids);
         let loose = plan.loose_objects.iter().map(LooseObject::solid);
         let solids: Vec<Solid> = plan.solids.iter().copied().chain(docks).chain(loose).collect();
-        Self { name, bvh: Bvh::new(&solids), plan, walkable: None }
+        Self { name, bvh: Bvh::new(&solids), plan, walkable: None, conditions: None }
     }
 
     /// The objects that stand loose on it.
@@ -164,7 +183,7 @@ impl SimulatedSite {
 
     /// The site after these changes. A change of an object that is not there adds what it ends with.
     pub fn with_changes(&self, changes: &[ObjectChange]) -> Self {
-        let mut plan = self.plan.clone();
+        let mut plan = self.usual().plan.clone();
         for change in changes {
             let (gone, new) = match *change {
                 ObjectChange::Put(object) => (None, Some(object)),
@@ -176,7 +195,7 @@ impl SimulatedSite {
             plan.loose_objects.retain(|object| Some(*object) != gone);
             plan.loose_objects.extend(new);
         }
-        Self { walkable: self.walkable.clone(), ..Self::from_plan(self.name.clone(), plan) }
+        self.with_plan(plan)
     }
 
     /// Name of the site.

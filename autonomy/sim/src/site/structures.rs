@@ -347,14 +347,15 @@ impl Builder {
 
     /// An open door leaf: a point on its hinge, its direction (radians), width and height (metres).
     pub(super) fn leaf(&mut self, hinge: Vector3, yaw: f64, width: f64, height: f64, material: Material) {
-        let leaf = self.plan.solids.len();
-        self.plan.door_leaves.push(DoorLeaf { solids: leaf..leaf + 1, hinge });
+        let first = self.plan.solids.len();
         let along = at(yaw.cos(), yaw.sin(), 0.0);
         let middle = hinge + along * (width / 2.0);
         self.oriented_box(middle + Vector3::z() * 0.01, at(width, 0.045, height), yaw, material);
         let handle = hinge + along * (width * 0.9) + Vector3::z() * 1.05;
         let out = Vector3::z().cross(&along) * 0.08;
         self.cylinder(handle - out, handle + out, 0.012, Material::Steel);
+        let solids = first..self.plan.solids.len();
+        self.plan.door_leaves.push(DoorLeaf { solids, hinge });
     }
 
     /// A fire extinguisher on its hook, with a reflecting sign above; `out` is the unit vector away from the wall.

@@ -4,17 +4,19 @@ use super::{quiet, site_from_base};
 use crate::{CameraConfig, Face, Fixture, SimConfig, SimulatedSite, Simulator, SiteName, Start, off_centre};
 use geometry::{Isometry, Vector3};
 use nalgebra::Point3;
+use std::sync::Arc;
 use vocab::{CameraAim, Vec3};
 
 /// A robot that stands `away_m` in front of a fixture, turned by `turn` to the left of it, and the aim at the middle of the plate by the true pose.
-fn in_front_of(
-    site: SiteName,
+pub(super) fn in_front_of(
+    site: impl Into<Arc<SimulatedSite>>,
     pick: impl Fn(&Fixture) -> bool,
     away_m: f64,
     zoom: f64,
     turn: f64,
 ) -> (Simulator, CameraAim, Fixture) {
-    let scene = Simulator::new(quiet(site)).camera_scene();
+    let site: Arc<SimulatedSite> = site.into();
+    let scene = Simulator::new(quiet(Arc::clone(&site))).camera_scene();
     let fixture = scene.fixtures().iter().find(|fixture| pick(fixture)).unwrap().clone();
     let plate = fixture.site_from_plate.translation.vector;
     let outward = fixture.site_from_plate.rotation * Vector3::z();
@@ -63,7 +65,22 @@ fn the_needle_of_a_gauge_can_be_read_from_its_picture() {
     let pressure = |fixture: &Fixture| matches!(fixture.face, Face::Gauge { unit: "bar", .. });
     let (mut simulator, aim, fixture) = in_front_of(SiteName::B1, pressure, 1.6, 8.0, 0.3);
     let image = simulator.picture(&aim);
-    let Face::Gauge { min, max, reading, .. } = fixture.face else { panic!() };
+    let site_from_base = site_from_base(&simulator.truth());
+    let value = needle_value(&image, &fixture, &site_from_base, simulator.cameras(), &aim);
+    let Face::Gauge { reading, .. } = fixture.face else { panic!() };
+    let expected = reading.at(simulator.elapsed().secs_f64());
+    assert!((value - expected).abs() < 0.2, "read {value:.2}, true {expected:.2}");
+}
+
+/// The value that the needle of a gauge shows in a picture.
+pub(super) fn needle_value(
+    image: &crate::CameraImage,
+    fixture: &Fixture,
+    site_from_base: &Isometry,
+    cameras: &CameraConfig,
+    aim: &CameraAim,
+) -> f64 {
+    let Face::Gauge { min, max, .. } = fixture.face else { panic!() };
     // The middle of the dial is above the middle of the plate; the needle is the only thing that is red.
     let reds: Vec<[f64; 2]> = (0..image.height_px)
         .flat_map(|y| (0..image.width_px).map(move |x| [x, y]))
@@ -76,15 +93,13 @@ fn the_needle_of_a_gauge_can_be_read_from_its_picture() {
         .collect();
     assert!(reds.len() > 100, "{} red pixels", reds.len());
     // Its tip is farthest from the middle of all red pixels, on the long side: the hub is the densest place.
-    let truth = site_from_base(&simulator.truth()) * simulator.cameras().base_from_camera(&aim);
+    let truth = site_from_base * cameras.base_from_camera(aim);
     let dial = fixture.site_from_plate * Point3::new(0.0, 0.035, 0.0);
-    let hub = simulator.cameras().intrinsics(8.0).project(&(truth.inverse() * dial).coords).unwrap();
+    let hub = cameras.intrinsics(aim.zoom).project(&(truth.inverse() * dial).coords).unwrap();
     let away = |px: &[f64; 2]| (px[0] - hub[0]).hypot(px[1] - hub[1]);
     let tip = reds.iter().max_by(|a, b| away(a).total_cmp(&away(b))).unwrap();
     let angle = (tip[0] - hub[0]).atan2(hub[1] - tip[1]);
-    let value = min + (max - min) * (angle / 4.712_389 + 0.5);
-    let expected = reading.at(simulator.elapsed().secs_f64());
-    assert!((value - expected).abs() < 0.2, "read {value:.2}, true {expected:.2}");
+    min + (max - min) * (angle / 4.712_389 + 0.5)
 }
 
 /// The letter that fits best to the picture of a place on a plate. `at`: number of the letter in its line; `up`: height of the line above the middle, metres.
@@ -167,7 +182,7 @@ fn pictures_of_equal_simulations_are_equal_and_the_lidar_does_not_see_the_plates
 #[test]
 fn a_picture_is_neither_black_nor_white_on_any_site() {
     for name in [SiteName::B1, SiteName::Torus, SiteName::Plant, SiteName::Generated(2)] {
-        let mut simulator = Simulator::new(quiet(std::sync::Arc::new(SimulatedSite::new(name))));
+        let mut simulator = Simulator::new(quiet(Arc::new(SimulatedSite::new(name))));
         let image = simulator.picture(&CameraAim { pan_rad: 0.0, tilt_rad: 0.0, zoom: 1.0 });
         let mean = image.rgb.iter().map(|byte| f64::from(*byte)).sum::<f64>() / image.rgb.len() as f64;
         assert!((60.0..215.0).contains(&mean), "{name}: mean {mean}");
@@ -206,7 +221,7 @@ fn a_scene_can_be_lit_otherwise_and_a_gauge_can_show_another_value() {
     // Without lamps what is left is exposed longer, and noise grows.
     let dark = take(&scene.relit(|_| 0.0, sun));
     assert!(dark != plain && take(&scene.relit(|_| 1.0, sun)) == plain);
-    let steady = crate::SimulatedQuantity { mean: 9.0, amplitude: 0.0, period_s: 1.0 };
+    let steady = crate::SimulatedQuantity { mean: 9.0, amplitude: 0.0, period_s: 1.0, rise_per_s: 0.0 };
     let turned = scene.with_reading(&fixture.tag, steady).expect("a gauge");
     let reds =
         |image: &crate::CameraImage| image.rgb.chunks(3).filter(|c| c[0] > 70 && c[0] / 2 > c[1]).count();

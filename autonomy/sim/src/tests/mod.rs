@@ -1,6 +1,7 @@
 //! Tests of the simulator.
 
 mod cameras;
+mod conditions;
 mod generated;
 mod instruments;
 mod models;

@@ -32,6 +32,9 @@ pub const ONLY_SITES_ARE_SIMULATED: &str = "only --robot sim:SITE can be simulat
 pub const ONLY_SITES_HAVE_DAYS: &str =
     "--day changes a simulated site; give it with --robot sim:SITE, or leave it out";
 
+/// Changes of a site that is not simulated.
+pub const ONLY_SITES_CHANGE: &str = "--changes, --random-changes and --truth-changes are for a simulated site; give them with --robot sim:SITE, or leave them out";
+
 /// The simulation stopped without a request.
 pub const SIMULATION_ENDED: &str = "the simulation ended unexpectedly";
 

@@ -62,6 +62,7 @@ pub fn run_robot(args: &SimulatedRobotArgs) -> Result<(), Failure> {
     if let Some(day) = args.robot.day {
         site = Arc::new(site.on_another_day(day, CONFIG.moved_share));
     }
+    site = args.robot.changes.apply(site, args.robot.day.unwrap_or(args.robot.seed))?;
     let since = Instant::now();
     let robot = loop {
         let sim = SimConfig {

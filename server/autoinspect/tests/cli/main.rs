@@ -26,6 +26,7 @@ mod program;
 mod recordings;
 mod refusals;
 mod robot_process;
+mod site_changes;
 mod site_edits;
 mod stored_data;
 mod topomap;
