@@ -81,7 +81,7 @@ impl Year {
             ledger.write(|writer| {
                 for number in first..runs.min(first + AT_ONCE / POINTS) {
                     let at_ns = self.at_ns(number, runs);
-                    let state = if number % 10 == 0 { "failed" } else { "succeeded" }.to_owned();
+                    let state = if number.is_multiple_of(10) { "failed" } else { "succeeded" }.to_owned();
                     let mission = MissionId(id(4, 0));
                     let body = "{}".to_owned();
                     let record = RunRecord { run: run(number), mission, state, is_ended: true, body };
@@ -150,7 +150,7 @@ impl Year {
             first_seen: seen,
             last_seen: seen,
             times_seen: 1,
-            review: if number % 5 == 0 { ReviewState::Acknowledged } else { ReviewState::New },
+            review: if number.is_multiple_of(5) { ReviewState::Acknowledged } else { ReviewState::New },
             comment: String::new(),
             clouds: None,
             physical_object: Some(thing),
@@ -172,7 +172,7 @@ impl Year {
         Alert {
             id: AlertId(id(8, number)),
             severity: AlertSeverity::Information,
-            state: if number % 4 == 0 { AlertState::Open } else { closed },
+            state: if number.is_multiple_of(4) { AlertState::Open } else { closed },
             cause,
             owner: "Ada".to_owned(),
             work_order: String::new(),
