@@ -169,6 +169,9 @@ mod nightly {
         press_row(page, &format!("Critical · {GAUGE}"));
         page.click("button", "Acknowledge");
         page.click("button", "I look after it");
+        page.control("button", "Open again");
+        // The rest of the form is below the edge of the card.
+        page.wheel(At { x: 1250.0, y: 700.0 }, 2_000.0);
         page.click("textbox", "Work order");
         page.wait_for_pictures();
         page.type_text("WO-1042: check the reducing valve");

@@ -29,8 +29,17 @@ enum Kind {
 /// What the field keeps between frames.
 #[derive(Debug, Default)]
 pub(crate) struct NameField {
-    /// The name that is typed, for this object.
-    typed: Option<(ObjectId, String)>,
+    typed: Option<Typed>,
+}
+
+/// The name that is typed.
+#[derive(Debug)]
+struct Typed {
+    /// For which object.
+    of: ObjectId,
+    /// The object's name when it was typed.
+    present: String,
+    text: String,
 }
 
 /// Texts of a field.
@@ -88,10 +97,13 @@ impl NameField {
         (id, present): (ObjectId, &str),
         kind: Kind,
     ) -> Option<String> {
-        if self.typed.as_ref().is_none_or(|(of, _)| *of != id) {
-            self.typed = Some((id, present.to_owned()));
+        // A name that somebody else gives, or another button, is shown, unless another one is being typed.
+        let is_stale =
+            |typed: &Typed| typed.of != id || typed.present != present && typed.text == typed.present;
+        if self.typed.as_ref().is_none_or(is_stale) {
+            self.typed = Some(Typed { of: id, present: present.to_owned(), text: present.to_owned() });
         }
-        let (_, typed) = self.typed.as_mut()?;
+        let typed = &mut self.typed.as_mut()?.text;
         let field = TextInput::new((texts.field, id), texts.field);
         let field = match kind {
             Kind::Name | Kind::Line => field.max_length(MAX_NAME_CHARS),

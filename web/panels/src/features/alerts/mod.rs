@@ -10,7 +10,7 @@ use crate::name_field::NameField;
 use crate::select::show_caption;
 use crate::theme::Tokens;
 use crate::widgets::{self, fact};
-use crate::{format, icon, screens};
+use crate::{format, icon, screens, theme};
 use client_model::{CameraMove, ClientCommand, PointHistoryCommand, Selection, SiteEdit};
 use egui::{Color32, Rect, Ui, vec2};
 use site_model::{Alert, AlertId, AlertSeverity, AlertState, Object, ObjectId, Site, Utc};
@@ -114,16 +114,21 @@ impl AlertsPanel {
             fact(ui, tokens, texts::RECOVERED, &date(at));
         }
         let (point, place) = cx.model.site.place_of_alert(alert);
-        if let Some(place) = place
-            && Button::new(texts::SHOW).icon(icon::EYE).wide(ui).show(ui, tokens).clicked()
-        {
-            cx.commands.push(ClientCommand::MoveCamera(CameraMove::Point(place)));
-        }
-        if let Some(point) = point
-            && Button::new(texts::HISTORY).icon(icon::CLOCK).wide(ui).show(ui, tokens).clicked()
-        {
-            cx.commands.push(ClientCommand::PointHistory(PointHistoryCommand::Open(point)));
-        }
+        ui.horizontal(|ui| {
+            let gap = ui.spacing().item_spacing.x;
+            let width = ((ui.available_width() - gap) / 2.0).floor();
+            let button = |name, text, icon| Button::new(name).text(text).icon(icon).size(width, theme::TOUCH);
+            if let Some(place) = place
+                && button(texts::SHOW, texts::SHOW_SHORT, icon::EYE).show(ui, tokens).clicked()
+            {
+                cx.commands.push(ClientCommand::MoveCamera(CameraMove::Point(place)));
+            }
+            if let Some(point) = point
+                && button(texts::HISTORY, texts::HISTORY_SHORT, icon::CLOCK).show(ui, tokens).clicked()
+            {
+                cx.commands.push(ClientCommand::PointHistory(PointHistoryCommand::Open(point)));
+            }
+        });
         let (me, at, object) = (cx.model.operator_name(), cx.clock.utc, ObjectId::Alert(alert.id));
         let mut decided = alert.clone();
         widgets::choice(ui, tokens, &texts::SEVERITIES, alert.severity, |severity| {

@@ -105,6 +105,7 @@ fn an_alert_is_acknowledged_given_to_somebody_and_closed_and_that_is_undone() {
     assert_eq!(warning(&harness).state, AlertState::Acknowledged { by: me.clone(), at: NOW });
     press(&mut harness, "I look after it");
     assert_eq!(warning(&harness).owner, me);
+    assert!(harness.query_by_label("Keep the owner").is_none(), "the field shows who looks after it now");
     type_into(&mut harness, "Owner", "");
     assert_eq!(warning(&harness).owner, "", "nobody again");
     press(&mut harness, "I look after it");
