@@ -189,9 +189,11 @@ mod nightly {
         page.screenshot().save("alert-1024x768");
         page.resize(1440, 900);
         page.wait_for_pictures();
+        page.wheel(At { x: 1250.0, y: 700.0 }, 2_000.0);
         page.click("textbox", "Closing remark");
         page.wait_for_pictures();
         page.type_text("The valve was set.");
+        page.wheel(At { x: 1250.0, y: 700.0 }, 2_000.0);
         page.wait_for_pictures();
         page.click("button", "Close the alert");
         wait_for("the end of the alert", LIMIT, || {

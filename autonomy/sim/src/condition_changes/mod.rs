@@ -42,7 +42,8 @@ pub struct ChangeableGauge {
 
 /// A number of a change to five decimals, so that files show it in full.
 fn rounded(number: f64) -> f64 {
-    (number * 1e5).round() / 1e5
+    // Zero without a sign.
+    (number * 1e5).round() / 1e5 + 0.0
 }
 
 impl SimulatedSite {
