@@ -12,9 +12,18 @@ const EDGE_M: f32 = 0.02;
 /// The outline of a puddle: mean of its radius, and how far two waves round it go to either side, as shares of the radius. Together at most 1.
 const OUTLINE: [f32; 3] = [0.86, 0.09, 0.05];
 
-/// Shares of the light that a floor reflects which it still reflects below a liquid, and the gloss of the liquid.
-const WATER: ([f32; 3], f32) = ([0.38, 0.4, 0.43], 0.7);
-const OIL: ([f32; 3], f32) = ([0.12, 0.1, 0.07], 0.8);
+/// How a liquid on a floor looks.
+struct LiquidLook {
+    /// Red, green and blue light that the floor reflects below it, as shares of what it reflects when it is dry.
+    reflected_share: [f32; 3],
+    /// Its gloss, as of [`Finish::gloss`].
+    gloss: f32,
+}
+
+/// Chosen: a wet floor is darker, and a little bluer.
+const WATER: LiquidLook = LiquidLook { reflected_share: [0.38, 0.4, 0.43], gloss: 0.7 };
+/// Chosen: nearly black, and a little brown.
+const OIL: LiquidLook = LiquidLook { reflected_share: [0.12, 0.1, 0.07], gloss: 0.8 };
 
 /// The share of a leak's effect at a point of a surface, both in the site frame, metres: 1 at its middle, 0 outside.
 fn share(leak: &Leak, point: [f32; 3], normal: [f32; 3]) -> f32 {
@@ -43,13 +52,13 @@ fn share(leak: &Leak, point: [f32; 3], normal: [f32; 3]) -> f32 {
 /// A surface with what has leaked onto it.
 pub(super) fn wetted(leaks: &[Leak], dry: Finish, point: [f32; 3], normal: [f32; 3]) -> Finish {
     leaks.iter().fold(dry, |under, leak| {
-        let (left, gloss) = match leak.liquid {
+        let LiquidLook { reflected_share, gloss } = match leak.liquid {
             None => return under,
             Some(Liquid::Water) => WATER,
             Some(Liquid::Oil) => OIL,
         };
         let share = share(leak, point, normal);
-        let albedo = [0, 1, 2].map(|i| under.albedo[i] * (1.0 - share * (1.0 - left[i])));
+        let albedo = [0, 1, 2].map(|i| under.albedo[i] * (1.0 - share * (1.0 - reflected_share[i])));
         Finish { albedo, gloss: under.gloss + share * (gloss - under.gloss) }
     })
 }

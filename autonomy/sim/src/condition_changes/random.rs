@@ -1,4 +1,4 @@
-//! Random changes of the condition of a site, of what is seen from its round.
+//! Random changes of the condition of a site, all of them in places that are seen from its round.
 
 use super::{ChangeableGauge, ChangeableThings, rounded};
 use crate::random_changes::RoutePoints;
@@ -61,7 +61,7 @@ const CLEAR_M: f64 = 0.3;
 const SEEN_WITHIN_M: f64 = 8.0;
 
 impl SimulatedSite {
-    /// Random changes of the condition of what is near the round and not changed yet, at most `count`: doors at other angles, which leave the routes free, leaks beside the round,
+    /// Random changes of the condition of doors, floors, gauges and lamps that are near the round and not changed yet, at most `count`: doors at other angles, which leave the routes free, leaks beside the round,
     /// gauges that drift or are stuck, and lamps that are out. The same seed gives the same changes.
     pub fn random_condition_changes(
         &self,

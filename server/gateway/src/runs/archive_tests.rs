@@ -1,8 +1,7 @@
 //! An archive is written from a core that answers from a list, and read again.
 
-use super::super::stored_content::other_answer;
+use super::super::fake_core::{FakeCore, SilentCore, run_in_state};
 use super::*;
-use api::{Query, QueryReply, StoredStep};
 use site_model::{Edit, EditId, MissionId, Object, RunId};
 use std::io::{Cursor, Read};
 use uuid::Uuid;
@@ -10,30 +9,6 @@ use vocab::Stamp;
 
 const RUN: RunId = RunId(Uuid::from_u128(1));
 const HASH: &str = "abababababababababababababababababababababababababababababababab";
-
-/// Answers with results in pages of one.
-struct FakeCore(Vec<StoredResult>);
-
-impl CoreQueries for FakeCore {
-    fn ask(&self, query: Query) -> io::Result<QueryReply> {
-        Ok(match query {
-            Query::Steps { after: None, .. } => QueryReply::Steps(vec![StoredStep {
-                step: 0,
-                attempt: 1,
-                state: "succeeded".into(),
-                body: "{}".into(),
-                intended: Stamp::from_nanos(1),
-                done: None,
-            }]),
-            Query::Steps { .. } => QueryReply::Steps(Vec::new()),
-            Query::Results { after, .. } => {
-                let rest = self.0.iter().filter(|result| after.is_none_or(|after| result.number > after));
-                QueryReply::Results(rest.take(1).cloned().collect())
-            }
-            _ => return Err(other_answer()),
-        })
-    }
-}
 
 fn result(number: u64, missing: bool) -> StoredResult {
     let blob = if missing { HASH.replace("ab", "cd") } else { HASH.to_owned() };
@@ -120,21 +95,7 @@ fn an_archive_holds_documents_a_table_and_files_under_readable_names() {
 
 #[test]
 fn a_core_that_fails_ends_the_archive_with_an_error() {
-    struct Silent;
-    impl CoreQueries for Silent {
-        fn ask(&self, _: Query) -> io::Result<QueryReply> {
-            Err(io::Error::other("gone"))
-        }
-    }
-    let run = StoredRun {
-        run: RUN,
-        mission: MissionId(Uuid::from_u128(2)),
-        state: "running".into(),
-        is_ended: false,
-        body: "{}".into(),
-        began: Stamp::EPOCH,
-        changed: Stamp::EPOCH,
-    };
+    let run = run_in_state(RUN, "running");
     let archive = Archive::new(run, None, Path::new("/nowhere"));
-    assert!(archive.write(&Silent, &mut Vec::new()).is_err());
+    assert!(archive.write(&SilentCore, &mut Vec::new()).is_err());
 }

@@ -1,9 +1,8 @@
 //! A file is written from a core that answers from a list, and read again by the library of the format.
 
 use super::super::archive::Archive;
-use super::super::stored_content::other_answer;
+use super::super::fake_core::{FakeCore, SilentCore, run_in_state};
 use super::*;
-use api::{Query, QueryReply};
 use mcap::{MessageStream, Summary};
 use serde_json::json;
 use site_model::{
@@ -19,22 +18,6 @@ const AT_NS: i64 = 1_795_000_000_250_000_000;
 const PHOTO: &[u8] = b"\xff\xd8 a photo";
 const SPECTRUM: &[u8] =
     br#"{"live_time_s": 60.0, "first_kev": 0.0, "channel_kev": 3.0, "counts": [1, 2, 3]}"#;
-
-/// Answers with results in pages of one, and with no attempts.
-struct FakeCore(Vec<StoredResult>);
-
-impl CoreQueries for FakeCore {
-    fn ask(&self, query: Query) -> io::Result<QueryReply> {
-        Ok(match query {
-            Query::Steps { .. } => QueryReply::Steps(Vec::new()),
-            Query::Results { after, .. } => {
-                let rest = self.0.iter().filter(|result| after.is_none_or(|after| result.number > after));
-                QueryReply::Results(rest.take(1).cloned().collect())
-            }
-            _ => return Err(other_answer()),
-        })
-    }
-}
 
 fn result(number: u64, files: &[Value]) -> StoredResult {
     let pose = json!({ "position": { "x": 1.5, "y": 0.0, "z": 0.0 }, "orientation": { "w": 1.0, "x": 0.0, "y": 0.0, "z": 0.0 } });
@@ -172,23 +155,9 @@ fn every_message_decodes_and_there_are_as_many_files_as_in_the_archive() {
 
 #[test]
 fn a_core_or_a_reader_that_fails_ends_the_file_with_an_error() {
-    struct Silent;
-    impl CoreQueries for Silent {
-        fn ask(&self, _: Query) -> io::Result<QueryReply> {
-            Err(io::Error::other("gone"))
-        }
-    }
-    let run = StoredRun {
-        run: RUN,
-        mission: MissionId(Uuid::from_u128(2)),
-        state: "running".into(),
-        is_ended: false,
-        body: "{}".into(),
-        began: Stamp::EPOCH,
-        changed: Stamp::EPOCH,
-    };
+    let run = run_in_state(RUN, "running");
     let export = McapExport::new(run, None, Path::new("/nowhere"));
-    assert!(export.write(&Silent, &mut Vec::new()).is_err());
+    assert!(export.write(&SilentCore, &mut Vec::new()).is_err());
     let mut room = [0_u8; 20];
     assert!(export.write(&FakeCore(vec![result(1, &[])]), &mut room[..]).is_err());
 }

@@ -6,6 +6,8 @@ mod commands;
 mod comparison;
 mod documents;
 mod download;
+#[cfg(test)]
+mod fake_core;
 mod lists;
 mod mcap;
 mod mcap_schemas;
