@@ -43,10 +43,11 @@ mod nightly {
         assert_eq!(map_of_site(&mut page), old_map);
         page.click("button", "Mission Daily round");
         page.click("button", "Run now");
-        wait_for("the end of the run", LONG_LIMIT, || {
-            let runs = get(&mut page, "/api/v1/runs");
-            (runs["items"][0]["is_ended"] == true).then_some(())
+        let run = wait_for("the end of the run", LONG_LIMIT, || {
+            let run = get(&mut page, "/api/v1/runs")["items"][0].clone();
+            (run["is_ended"] == true).then_some(run)
         });
+        assert_eq!(run["state"], "succeeded", "{run}");
         let found = wait_for("what has changed", LIMIT, || {
             let changes = get(&mut page, "/api/v1/scene-changes");
             changes["items"].as_array().filter(|items| !items.is_empty()).cloned()
