@@ -1,5 +1,6 @@
 //! Tests of the product in a real browser.
 
+mod alerts;
 mod every_screen;
 mod example;
 mod first_day;

@@ -188,6 +188,10 @@ impl ClientApp {
 }
 
 impl eframe::App for ClientApp {
+    fn raw_input_hook(&mut self, _ctx: &egui::Context, raw_input: &mut egui::RawInput) {
+        self.text_inputs.pass_wheel(raw_input);
+    }
+
     fn logic(&mut self, ctx: &egui::Context, _frame: &mut eframe::Frame) {
         let runtime = Rc::clone(&self.runtime);
         let mut runtime = runtime.borrow_mut();

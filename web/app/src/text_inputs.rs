@@ -12,13 +12,17 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 use std::rc::Rc;
 use wasm_bindgen::JsCast;
-use web_sys::{HtmlElement, HtmlInputElement, HtmlTextAreaElement, KeyboardEvent};
+use web_sys::{HtmlElement, HtmlInputElement, HtmlTextAreaElement, KeyboardEvent, WheelEvent};
 
 /// The text inputs of the page, by the id of their field.
 pub(crate) struct TextInputElements {
     ctx: egui::Context,
     elements: HashMap<Id, TextInputElement>,
+    wheel: WheelQueue,
 }
+
+/// Turns of the wheel over elements since the last frame, for the cards below them.
+type WheelQueue = Rc<RefCell<Vec<egui::Event>>>;
 
 /// Events of one element since the last frame, oldest first.
 type EventQueue = Rc<RefCell<Vec<TextInputEvent>>>;
@@ -92,6 +96,12 @@ impl Field {
         }
     }
 
+    /// Whether it has more text than it shows.
+    fn scrolls(&self) -> bool {
+        let element = self.element();
+        element.scroll_height() > element.client_height()
+    }
+
     fn set_disabled(&self, disabled: bool) {
         match self {
             Self::Line(input) => input.set_disabled(disabled),
@@ -103,7 +113,7 @@ impl Field {
 impl TextInputElements {
     /// Every event of an element requests a frame of `ctx`.
     pub(crate) fn new(ctx: egui::Context) -> Self {
-        Self { ctx, elements: HashMap::new() }
+        Self { ctx, elements: HashMap::new(), wheel: WheelQueue::default() }
     }
 
     /// Passes the events since the last frame to the panels.
@@ -115,6 +125,11 @@ impl TextInputElements {
         }
     }
 
+    /// Passes the turns of the wheel since the last frame to egui, which does not see them: elements take them, and the pointer over an element is not over the canvas.
+    pub(crate) fn pass_wheel(&self, input: &mut egui::RawInput) {
+        input.events.append(&mut self.wheel.borrow_mut());
+    }
+
     /// Creates, places and removes elements as the panels request them.
     pub(crate) fn update(&mut self, inputs: &TextInputs, tokens: &Tokens) {
         let requests = inputs.requests();
@@ -123,7 +138,7 @@ impl TextInputElements {
         });
         for request in requests {
             if !self.elements.contains_key(&request.id)
-                && let Some(element) = TextInputElement::create(&self.ctx, request)
+                && let Some(element) = TextInputElement::create(&self.ctx, &self.wheel, request)
             {
                 self.elements.insert(request.id, element);
             }
@@ -135,7 +150,7 @@ impl TextInputElements {
 }
 
 impl TextInputElement {
-    fn create(ctx: &egui::Context, request: &TextInputRequest) -> Option<Self> {
+    fn create(ctx: &egui::Context, wheel: &WheelQueue, request: &TextInputRequest) -> Option<Self> {
         let field = Field::create(request.kind)?;
         let events = EventQueue::default();
         let push = {
@@ -170,6 +185,18 @@ impl TextInputElement {
             move |_: &web_sys::Event| push(TextInputEvent::FocusGained)
         };
         let on_blur = move |_: &web_sys::Event| push(TextInputEvent::FocusLost);
+        let on_wheel = {
+            let (wheel, ctx, field) = (Rc::clone(wheel), ctx.clone(), field.clone());
+            move |event: &web_sys::Event| {
+                // More text than the element shows is scrolled by the browser.
+                if let Some(event) = event.dyn_ref::<WheelEvent>()
+                    && !field.scrolls()
+                {
+                    wheel.borrow_mut().extend(wheel_events(event, &ctx));
+                    ctx.request_repaint();
+                }
+            }
+        };
         let element = field.element();
         browser::document()?.body()?.append_child(element).ok()?;
         let listeners = vec![
@@ -177,6 +204,7 @@ impl TextInputElement {
             EventListener::new(element, "keydown", on_key),
             EventListener::new(element, "focus", on_focus),
             EventListener::new(element, "blur", on_blur),
+            EventListener::new(element, "wheel", on_wheel),
         ];
         Some(Self { field, kind: request.kind, events, shown: None, _listeners: listeners })
     }
@@ -212,6 +240,27 @@ impl TextInputElement {
         }
         self.shown = Some(shown);
     }
+}
+
+/// A turn of the wheel as egui understands it, with the place of the pointer. A zoom of the page is none.
+fn wheel_events(event: &WheelEvent, ctx: &egui::Context) -> Vec<egui::Event> {
+    if event.ctrl_key() {
+        return Vec::new();
+    }
+    let unit = match event.delta_mode() {
+        WheelEvent::DOM_DELTA_LINE => egui::MouseWheelUnit::Line,
+        WheelEvent::DOM_DELTA_PAGE => egui::MouseWheelUnit::Page,
+        _ => egui::MouseWheelUnit::Point,
+    };
+    let place = egui::pos2(event.client_x() as f32, event.client_y() as f32) / ctx.zoom_factor();
+    let turn = egui::Event::MouseWheel {
+        unit,
+        delta: -egui::vec2(event.delta_x() as f32, event.delta_y() as f32),
+        modifiers: egui::Modifiers::default(),
+        phase: egui::TouchPhase::Move,
+        source: egui::MouseWheelSource::Unknown,
+    };
+    vec![egui::Event::PointerMoved(place), turn]
 }
 
 fn style(request: &TextInputRequest, tokens: &Tokens) -> String {

@@ -113,22 +113,7 @@ impl AlertsPanel {
         if let Some(at) = alert.recovered {
             fact(ui, tokens, texts::RECOVERED, &date(at));
         }
-        let (point, place) = cx.model.site.place_of_alert(alert);
-        ui.horizontal(|ui| {
-            let gap = ui.spacing().item_spacing.x;
-            let width = ((ui.available_width() - gap) / 2.0).floor();
-            let button = |name, text, icon| Button::new(name).text(text).icon(icon).size(width, theme::TOUCH);
-            if let Some(place) = place
-                && button(texts::SHOW, texts::SHOW_SHORT, icon::EYE).show(ui, tokens).clicked()
-            {
-                cx.commands.push(ClientCommand::MoveCamera(CameraMove::Point(place)));
-            }
-            if let Some(point) = point
-                && button(texts::HISTORY, texts::HISTORY_SHORT, icon::CLOCK).show(ui, tokens).clicked()
-            {
-                cx.commands.push(ClientCommand::PointHistory(PointHistoryCommand::Open(point)));
-            }
-        });
+        show_where(ui, cx, alert);
         let (me, at, object) = (cx.model.operator_name(), cx.clock.utc, ObjectId::Alert(alert.id));
         let mut decided = alert.clone();
         widgets::choice(ui, tokens, &texts::SEVERITIES, alert.severity, |severity| {
@@ -171,6 +156,30 @@ impl AlertsPanel {
             cx.commands.push(ClientCommand::EditSite(SiteEdit { put, removed: Vec::new() }));
         }
     }
+}
+
+/// The buttons that lead to the place of an alert and to the history of its inspection point, if it has them.
+fn show_where(ui: &mut Ui, cx: &mut PanelContext<'_>, alert: &Alert) {
+    let tokens = cx.tokens;
+    let (point, place) = cx.model.site.place_of_alert(alert);
+    if point.is_none() && place.is_none() {
+        return;
+    }
+    ui.horizontal(|ui| {
+        let gap = ui.spacing().item_spacing.x;
+        let width = ((ui.available_width() - gap) / 2.0).floor();
+        let button = |name, text, icon| Button::new(name).text(text).icon(icon).size(width, theme::TOUCH);
+        if let Some(place) = place
+            && button(texts::SHOW, texts::SHOW_SHORT, icon::EYE).show(ui, tokens).clicked()
+        {
+            cx.commands.push(ClientCommand::MoveCamera(CameraMove::Point(place)));
+        }
+        if let Some(point) = point
+            && button(texts::HISTORY, texts::HISTORY_SHORT, icon::CLOCK).show(ui, tokens).clicked()
+        {
+            cx.commands.push(ClientCommand::PointHistory(PointHistoryCommand::Open(point)));
+        }
+    });
 }
 
 fn colour(severity: AlertSeverity, tokens: &Tokens) -> Color32 {
