@@ -6,7 +6,8 @@ use crate::columns::Columns;
 use crate::moves::{is_same_size, moves};
 use crate::passing::Passing;
 use crate::penetration::{evidence_of_absence, explains_absence, penetration, was_there, without_passing};
-use crate::side::{Side, ground_below};
+use crate::ray_image::PassingRays;
+use crate::side::{ProbedPlace, Side, ground_below};
 use crate::surfaces::SurfaceTolerance;
 use crate::turned::{TurnedThing, find_turned};
 use crate::{ChangesConfig, UprightBox, Visit};
@@ -73,10 +74,13 @@ pub fn detect_changes_with(
     config: &ChangesConfig,
 ) -> Changes {
     let aligned = align(before, after, &config.alignment);
+
     let tolerance = SurfaceTolerance::new(aligned.errors, config);
     let sides = [before, &aligned.visit].map(|visit| Side::new(visit, &tolerance, config));
+
     let mut removed = differing(&sides[0], &sides[1], config);
     let mut appeared = differing(&sides[1], &sides[0], config);
+
     let turned = turned_things(&mut removed, &mut appeared, [&sides[0], &sides[1]], config);
     let (removed, appeared) = (removed.objects, appeared.objects);
     let boxes = |objects: &[UnmatchedObject]| objects.iter().map(|object| object.place).collect::<Vec<_>>();
@@ -91,6 +95,7 @@ pub fn detect_changes_with(
     for object in &mut objects {
         object.descriptor = descriptor.describe(&object.points);
     }
+
     objects.sort_by_key(|object| std::cmp::Reverse(object.points.len()));
     Changes { objects, unchanged }
 }
@@ -195,48 +200,43 @@ struct CandidatePoints {
     unknown: Vec<[f32; 3]>,
 }
 
-/// What is known of a point without a surface of the other visit near it.
-#[derive(Clone, Copy)]
-enum Candidate {
-    /// The other visit looked through its place.
-    Changed,
-    /// The other visit does not say what is in its place.
-    Unknown,
-    /// The other visit looked through its place, and it belongs to something that was there for a part of its own visit only.
-    Passing,
-}
-
-/// The points of a visit that may have changed. What is known of the first point of a small cell holds for all of it.
+/// The points of a visit that may have changed. What is known of the first point of a small cell holds for all of it: the other visit looked through its place, or does not say what is there; and of a
+/// place that it looked through, something was there for a part of its own visit only, or all the time.
 fn candidates(visit: &Side, other: &Side, config: &ChangesConfig) -> CandidatePoints {
-    let (mut cells, mut known) = (CellTable::default(), Vec::new());
-    let mut found = CandidatePoints::default();
+    let mut cells = CellTable::default();
+    let mut places: Vec<ProbedPlace> = Vec::new();
+    let mut of_places: Vec<(u32, [f32; 3])> = Vec::new();
     for point in visit.surfaces.points().iter().filter(|point| !other.surfaces.is_near(point)) {
         let cell = CellKey::of_point(point, 1.0 / config.candidate_cell_m as f32);
-        let (place, is_new) = cells.get_or_insert(cell, known.len() as u32);
+        let (place, is_new) = cells.get_or_insert(cell, places.len() as u32);
         if is_new {
-            known.push(candidate(point, visit, other, config));
+            places.push(visit.probed(point, config));
         }
-        match known[place as usize] {
-            Candidate::Changed => found.changed.push(*point),
-            Candidate::Unknown => found.unknown.push(*point),
-            Candidate::Passing => {}
+        of_places.push((place, *point));
+    }
+
+    let is_free = |rays: PassingRays| {
+        rays.through >= config.min_free_rays
+            && rays.through as f64 >= config.min_free_share * (rays.through + rays.ended) as f64
+    };
+    let is_free: Vec<bool> = other.passing(&places, config).into_iter().map(is_free).collect();
+
+    let free: Vec<ProbedPlace> =
+        places.iter().zip(&is_free).filter(|(_, is_free)| **is_free).map(|(place, _)| *place).collect();
+    let mut was_passing = visit.was_passing(&free, config).into_iter();
+
+    // Of the places that are not free nothing is known.
+    let kinds: Vec<Option<bool>> =
+        is_free.into_iter().map(|is_free| is_free.then(|| was_passing.next() == Some(true))).collect();
+    let mut found = CandidatePoints::default();
+    for (place, point) in of_places {
+        match kinds[place as usize] {
+            None => found.unknown.push(point),
+            Some(false) => found.changed.push(point),
+            Some(true) => {}
         }
     }
     found
-}
-
-fn candidate(point: &[f32; 3], visit: &Side, other: &Side, config: &ChangesConfig) -> Candidate {
-    let normal = visit.surfaces.normal(point, config.min_normal_points);
-    let passing = other.passing(point, normal.as_ref(), config);
-    let is_free = passing.through >= config.min_free_rays
-        && passing.through as f64 >= config.min_free_share * (passing.through + passing.ended) as f64;
-    if !is_free {
-        Candidate::Unknown
-    } else if visit.was_passing(point, config) {
-        Candidate::Passing
-    } else {
-        Candidate::Changed
-    }
 }
 
 /// The candidates near an object.
@@ -256,7 +256,9 @@ struct Differences {
 /// The differences of a visit from the other one.
 fn differing(visit: &Side, other: &Side, config: &ChangesConfig) -> Differences {
     let CandidatePoints { mut changed, unknown } = candidates(visit, other, config);
+
     let hidden = hidden_by_passing(&changed, [visit, other], config);
+
     changed.extend(hidden);
     let mut groups = clusters(&changed, config.gap_m as f32);
     groups.sort_by_key(|group| std::cmp::Reverse(group.len()));

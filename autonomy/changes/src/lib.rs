@@ -23,6 +23,7 @@ mod columns;
 mod config;
 mod depth;
 mod detect;
+mod directions;
 mod known_objects;
 mod moves;
 mod passing;

@@ -21,6 +21,8 @@ impl<'a> Passing<'a> {
     /// Whether what was at a place passed. Linear in the views for a new cell.
     pub(crate) fn at(&self, place: &[f32; 3]) -> bool {
         let cell = CellKey::of_point(place, 1.0 / self.config.candidate_cell_m as f32);
-        *self.known.borrow_mut().entry(cell).or_insert_with(|| self.visit.was_passing(place, self.config))
+        *self.known.borrow_mut().entry(cell).or_insert_with(|| {
+            self.visit.was_passing(&[self.visit.probed(place, self.config)], self.config) == [true]
+        })
     }
 }
