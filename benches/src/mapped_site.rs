@@ -2,7 +2,7 @@
 
 use crate::map_score::{MapScore, score_map};
 use crate::prior_map::PriorMapBuilder;
-use crate::stack_walk::{StackWalk, StepKind, WalkPlan, reanchorings};
+use crate::stack_walk::{StackWalk, StepKind, WalkExtent, WalkPlan, reanchorings};
 use anyhow::{Context, Result};
 use geometry::{Isometry, isometry_from_pose};
 use localisation::LocalisationMap;
@@ -10,7 +10,6 @@ use mapping::{KeyframeDescriptor, KeyframeDescriptorParts};
 use messages::{PriorKeyframe, PriorMap, StackEffect};
 use sim::SimulatedSite;
 use std::sync::Arc;
-use vocab::Span;
 
 /// A site with its map.
 pub struct MappedSite {
@@ -27,11 +26,11 @@ pub struct MappedSite {
 }
 
 impl MappedSite {
-    /// Maps the site while the robot walks its round for `duration`.
+    /// Maps the site while the robot walks its round.
     ///
     /// # Errors
     /// When the site has no round, or the stack makes no map.
-    pub fn new(site: Arc<SimulatedSite>, plan: &WalkPlan, duration: Span) -> Result<Self> {
+    pub fn new(site: Arc<SimulatedSite>, plan: &WalkPlan, extent: WalkExtent) -> Result<Self> {
         let plan = WalkPlan { keep_ground_truth: true, ..*plan };
         let (mut builder, mut reanchored) = (PriorMapBuilder::default(), Vec::new());
         let mut observer = |_: StepKind, _: f64, effects: &[StackEffect]| {
@@ -39,7 +38,7 @@ impl MappedSite {
             reanchored.extend(reanchorings(effects).copied());
         };
         let mut walk = StackWalk::new(&site, "round", &plan, &mut observer)?;
-        walk.walk_until(duration, &mut observer)?;
+        walk.walk(extent, &mut observer)?;
         let (finished, truth) = walk.finish(&mut observer)?;
         let score = score_map(&site, &finished, &truth, &reanchored)?;
         let prior_map = builder.build(&finished)?;

@@ -1,7 +1,7 @@
 //! Runs the whole stack on a simulated walk, faster than real time, in one thread. Jobs run as soon as the stack starts them.
 
 use crate::thread_ms;
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use geometry::{Isometry, isometry_from_pose, se3};
 use messages::{
     BootRecord, Command, CommandKind, Drive, FinishedMap, Input, Job, JobId, Principal, PriorMap,
@@ -69,6 +69,20 @@ pub struct StackWalk {
     /// Number of commands sent to the stack.
     commands: u128,
 }
+
+/// How far a robot walks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum WalkExtent {
+    /// Until the simulated time since the start reaches this.
+    Time(Span),
+    /// To the end of its route.
+    Round,
+}
+
+/// A robot that has not reached the end of its route by then is stuck.
+const LONGEST_ROUND: Span = Span::from_millis(7_200_000);
+/// How often is looked whether a round has ended.
+const ROUND_STEP: Span = Span::from_millis(1_000);
 
 impl StackWalk {
     /// A robot that maps its site while it walks a route of it, usually `round`.
@@ -181,6 +195,26 @@ impl StackWalk {
             self.step(self.simulator.now(), StepKind::Other, Input::Tick, observer);
         }
         Ok(())
+    }
+
+    /// Walks as far as this.
+    ///
+    /// # Errors
+    /// When the simulator's truth is not a valid pose, or a round takes longer than [`LONGEST_ROUND`].
+    pub fn walk(&mut self, extent: WalkExtent, observer: StepObserver<'_>) -> Result<()> {
+        match extent {
+            WalkExtent::Time(until) => self.walk_until(until, observer),
+            WalkExtent::Round => {
+                while self.rounds == 0 {
+                    ensure!(
+                        self.simulator.elapsed() < LONGEST_ROUND,
+                        "the robot does not reach the end of its route"
+                    );
+                    self.walk_until(self.simulator.elapsed() + ROUND_STEP, observer)?;
+                }
+                Ok(())
+            }
+        }
     }
 
     /// Sets whether the robot follows the drive commands of its stack from now on, or its route.

@@ -54,9 +54,9 @@ struct Arguments {
     /// People who walk on simulated sites.
     #[arg(long, default_value_t = 3)]
     people: u32,
-    /// Time of a simulated walk, seconds.
-    #[arg(long, default_value_t = 300.0)]
-    walk_s: f64,
+    /// Time of a simulated walk, seconds; left out, the robot walks the whole round of the site.
+    #[arg(long)]
+    walk_s: Option<f64>,
     /// Cast the sweeps of simulated visits from places along the whole round instead of running the stack, which takes seconds a visit.
     #[arg(long)]
     cast: bool,

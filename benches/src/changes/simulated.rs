@@ -6,7 +6,7 @@ use super::visit_cache;
 use super::visit_score::{VisitScore, score_visit};
 use anyhow::{Context, Result};
 use benches::mapped_site::MappedSite;
-use benches::stack_walk::{StackWalk, StepKind, WalkPlan};
+use benches::stack_walk::{StackWalk, StepKind, WalkExtent, WalkPlan};
 use benches::thread_ms;
 use changes::{ChangesConfig, SensorView, Visit, detect_changes};
 use geometry::{Isometry, Vector3, isometry_from_pose};
@@ -33,13 +33,19 @@ pub struct Plan {
     pub seed: u64,
     pub columns: u32,
     pub people: u32,
-    /// Time of a walk, seconds; as long as the round takes if longer.
-    pub walk_s: f64,
+    /// Time of a walk, seconds; the whole round if none.
+    pub walk_s: Option<f64>,
     pub explain: bool,
     /// Whether sweeps are cast from places along the whole round, without the stack.
     pub cast: bool,
     /// Folder in which the clouds of walks are kept.
     pub cache: Option<PathBuf>,
+}
+
+impl Plan {
+    fn extent(&self) -> WalkExtent {
+        self.walk_s.map_or(WalkExtent::Round, |walk_s| WalkExtent::Time(Span::from_secs_f64(walk_s)))
+    }
 }
 
 /// Walks all visits. Prints a row for each comparison.
@@ -63,7 +69,7 @@ fn visit_site(name: SiteName, plan: &Plan, score: &mut VisitScore) -> Result<()>
     let usual = SimulatedSite::new(name).with_loose_objects(plan.seed, FIRST_OBJECTS, &objects);
     let mut site = Arc::new(usual);
     let walk = WalkPlan { seed: plan.seed, columns: plan.columns, people: 0, keep_ground_truth: true };
-    let mut mapped = Mapped { site: Arc::clone(&site), walk, walk_s: plan.walk_s, made: None };
+    let mut mapped = Mapped { site: Arc::clone(&site), walk, extent: plan.extent(), made: None };
     let mut before: Option<Visit> = None;
     for visit in 0..plan.visits {
         let seed = 1_000 * plan.seed + u64::from(visit);
@@ -159,15 +165,14 @@ impl KeptClouds {
 struct Mapped {
     site: Arc<SimulatedSite>,
     walk: WalkPlan,
-    walk_s: f64,
+    extent: WalkExtent,
     made: Option<MappedSite>,
 }
 
 impl Mapped {
     fn get(&mut self) -> Result<&MappedSite> {
         if self.made.is_none() {
-            let duration = Span::from_secs_f64(self.walk_s);
-            self.made = Some(MappedSite::new(Arc::clone(&self.site), &self.walk, duration)?);
+            self.made = Some(MappedSite::new(Arc::clone(&self.site), &self.walk, self.extent)?);
         }
         self.made.as_ref().context("it was just made")
     }
@@ -175,7 +180,11 @@ impl Mapped {
 
 /// A visit from the folder of walks, or walked now, in the frame of the site.
 fn kept_visit(site: &Arc<SimulatedSite>, mapped: &mut Mapped, plan: &Plan, seed: u64) -> Result<Visit> {
-    let walk = if plan.cast { "cast".to_owned() } else { plan.walk_s.to_string() };
+    let walk = match plan.walk_s {
+        _ if plan.cast => "cast".to_owned(),
+        Some(walk_s) => walk_s.to_string(),
+        None => "round".to_owned(),
+    };
     let name = format!("{}-{seed}-{}-{}-{}-{walk}", site.name(), plan.changes, plan.columns, plan.people);
     let file = plan.cache.as_ref().map(|folder| folder.join(name));
     if let Some(visit) = file.as_deref().map(visit_cache::read).transpose()?.flatten() {
@@ -217,9 +226,7 @@ fn walk_visit(site: &Arc<SimulatedSite>, mapped: &MappedSite, plan: &Plan, seed:
     let boot = walker.simulator().boot();
     kept.base_from_lidar =
         boot.mounting.base_from_lidar.and_then(|pose| isometry_from_pose(&pose)).unwrap_or_default();
-    walker.walk_until(Span::from_secs_f64(plan.walk_s), &mut |_, _, effects: &[StackEffect]| {
-        kept.watch(effects)
-    })?;
+    walker.walk(plan.extent(), &mut |_, _, effects: &[StackEffect]| kept.watch(effects))?;
     // The map's own frame may be turned and tilted a little; the truth is in that of the site.
     Ok(in_frame(kept.visit, &mapped.site_from_map))
 }
@@ -248,7 +255,7 @@ mod nightly {
             seed: 1,
             columns: 400,
             people: 2,
-            walk_s: 0.0,
+            walk_s: None,
             explain: true,
             cast: true,
             cache: None,

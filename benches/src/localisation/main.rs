@@ -12,6 +12,7 @@ mod single_scan;
 use anyhow::{Error, Result, ensure};
 use arguments::Arguments;
 use benches::mapped_site::MappedSite;
+use benches::stack_walk::WalkExtent;
 use clap::Parser;
 use site_files::SiteSource;
 use vocab::Span;
@@ -25,7 +26,7 @@ fn main() -> Result<()> {
     for name in &arguments.sites {
         let source: SiteSource = name.parse().map_err(Error::msg)?;
         let duration = Span::from_secs_f64(arguments.minutes * 60.0);
-        let mapped = MappedSite::new(source.load()?, &arguments.walk_plan(), duration)?;
+        let mapped = MappedSite::new(source.load()?, &arguments.walk_plan(), WalkExtent::Time(duration))?;
         if arguments.places > 0 {
             single_scan::print_header();
             single_scan::run(&mapped, &arguments)?;

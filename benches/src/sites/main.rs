@@ -10,7 +10,7 @@ use arguments::Arguments;
 use benches::fault_recovery::{FaultPlan, FaultRecoveries, walk_with_faults};
 use benches::mapped_site::MappedSite;
 use benches::random_places::{PlaceCounts, PlacesPlan, localise_at_places};
-use benches::stack_walk::WalkPlan;
+use benches::stack_walk::{WalkExtent, WalkPlan};
 use clap::Parser;
 use row::{Row, Total};
 use site_files::SiteSource;
@@ -50,7 +50,11 @@ fn sources(arguments: &Arguments) -> Result<Vec<SiteSource>> {
 fn measure(source: &SiteSource, arguments: &Arguments) -> Result<Row> {
     let (seed, columns) = (arguments.seed, arguments.columns);
     let plan = WalkPlan { seed, columns, people: arguments.people, keep_ground_truth: true };
-    let mapped = MappedSite::new(source.load()?, &plan, Span::from_secs_f64(60.0 * arguments.minutes))?;
+    let mapped = MappedSite::new(
+        source.load()?,
+        &plan,
+        WalkExtent::Time(Span::from_secs_f64(60.0 * arguments.minutes)),
+    )?;
     if arguments.verbose {
         row::print_keyframes(&mapped.score);
     }
