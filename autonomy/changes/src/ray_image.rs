@@ -4,7 +4,7 @@ use crate::ChangesConfig;
 use crate::directions::{Bearing, Direction, DirectionGrid};
 use crate::visit::SensorView;
 use geometry::Vector3;
-use std::ops::AddAssign;
+use std::ops::{AddAssign, Range};
 
 /// Rays of a view that passed a place closely.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -110,28 +110,34 @@ impl RayImage {
         if self.farthest.is_nearer(&bearing.direction, reach, nearest_m) {
             return passing;
         }
-        // Inside the iterator, which takes half of the time of a loop outside.
-        self.window(bearing.direction, reach).for_each(|ray| {
-            Self::count(ray, &offset, normal, [reach_m as f32, margin_m], config, &mut passing);
-        });
+        let squared_m2: f32 = dot(&offset, &offset);
+        // Most rays of the cells pass farther away. The difference of squares is not exact, by less than a thousandth of a square metre within the largest range.
+        let least_m2 = squared_m2 - (reach_m * reach_m) as f32 - 1e-3;
+        for ray in self.window(bearing.direction, reach).flatten() {
+            let at_m = dot(&ray.0, &offset);
+            if at_m * at_m >= least_m2 {
+                count(ray, at_m, &offset, normal, [reach_m as f32, margin_m], config, &mut passing);
+            }
+        }
         passing
     }
 
-    /// The rays of the cells of all directions whose coordinates differ from those of a direction by at most this much.
-    fn window(&self, direction: Direction, reach: [f64; 2]) -> impl Iterator<Item = &Ray> {
+    /// The rays of the cells of all directions whose coordinates differ from those of a direction by at most this much, in slices: a loop over slices takes half of the time of a chained iterator.
+    fn window(&self, direction: Direction, reach: [f64; 2]) -> impl Iterator<Item = &[Ray]> {
         let (rows, first, columns) = self.grid.window(&direction, reach);
         let all = self.grid.columns();
         let with_rays = self.first_row..self.first_row + (self.starts.len() - 1) / all;
         let rows = rows.start.max(with_rays.start)..rows.end.min(with_rays.end);
         let end = (first + columns).min(all);
         let beyond = (first + columns - end).min(first);
-        rows.flat_map(move |row| {
-            let start = (row - self.first_row) * all;
-            let of = |from: usize, to: usize| {
-                &self.rays[self.starts[start + from] as usize..self.starts[start + to] as usize]
-            };
-            of(first, end).iter().chain(of(0, beyond))
-        })
+        let slice = move |row: usize, columns: Range<usize>| {
+            let [from, to] = [columns.start, columns.end]
+                .map(|column| self.starts[(row - self.first_row) * all + column] as usize);
+            &self.rays[from..to]
+        };
+        // After the last column comes the first one; mostly a window ends before it.
+        let wrapped = if beyond > 0 { rows.clone() } else { 0..0 };
+        rows.map(move |row| slice(row, first..end)).chain(wrapped.map(move |row| slice(row, 0..beyond)))
     }
 
     /// All rays that come within a distance of a place, metres, map frame, and some others: unit direction and range, metres. Linear in the rays of the cells around its direction.
@@ -139,40 +145,44 @@ impl RayImage {
         let bearing = Bearing::of(&(place - self.sensor));
         let all = (Direction { around: 0.0, up: 0.0 }, [f64::INFINITY; 2]);
         let (direction, reach) = bearing.map_or(all, |bearing| (bearing.direction, bearing.reach(within_m)));
-        self.window(direction, reach)
+        self.window(direction, reach).flatten()
     }
 
     /// Place of the sensor, metres, map frame.
     pub(crate) fn sensor(&self) -> &Vector3 {
         &self.sensor
     }
+}
 
-    /// Counts a ray if it passed the place at an offset from the sensor.
-    fn count(
-        (along, range_m): &Ray,
-        offset: &[f32; 3],
-        normal: Option<&[f32; 3]>,
-        [reach_m, margin_m]: [f32; 2],
-        config: &ChangesConfig,
-        passing: &mut PassingRays,
-    ) {
-        let at_m: f32 = (0..3).map(|axis| along[axis] * offset[axis]).sum();
-        let beside: f32 = (0..3).map(|axis| (offset[axis] - along[axis] * at_m).powi(2)).sum();
-        if beside > reach_m * reach_m {
-            return;
-        }
-        let behind_m = |normal: &[f32; 3]| {
-            (0..3).map(|axis| normal[axis] * (along[axis] * range_m - offset[axis])).sum::<f32>().abs()
-        };
-        if *range_m > at_m + margin_m {
-            let crossed = normal.is_none_or(|normal| behind_m(normal) > config.free_margin_m as f32);
-            passing.through += usize::from(crossed);
-        } else if *range_m >= at_m - margin_m {
-            passing.ended += 1;
-        } else {
-            passing.blocked += 1;
-        }
+/// Counts a ray if it passed the place at an offset from the sensor. `at_m` is the length of the offset along the ray, metres.
+fn count(
+    (along, range_m): &Ray,
+    at_m: f32,
+    offset: &[f32; 3],
+    normal: Option<&[f32; 3]>,
+    [reach_m, margin_m]: [f32; 2],
+    config: &ChangesConfig,
+    passing: &mut PassingRays,
+) {
+    let beside: f32 = (0..3).map(|axis| (offset[axis] - along[axis] * at_m).powi(2)).sum();
+    if beside > reach_m * reach_m {
+        return;
     }
+    let behind_m = |normal: &[f32; 3]| {
+        (0..3).map(|axis| normal[axis] * (along[axis] * range_m - offset[axis])).sum::<f32>().abs()
+    };
+    if *range_m > at_m + margin_m {
+        let crossed = normal.is_none_or(|normal| behind_m(normal) > config.free_margin_m as f32);
+        passing.through += usize::from(crossed);
+    } else if *range_m >= at_m - margin_m {
+        passing.ended += 1;
+    } else {
+        passing.blocked += 1;
+    }
+}
+
+fn dot(a: &[f32; 3], b: &[f32; 3]) -> f32 {
+    (0..3).map(|axis| a[axis] * b[axis]).sum()
 }
 
 /// The farthest range of the rays of a view in each direction.
