@@ -152,7 +152,7 @@ mod tests {
         let mut outside = 0;
         for _ in 0..20_000 {
             let offset = Vector3::new(rng.normal(), rng.normal(), rng.normal()) * 3.0;
-            let near = offset + Vector3::new(rng.normal(), rng.normal(), rng.normal()) * 0.2;
+            let near = offset + Vector3::new(rng.normal(), rng.normal(), rng.normal()) * 0.5;
             let (Some(bearing), Some(other)) = (Bearing::of(&offset), Bearing::of(&near)) else { continue };
             let (rows, first, columns) = grid.window(&bearing.direction, bearing.reach(0.4));
             let (column, row) = grid.cell(&other.direction);
