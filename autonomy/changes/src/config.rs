@@ -106,6 +106,9 @@ pub struct ChangesConfig {
     pub grow_up_m: f64,
     /// Times that an object is grown by the points of unknown places around it. Chosen: it bounds the time, and an object cannot grow along a chain of unknown points.
     pub grow_rounds: usize,
+    /// If an object has parts of what stays in its box, and it was grown by no more than this share of its points, it is looked at as it was before it was grown: a few unknown points of a wall beside it
+    /// make its box as high as the wall. Chosen: a part of a larger thing, such as a truss, grows by more.
+    pub stray_growth_share: f64,
     /// Points less than this above the ground are not of an object, metres: the noise of a LiDAR, and floors that are not quite level. Chosen: as
     /// [`Self::same_surface_m`]. With 0.12 m the first three seeds of docs/benchmarks/changes.md gave the same result.
     pub ground_clearance_m: f64,
@@ -191,6 +194,7 @@ impl Default for ChangesConfig {
             grow_m: 0.3,
             grow_up_m: 0.6,
             grow_rounds: 5,
+            stray_growth_share: 0.1,
             ground_clearance_m: 0.08,
             stands_within_m: 0.4,
             ground_reach_m: 1.0,

@@ -292,17 +292,22 @@ enum Group {
 
 /// The object of a group of changed points; none if it is too small, was not there all the time of its visit, or if the rays of the other visit do not say that it was not there.
 fn object(core: &[[f32; 3]], around: &Around, sides: [&Side; 2], config: &ChangesConfig) -> Option<Group> {
-    let (points, place) = grown(core, around, sides, config)?;
+    let (mut points, place) = grown(core, around, sides, config)?;
     let mut sorted = place.size_m;
     sorted.sort_by(f64::total_cmp);
     if sorted[1] < config.min_size_m || points.len() < config.min_points {
         return None;
     }
-    let place = ground_below(&place, config.stands_within_m, sides, config)
-        .filter(|ground_m| place.bottom_m() - ground_m <= config.stands_within_m)
-        .map_or(place, |ground_m| place.down_to(ground_m));
+    let mut place = down_to_ground(place, sides, config);
     if same_share(&place, sides, config) > config.max_same_share {
-        return Some(Group::Part);
+        let (kept, own) = above_ground(core, sides, config)?;
+        if points.len() as f64 > (1.0 + config.stray_growth_share) * kept.len() as f64 {
+            return Some(Group::Part);
+        }
+        (points, place) = (kept, down_to_ground(own, sides, config));
+        if same_share(&place, sides, config) > config.max_same_share {
+            return Some(Group::Part);
+        }
     }
     let is_large = place.size_m.iter().any(|side_m| *side_m > config.large_m);
     if is_large && known_share(&place, around, config) < config.min_known_share {
@@ -318,6 +323,27 @@ fn object(core: &[[f32; 3]], around: &Around, sides: [&Side; 2], config: &Change
         points,
         confidence,
     }))
+}
+
+/// The points of a group that are not those of the ground, and their box. None without points.
+fn above_ground(
+    core: &[[f32; 3]],
+    sides: [&Side; 2],
+    config: &ChangesConfig,
+) -> Option<(Vec<[f32; 3]>, UprightBox)> {
+    let place = UprightBox::around(core, &config.box_fit)?;
+    let ground_m = ground_below(&place, config.ground_depth_m, sides, config).unwrap_or(f64::NEG_INFINITY);
+    let is_above = |point: &&[f32; 3]| f64::from(point[2]) > ground_m + config.ground_clearance_m;
+    let points: Vec<[f32; 3]> = core.iter().filter(is_above).copied().collect();
+    let place = UprightBox::around(&points, &config.box_fit)?;
+    Some((points, place))
+}
+
+/// A box down to the ground, if it stands on it.
+fn down_to_ground(place: UprightBox, sides: [&Side; 2], config: &ChangesConfig) -> UprightBox {
+    ground_below(&place, config.stands_within_m, sides, config)
+        .filter(|ground_m| place.bottom_m() - ground_m <= config.stands_within_m)
+        .map_or(place, |ground_m| place.down_to(ground_m))
 }
 
 /// The points of an object and its box: the group, points of unknown places near its box, and all that differs above and below it, again and again, without those
