@@ -54,7 +54,8 @@ pub struct ChangesConfig {
     pub moving_share: f64,
     /// Side of the cells of which all points without a surface near them have changed or not together, metres. Chosen: less than half of [`Self::ray_reach_m`].
     pub candidate_cell_m: f64,
-    /// An object was seen from at least this number of views, or from all of a visit with fewer: who walks past is seen at a place once.
+    /// An object was seen from at least this number of views, or from all of a visit with fewer: who walks past is seen at a place once. And its place was looked through from as many views of the other
+    /// visit: the pose of one view may be wrong.
     pub min_views: usize,
     /// The same of objects of at least [`Self::walking_height_m`]. Chosen: views are 2 m apart, and who walks slowly beside the robot, or is followed by another person, is seen at one
     /// place from two.

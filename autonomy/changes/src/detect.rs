@@ -5,7 +5,9 @@ use crate::clusters::clusters;
 use crate::columns::Columns;
 use crate::moves::{is_same_size, moves};
 use crate::passing::Passing;
-use crate::penetration::{evidence_of_absence, explains_absence, penetration, was_there, without_passing};
+use crate::penetration::{
+    evidence_of_absence, explains_absence, penetration, was_looked_through, was_there, without_passing,
+};
 use crate::ray_image::PassingRays;
 use crate::side::{ProbedPlace, Side, ground_below};
 use crate::surfaces::SurfaceTolerance;
@@ -316,7 +318,9 @@ fn object(core: &[[f32; 3]], around: &Around, sides: [&Side; 2], config: &Change
     let [own, met] = sides.map(|side| penetration(&place, &side.images, config));
     let met_by_staying = without_passing(&place, &met, config);
     let evidence = evidence_of_absence(own.iter().sum(), met_by_staying, config);
-    let is_gone = evidence >= config.min_evidence && explains_absence(met_by_staying, config);
+    let is_gone = evidence >= config.min_evidence
+        && explains_absence(met_by_staying, config)
+        && was_looked_through(&met, config);
     let confidence = 1.0 / (1.0 + (-evidence).exp());
     (is_gone && was_there(&place, &own, config)).then_some(Group::Object(UnmatchedObject {
         place,

@@ -68,6 +68,12 @@ pub(crate) fn was_there(place: &UprightBox, own: &[Penetration], config: &Change
     !is_empty_to_most(own, config) && seeing >= min_views.min(own.len())
 }
 
+/// Whether the other visit looked through the place of an object from more than one view: the pose of a single view may be wrong, and with it all its rays.
+pub(crate) fn was_looked_through(other: &[Penetration], config: &ChangesConfig) -> bool {
+    let looking = other.iter().filter(|view| view.through >= config.min_free_rays).count();
+    looking >= config.min_views.min(other.len())
+}
+
 fn may_walk(place: &UprightBox, config: &ChangesConfig) -> bool {
     place.size_m[2] >= config.walking_height_m
 }
@@ -154,6 +160,15 @@ mod tests {
         let of_two = [view(0, 40), view(2, 30), view(0, 0)];
         assert!(!tall(&of_two) && of_height(0.2, &of_two), "what is low does not walk");
         assert!(tall(&[view(0, 80)]), "a visit of one view");
+    }
+
+    #[test]
+    fn one_view_of_many_does_not_tell_that_a_place_was_empty() {
+        let config = ChangesConfig::default();
+        let view = |through: usize| Penetration { through, ended: 0 };
+        assert!(was_looked_through(&[view(7), view(0), view(2)], &config));
+        assert!(!was_looked_through(&[view(7), view(0), view(1)], &config));
+        assert!(was_looked_through(&[view(7)], &config), "a visit of one view");
     }
 
     #[test]
