@@ -320,7 +320,7 @@ fn object(core: &[[f32; 3]], around: &Around, sides: [&Side; 2], config: &Change
     let evidence = evidence_of_absence(own.iter().sum(), met_by_staying, config);
     let is_gone = evidence >= config.min_evidence
         && explains_absence(met_by_staying, config)
-        && was_looked_through(&met, config);
+        && was_looked_through(&place, &met, config);
     let confidence = 1.0 / (1.0 + (-evidence).exp());
     (is_gone && was_there(&place, &own, config)).then_some(Group::Object(UnmatchedObject {
         place,

@@ -64,14 +64,31 @@ fn penetration_of_view(tested: &UprightBox, image: &RayImage, config: &ChangesCo
 /// one or two views saw it at all. Of a rack or a tripod, some rays of each view end at it.
 pub(crate) fn was_there(place: &UprightBox, own: &[Penetration], config: &ChangesConfig) -> bool {
     let seeing = own.iter().filter(|view| view.ended >= config.min_free_rays).count();
-    let min_views = if may_walk(place, config) { config.min_views_if_walking } else { config.min_views };
-    !is_empty_to_most(own, config) && seeing >= min_views.min(own.len())
+    let is_seen = if may_walk(place, config) {
+        seeing >= config.min_views_if_walking.min(own.len())
+    } else {
+        seeing >= config.min_views.min(own.len())
+            || is_clear_to_one(place, own.iter().map(|view| view.ended), config)
+    };
+    !is_empty_to_most(own, config) && is_seen
 }
 
-/// Whether the other visit looked through the place of an object from more than one view: the pose of a single view may be wrong, and with it all its rays.
-pub(crate) fn was_looked_through(other: &[Penetration], config: &ChangesConfig) -> bool {
-    let looking = other.iter().filter(|view| view.through >= config.min_free_rays).count();
+/// Whether so many rays of one view tell the same of a thing as thick as this that an error of the view's pose does not explain it.
+fn is_clear_to_one(
+    place: &UprightBox,
+    mut rays_of_views: impl Iterator<Item = usize>,
+    config: &ChangesConfig,
+) -> bool {
+    let [length, width, _] = place.size_m;
+    length.min(width) >= 2.0 * config.same_surface_m
+        && rays_of_views.any(|rays| rays >= config.min_rays_of_one_view)
+}
+
+/// Whether the other visit looked through the place of an object from more than one view, or from one with many rays: the pose of a single view may be wrong, and with it all its rays.
+pub(crate) fn was_looked_through(place: &UprightBox, other: &[Penetration], config: &ChangesConfig) -> bool {
+    let looking = other.iter().filter(|view| view.through > 0).count();
     looking >= config.min_views.min(other.len())
+        || is_clear_to_one(place, other.iter().map(|view| view.through), config)
 }
 
 fn may_walk(place: &UprightBox, config: &ChangesConfig) -> bool {
@@ -160,15 +177,25 @@ mod tests {
         let of_two = [view(0, 40), view(2, 30), view(0, 0)];
         assert!(!tall(&of_two) && of_height(0.2, &of_two), "what is low does not walk");
         assert!(tall(&[view(0, 80)]), "a visit of one view");
+        let of_one = [view(0, 150), view(0, 0), view(0, 0)];
+        assert!(!tall(&of_one) && of_height(0.4, &of_one), "what is low is seen from one view");
     }
 
     #[test]
     fn one_view_of_many_does_not_tell_that_a_place_was_empty() {
         let config = ChangesConfig::default();
-        let view = |through: usize| Penetration { through, ended: 0 };
-        assert!(was_looked_through(&[view(7), view(0), view(2)], &config));
-        assert!(!was_looked_through(&[view(7), view(0), view(1)], &config));
-        assert!(was_looked_through(&[view(7)], &config), "a visit of one view");
+        let was_empty = |through: &[usize], size_m: [f64; 3]| {
+            let views: Vec<_> =
+                through.iter().map(|through| Penetration { through: *through, ended: 0 }).collect();
+            let place = UprightBox { centre_m: Vector3::zeros(), size_m, yaw_rad: 0.0 };
+            was_looked_through(&place, &views, &config)
+        };
+        let (sheet, thing) = ([0.6, 0.03, 0.6], [0.6, 0.4, 0.5]);
+        assert!(was_empty(&[7, 0, 1], sheet));
+        assert!(!was_empty(&[7, 0, 0], sheet));
+        assert!(was_empty(&[7], sheet), "a visit of one view");
+        assert!(was_empty(&[150, 0, 0], thing), "a thing as thick as this");
+        assert!(!was_empty(&[150, 0, 0], sheet));
     }
 
     #[test]
