@@ -1,5 +1,6 @@
 //! Parameters of the detection of changes.
 
+use crate::SizeLikelihoodConfig;
 use object_identity::AssociationConfig;
 use registration::MatchingConfig;
 
@@ -132,10 +133,9 @@ pub struct ChangesConfig {
     pub box_fit: BoxFitConfig,
     /// How what is gone and what is new is put together to things that were moved. Source: docs/benchmarks/changes.md.
     pub association: AssociationConfig,
-    /// Two objects may be one that was moved if each side differs at most by this share, or by [`Self::same_size_m`]. Source: docs/benchmarks/changes.md; pairs by descriptors, with
-    /// wider limits of size, were wrong more often in the hall.
-    pub same_size_share: f64,
-    /// See [`Self::same_size_share`] and [`Self::turned_size_share`], metres. Chosen: a side is seen by points that are some centimetres from each other.
+    /// How likely it is that two objects of these sizes are one that was moved.
+    pub size_likelihood: SizeLikelihoodConfig,
+    /// See [`Self::turned_size_share`], metres. Chosen: a side is seen by points that are some centimetres from each other.
     pub same_size_m: f64,
     /// The points of a thing that was turned where it stands are at most this far from the middle of what differs, metres: what reaches farther is no loose thing.
     pub turned_reach_m: f64,
@@ -207,7 +207,7 @@ impl Default for ChangesConfig {
             min_ground_points: 10,
             box_fit: BoxFitConfig::default(),
             association: AssociationConfig::default(),
-            same_size_share: 0.1,
+            size_likelihood: SizeLikelihoodConfig::default(),
             same_size_m: 0.075,
             turned_reach_m: 1.5,
             turned_gap_m: 0.15,

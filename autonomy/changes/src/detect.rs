@@ -3,13 +3,14 @@
 use crate::alignment::align;
 use crate::clusters::clusters;
 use crate::columns::Columns;
-use crate::moves::{is_same_size, moves};
+use crate::moves::moves;
 use crate::passing::Passing;
 use crate::penetration::{
     evidence_of_absence, explains_absence, penetration, was_looked_through, was_there, without_passing,
 };
 use crate::ray_image::PassingRays;
 use crate::side::{ProbedPlace, Side, ground_below};
+use crate::size_likelihood::log_likelihood_ratio;
 use crate::surfaces::SurfaceTolerance;
 use crate::turned::{TurnedThing, find_turned};
 use crate::{ChangesConfig, UprightBox, Visit};
@@ -87,10 +88,9 @@ pub fn detect_changes_with(
     let (removed, appeared) = (removed.objects, appeared.objects);
     let boxes = |objects: &[UnmatchedObject]| objects.iter().map(|object| object.place).collect::<Vec<_>>();
     let (gone, new) = (boxes(&removed), boxes(&appeared));
-    let is_of_one_size = |from: usize, to: usize| {
-        is_same_size(&gone[from], &new[to], config.same_size_share, config.same_size_m)
-    };
-    let pairs = moves(&gone, &new, is_of_one_size, &config.association);
+    let log_ratio =
+        |from: usize, to: usize| log_likelihood_ratio(&gone[from], &new[to], &config.size_likelihood);
+    let pairs = moves(&gone, &new, log_ratio, &config.association);
     let unchanged = unchanged(&sides[0], &sides[1], config);
     let Changes { mut objects, .. } = merged(removed, appeared, &pairs);
     objects.extend(turned);

@@ -35,6 +35,7 @@ mod room;
 mod side;
 #[cfg(test)]
 mod site_tests;
+mod size_likelihood;
 mod surfaces;
 mod turned;
 mod upright_box;
@@ -49,5 +50,6 @@ pub use depth::{
 pub use detect::{Change, ChangedObject, Changes, detect_changes, detect_changes_with};
 pub use known_objects::{Identification, IdentityConfig, KnownObject, ObjectSighting, identify_objects};
 pub use recurrence::{ObservedChange, RecurrenceConfig, find_recurrences, is_undone_by};
+pub use size_likelihood::SizeLikelihoodConfig;
 pub use upright_box::UprightBox;
 pub use visit::{SensorView, Visit};

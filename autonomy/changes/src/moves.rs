@@ -3,17 +3,17 @@
 use crate::UprightBox;
 use object_identity::{Association, AssociationConfig, associate};
 
-/// Pairs of removed and appeared objects, by their places in the lists, of those that may be one thing: those with the greatest sum of logarithms of odds, each with its probability. All that is known of
-/// two objects is whether they may be one, so that they have the odds of things that look alike, and the nearer ones are likelier (docs/maths/object-identity.md).
+/// Pairs of removed and appeared objects, by their places in the lists: those with the greatest sum of logarithms of odds, each with its probability. `log_ratio` is the logarithm of the ratio of the
+/// likelihoods of what was seen of two objects if they are one thing and if they are two; of two that look as alike, the nearer ones are likelier (docs/maths/object-identity.md).
 pub(crate) fn moves(
     removed: &[UprightBox],
     appeared: &[UprightBox],
-    may_be_same: impl Fn(usize, usize) -> bool,
+    log_ratio: impl Fn(usize, usize) -> f64,
     config: &AssociationConfig,
 ) -> Vec<Association> {
     let log_odds = |a: usize, b: usize| {
         let distance_m = (removed[a].centre_m - appeared[b].centre_m).norm();
-        if may_be_same(a, b) { config.log_odds_of_alike(distance_m) } else { f64::NEG_INFINITY }
+        config.log_odds_of(log_ratio(a, b), distance_m)
     };
     let row = |a: usize| (0..appeared.len()).map(|b| log_odds(a, b)).collect();
     associate(&(0..removed.len()).map(row).collect::<Vec<_>>())
@@ -27,6 +27,7 @@ pub(crate) fn is_same_size(a: &UprightBox, b: &UprightBox, share: f64, distance_
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::size_likelihood::{SizeLikelihoodConfig, log_likelihood_ratio};
     use geometry::Vector3;
 
     fn of(x: f64, size_m: [f64; 3]) -> UprightBox {
@@ -34,14 +35,15 @@ mod tests {
     }
 
     fn found(removed: &[UprightBox], appeared: &[UprightBox]) -> Vec<Association> {
-        let may_be_same = |a: usize, b: usize| is_same_size(&removed[a], &appeared[b], 0.1, 0.05);
-        moves(removed, appeared, may_be_same, &AssociationConfig::default())
+        let config = SizeLikelihoodConfig::default();
+        let log_ratio = |a: usize, b: usize| log_likelihood_ratio(&removed[a], &appeared[b], &config);
+        moves(removed, appeared, log_ratio, &AssociationConfig::default())
     }
 
     #[test]
     fn the_nearest_of_one_size_was_moved() {
         let removed = [of(0.0, [0.6, 0.4, 1.0]), of(1.0, [2.0, 0.4, 1.0])];
-        let appeared = [of(9.0, [0.6, 0.4, 1.0]), of(5.0, [0.62, 0.38, 0.98]), of(2.0, [0.6, 0.4, 0.5])];
+        let appeared = [of(9.0, [0.6, 0.4, 1.0]), of(5.0, [0.62, 0.38, 0.98]), of(2.0, [0.6, 0.4, 0.4])];
         let pairs = found(&removed, &appeared);
         assert_eq!(pairs.iter().map(|found| found.pair).collect::<Vec<_>>(), [[0, 1]]);
         assert!(pairs[0].probability > 0.5 && pairs[0].probability < 0.97, "{pairs:?}");

@@ -59,6 +59,11 @@ impl UprightBox {
         Self { centre_m, size_m: [length, width, top_m - bottom_m], ..*self }
     }
 
+    /// The box, larger by a margin on all sides, metres.
+    pub(crate) fn wider(&self, margin_m: f64) -> Self {
+        Self { size_m: self.size_m.map(|side_m| side_m + 2.0 * margin_m), ..*self }
+    }
+
     /// Where a ray from `start` along a unit `direction` enters the box and leaves it, metres along the ray; none if it misses.
     pub(crate) fn crossed_by(&self, start: &Vector3, direction: &Vector3) -> Option<[f64; 2]> {
         let (from, along) = (self.local(&(start - self.centre_m)), self.local(direction));

@@ -120,12 +120,8 @@ impl AssociationConfig {
         sorted(a_m).iter().zip(sorted(b_m)).all(is_near)
     }
 
-    /// The same of two objects of which is only known that they look alike.
-    pub fn log_odds_of_alike(&self, distance_m: f64) -> f64 {
-        self.log_odds_of(f64::INFINITY, distance_m)
-    }
-
-    fn log_odds_of(&self, log_likelihood_ratio: f64, distance_m: f64) -> f64 {
+    /// The same with a ratio of the likelihoods of something else that is known of both objects: infinite if it is only known that they look alike.
+    pub fn log_odds_of(&self, log_likelihood_ratio: f64, distance_m: f64) -> f64 {
         let ratio = log_likelihood_ratio.min(50.0).exp();
         // Of the things that are two, a share has the same likelihood as if they were one.
         let bounded = ratio / (1.0 - self.same_make_share + self.same_make_share * ratio);

@@ -39,15 +39,17 @@ pub fn detect_depth_changes(
     let support = Support::find([before, after], config)?;
     let removed = differing(before, after, &support, config);
     let appeared = differing(after, before, &support, config);
-    let may_be_moved = |gone: usize, new: usize| {
+    let log_ratio = |gone: usize, new: usize| {
         let (gone, new) = (&removed[gone], &appeared[new]);
         let colours = gone.colour.as_ref().zip(new.colour.as_ref());
-        looks_as_large(&gone.object.place, &new.object.place, config)
-            && colours.is_none_or(|(a, b)| a.overlap(b) >= config.moved_colour_overlap)
+        let may_be_moved = looks_as_large(&gone.object.place, &new.object.place, config)
+            && colours.is_none_or(|(a, b)| a.overlap(b) >= config.moved_colour_overlap);
+        // Of two that may be one, nothing else is compared.
+        if may_be_moved { f64::INFINITY } else { f64::NEG_INFINITY }
     };
     let places =
         |found: &[UnmatchedImageObject]| found.iter().map(|found| found.object.place).collect::<Vec<_>>();
-    let pairs = moves(&places(&removed), &places(&appeared), may_be_moved, &AssociationConfig::default());
+    let pairs = moves(&places(&removed), &places(&appeared), log_ratio, &AssociationConfig::default());
     let objects =
         |found: Vec<UnmatchedImageObject>| found.into_iter().map(|found| found.object).collect::<Vec<_>>();
     Ok(DepthChanges {
