@@ -88,8 +88,9 @@ pub fn detect_changes_with(
     let (removed, appeared) = (removed.objects, appeared.objects);
     let boxes = |objects: &[UnmatchedObject]| objects.iter().map(|object| object.place).collect::<Vec<_>>();
     let (gone, new) = (boxes(&removed), boxes(&appeared));
-    let log_ratio =
-        |from: usize, to: usize| log_likelihood_ratio(&gone[from], &new[to], &config.size_likelihood);
+    let log_ratio = |from: usize, to: usize| {
+        log_likelihood_ratio(&gone[from].size_m, &new[to].size_m, &config.size_likelihood)
+    };
     let pairs = moves(&gone, &new, log_ratio, &config.association);
     let unchanged = unchanged(&sides[0], &sides[1], config);
     let Changes { mut objects, .. } = merged(removed, appeared, &pairs);

@@ -36,7 +36,8 @@ mod tests {
 
     fn found(removed: &[UprightBox], appeared: &[UprightBox]) -> Vec<Association> {
         let config = SizeLikelihoodConfig::default();
-        let log_ratio = |a: usize, b: usize| log_likelihood_ratio(&removed[a], &appeared[b], &config);
+        let log_ratio =
+            |a: usize, b: usize| log_likelihood_ratio(&removed[a].size_m, &appeared[b].size_m, &config);
         moves(removed, appeared, log_ratio, &AssociationConfig::default())
     }
 

@@ -1,6 +1,5 @@
 //! How much likelier two sizes are if they are of one thing than if they are of two.
 
-use crate::UprightBox;
 use std::f64::consts::PI;
 
 /// Parameters of [`log_likelihood_ratio`].
@@ -31,16 +30,16 @@ impl Default for SizeLikelihoodConfig {
     }
 }
 
-/// Logarithm of the ratio of the likelihoods of two sizes, if they are of one thing that stands on the same side in both places, and if they are of two (docs/maths/object-identity.md, equation 6).
-pub(crate) fn log_likelihood_ratio(a: &UprightBox, b: &UprightBox, config: &SizeLikelihoodConfig) -> f64 {
-    let [length_m, width_m, height_m] = a.size_m;
+/// Logarithm of the ratio of the likelihoods of two sizes (length, width, height, metres), if they are of one thing that stands on the same side in both places, and if they are of two (docs/maths/object-identity.md, equation 6).
+pub(crate) fn log_likelihood_ratio(a_m: &[f64; 3], b_m: &[f64; 3], config: &SizeLikelihoodConfig) -> f64 {
+    let [length_m, width_m, height_m] = *a_m;
     let level = |other: [f64; 2]| {
         ratio_of_side(length_m, other[0], config.partial_share, config)
             * ratio_of_side(width_m, other[1], config.partial_share, config)
     };
     // If a part of the longer side was seen, it is named as the width.
-    let level_ratio = level([b.size_m[0], b.size_m[1]]).max(level([b.size_m[1], b.size_m[0]]));
-    let of_height = ratio_of_side(height_m, b.size_m[2], config.partial_height_share, config);
+    let level_ratio = level([b_m[0], b_m[1]]).max(level([b_m[1], b_m[0]]));
+    let of_height = ratio_of_side(height_m, b_m[2], config.partial_height_share, config);
     (level_ratio * of_height).ln()
 }
 
@@ -61,11 +60,9 @@ fn ratio_of_side(a_m: f64, b_m: f64, partial_share: f64, config: &SizeLikelihood
 #[cfg(test)]
 mod tests {
     use super::*;
-    use geometry::Vector3;
 
     fn ratio(a: [f64; 3], b: [f64; 3]) -> f64 {
-        let of = |size_m| UprightBox { centre_m: Vector3::zeros(), size_m, yaw_rad: 0.0 };
-        log_likelihood_ratio(&of(a), &of(b), &SizeLikelihoodConfig::default())
+        log_likelihood_ratio(&a, &b, &SizeLikelihoodConfig::default())
     }
 
     #[test]

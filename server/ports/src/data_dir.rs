@@ -75,6 +75,11 @@ impl DataDir {
         self.root.join("run-clouds")
     }
 
+    /// What was last seen of each place, while a run is compared with it.
+    pub fn background(&self) -> PathBuf {
+        self.root.join("background")
+    }
+
     /// Clouds of a run.
     pub fn clouds_of_run(&self, run: RunId) -> PathBuf {
         self.run_clouds().join(run.to_string())

@@ -4,6 +4,7 @@
 //! name is complete: it is written under a temporary name, synced, and then renamed. Half-written files that a crash leaves
 //! are removed when the store is opened again.
 
+mod background;
 mod blobs;
 mod checked_json;
 mod checksums;
@@ -43,6 +44,7 @@ mod topomap_source;
 mod uploads;
 mod viewpoint_clouds;
 
+pub use background::{ChangedSince, read_changed_since};
 pub use blobs::{BlobError, BlobsConfig};
 pub use cloud_files::{VirtualKeyframes, copy_viewpoint_files, write_cloud};
 pub use error::StoreError;

@@ -16,7 +16,7 @@ use vocab::{BlobHash, Stamp};
 const MAGIC: [u8; 4] = *b"AIrc";
 const VERSION: u32 = 1;
 /// Name of the index in the folder of a run.
-const INDEX: &str = "index.jsonl";
+pub(crate) const INDEX: &str = "index.jsonl";
 /// Bytes before the JSON.
 const FIXED_HEADER_BYTES: usize = 12;
 
@@ -245,13 +245,13 @@ fn decode(cloud: BlobHash, bytes: &[u8]) -> Option<RunCloud> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use site_model::LocalisationQuality;
     use uuid::Uuid;
     use vocab::{Covariance6, MapId, Pose};
 
-    fn entry(at_s: i64) -> RunCloudEntry {
+    pub(crate) fn entry(at_s: i64) -> RunCloudEntry {
         RunCloudEntry {
             cloud: no_hash(),
             bytes: 0,

@@ -95,7 +95,7 @@ impl OrientedBox {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EarlierVisit {
-    /// The clouds of an earlier run of the mission.
+    /// What was last seen of each place on earlier runs: this is the newest of them.
     Run(RunId),
     /// The map.
     Map(MapId),

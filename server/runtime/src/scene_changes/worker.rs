@@ -4,7 +4,7 @@
 //! | --- | --- |
 //! | runs that have ended | one that finds the queue full is compared after the next start |
 
-use super::baseline::{Baseline, BaselineConfig, find_baseline};
+use super::baseline::{Baseline, BaselineConfig, Compared, MARKER, find_baseline};
 use super::site_edit::{Comparison, SiteChangesConfig, edit_with_changes};
 use super::texts;
 use crate::clock::RobotClock;
@@ -14,14 +14,13 @@ use api::EditOutcome;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TryRecvError};
 use messages::{Principal, Publication, Severity};
 use ports::{ChangeFinder, FoundChange, FoundChanges, error_with_causes};
-use serde::Serialize;
-use site_model::{EarlierVisit, MissionId, RunId, SceneChangeClouds, Utc};
+use site_model::{EarlierVisit, RunId, SceneChangeClouds, SceneChangeKind, Utc};
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
-use store::{BlobsConfig, Store};
+use store::{BlobsConfig, ChangedSince, Store, StoreError};
 use uuid::Uuid;
 use vocab::{BlobHash, ClientId};
 use watchdog::{BEAT_PERIOD, Heartbeat};
@@ -42,12 +41,10 @@ const CONFIG: SceneChangesConfig =
 
 /// Name of the folder of a comparison, in that of the clouds of its run.
 const FOLDER: &str = "comparison";
-/// Name of the file that says that a run was compared.
-const MARKER: &str = "compared.json";
 
 /// The control loop's end: notes the runs that have ended.
 pub struct SceneChangeQueue {
-    runs: Sender<(RunId, MissionId)>,
+    runs: Sender<RunId>,
     handed_in: BTreeSet<RunId>,
 }
 
@@ -56,27 +53,16 @@ pub struct SceneChangeWorker {
     pub finder: Box<dyn ChangeFinder>,
     pub store: Arc<Store>,
     pub ledger: Arc<LedgerInbox>,
-    pub runs: Receiver<(RunId, MissionId)>,
+    pub runs: Receiver<RunId>,
     pub mailbox: Arc<Mailbox>,
     pub clock: Arc<RobotClock>,
     /// Disconnected when the core ends.
     pub stop: Receiver<()>,
 }
 
-/// That a run was compared, and with what. It is not compared again.
-#[derive(Debug, Serialize)]
-struct Compared {
-    format_version: u32,
-    before: Option<EarlierVisit>,
-    /// Objects that were found.
-    found: usize,
-    /// Why there was no comparison.
-    problem: Option<String>,
-}
-
 impl SceneChangeQueue {
     /// Both ends.
-    pub fn new() -> (Self, Receiver<(RunId, MissionId)>) {
+    pub fn new() -> (Self, Receiver<RunId>) {
         let (runs, inbox) = crossbeam_channel::bounded(CONFIG.max_waiting);
         (Self { runs, handed_in: BTreeSet::new() }, inbox)
     }
@@ -86,7 +72,7 @@ impl SceneChangeQueue {
         let Publication::Missions(status) = publication else { return };
         // The newest are first.
         for run in status.ended.iter().rev() {
-            if !self.handed_in.contains(&run.run) && self.runs.try_send((run.run, run.mission)).is_ok() {
+            if !self.handed_in.contains(&run.run) && self.runs.try_send(run.run).is_ok() {
                 self.handed_in.insert(run.run);
             }
         }
@@ -101,9 +87,9 @@ impl SceneChangeWorker {
         while !self.is_ending() {
             heartbeat.beat();
             match self.runs.recv_timeout(BEAT_PERIOD) {
-                Ok((run, mission)) => {
+                Ok(run) => {
                     let _job = heartbeat.begin_long_job(CONFIG.max_duration);
-                    self.compare(run, mission);
+                    self.compare(run);
                 }
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return,
@@ -116,20 +102,21 @@ impl SceneChangeWorker {
     }
 
     /// Compares a run, unless that was done, and says so.
-    fn compare(&self, run: RunId, mission: MissionId) {
+    fn compare(&self, run: RunId) {
         let folder = self.store.dir().clouds_of_run(run);
         if !folder.exists() || folder.join(MARKER).exists() {
             return;
         }
-        let baseline = find_baseline(&self.store, run, mission, &BaselineConfig::default());
+        let baseline = find_baseline(&self.store, run, &BaselineConfig::default());
         let compared = match baseline.map_err(|error| format!("{}.", error_with_causes(&error))) {
             Ok(None) => Ok(None),
             Ok(Some(baseline)) => {
                 let out = folder.join(FOLDER);
                 let found = self.compare_with(run, &baseline, &folder, &out);
-                // A folder that cannot be removed goes with the clouds of the run.
+                // A folder that cannot be removed goes with the clouds of the run, or is made anew.
                 let _ = fs::remove_dir_all(&out);
-                found.map(|found| Some((baseline.before, found)))
+                let _ = fs::remove_dir_all(self.store.dir().background());
+                found.map(|changes| Some((baseline, changes)))
             }
             Err(reason) => Err(reason),
         };
@@ -140,24 +127,34 @@ impl SceneChangeWorker {
         if let Err(reason) = &compared {
             self.tell(Severity::Warning, texts::not_compared(reason));
         }
-        let (before, found) = compared.as_ref().ok().and_then(|compared| *compared).unzip();
-        let found = found.unwrap_or(0);
-        let marker = Compared { format_version: 1, before, found, problem: compared.err() };
+        let problem = compared.as_ref().err().cloned();
+        let (baseline, changes) = compared.ok().flatten().unzip();
+        let changes = changes.unwrap_or_default();
+        let marker = Compared {
+            format_version: 1,
+            before: baseline.as_ref().map(|baseline| baseline.before),
+            found: changes.len(),
+            problem,
+            map: baseline.as_ref().map(|baseline| baseline.map),
+            changes,
+        };
         if let Err(error) = store::write_json(&folder.join(MARKER), &marker) {
             tracing::warn!("{}", error_with_causes(&error));
         }
     }
 
-    /// Compares a run with an earlier visit and puts what changed into the site. Returns the number of objects, or a sentence.
+    /// Compares a run with an earlier visit and puts what changed into the site. Returns what changed, or a sentence.
     fn compare_with(
         &self,
         run: RunId,
         baseline: &Baseline,
         folder: &Path,
         out: &Path,
-    ) -> Result<usize, String> {
+    ) -> Result<Vec<ChangedSince>, String> {
         let before = match baseline.before {
-            EarlierVisit::Run(earlier) => self.store.dir().clouds_of_run(earlier),
+            EarlierVisit::Run(_) => {
+                self.put_background(baseline).map_err(|error| format!("{}.", error_with_causes(&error)))?
+            }
             EarlierVisit::Map(map) => self.store.dir().map(map),
         };
         let mut found = self.finder.compare(&before, folder, out, &mut || self.is_ending())?;
@@ -169,8 +166,9 @@ impl SceneChangeWorker {
         if count == 0 {
             let is_against_map = matches!(baseline.before, EarlierVisit::Map(_));
             self.tell(Severity::Info, texts::nothing_changed(is_against_map));
-            return Ok(0);
+            return Ok(Vec::new());
         }
+        let changes = found.objects.iter().map(|object| changed_since(object, baseline)).collect();
         let clouds = self.keep_clouds(&found).unwrap_or_else(|reason| {
             self.tell(Severity::Warning, texts::clouds_not_kept(&reason));
             vec![None; found.objects.len()]
@@ -183,7 +181,16 @@ impl SceneChangeWorker {
             found: found.objects.into_iter().zip(clouds).collect(),
         };
         self.edit_site(comparison)?;
-        Ok(count)
+        Ok(changes)
+    }
+
+    /// Puts what was last seen on earlier runs into one folder, and returns that.
+    fn put_background(&self, baseline: &Baseline) -> Result<PathBuf, StoreError> {
+        let folder = self.store.dir().background();
+        // What a comparison has left that was cut short.
+        let _ = fs::remove_dir_all(&folder);
+        self.store.put_background(&folder, &baseline.clouds, baseline.changes.clone())?;
+        Ok(folder)
     }
 
     /// Stores the clouds of a comparison. Fails with a clause.
@@ -232,6 +239,16 @@ impl SceneChangeWorker {
     fn tell(&self, severity: Severity, text: String) {
         self.mailbox.notice(self.clock.now(), severity, text);
     }
+}
+
+/// What older clouds do not show of an object.
+fn changed_since(object: &FoundChange, baseline: &Baseline) -> ChangedSince {
+    let (was, is) = match object.kind {
+        SceneChangeKind::Appeared => (None, Some(object.place)),
+        SceneChangeKind::Removed => (Some(object.place), None),
+        SceneChangeKind::Moved { from } => (Some(from), Some(object.place)),
+    };
+    ChangedSince { utc_ns: baseline.began_utc_ns, was, is }
 }
 
 #[cfg(test)]
