@@ -154,11 +154,7 @@ fn mission_of(site: &Site, task: TaskId) -> Option<MissionId> {
 
 fn edit_with(site: &Site, origin: Origin, findings: &Findings<'_>, at: Utc, config: &AlertsConfig) -> Edit {
     let mut edit = Edit { id: EditId(origin.id(0)), changes: Vec::new() };
-    let known = |key: Option<AlertKey<'_>>| {
-        key.and_then(|key| {
-            site.alerts().find(|alert| !alert.state.is_closed() && alert.cause.key() == Some(key))
-        })
-    };
+    let known = |key| open_alert(site, key);
     let mut changed: Vec<Alert> = Vec::new();
     // Readings of one name in one result are one cause.
     let is_changed =
@@ -168,25 +164,8 @@ fn edit_with(site: &Site, origin: Origin, findings: &Findings<'_>, at: Utc, conf
         if is_changed(&changed, cause.key()) {
             continue;
         }
-        changed.push(match known(cause.key()) {
-            Some(alert) => raised_again(alert, cause, *severity, at),
-            None => {
-                new += 1;
-                Alert {
-                    id: AlertId(origin.id(number)),
-                    severity: *severity,
-                    state: AlertState::Open,
-                    cause: cause.clone(),
-                    owner: String::new(),
-                    work_order: String::new(),
-                    comment: String::new(),
-                    first_raised: at,
-                    last_raised: at,
-                    times_raised: 1,
-                    recovered: None,
-                }
-            }
-        });
+        new += usize::from(known(cause.key()).is_none());
+        changed.push(raised(site, AlertId(origin.id(number)), cause, *severity, at));
     }
     for key in &findings.recovered {
         if let Some(alert) = known(Some(*key)).filter(|alert| alert.recovered.is_none())
@@ -200,6 +179,36 @@ fn edit_with(site: &Site, origin: Origin, findings: &Findings<'_>, at: Utc, conf
     }
     edit.changes.extend(removals(site, new, config));
     edit
+}
+
+/// The alert of a cause: the one that nobody has closed yet, raised again, or a new one with this id. Linear in the alerts of the site.
+pub(crate) fn raised(
+    site: &Site,
+    id: AlertId,
+    cause: &AlertCause,
+    severity: AlertSeverity,
+    at: Utc,
+) -> Alert {
+    if let Some(alert) = open_alert(site, cause.key()) {
+        return raised_again(alert, cause, severity, at);
+    }
+    Alert {
+        id,
+        severity,
+        state: AlertState::Open,
+        cause: cause.clone(),
+        owner: String::new(),
+        work_order: String::new(),
+        comment: String::new(),
+        first_raised: at,
+        last_raised: at,
+        times_raised: 1,
+        recovered: None,
+    }
+}
+
+fn open_alert<'a>(site: &'a Site, key: Option<AlertKey<'_>>) -> Option<&'a Alert> {
+    key.and_then(|key| site.alerts().find(|alert| !alert.state.is_closed() && alert.cause.key() == Some(key)))
 }
 
 /// An alert whose cause was there once more. One that becomes worse is to be looked at again.

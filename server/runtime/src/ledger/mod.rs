@@ -14,6 +14,7 @@ mod site;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use alerts::raised;
 pub use site::SiteKeeper;
 
 use crate::clock::RobotClock;

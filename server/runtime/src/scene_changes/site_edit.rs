@@ -1,12 +1,13 @@
 //! The edit of the site that puts the changes of a comparison into it.
 
 use super::physical_objects::{object_change, physical_objects, upright_box};
+use crate::ledger::raised;
 use changes::{IdentityConfig, ObservedChange, RecurrenceConfig, find_recurrences, is_undone_by};
 use ports::FoundChange;
 use site_model::{
-    Change, EarlierVisit, Edit, EditId, Object, ObjectId, OrientedBox, PhysicalObject, PhysicalObjectId,
-    ReviewState, RunId, SceneChange, SceneChangeClouds, SceneChangeId, SceneChangeKind, Site, Utc,
-    changes_of_versions,
+    Alert, AlertCause, AlertId, AlertSeverity, Change, EarlierVisit, Edit, EditId, Object, ObjectId,
+    OrientedBox, PhysicalObject, PhysicalObjectId, ReviewState, RunId, SceneChange, SceneChangeClouds,
+    SceneChangeId, SceneChangeKind, Site, Utc, changes_of_versions,
 };
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
@@ -41,6 +42,9 @@ impl Default for SiteChangesConfig {
 
 /// Number of the first new thing in the ids that follow from a run: beyond those of its changes.
 const FIRST_OBJECT_NUMBER: u64 = 1 << 32;
+
+/// The same of the first alert.
+const FIRST_ALERT_NUMBER: u64 = 2 << 32;
 
 /// A comparison of a run with an earlier visit.
 #[derive(Clone, Debug, PartialEq)]
@@ -103,11 +107,25 @@ pub fn edit_with_changes(site: &Site, comparison: &Comparison, config: &SiteChan
     }
     let settled = settle_routine(&known, &mut changes, config);
     changes.extend(settled);
+    let alerts = alerts_of_watched(site, &changes, comparison);
     for change in changes {
         edit.changes.extend(site.put(edit.id, Object::SceneChange(change)).changes);
     }
+    for alert in alerts {
+        edit.changes.extend(site.put(edit.id, Object::Alert(alert)).changes);
+    }
     edit.changes.extend(removals(site, new, &edit, config));
     (edit, new)
+}
+
+/// The alerts of what people watch and what was found again: they wanted to know. Linear in the product of the changes and the alerts of the site.
+fn alerts_of_watched(site: &Site, found: &[SceneChange], comparison: &Comparison) -> Vec<Alert> {
+    let watched = (0_u64..).zip(found).filter(|(_, change)| change.review == ReviewState::Watched);
+    let alert = |(number, change): (u64, &SceneChange)| {
+        let id = AlertId(derived_id(comparison.run, FIRST_ALERT_NUMBER + number));
+        raised(site, id, &AlertCause::SceneChange(change.id), AlertSeverity::Information, comparison.at)
+    };
+    watched.map(alert).collect()
 }
 
 /// Notes of the changes that were found which of them come and go. Returns those of the known ones that take them back, and come and go too. What people have decided stays. Linear in the product of
@@ -328,6 +346,25 @@ mod tests {
             ReviewState::Watched
         );
         assert_eq!(routine(&site), 1);
+    }
+
+    #[test]
+    fn what_is_watched_and_found_again_raises_one_alert() {
+        let mut site = Site::default();
+        let seen = |site: &mut Site, run, x| {
+            apply(site, &comparison(run, vec![found(SceneChangeKind::Appeared, x)]), 99);
+            let alerts =
+                site.alerts().map(|alert| (alert.cause.clone(), alert.times_raised, alert.last_raised));
+            alerts.collect::<Vec<_>>()
+        };
+        assert_eq!(seen(&mut site, 10, 2.0), []);
+        assert_eq!(seen(&mut site, 11, 2.0), [], "nobody watches it");
+        let watched = site.scene_changes().next().expect("there").id;
+        decide_on(&mut site, watched, ReviewState::Watched);
+        let cause = AlertCause::SceneChange(watched);
+        assert_eq!(seen(&mut site, 12, 2.05), [(cause.clone(), 1, Utc(12))]);
+        assert_eq!(seen(&mut site, 13, 9.0), [(cause.clone(), 1, Utc(12))], "something else");
+        assert_eq!(seen(&mut site, 14, 2.0), [(cause, 2, Utc(14))]);
     }
 
     #[test]
