@@ -70,8 +70,11 @@ pub struct ChangesConfig {
     /// Largest distance between neighbouring points of an object, metres. Chosen: smaller parts of one thing are joined, and things half a metre apart are not. With 0.2
     /// and 0.4 m the first three seeds of docs/benchmarks/changes.md gave the same result.
     pub gap_m: f64,
-    /// An object has at least this number of changed points, and of points above the ground. A ray past an edge makes single ones.
+    /// An object that is lower than [`Self::walking_height_m`] and at least [`Self::min_size_m`] thick has at least this number of changed points, and of points above the ground. A ray past an edge makes single ones. Chosen: a cube of 0.15 m at 6 m has as many above
+    /// [`Self::ground_clearance_m`] in one passage of a LiDAR of 64 rings and 500 columns.
     pub min_points: usize,
+    /// The same of others. Source: docs/benchmarks/changes.md, where a strip of 22 points beside an edge was named, and with 20 a person.
+    pub min_points_of_others: usize,
     /// An object is at least this large along its second longest side, metres. Chosen: less than the smallest thing that is to be found, a cube of 0.15 m, and more than
     /// [`Self::same_surface_m`].
     pub min_size_m: f64,
@@ -183,7 +186,8 @@ impl Default for ChangesConfig {
             walking_height_m: 0.6,
             min_telling_rays: 10,
             gap_m: 0.3,
-            min_points: 30,
+            min_points: 20,
+            min_points_of_others: 30,
             min_size_m: 0.1,
             edge_margin_m: 0.03,
             min_core_side_m: 0.01,

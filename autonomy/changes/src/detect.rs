@@ -298,16 +298,17 @@ fn object(core: &[[f32; 3]], around: &Around, sides: [&Side; 2], config: &Change
     let (mut points, place) = grown(core, around, sides, config)?;
     let mut sorted = place.size_m;
     sorted.sort_by(f64::total_cmp);
-    if sorted[1] < config.min_size_m || points.len() < config.min_points {
+    if sorted[1] < config.min_size_m || points.len().min(core.len()) < min_points(&place, config) {
         return None;
     }
-    let mut place = down_to_ground(place, sides, config);
+    let (mut place, mut stands) = down_to_ground(place, sides, config);
     if same_share(&place, sides, config) > config.max_same_share {
         let (kept, own) = above_ground(core, sides, config)?;
         if points.len() as f64 > (1.0 + config.stray_growth_share) * kept.len() as f64 {
             return Some(Group::Part);
         }
-        (points, place) = (kept, down_to_ground(own, sides, config));
+        points = kept;
+        (place, stands) = down_to_ground(own, sides, config);
         if same_share(&place, sides, config) > config.max_same_share {
             return Some(Group::Part);
         }
@@ -323,7 +324,7 @@ fn object(core: &[[f32; 3]], around: &Around, sides: [&Side; 2], config: &Change
         && explains_absence(met_by_staying, config)
         && was_looked_through(&place, &met, config);
     let confidence = 1.0 / (1.0 + (-evidence).exp());
-    (is_gone && was_there(&place, &own, config)).then_some(Group::Object(UnmatchedObject {
+    (is_gone && was_there(&place, stands, &own, config)).then_some(Group::Object(UnmatchedObject {
         place,
         points,
         confidence,
@@ -344,11 +345,18 @@ fn above_ground(
     Some((points, place))
 }
 
-/// A box down to the ground, if it stands on it.
-fn down_to_ground(place: UprightBox, sides: [&Side; 2], config: &ChangesConfig) -> UprightBox {
+/// A box down to the ground if it stands on it, and whether it does.
+fn down_to_ground(place: UprightBox, sides: [&Side; 2], config: &ChangesConfig) -> (UprightBox, bool) {
     ground_below(&place, config.stands_within_m, sides, config)
         .filter(|ground_m| place.bottom_m() - ground_m <= config.stands_within_m)
-        .map_or(place, |ground_m| place.down_to(ground_m))
+        .map_or((place, false), |ground_m| (place.down_to(ground_m), true))
+}
+
+/// Points that a group and its object have at least: a thin one may be a strip between two rays, and a high one a person.
+fn min_points(place: &UprightBox, config: &ChangesConfig) -> usize {
+    let [length, width, height] = place.size_m;
+    let is_low_and_thick = length.min(width) >= config.min_size_m && height < config.walking_height_m;
+    if is_low_and_thick { config.min_points } else { config.min_points_of_others }
 }
 
 /// The points of an object and its box: the group, points of unknown places near its box, and all that differs above and below it, again and again, without those
@@ -421,7 +429,7 @@ fn hidden_by_passing(changed: &[[f32; 3]], sides: [&Side; 2], config: &ChangesCo
     let is_passing = Passing::new(other, config);
     let mut found: BTreeSet<[u32; 3]> = BTreeSet::new();
     let groups = clusters(changed, config.gap_m as f32).into_iter();
-    for group in groups.filter(|group| group.len() >= config.min_points) {
+    for group in groups.filter(|group| group.len() >= config.min_points_of_others) {
         let mut group: Vec<[f32; 3]> = group.iter().map(|place| changed[*place]).collect();
         for _ in 0..config.grow_rounds {
             let Some(wide) = extent(&group, config.gap_m) else { break };

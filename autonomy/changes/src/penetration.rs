@@ -62,13 +62,19 @@ fn penetration_of_view(tested: &UprightBox, image: &RayImage, config: &ChangesCo
 
 /// Whether an object was there during all of its own visit. A person who walks past was not: from most of the views that tell of that place, nearly all rays went through it, or only
 /// one or two views saw it at all. Of a rack or a tripod, some rays of each view end at it.
-pub(crate) fn was_there(place: &UprightBox, own: &[Penetration], config: &ChangesConfig) -> bool {
+/// What does not stand on the ground may be the upper part of a person.
+pub(crate) fn was_there(
+    place: &UprightBox,
+    stands: bool,
+    own: &[Penetration],
+    config: &ChangesConfig,
+) -> bool {
     let seeing = own.iter().filter(|view| view.ended >= config.min_free_rays).count();
     let is_seen = if may_walk(place, config) {
         seeing >= config.min_views_if_walking.min(own.len())
     } else {
         seeing >= config.min_views.min(own.len())
-            || is_clear_to_one(place, own.iter().map(|view| view.ended), config)
+            || stands && is_clear_to_one(place, own.iter().map(|view| view.ended), config)
     };
     !is_empty_to_most(own, config) && is_seen
 }
@@ -167,7 +173,7 @@ mod tests {
         let view = |through: usize, ended: usize| Penetration { through, ended };
         let of_height = |height_m: f64, own: &[Penetration]| {
             let size_m = [0.5, 0.4, height_m];
-            was_there(&UprightBox { centre_m: Vector3::zeros(), size_m, yaw_rad: 0.0 }, own, &config)
+            was_there(&UprightBox { centre_m: Vector3::zeros(), size_m, yaw_rad: 0.0 }, true, own, &config)
         };
         let tall = |own: &[Penetration]| of_height(1.6, own);
         assert!(tall(&[view(0, 40), view(2, 30), view(0, 20), view(0, 0)]), "a box");
@@ -179,6 +185,8 @@ mod tests {
         assert!(tall(&[view(0, 80)]), "a visit of one view");
         let of_one = [view(0, 150), view(0, 0), view(0, 0)];
         assert!(!tall(&of_one) && of_height(0.4, &of_one), "what is low is seen from one view");
+        let low = UprightBox { centre_m: Vector3::new(0.0, 0.0, 0.9), size_m: [0.5, 0.4, 0.4], yaw_rad: 0.0 };
+        assert!(!was_there(&low, false, &of_one, &config), "it may be the upper part of a person");
     }
 
     #[test]
