@@ -24,7 +24,7 @@ pub fn nothing_changed(is_against_map: bool) -> String {
 }
 
 fn earlier_visit(is_against_map: bool) -> &'static str {
-    if is_against_map { "the map" } else { "an earlier run" }
+    if is_against_map { "the map" } else { "earlier runs" }
 }
 
 /// More objects than are kept.

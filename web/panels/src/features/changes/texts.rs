@@ -7,7 +7,7 @@ use site_model::{ReviewState, SceneChange, SceneChangeKind};
 pub(super) const TAB: &str = "Changes";
 pub(super) const HEAD: &str = "What has changed";
 pub(super) const EMPTY: &str =
-    "Nothing here. After each run the robot compares what it saw with an earlier run, or with the map.";
+    "Nothing here. After each run the robot compares what it saw with earlier runs, or with the map.";
 /// By which decision the list is filtered, in rows that are as wide as the card.
 pub(super) const REVIEWS: [&[(&str, usize)]; 2] =
     [&[("New", 0), ("Watched", 2), ("Any state", 4)], &[("Acknowledged", 1), ("Comes and goes", 3)]];
