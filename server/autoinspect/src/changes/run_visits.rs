@@ -78,7 +78,7 @@ mod tests {
     fn older_clouds_do_not_show_what_a_newer_run_found_elsewhere() {
         let map = MapId(Uuid::from_u128(1));
         let dir = tempfile::tempdir().expect("temporary directory");
-        let store = Store::open(&dir.path().join("data")).expect("opens");
+        let store = Store::open(dir.path().join("data")).expect("opens");
         let clouds = [10, 20].map(|utc_ns| {
             let entry = RunCloudEntry {
                 cloud: BlobHash([0; 32]),

@@ -20,12 +20,15 @@ const LATER_RUN: RunId = RunId(Uuid::from_u128(11));
 const PLACE: OrientedBox =
     OrientedBox { centre_m: Vec3::new(4.0, 0.0, 0.5), size_m: [0.6, 0.4, 1.0], yaw_rad: 0.2 };
 
+/// Number of clouds of an earlier visit, and what is said to have changed since.
+type EarlierRuns = (usize, Vec<ChangedSince>);
+
 /// Finds this number of objects that appeared at one place, or fails.
 #[derive(Clone)]
 struct FakeFinder {
     found: Option<usize>,
-    /// Number of clouds of the earlier visit, if it was that of runs, and what it says has changed since.
-    before: Arc<Mutex<Vec<(usize, Vec<ChangedSince>)>>>,
+    /// Earlier visits that were those of runs.
+    before: Arc<Mutex<Vec<EarlierRuns>>>,
 }
 
 impl ChangeFinder for FakeFinder {
