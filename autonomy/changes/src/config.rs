@@ -70,7 +70,7 @@ pub struct ChangesConfig {
     /// Largest distance between neighbouring points of an object, metres. Chosen: smaller parts of one thing are joined, and things half a metre apart are not. With 0.2
     /// and 0.4 m the first three seeds of docs/benchmarks/changes.md gave the same result.
     pub gap_m: f64,
-    /// An object that is lower than [`Self::walking_height_m`] and at least [`Self::min_size_m`] thick has at least this number of changed points, and of points above the ground. A ray past an edge makes single ones. Chosen: a cube of 0.15 m at 6 m has as many above
+    /// An object that stands on the ground, is lower than [`Self::walking_height_m`] and is at least [`Self::min_size_m`] thick has at least this number of changed points, and of points above the ground. A ray past an edge makes single ones. Chosen: a cube of 0.15 m at 6 m has as many above
     /// [`Self::ground_clearance_m`] in one passage of a LiDAR of 64 rings and 500 columns.
     pub min_points: usize,
     /// The same of others. Source: docs/benchmarks/changes.md, where a strip of 22 points beside an edge was named, and with 20 a person.
@@ -113,7 +113,7 @@ pub struct ChangesConfig {
     pub grow_up_m: f64,
     /// Times that an object is grown by the points of unknown places around it. Chosen: it bounds the time, and an object cannot grow along a chain of unknown points.
     pub grow_rounds: usize,
-    /// If an object has parts of what stays in its box, and it was grown by no more than this share of its points, it is looked at as it was before it was grown: a few unknown points of a wall beside it
+    /// If an object has parts of what stays in its box, and it was grown by no more than this share of its points, and it stands on the ground and is at least [`Self::min_size_m`] thick, it is looked at as it was before it was grown: a few unknown points of a wall beside it
     /// make its box as high as the wall. Chosen: a part of a larger thing, such as a truss, grows by more.
     pub stray_growth_share: f64,
     /// Points less than this above the ground are not of an object, metres: the noise of a LiDAR, and floors that are not quite level. Chosen: as

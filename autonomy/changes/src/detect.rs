@@ -298,10 +298,11 @@ fn object(core: &[[f32; 3]], around: &Around, sides: [&Side; 2], config: &Change
     let (mut points, place) = grown(core, around, sides, config)?;
     let mut sorted = place.size_m;
     sorted.sort_by(f64::total_cmp);
-    if sorted[1] < config.min_size_m || points.len().min(core.len()) < min_points(&place, config) {
+    let (standing, mut stands) = down_to_ground(place, sides, config);
+    if sorted[1] < config.min_size_m || points.len().min(core.len()) < min_points(&place, stands, config) {
         return None;
     }
-    let (mut place, mut stands) = down_to_ground(place, sides, config);
+    let mut place = standing;
     if same_share(&place, sides, config) > config.max_same_share {
         let (kept, own) = above_ground(core, sides, config)?;
         if points.len() as f64 > (1.0 + config.stray_growth_share) * kept.len() as f64 {
@@ -309,7 +310,8 @@ fn object(core: &[[f32; 3]], around: &Around, sides: [&Side; 2], config: &Change
         }
         points = kept;
         (place, stands) = down_to_ground(own, sides, config);
-        if same_share(&place, sides, config) > config.max_same_share {
+        let is_thin = place.size_m[0].min(place.size_m[1]) < config.min_size_m;
+        if !stands || is_thin || same_share(&place, sides, config) > config.max_same_share {
             return Some(Group::Part);
         }
     }
@@ -352,11 +354,11 @@ fn down_to_ground(place: UprightBox, sides: [&Side; 2], config: &ChangesConfig) 
         .map_or((place, false), |ground_m| (place.down_to(ground_m), true))
 }
 
-/// Points that a group and its object have at least: a thin one may be a strip between two rays, and a high one a person.
-fn min_points(place: &UprightBox, config: &ChangesConfig) -> usize {
+/// Points that a group and its object have at least: a thin one may be a strip between two rays, a high one a person, and one that does not stand on the ground what is left of a part of a building.
+fn min_points(place: &UprightBox, stands: bool, config: &ChangesConfig) -> usize {
     let [length, width, height] = place.size_m;
     let is_low_and_thick = length.min(width) >= config.min_size_m && height < config.walking_height_m;
-    if is_low_and_thick { config.min_points } else { config.min_points_of_others }
+    if stands && is_low_and_thick { config.min_points } else { config.min_points_of_others }
 }
 
 /// The points of an object and its box: the group, points of unknown places near its box, and all that differs above and below it, again and again, without those

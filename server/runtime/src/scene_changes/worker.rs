@@ -84,6 +84,8 @@ impl SceneChangeQueue {
 impl SceneChangeWorker {
     /// Works until the core ends.
     pub fn run(self, heartbeat: &Heartbeat) {
+        // What a comparison has left that a crash cut short: its links keep clouds on the disk.
+        let _ = fs::remove_dir_all(self.store.dir().background());
         while !self.is_ending() {
             heartbeat.beat();
             match self.runs.recv_timeout(BEAT_PERIOD) {
@@ -187,8 +189,6 @@ impl SceneChangeWorker {
     /// Puts what was last seen on earlier runs into one folder, and returns that.
     fn put_background(&self, baseline: &Baseline) -> Result<PathBuf, StoreError> {
         let folder = self.store.dir().background();
-        // What a comparison has left that was cut short.
-        let _ = fs::remove_dir_all(&folder);
         self.store.put_background(&folder, &baseline.clouds, baseline.changes.clone())?;
         Ok(folder)
     }
