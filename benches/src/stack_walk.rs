@@ -197,7 +197,7 @@ impl StackWalk {
         Ok(())
     }
 
-    /// Walks as far as this.
+    /// Walks until a time, or to the end of the route.
     ///
     /// # Errors
     /// When the simulator's truth is not a valid pose, or a round takes longer than [`LONGEST_ROUND`].

@@ -80,10 +80,8 @@ pub fn detect_changes_with(
 
     let tolerance = SurfaceTolerance::new(aligned.errors, config);
     let sides = [before, &aligned.visit].map(|visit| Side::new(visit, &tolerance, config));
-
     let mut removed = differing(&sides[0], &sides[1], config);
     let mut appeared = differing(&sides[1], &sides[0], config);
-
     let turned = turned_things(&mut removed, &mut appeared, [&sides[0], &sides[1]], config);
     let (removed, appeared) = (removed.objects, appeared.objects);
     let boxes = |objects: &[UnmatchedObject]| objects.iter().map(|object| object.place).collect::<Vec<_>>();
@@ -98,7 +96,6 @@ pub fn detect_changes_with(
     for object in &mut objects {
         object.descriptor = descriptor.describe(&object.points);
     }
-
     objects.sort_by_key(|object| std::cmp::Reverse(object.points.len()));
     Changes { objects, unchanged }
 }
@@ -223,11 +220,9 @@ fn candidates(visit: &Side, other: &Side, config: &ChangesConfig) -> CandidatePo
             && rays.through as f64 >= config.min_free_share * (rays.through + rays.ended) as f64
     };
     let is_free: Vec<bool> = other.passing(&places, config).into_iter().map(is_free).collect();
-
     let free: Vec<ProbedPlace> =
         places.iter().zip(&is_free).filter(|(_, is_free)| **is_free).map(|(place, _)| *place).collect();
     let mut was_passing = visit.was_passing(&free, config).into_iter();
-
     // Of the places that are not free nothing is known.
     let kinds: Vec<Option<bool>> =
         is_free.into_iter().map(|is_free| is_free.then(|| was_passing.next() == Some(true))).collect();
@@ -259,9 +254,7 @@ struct Differences {
 /// The differences of a visit from the other one.
 fn differing(visit: &Side, other: &Side, config: &ChangesConfig) -> Differences {
     let CandidatePoints { mut changed, unknown } = candidates(visit, other, config);
-
     let hidden = hidden_by_passing(&changed, [visit, other], config);
-
     changed.extend(hidden);
     let mut groups = clusters(&changed, config.gap_m as f32);
     groups.sort_by_key(|group| std::cmp::Reverse(group.len()));

@@ -79,7 +79,7 @@ pub(crate) fn was_there(
     !is_empty_to_most(own, config) && is_seen
 }
 
-/// Whether so many rays of one view tell the same of a thing as thick as this that an error of the view's pose does not explain it.
+/// Whether [`ChangesConfig::min_rays_of_one_view`] rays of one view tell the same of a thing that is twice [`ChangesConfig::same_surface_m`] thick: an error of the view's pose does not explain that.
 fn is_clear_to_one(
     place: &UprightBox,
     mut rays_of_views: impl Iterator<Item = usize>,

@@ -1,4 +1,4 @@
-//! Cores for the tests of what is made of a run: one that answers from a list, and one that does not answer.
+//! Cores for the tests of archives and MCAP files of runs: one that answers from a list, and one that does not answer.
 
 use super::stored_content::{CoreQueries, other_answer};
 use api::{Query, QueryReply, StoredResult, StoredRun, StoredStep};
