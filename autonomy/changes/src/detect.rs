@@ -77,7 +77,6 @@ pub fn detect_changes_with(
     config: &ChangesConfig,
 ) -> Changes {
     let aligned = align(before, after, &config.alignment);
-
     let tolerance = SurfaceTolerance::new(aligned.errors, config);
     let sides = [before, &aligned.visit].map(|visit| Side::new(visit, &tolerance, config));
     let mut removed = differing(&sides[0], &sides[1], config);
