@@ -64,6 +64,7 @@ const OURS: &[(&str, &[&str])] = &[
     ("formats", &["messages", "vocab"]),
     ("links", &["geometry", "messages", "ports", "scan_codec", "sim", "site_model", "vocab"]),
     ("site_files", &["sim", "vocab"]),
+    ("gauge_file", &["gauges", "site_model", "vocab"]),
     ("recorder", &["formats", "geometry", "messages", "ports", "scan_codec", "site_model", "vocab"]),
     (
         "store",
@@ -111,6 +112,7 @@ const OURS: &[(&str, &[&str])] = &[
             "factors",
             "formats",
             "gateway",
+            "gauge_file",
             "gauges",
             "geometry",
             "links",

@@ -27,8 +27,22 @@ const RUSTFLAGS: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-
     -Cllvm-args=-sanitizer-coverage-trace-compares --cfg fuzzing -Zsanitizer=address -Cdebug-assertions -Ccodegen-units=1";
 
 /// Parsers of files that people bring along come first: those are what somebody else may have made.
-const FROM_OUTSIDE: [&str; 12] =
-    ["pcd", "ply", "las", "laz", "e57", "ptx", "rosbag1", "rosbag2", "cdr", "recording", "site", "picture"];
+const FROM_OUTSIDE: [&str; 14] = [
+    "pcd",
+    "ply",
+    "las",
+    "laz",
+    "e57",
+    "ptx",
+    "rosbag1",
+    "rosbag2",
+    "cdr",
+    "recording",
+    "site",
+    "picture",
+    "gauge",
+    "site_changes",
+];
 
 /// Memory of a program with its sanitizer, MB, and time for one input, seconds. Beyond either, the input is a finding.
 const LIMITS: [&str; 2] = ["-rss_limit_mb=512", "-timeout=10"];

@@ -6,6 +6,7 @@
 //! gives data that contradicts itself.
 
 mod clouds;
+mod gauges;
 mod graphs;
 mod pictures;
 mod recordings;
@@ -15,10 +16,11 @@ mod stored;
 mod wire;
 
 pub use clouds::{e57, kitti, las, laz, pcd, ply, ptx};
+pub use gauges::gauge;
 pub use graphs::{g2o, tum};
 pub use pictures::picture;
 pub use recordings::{cdr, journal, range_image, recording, rosbag1, rosbag2};
-pub use sites::site;
+pub use sites::{site, site_changes};
 pub use stored::{STORED_FILES, places, session_journal, stored_files, viewpoints};
 pub use wire::{client_model, client_socket, core_link, point_chunk, robot_link, scan_socket};
 
@@ -32,13 +34,14 @@ pub struct FuzzTarget {
 }
 
 /// All targets.
-pub const TARGETS: [FuzzTarget; 27] = [
+pub const TARGETS: [FuzzTarget; 29] = [
     FuzzTarget { name: "cdr", run: cdr },
     FuzzTarget { name: "client_model", run: client_model },
     FuzzTarget { name: "client_socket", run: client_socket },
     FuzzTarget { name: "core_link", run: core_link },
     FuzzTarget { name: "e57", run: e57 },
     FuzzTarget { name: "g2o", run: g2o },
+    FuzzTarget { name: "gauge", run: gauge },
     FuzzTarget { name: "journal", run: journal },
     FuzzTarget { name: "kitti", run: kitti },
     FuzzTarget { name: "las", run: las },
@@ -57,6 +60,7 @@ pub const TARGETS: [FuzzTarget; 27] = [
     FuzzTarget { name: "scan_socket", run: scan_socket },
     FuzzTarget { name: "session_journal", run: session_journal },
     FuzzTarget { name: "site", run: site },
+    FuzzTarget { name: "site_changes", run: site_changes },
     FuzzTarget { name: "stored_files", run: stored_files },
     FuzzTarget { name: "tum", run: tum },
     FuzzTarget { name: "viewpoints", run: viewpoints },

@@ -131,11 +131,18 @@ impl SiteChanges {
     /// When it cannot be written.
     pub fn write(&self, file: &Path) -> Result<(), SiteFileError> {
         let failed = |error: &dyn std::fmt::Display| SiteFileError::new(file, texts::not_written(error));
+        let text = self.to_text().map_err(|error| failed(&error))?;
+        fs::write(file, text).map_err(|error| failed(&error))
+    }
+
+    /// The content of a file.
+    ///
+    /// # Errors
+    /// When it cannot become JSON; plain data always can.
+    pub fn to_text(&self) -> Result<String, serde_json::Error> {
         let objects = self.objects.iter().map(Entry::of_object);
         let changes = objects.chain(self.conditions.iter().map(Entry::of_condition)).collect();
-        let document = Document { version: VERSION, changes };
-        let text = serde_json::to_string_pretty(&document).map_err(|error| failed(&error))?;
-        fs::write(file, text + "\n").map_err(|error| failed(&error))
+        Ok(serde_json::to_string_pretty(&Document { version: VERSION, changes })? + "\n")
     }
 
     /// The site after these changes.

@@ -1,7 +1,7 @@
 //! The result of `autoinspect gauge` as JSON.
 
-use super::dial_file::Gauge;
 use super::texts;
+use gauge_file::Gauge;
 use gauges::{EvidenceKind, GaugeReading};
 use serde::{Deserialize, Serialize};
 use std::fmt::Display;

@@ -1,6 +1,5 @@
 //! `autoinspect gauge`: reads the needle of a gauge from a picture.
 
-mod dial_file;
 mod document;
 mod texts;
 
@@ -9,12 +8,12 @@ use crate::limited_command::LimitedCommand;
 use crate::process_limits::ProcessLimits;
 use crate::{output, picture_file};
 use clap::Args;
-use dial_file::Gauge;
+use gauge_file::Gauge;
 use gauges::{GaugeConfig, Picture, read_gauge, read_slanted_gauge};
 use picture_changes::{PictureAlignmentConfig, align_pictures, mapped_dial, mapped_marks};
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 
-pub use dial_file::description_of;
 pub use document::{Document, Reading};
 
 /// Read the needle of a gauge from a picture.
@@ -70,7 +69,7 @@ pub fn run(args: &GaugeArgs) -> Result<(), Failure> {
     if let Some(result) = args.limits.enter(LimitedCommand::Gauge) {
         return result;
     }
-    let gauge = dial_file::read(&args.gauge, args.name.as_deref())?;
+    let gauge = description(&args.gauge, args.name.as_deref())?;
     let picture = picture_file::read(&args.image)?;
     let document = match &args.described_in {
         None => {
@@ -82,6 +81,14 @@ pub fn run(args: &GaugeArgs) -> Result<(), Failure> {
     let pretty = serde_json::to_string_pretty(&document).map_err(Failure::failed)?;
     output::print_human(args.json, &pretty);
     output::print_json(args.json, &document)
+}
+
+/// The gauge of this name in a file, or its only one. `-` is the standard input.
+fn description(path: &Path, name: Option<&str>) -> Result<Gauge, Failure> {
+    let text =
+        if path == Path::new("-") { io::read_to_string(io::stdin()) } else { fs::read_to_string(path) };
+    let text = text.map_err(|error| Failure::unreadable(path, error))?;
+    gauge_file::parse(&text, name).map_err(|error| Failure::usage(texts::no_gauge(path, &error)))
 }
 
 /// Reads a gauge that was described in this picture, or mapped to it.

@@ -4,40 +4,18 @@ use gauges::UnsureReason;
 use std::fmt::Display;
 use std::path::Path;
 
-/// A file of gauges that does not have the gauge.
-pub fn unknown_gauge(path: &Path, name: &str, known: &str) -> String {
-    format!("{} describes no gauge '{name}'; it has: {known}", path.display())
+/// A file that does not describe the gauge.
+pub fn no_gauge(path: &Path, error: &dyn Display) -> String {
+    format!("{} {error}", path.display())
 }
 
-/// A file of several gauges without a choice.
-pub fn which_gauge(path: &Path, known: &str) -> String {
-    format!("{} describes several gauges; choose one with --name: {known}", path.display())
-}
-
-/// A file without a gauge.
-pub fn no_gauges(path: &Path) -> String {
-    format!("{} describes no gauges; `autoinspect gauge --help` shows what stands in it", path.display())
-}
-
-/// A gauge whose description is not complete or contradicts itself.
+/// A gauge whose description contradicts itself.
 pub fn no_dial(path: &Path, name: &str, reason: &dyn Display) -> String {
     format!("the gauge '{name}' in {} cannot be read: {reason}", path.display())
 }
 
-/// A description without the lower end of its scale.
-pub const NO_ZERO: &str = "it has no zero_tick, and no radius_px with a zero_angle_deg; give the pixel of the lower end of the scale";
-
-/// A description of a scale of less than a turn without its upper end.
-pub const NO_END: &str =
-    "full_turn is false, and there is no end_tick; give the pixel of the upper end of the scale";
-
 /// A dial that the alignment of two pictures puts behind the camera.
 pub const DIAL_BEHIND_CAMERA: &str = "the dial would be behind the camera";
-
-/// A direction that is none.
-pub fn unknown_direction(direction: &str) -> String {
-    format!("its direction is '{direction}'; write clockwise or counterclockwise")
-}
 
 /// A picture of another size than those of the camera.
 pub fn other_size(path: &Path, [width, height]: [usize; 2], name: &str, expected_px: [usize; 2]) -> String {

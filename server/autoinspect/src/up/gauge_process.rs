@@ -2,10 +2,11 @@
 
 use super::child_complaint::complaint;
 use super::child_wait::wait;
-use crate::gauge::{Document, Reading as Read, description_of};
+use crate::gauge::{Document, Reading as Read};
 use crate::limited_command::LimitedCommand;
 use crate::process_limits::{WITHIN_LIMITS, limit_reached};
 use crate::texts;
+use gauge_file::description_of;
 use ports::{GaugeReader, ReadGauge};
 use site_model::{GAUGE_READING, GaugeDial, GaugeReport, Reading};
 use std::io::{Read as _, Write};

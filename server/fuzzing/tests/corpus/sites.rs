@@ -1,4 +1,4 @@
-//! Seeds of buildings.
+//! Seeds of buildings, of changes at a site, and of gauges.
 
 use crate::clouds::Seed;
 use sim::{BuildingModel, BuildingModelConfig, Material, Mobility, ModelPart, ModelTriangle, SimulatedSite};
@@ -39,7 +39,21 @@ pub fn seeds() -> Vec<Seed> {
         "start": {"position": [0, 0, 0]}, "outline": [[0, 0], [1, 0], [1, 1]], "people": [[[0, 0, 0], [1, 0, 0]]],
         "routes": {"round": {"waypoints": [[0, 0]], "speed_m_s": 0.9}}, "furniture": ["bo*"],
         "doors": [{"object": "floor", "hinge": [0, 0, 0]}], "materials": {"concrete": "glass"}, "default_material": "steel"}"#;
+    let changes = br#"{"version": 1, "changes": [{"kind": "door", "hinge_m": [50.1, 6.7, 0], "turn_deg": 60},
+        {"kind": "leak", "at_m": [1, 2, 0], "radius_m": 0.4, "liquid": "water", "warmer_k": 12},
+        {"kind": "gauge-drift", "tag": "PI-101", "per_day": 0.05, "begun_days_ago": 30},
+        {"kind": "gauge-stuck", "tag": "TI-104", "value": 61}, {"kind": "lamp-out", "at_m": [1, 2, 3]}]}"#;
+    let puts = br#"{"version": 1, "changes": [{"kind": "leak", "at_m": [1, 2, 0], "radius_m": 0.4},
+        {"kind": "object-put", "foot_m": [1, -2, 0], "size_m": [0.6, 0.4, 1], "heading_deg": 30, "material": "wood"}]}"#;
+    let gauge = br#"{"dials": {"boiler": {"centre": [24, 24], "zero_tick": [9, 39], "mid_tick": [24, 3], "end_tick": [39, 39],
+        "range": [0, 6], "direction": "clockwise", "unit": "bar", "image_size": [48, 48], "needle_axis": [24, 24]}}}"#;
+    let angles = br#"{"dials": {"boiler": {"centre": [24, 24], "range": [0, 6], "radius_px": 20, "zero_angle_deg": 225,
+        "end_angle_deg": 135, "direction": "clockwise", "full_turn": false}}}"#;
     vec![
+        ("site_changes", "conditions", changes.to_vec()),
+        ("site_changes", "puts", puts.to_vec()),
+        ("gauge", "ticks", gauge.to_vec()),
+        ("gauge", "angles", angles.to_vec()),
         ("site", "written", input(&sidecar, &model)),
         ("site", "alone", input(b"{}", &model)),
         ("site", "all_fields", input(all, &model)),

@@ -1,26 +1,81 @@
-//! Reads the description of gauges: what was found once in the pictures of their cameras.
+//! The JSON file that describes gauges: what was found once in the pictures of their cameras. `autoinspect gauge --help` shows its fields.
 
-use super::texts;
-use crate::failure::Failure;
 use gauges::{Dial, DialMarks};
 use serde::{Deserialize, Serialize};
 use site_model::{DialDirection, GaugeDial};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
-use std::path::Path;
-use std::{fs, io};
+use vocab::{MAX_SHOWN_NAME_CHARS, legible};
 
 /// Name of the gauge of an inspection point in a file that describes it alone.
 const GAUGE_OF_POINT: &str = "gauge";
 
+/// Longest list of names, or reason of the JSON reader, that a sentence shows, characters.
+const MAX_SHOWN_CHARS: usize = 400;
+
+/// Why a file has no gauge to read. The sentences go on after the name of the file.
+#[derive(Debug, thiserror::Error)]
+pub enum GaugeFileError {
+    /// It is no such file.
+    #[error("could not be read: {}", legible(&.0.to_string(), MAX_SHOWN_CHARS))]
+    NotRead(serde_json::Error),
+    /// It describes nothing.
+    #[error("describes no gauges; `autoinspect gauge --help` shows what stands in it")]
+    Empty,
+    /// It describes several, and none was chosen.
+    #[error("describes several gauges; choose one with --name: {}", legible(known, MAX_SHOWN_CHARS))]
+    Several {
+        /// All names.
+        known: String,
+    },
+    /// It does not describe this one.
+    #[error(
+        "describes no gauge '{}'; it has: {}",
+        legible(name, MAX_SHOWN_NAME_CHARS),
+        legible(known, MAX_SHOWN_CHARS)
+    )]
+    Unknown {
+        /// The name that was asked for.
+        name: String,
+        /// All names.
+        known: String,
+    },
+    /// The description is not complete.
+    #[error("does not describe the whole of gauge '{}': {lack}", legible(name, MAX_SHOWN_NAME_CHARS))]
+    Incomplete {
+        /// Its name.
+        name: String,
+        /// What it lacks.
+        lack: Lack,
+    },
+}
+
+/// What the description of a gauge lacks.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Lack {
+    /// The lower end of its scale.
+    #[error(
+        "it has no zero_tick, and no radius_px with a zero_angle_deg; give the pixel of the lower end of the scale"
+    )]
+    Zero,
+    /// The upper end of a scale of less than a turn.
+    #[error("full_turn is false, and there is no end_tick; give the pixel of the upper end of the scale")]
+    End,
+    /// A direction that is one.
+    #[error("its direction is '{}'; write clockwise or counterclockwise", legible(.0, MAX_SHOWN_NAME_CHARS))]
+    Direction(String),
+}
+
 /// A gauge in the pictures of a camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gauge {
+    /// Its name in the file.
     pub name: String,
     /// As a circle in the picture.
     pub dial: Dial,
     /// The marks of a dial that may be seen from the side.
     pub marks: Option<DialMarks>,
+    /// Unit of its values.
     pub unit: Option<String>,
     /// Width and height of the pictures in which it was described.
     pub image_size_px: Option<[usize; 2]>,
@@ -54,24 +109,28 @@ struct DialEntry {
     image_size: Option<[usize; 2]>,
 }
 
-/// The gauge of this name in a file, or its only one.
-pub fn read(path: &Path, name: Option<&str>) -> Result<Gauge, Failure> {
-    let text =
-        if path == Path::new("-") { io::read_to_string(io::stdin()) } else { fs::read_to_string(path) };
-    let text = text.map_err(|error| Failure::unreadable(path, error))?;
-    let file: DialFile = serde_json::from_str(&text).map_err(|error| Failure::unreadable(path, error))?;
+/// The gauge of this name in the text of a file, or its only one.
+///
+/// # Errors
+/// When the text is no such file, or the gauge is not described in it.
+pub fn parse(text: &str, name: Option<&str>) -> Result<Gauge, GaugeFileError> {
+    let file: DialFile = serde_json::from_str(text).map_err(GaugeFileError::NotRead)?;
     let known = file.dials.keys().cloned().collect::<Vec<_>>().join(", ");
     let name = match name {
         Some(name) => name.to_owned(),
-        None if file.dials.len() > 1 => return Err(Failure::usage(texts::which_gauge(path, &known))),
+        None if file.dials.len() > 1 => return Err(GaugeFileError::Several { known }),
         None => known.clone(),
     };
     let Some(entry) = file.dials.get(&name) else {
-        let sentence =
-            if known.is_empty() { texts::no_gauges(path) } else { texts::unknown_gauge(path, &name, &known) };
-        return Err(Failure::usage(sentence));
+        return Err(match file.dials.is_empty() {
+            true => GaugeFileError::Empty,
+            false => GaugeFileError::Unknown { name, known },
+        });
     };
-    let dial = dial(entry).map_err(|reason| Failure::usage(texts::no_dial(path, &name, &reason)))?;
+    let dial = match dial(entry) {
+        Ok(dial) => dial,
+        Err(lack) => return Err(GaugeFileError::Incomplete { name, lack }),
+    };
     let marks =
         entry.zero_tick.zip(entry.mid_tick).zip(entry.end_tick).map(|((start_px, middle_px), end_px)| {
             DialMarks { centre_px: dial.axis_px, start_px, middle_px, end_px, range: dial.range }
@@ -79,7 +138,10 @@ pub fn read(path: &Path, name: Option<&str>) -> Result<Gauge, Failure> {
     Ok(Gauge { name, dial, marks, unit: entry.unit.clone(), image_size_px: entry.image_size })
 }
 
-/// A file with one gauge, that of an inspection point.
+/// The text of a file with one gauge, that of an inspection point.
+///
+/// # Errors
+/// When it cannot become JSON; plain data always can.
 pub fn description_of(dial: &GaugeDial) -> Result<String, serde_json::Error> {
     let entry = DialEntry {
         centre: dial.centre_px,
@@ -100,7 +162,7 @@ pub fn description_of(dial: &GaugeDial) -> Result<String, serde_json::Error> {
 }
 
 /// The dial of an entry, or what it lacks.
-fn dial(entry: &DialEntry) -> Result<Dial, String> {
+fn dial(entry: &DialEntry) -> Result<Dial, Lack> {
     let centre_px = entry.centre;
     let direction_rad = |angle_deg: Option<f64>, tick: Option<[f64; 2]>| {
         angle_deg.map(f64::to_radians).or_else(|| tick.map(|tick| Dial::direction_rad(centre_px, tick)))
@@ -108,17 +170,17 @@ fn dial(entry: &DialEntry) -> Result<Dial, String> {
     let tick_radius_px = entry.zero_tick.map(|[x, y]| (x - centre_px[0]).hypot(y - centre_px[1]));
     let start_rad = direction_rad(entry.zero_angle_deg, entry.zero_tick);
     let (Some(radius_px), Some(start_rad)) = (entry.radius_px.or(tick_radius_px), start_rad) else {
-        return Err(texts::NO_ZERO.to_owned());
+        return Err(Lack::Zero);
     };
     let sign = match entry.direction.as_deref() {
         None | Some("clockwise") => 1.0,
         Some("counterclockwise" | "anticlockwise" | "counter-clockwise") => -1.0,
-        Some(other) => return Err(texts::unknown_direction(other)),
+        Some(other) => return Err(Lack::Direction(other.to_owned())),
     };
     let end_rad = direction_rad(entry.end_angle_deg, entry.end_tick);
     let span_rad = match (entry.full_turn, end_rad) {
         (Some(true), _) | (None, None) => TAU,
-        (Some(false), None) => return Err(texts::NO_END.to_owned()),
+        (Some(false), None) => return Err(Lack::End),
         (_, Some(end_rad)) => ((end_rad - start_rad) * sign).rem_euclid(TAU),
     };
     let axis_px = entry.needle_axis.unwrap_or(centre_px);
@@ -129,7 +191,7 @@ fn dial(entry: &DialEntry) -> Result<Dial, String> {
 mod tests {
     use super::*;
 
-    fn dial_of(text: &str) -> Result<Dial, String> {
+    fn dial_of(text: &str) -> Result<Dial, Lack> {
         dial(&serde_json::from_str(text).expect("an entry"))
     }
 
@@ -155,10 +217,10 @@ mod tests {
 
     #[test]
     fn what_is_missing_is_named() {
-        assert_eq!(dial_of(r#"{"centre": [50, 50], "range": [0, 10]}"#), Err(texts::NO_ZERO.to_owned()));
+        assert_eq!(dial_of(r#"{"centre": [50, 50], "range": [0, 10]}"#), Err(Lack::Zero));
         let no_end = r#"{"centre": [50, 50], "range": [0, 10], "zero_tick": [50, 10], "full_turn": false}"#;
-        assert_eq!(dial_of(no_end), Err(texts::NO_END.to_owned()));
+        assert_eq!(dial_of(no_end), Err(Lack::End));
         let odd = r#"{"centre": [50, 50], "range": [0, 10], "zero_tick": [50, 10], "direction": "up"}"#;
-        assert_eq!(dial_of(odd), Err(texts::unknown_direction("up")));
+        assert_eq!(dial_of(odd), Err(Lack::Direction("up".to_owned())));
     }
 }
