@@ -7,7 +7,7 @@ use super::laz_layers::{self, ChunkRange, WHAT};
 use super::point_collector::PointCollector;
 use super::station::{Station, Survey};
 use crate::{FormatError, SurveyLimits, texts};
-use laz::{LasZipDecompressor, LazVlr};
+use laz::{DecompressionSelection, LasZipDecompressor, LazVlr};
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -56,7 +56,10 @@ pub(super) fn read(
         let chunks = check_chunks(&mut file, &header, length)?;
         laz_layers::check(&mut file, &vlr, chunks, header.count)?;
         file.seek(SeekFrom::Start(header.points_at))?;
-        let mut points = LasZipDecompressor::new(BufReader::new(file), vlr).map_err(compressed)?;
+        // Nothing else is used. And the library follows changes of the sequence of GPS times, of which a damaged file can have any number, by recursion.
+        let selection = DecompressionSelection::base().decompress_z().decompress_intensity();
+        let points = LasZipDecompressor::selective(BufReader::new(file), vlr, selection);
+        let mut points = points.map_err(compressed)?;
         header.each(&mut collector, progress, |bytes| {
             points.decompress_many(bytes).map_err(|error| FormatError::Malformed {
                 what: WHAT,
