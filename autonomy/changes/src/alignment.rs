@@ -1,5 +1,6 @@
 //! Views of one visit are aligned with the surfaces of the other one before they are compared, and what is left of the errors of their poses is measured place by place.
 
+use crate::join::Join;
 use crate::{AlignmentConfig, SensorView, Visit};
 use geometry::{Isometry, Matrix6, Vector3, Vector6, se3};
 use nalgebra::Point3;
@@ -18,22 +19,53 @@ pub(crate) struct AlignedVisit {
 
 /// Aligns the views of a visit, one by one, with the surfaces of a reference. Directions in which a view does not say where it is stay where they are. A view without enough
 /// surfaces in the reference stays too. Linear in the points (docs/maths/changes.md, equation 5).
-pub(crate) fn align(reference: &Visit, visit: &Visit, config: &AlignmentConfig) -> AlignedVisit {
+pub(crate) fn align(
+    reference: &Visit,
+    visit: &Visit,
+    join: &impl Join,
+    config: &AlignmentConfig,
+) -> AlignedVisit {
     let surfaces = surfaces(reference, config);
-    // How far the points of the reference are from its own planes: noise, curved surfaces, and errors within it. What the other visit has beyond that is the error of its poses.
-    let mut own = Residuals::default();
-    for view in &reference.views {
-        own.add(&surfaces, &sample(view, config), &given_pose(view), config);
+    let [references, views] = [reference, visit].map(|visit| visit.views.split_at(visit.views.len() / 2));
+    let (mut first, second) = join.join(
+        || AlignedViews::new(&surfaces, references.0, views.0, config),
+        || AlignedViews::new(&surfaces, references.1, views.1, config),
+    );
+    first.views.extend(second.views);
+    first.of_reference.extend(second.of_reference);
+    first.residuals.extend(second.residuals);
+    let errors = first.residuals.errors_beyond(first.of_reference, config);
+    AlignedVisit { visit: Visit { views: first.views }, errors }
+}
+
+/// A part of the views of both visits.
+struct AlignedViews {
+    /// Those of the visit, moved.
+    views: Vec<SensorView>,
+    residuals: Residuals,
+    /// How far the points of the reference are from its own planes: noise, curved surfaces, and errors within it. What the other visit has beyond that is the error of its poses.
+    of_reference: Residuals,
+}
+
+impl AlignedViews {
+    fn new(
+        surfaces: &GaussianMap,
+        reference: &[SensorView],
+        views: &[SensorView],
+        config: &AlignmentConfig,
+    ) -> Self {
+        let (mut of_reference, mut residuals) = (Residuals::default(), Residuals::default());
+        for view in reference {
+            of_reference.add(surfaces, &sample(view, config), &given_pose(view), config);
+        }
+        let aligned = |view: &SensorView| {
+            let sample = sample(view, config);
+            let map_from_sensor = aligned_pose(surfaces, view, &sample, config);
+            residuals.add(surfaces, &sample, &map_from_sensor, config);
+            moved(view, &map_from_sensor)
+        };
+        Self { views: views.iter().map(aligned).collect(), residuals, of_reference }
     }
-    let mut residuals = Residuals::default();
-    let views = visit.views.iter().map(|view| {
-        let sample = sample(view, config);
-        let map_from_sensor = aligned_pose(&surfaces, view, &sample, config);
-        residuals.add(&surfaces, &sample, &map_from_sensor, config);
-        moved(view, &map_from_sensor)
-    });
-    let visit = Visit { views: views.collect() };
-    AlignedVisit { visit, errors: residuals.errors_beyond(own, config) }
 }
 
 /// The planes of a visit.
@@ -41,7 +73,7 @@ fn surfaces(visit: &Visit, config: &AlignmentConfig) -> GaussianMap {
     let mut surfaces = GaussianMap::new(GaussianMapConfig::default());
     for view in &visit.views {
         let viewpoint = [view.sensor.x, view.sensor.y, view.sensor.z];
-        for point in view.points.iter().step_by(config.reference_step) {
+        for point in view.points.iter().step_by(config.point_step) {
             surfaces.insert_from_viewpoint(&point.map(f64::from), &viewpoint);
         }
     }
@@ -52,7 +84,7 @@ fn surfaces(visit: &Visit, config: &AlignmentConfig) -> GaussianMap {
 fn sample(view: &SensorView, config: &AlignmentConfig) -> Vec<[f32; 3]> {
     let mut cells = CellTable::default();
     let mut sample: Vec<[f32; 3]> = Vec::new();
-    for point in &view.points {
+    for point in view.points.iter().step_by(config.point_step) {
         let offset = Vector3::from(point.map(f64::from)) - view.sensor;
         let local: [f32; 3] = offset.map(|at| at as f32).into();
         let key = CellKey::of_point(&local, 1.0 / config.sample_cell_m as f32);
@@ -114,11 +146,13 @@ fn prior_information(config: &AlignmentConfig) -> Matrix6 {
 
 /// A view whose sensor has another pose.
 fn moved(view: &SensorView, map_from_sensor: &Isometry) -> SensorView {
+    let rotation = map_from_sensor.rotation.to_rotation_matrix();
+    let sensor = map_from_sensor.translation.vector;
     let at = |point: &[f32; 3]| {
         let offset = Vector3::from(point.map(f64::from)) - view.sensor;
-        (map_from_sensor * Point3::from(offset)).coords.map(|at| at as f32).into()
+        (rotation * offset + sensor).map(|at| at as f32).into()
     };
-    SensorView { sensor: map_from_sensor.translation.vector, points: view.points.iter().map(at).collect() }
+    SensorView { sensor, points: view.points.iter().map(at).collect() }
 }
 
 /// Distances of points of aligned views from the surfaces of the reference, by region: those that lie on level and on upright surfaces. A floor tells nothing of an error along it.
@@ -143,6 +177,14 @@ impl Residuals {
                 let is_upright = normal[2].abs() < std::f32::consts::FRAC_1_SQRT_2;
                 self.of_regions.entry(region).or_default()[usize::from(is_upright)].push(distance.abs());
             }
+        }
+    }
+
+    fn extend(&mut self, other: Self) {
+        for (region, [level, upright]) in other.of_regions {
+            let of_region = self.of_regions.entry(region).or_default();
+            of_region[0].extend(level);
+            of_region[1].extend(upright);
         }
     }
 
@@ -216,7 +258,7 @@ impl RegionalErrors {
 mod tests {
     use super::*;
     use crate::room::{at, visit};
-    use crate::{ChangesConfig, detect_changes};
+    use crate::{ChangesConfig, InTurn, detect_changes};
     use geometry::{RngTree, so3};
 
     /// Poses of views that are wrong by some centimetres and half a degree.
@@ -239,7 +281,7 @@ mod tests {
         );
         let (before, after) = (visit(&[stays, gone], 5.0), visit(&[stays, new], 5.0));
         let wrong = with_pose_errors(&after);
-        let aligned = align(&before, &wrong, &AlignmentConfig::default());
+        let aligned = align(&before, &wrong, &InTurn, &AlignmentConfig::default());
         let errors_m = |visit: &Visit| -> Vec<f64> {
             let pairs = visit.views.iter().zip(&after.views);
             pairs.map(|(view, truth)| (view.sensor - truth.sensor).norm()).collect()
@@ -264,7 +306,7 @@ mod tests {
         for point in after.views.iter_mut().flat_map(|view| &mut view.points) {
             point[1] += if point[0] > 3.0 { 0.05 } else { 0.0 };
         }
-        let errors = align(&before, &after, &stiff).errors;
+        let errors = align(&before, &after, &InTurn, &stiff).errors;
         let (moved_m, still_m) =
             (errors.deviation_m(&[5.0, 4.05, 1.0]), errors.deviation_m(&[-2.0, 3.9, 1.0]));
         assert!(moved_m > 0.02 && still_m < 0.01, "{moved_m} {still_m}");
@@ -279,10 +321,10 @@ mod tests {
             view.points.iter_mut().for_each(|point| point[0] += 100.0);
         }
         let config = AlignmentConfig::default();
-        let aligned = align(&here, &elsewhere, &config);
+        let aligned = align(&here, &elsewhere, &InTurn, &config);
         let shift_m = |pair: (&SensorView, &SensorView)| (pair.0.sensor - pair.1.sensor).norm();
         assert!(aligned.visit.views.iter().zip(&elsewhere.views).all(|pair| shift_m(pair) == 0.0));
-        assert_eq!(align(&empty, &here, &config).visit.len(), here.len());
-        assert_eq!(align(&here, &empty, &config).errors.largest_m(), 0.0);
+        assert_eq!(align(&empty, &here, &InTurn, &config).visit.len(), here.len());
+        assert_eq!(align(&here, &empty, &InTurn, &config).errors.largest_m(), 0.0);
     }
 }

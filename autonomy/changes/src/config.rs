@@ -55,6 +55,12 @@ pub struct ChangesConfig {
     pub moving_share: f64,
     /// Side of the cells of which all points without a surface near them have changed or not together, metres. Chosen: less than half of [`Self::ray_reach_m`].
     pub candidate_cell_m: f64,
+    /// Once this number of views has told of a place, no others are asked: they are a sample of all. Chosen: the time grows with it. With 32 and 64 the hall and the cast visits of
+    /// docs/benchmarks/changes.md gave the same results.
+    pub enough_views: usize,
+    /// Points of a box of which is asked whether something passed there, at most: they are a sample of all. Chosen: the error of a share is 5 % at most (one standard deviation). With 30 and 300 the hall and the
+    /// cast visits of docs/benchmarks/changes.md gave the same results.
+    pub max_asked_points: usize,
     /// An object was seen from at least this number of views, or from all of a visit with fewer: who walks past is seen at a place once. And its place was looked through from as many views of the other
     /// visit: the pose of one view may be wrong.
     pub min_views: usize,
@@ -180,6 +186,8 @@ impl Default for ChangesConfig {
             min_free_share: 0.5,
             moving_share: 0.5,
             candidate_cell_m: 0.05,
+            enough_views: 16,
+            max_asked_points: 100,
             min_views: 2,
             min_rays_of_one_view: 60,
             min_views_if_walking: 3,
@@ -228,8 +236,9 @@ impl Default for ChangesConfig {
 /// Parameters of the alignment of two visits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AlignmentConfig {
-    /// One in this number of points of the reference is used for its surfaces. Chosen: the time grows with the points, and the views of a visit overlap.
-    pub reference_step: usize,
+    /// One in this number of points is used: of the reference for its surfaces, and of a view for those that are aligned. Chosen: the time grows with the points, and the views of a visit overlap. With all points
+    /// of a view, one cube of 0.15 m more of 28 is found in the cast visits of docs/benchmarks/changes.md, and nothing else changes.
+    pub point_step: usize,
     /// One point of each cell of this size of a view is aligned, metres. Chosen: surfaces near the robot do not outweigh the others.
     pub sample_cell_m: f64,
     /// How points are matched with surfaces. Chosen: the gate is three deviations of a given position, and the noise that of a LiDAR with the error of a map.
@@ -261,7 +270,7 @@ pub struct AlignmentConfig {
 impl Default for AlignmentConfig {
     fn default() -> Self {
         Self {
-            reference_step: 3,
+            point_step: 3,
             sample_cell_m: 0.4,
             matching: MatchingConfig {
                 gate_m: 0.15,

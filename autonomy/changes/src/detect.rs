@@ -3,6 +3,7 @@
 use crate::alignment::align;
 use crate::clusters::clusters;
 use crate::columns::Columns;
+use crate::join::{InTurn, Join};
 use crate::moves::moves;
 use crate::passing::Passing;
 use crate::penetration::{
@@ -62,26 +63,37 @@ pub struct Changes {
 /// Compares two visits in one map frame. The later one is aligned with the earlier one first, view by view; so results are in the frame of the earlier one. Cost: `O(n log n)` in the points, and for each point without a surface of the other visit near it a step for each view of both
 /// visits within [`ChangesConfig::max_range_m`].
 pub fn detect_changes(before: &Visit, after: &Visit, config: &ChangesConfig) -> Changes {
+    detect_changes_with(before, after, &*shipped_descriptor(), &InTurn, config)
+}
+
+/// The way to know things again that comes with the program.
+pub fn shipped_descriptor() -> Box<dyn ObjectDescriptor> {
     match PointNetwork::shipped() {
-        Ok(network) => detect_changes_with(before, after, &network, config),
+        Ok(network) => Box::new(network),
         // Only if the program was built with a damaged file.
-        Err(_) => detect_changes_with(before, after, &GeometricDescriptor::default(), config),
+        Err(_) => Box::new(GeometricDescriptor::default()),
     }
 }
 
-/// [`detect_changes`] with another way to know things again.
+/// [`detect_changes`] with another way to know things again, and another way to compute what is independent of each other. The result does not depend on `join`.
 pub fn detect_changes_with(
     before: &Visit,
     after: &Visit,
     descriptor: &dyn ObjectDescriptor,
+    join: &impl Join,
     config: &ChangesConfig,
 ) -> Changes {
-    let aligned = align(before, after, &config.alignment);
+    let aligned = align(before, after, join, &config.alignment);
     let tolerance = SurfaceTolerance::new(aligned.errors, config);
-    let sides = [before, &aligned.visit].map(|visit| Side::new(visit, &tolerance, config));
-    let mut removed = differing(&sides[0], &sides[1], config);
-    let mut appeared = differing(&sides[1], &sides[0], config);
-    let turned = turned_things(&mut removed, &mut appeared, [&sides[0], &sides[1]], config);
+    let side = |visit| Side::new(visit, &tolerance, config);
+    let (before, after) = join.join(|| side(before), || side(&aligned.visit));
+    let differing = |visit: &Side, other: &Side| {
+        let are_near = other.surfaces.are_near(&visit.surfaces);
+        (differing(visit, other, &are_near, config), are_near)
+    };
+    let ((mut removed, _), (mut appeared, are_near)) =
+        join.join(|| differing(&before, &after), || differing(&after, &before));
+    let turned = turned_things(&mut removed, &mut appeared, [&before, &after], config);
     let (removed, appeared) = (removed.objects, appeared.objects);
     let boxes = |objects: &[UnmatchedObject]| objects.iter().map(|object| object.place).collect::<Vec<_>>();
     let (gone, new) = (boxes(&removed), boxes(&appeared));
@@ -89,7 +101,7 @@ pub fn detect_changes_with(
         log_likelihood_ratio(&gone[from].size_m, &new[to].size_m, &config.size_likelihood)
     };
     let pairs = moves(&gone, &new, log_ratio, &config.association);
-    let unchanged = unchanged(&sides[0], &sides[1], config);
+    let unchanged = unchanged(&after, &are_near, config);
     let Changes { mut objects, .. } = merged(removed, appeared, &pairs);
     objects.extend(turned);
     for object in &mut objects {
@@ -141,16 +153,13 @@ fn turned_things(
     found.into_iter().map(changed).collect()
 }
 
-/// Points of the later visit on surfaces of the earlier one, the first of each cell. `O(n log n)`.
-fn unchanged(before: &Side, after: &Side, config: &ChangesConfig) -> Vec<[f32; 3]> {
+/// Points of a visit on surfaces of the other one, the first of each cell. Linear in the points.
+fn unchanged(visit: &Side, are_near: &[bool], config: &ChangesConfig) -> Vec<[f32; 3]> {
     let per_m = 1.0 / config.unchanged_cell_m as f32;
-    let mut cells = BTreeSet::new();
-    let points = after.surfaces.points().iter();
-    let mut is_wanted = |point: &&[f32; 3]| {
-        let cell = CellKey::of_point(point, per_m);
-        !cells.contains(&cell) && before.surfaces.is_near(point) && cells.insert(cell)
-    };
-    points.filter(|point| is_wanted(point)).copied().collect()
+    let mut cells = CellTable::default();
+    let near = visit.surfaces.points().iter().zip(are_near).filter(|(_, is_near)| **is_near);
+    let first = near.filter(|(point, _)| cells.get_or_insert(CellKey::of_point(point, per_m), 0).1);
+    first.map(|(point, _)| *point).collect()
 }
 
 /// The changes of objects that are gone and that are new, of which these pairs (gone, new) are likely one thing each.
@@ -200,12 +209,13 @@ struct CandidatePoints {
 }
 
 /// The points of a visit that may have changed. What is known of the first point of a small cell holds for all of it: the other visit looked through its place, or does not say what is there; and of a
-/// place that it looked through, something was there for a part of its own visit only, or all the time.
-fn candidates(visit: &Side, other: &Side, config: &ChangesConfig) -> CandidatePoints {
+/// place that it looked through, something was there for a part of its own visit only, or all the time. `are_near` says which points have a surface of the other visit near them.
+fn candidates(visit: &Side, other: &Side, are_near: &[bool], config: &ChangesConfig) -> CandidatePoints {
     let mut cells = CellTable::default();
     let mut places: Vec<ProbedPlace> = Vec::new();
     let mut of_places: Vec<(u32, [f32; 3])> = Vec::new();
-    for point in visit.surfaces.points().iter().filter(|point| !other.surfaces.is_near(point)) {
+    let without = visit.surfaces.points().iter().zip(are_near).filter(|(_, is_near)| !**is_near);
+    for (point, _) in without {
         let cell = CellKey::of_point(point, 1.0 / config.candidate_cell_m as f32);
         let (place, is_new) = cells.get_or_insert(cell, places.len() as u32);
         if is_new {
@@ -251,8 +261,8 @@ struct Differences {
 }
 
 /// The differences of a visit from the other one.
-fn differing(visit: &Side, other: &Side, config: &ChangesConfig) -> Differences {
-    let CandidatePoints { mut changed, unknown } = candidates(visit, other, config);
+fn differing(visit: &Side, other: &Side, are_near: &[bool], config: &ChangesConfig) -> Differences {
+    let CandidatePoints { mut changed, unknown } = candidates(visit, other, are_near, config);
     let hidden = hidden_by_passing(&changed, [visit, other], config);
     changed.extend(hidden);
     let mut groups = clusters(&changed, config.gap_m as f32);
@@ -407,34 +417,37 @@ fn known_share(place: &UprightBox, around: &Around, config: &ChangesConfig) -> f
 /// Share of the points in a box that have a surface of the other visit near them: a thing is gone as a whole. Linear in the points around.
 fn same_share(place: &UprightBox, sides: [&Side; 2], config: &ChangesConfig) -> f64 {
     let [inside, same] = inside_and_same(place, sides, config);
-    let is_passing = Passing::new(sides[1], config);
-    let staying = if same.len() as f64 > config.max_same_share * inside.len() as f64 {
-        same.iter().filter(|point| !is_passing.at(point)).count()
-    } else {
-        same.len()
-    };
-    staying as f64 / inside.len().max(1) as f64
+    let share = same.len() as f64 / inside.len().max(1) as f64;
+    if share <= config.max_same_share {
+        return share;
+    }
+    let step = same.len().div_ceil(config.max_asked_points);
+    let asked: Vec<[f32; 3]> = same.into_iter().step_by(step).collect();
+    let staying = Passing::new(sides[1], config).at(&asked).filter(|is_passing| !is_passing).count();
+    share * staying as f64 / asked.len() as f64
 }
 
 /// Points near changed ones that have a surface of the other visit near them for the only reason that something passed there during that visit, such as a person: they join what is left of
 /// a thing on both sides of it. For each group of changed points linear in the points around, in each of [`ChangesConfig::grow_rounds`] rounds.
 fn hidden_by_passing(changed: &[[f32; 3]], sides: [&Side; 2], config: &ChangesConfig) -> Vec<[f32; 3]> {
     let [visit, other] = sides;
-    let is_passing = Passing::new(other, config);
+    let mut passing = Passing::new(other, config);
     let mut found: BTreeSet<[u32; 3]> = BTreeSet::new();
     let groups = clusters(changed, config.gap_m as f32).into_iter();
     for group in groups.filter(|group| group.len() >= config.min_points_of_others) {
         let mut group: Vec<[f32; 3]> = group.iter().map(|place| changed[*place]).collect();
         for _ in 0..config.grow_rounds {
             let Some(wide) = extent(&group, config.gap_m) else { break };
-            let mut is_hidden = |point: &&[f32; 3]| {
-                wide.holds(&Vector3::from(point.map(f64::from)), 0.0)
-                    && other.surfaces.is_near(point)
-                    && is_passing.at(point)
-                    && found.insert(point.map(f32::to_bits))
+            let is_same = |point: &&[f32; 3]| {
+                wide.holds(&Vector3::from(point.map(f64::from)), 0.0) && other.surfaces.is_near(point)
             };
+            let same = visit.surfaces.columns().around(&wide, 0.0).filter(is_same);
+            let same: Vec<[f32; 3]> = same.copied().collect();
             let known = group.len();
-            group.extend(visit.columns.around(&wide, 0.0).filter(|point| is_hidden(point)).copied());
+            let hidden = same.iter().zip(passing.at(&same)).filter(|(_, is_passing)| *is_passing);
+            group.extend(
+                hidden.map(|(point, _)| *point).filter(|point| found.insert(point.map(f32::to_bits))),
+            );
             if group.len() == known {
                 break;
             }
@@ -465,7 +478,8 @@ fn inside_and_same(
         let at = Vector3::from(point.map(f64::from));
         at.z > above_m && place.holds(&at, 0.0)
     };
-    let inside: Vec<[f32; 3]> = visit.columns.around(place, 0.0).filter(is_inside).copied().collect();
+    let inside: Vec<[f32; 3]> =
+        visit.surfaces.columns().around(place, 0.0).filter(is_inside).copied().collect();
     let same = inside.iter().filter(|point| other.surfaces.is_near(point)).copied().collect();
     [inside, same]
 }

@@ -24,6 +24,7 @@ mod config;
 mod depth;
 mod detect;
 mod directions;
+mod join;
 mod known_objects;
 mod moves;
 mod passing;
@@ -47,7 +48,8 @@ pub use depth::{
     ColourHistogramConfig, DepthChanges, DepthChangesConfig, DepthImage, DepthImageError,
     detect_depth_changes,
 };
-pub use detect::{Change, ChangedObject, Changes, detect_changes, detect_changes_with};
+pub use detect::{Change, ChangedObject, Changes, detect_changes, detect_changes_with, shipped_descriptor};
+pub use join::{InTurn, Join};
 pub use known_objects::{Identification, IdentityConfig, KnownObject, ObjectSighting, identify_objects};
 pub use recurrence::{ObservedChange, RecurrenceConfig, find_recurrences, is_undone_by};
 pub use size_likelihood::SizeLikelihoodConfig;

@@ -44,18 +44,17 @@ pub(crate) type Ray = ([f32; 3], f32);
 impl RayImage {
     /// The image of a view. Its cells are as large as the mean distance between rays, but not smaller than a margin at the largest range. Linear in the points.
     pub(crate) fn new(view: &SensorView, config: &ChangesConfig) -> Self {
-        let offset = |point: &[f32; 3]| Vector3::from(point.map(f64::from)) - view.sensor;
         let rays: Vec<(Direction, Ray)> = view
             .points
             .iter()
             .filter_map(|point| {
-                let offset = offset(point);
+                let offset = offset(point, &view.sensor);
                 let Bearing { direction, range_m, .. } = Bearing::of(&offset)?;
-                Some((direction, ((offset / range_m).map(|at| at as f32).into(), range_m as f32)))
+                Some((direction, (offset.map(|at| at / range_m), range_m)))
             })
             .collect();
-        let cell_rad =
-            ray_distance_rad(&rays, config.density_cell_rad).clamp(config.cell_rad[0], config.cell_rad[1]);
+        let distance_rad = ray_distance_rad(&rays, config.density_cell_rad);
+        let cell_rad = distance_rad.clamp(config.cell_rad[0], config.cell_rad[1]);
         let grid = DirectionGrid::new(cell_rad);
         let cells: Vec<(usize, usize)> = rays.iter().map(|(direction, _)| grid.cell(direction)).collect();
         let first_row = cells.iter().map(|(_, row)| *row).min().unwrap_or(0);
@@ -96,34 +95,37 @@ impl RayImage {
         config: &ChangesConfig,
     ) -> PassingRays {
         let mut passing = PassingRays::default();
-        let offset = Vector3::from(place.map(f64::from)) - self.sensor;
+        let offset = offset(place, &self.sensor);
+        let squared_m2 = dot(&offset, &offset);
+        let [min_m, max_m] = [config.min_range_m, config.max_range_m].map(|range_m| range_m as f32);
         // Before the direction, because most views of a long walk are far away.
-        if !(config.min_range_m.powi(2)..=config.max_range_m.powi(2)).contains(&offset.norm_squared()) {
+        if !(min_m * min_m..=max_m * max_m).contains(&squared_m2) {
             return passing;
         }
         let Some(bearing) = Bearing::of(&offset) else { return passing };
-        let offset: [f32; 3] = offset.map(|at| at as f32).into();
-        let margin_m = (config.free_margin_m + config.free_margin_share * bearing.range_m) as f32;
+        let margin_m = config.free_margin_m as f32 + config.free_margin_share as f32 * bearing.range_m;
+        let reach_m = reach_m as f32;
         let reach = bearing.reach(reach_m);
         // Most views of a long walk have no line of sight to the place: all their rays in its direction ended before it.
-        let nearest_m = (bearing.range_m.powi(2) - reach_m * reach_m).max(0.0).sqrt() - f64::from(margin_m);
+        let nearest_m = (squared_m2 - reach_m * reach_m).max(0.0).sqrt() - margin_m;
         if self.farthest.is_nearer(&bearing.direction, reach, nearest_m) {
             return passing;
         }
-        let squared_m2: f32 = dot(&offset, &offset);
         // Most rays of the cells pass farther away. The difference of squares is not exact, by less than a thousandth of a square metre within the largest range.
-        let least_m2 = squared_m2 - (reach_m * reach_m) as f32 - 1e-3;
-        for ray in self.window(bearing.direction, reach).flatten() {
-            let at_m = dot(&ray.0, &offset);
-            if at_m * at_m >= least_m2 {
-                count(ray, at_m, &offset, normal, [reach_m as f32, margin_m], config, &mut passing);
+        let least_m2 = squared_m2 - reach_m * reach_m - 1e-3;
+        for rays in self.window(bearing.direction, reach) {
+            for ray in rays {
+                let at_m = dot(&ray.0, &offset);
+                if at_m * at_m >= least_m2 {
+                    count(ray, at_m, &offset, normal, [reach_m, margin_m], config, &mut passing);
+                }
             }
         }
         passing
     }
 
     /// The rays of the cells of all directions whose coordinates differ from those of a direction by at most this much, in slices: a loop over slices takes half of the time of a chained iterator.
-    fn window(&self, direction: Direction, reach: [f64; 2]) -> impl Iterator<Item = &[Ray]> {
+    fn window(&self, direction: Direction, reach: [f32; 2]) -> impl Iterator<Item = &[Ray]> {
         let (rows, first, columns) = self.grid.window(&direction, reach);
         let all = self.grid.columns();
         let with_rays = self.first_row..self.first_row + (self.starts.len() - 1) / all;
@@ -142,9 +144,10 @@ impl RayImage {
 
     /// All rays that come within a distance of a place, metres, map frame, and some others: unit direction and range, metres. Linear in the rays of the cells around its direction.
     pub(crate) fn rays_near(&self, place: &Vector3, within_m: f64) -> impl Iterator<Item = &Ray> {
-        let bearing = Bearing::of(&(place - self.sensor));
-        let all = (Direction { around: 0.0, up: 0.0 }, [f64::INFINITY; 2]);
-        let (direction, reach) = bearing.map_or(all, |bearing| (bearing.direction, bearing.reach(within_m)));
+        let bearing = Bearing::of(&(place - self.sensor).map(|at| at as f32).into());
+        let all = (Direction { around: 0.0, up: 0.0 }, [f32::INFINITY; 2]);
+        let (direction, reach) =
+            bearing.map_or(all, |bearing| (bearing.direction, bearing.reach(within_m as f32)));
         self.window(direction, reach).flatten()
     }
 
@@ -179,6 +182,11 @@ fn count(
     } else {
         passing.blocked += 1;
     }
+}
+
+/// From the sensor to a point, metres.
+fn offset(point: &[f32; 3], sensor: &Vector3) -> [f32; 3] {
+    std::array::from_fn(|axis| (f64::from(point[axis]) - sensor[axis]) as f32)
 }
 
 fn dot(a: &[f32; 3], b: &[f32; 3]) -> f32 {
@@ -217,11 +225,11 @@ impl FarthestRanges {
     }
 
     /// Whether all rays whose coordinates differ from those of a direction by at most this much are known to be shorter than a range, metres.
-    fn is_nearer(&self, direction: &Direction, reach: [f64; 2], range_m: f64) -> bool {
+    fn is_nearer(&self, direction: &Direction, reach: [f32; 2], range_m: f32) -> bool {
         // The cells around were looked at, and no others.
         let is_within = reach.into_iter().all(|reach| reach <= self.grid.side());
         let (column, row) = self.grid.cell(direction);
-        is_within && f64::from(self.ranges_m[row * self.grid.columns() + column]) < range_m
+        is_within && self.ranges_m[row * self.grid.columns() + column] < range_m
     }
 }
 

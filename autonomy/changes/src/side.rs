@@ -1,6 +1,5 @@
 //! A visit, prepared for questions: its surfaces, its rays, and the ground below a place.
 
-use crate::columns::Columns;
 use crate::ray_image::{PassingRays, RayImage};
 use crate::surfaces::{SurfaceTolerance, Surfaces};
 use crate::{ChangesConfig, UprightBox, Visit};
@@ -11,8 +10,6 @@ use std::collections::BTreeMap;
 pub(crate) struct Side {
     /// What it saw.
     pub(crate) surfaces: Surfaces,
-    /// The points of the surfaces.
-    pub(crate) columns: Columns,
     /// Its rays.
     pub(crate) images: Vec<RayImage>,
 }
@@ -21,50 +18,73 @@ impl Side {
     /// The visit, with its surfaces and rays. `O(n log n)`.
     pub(crate) fn new(visit: &Visit, tolerance: &SurfaceTolerance, config: &ChangesConfig) -> Self {
         let points = visit.points_within(config.min_range_m, config.max_range_m);
-        let surfaces = Surfaces::new(points, tolerance.clone());
         Self {
-            columns: Columns::new(surfaces.points().iter().copied()),
-            surfaces,
+            surfaces: Surfaces::new(points, tolerance.clone()),
             images: visit.views.iter().map(|view| RayImage::new(view, config)).collect(),
         }
     }
 
-    /// The rays of all views that passed each of these places closely. View by view, because the rays of one view stay in the processor's cache: with the places in the outer loop
-    /// this took two to three times as long. Linear in the places for each view, and in the rays towards those within [`ChangesConfig::max_range_m`].
+    /// The rays that passed each of these places closely, of as many views as are asked.
     pub(crate) fn passing(&self, places: &[ProbedPlace], config: &ChangesConfig) -> Vec<PassingRays> {
         let mut sums = vec![PassingRays::default(); places.len()];
-        for image in &self.images {
-            for (probed, sum) in places.iter().zip(&mut sums) {
-                *sum += image.passing(&probed.place, probed.normal.as_ref(), config.ray_reach_m, config);
-            }
-        }
+        self.ask_views(places, config.ray_reach_m, config, |place, rays| {
+            sums[place] += rays;
+            rays.through + rays.ended > 0
+        });
         sums
     }
 
     /// Whether what was at each of these places was there for a part of the visit only, such as a person: from most of the views that tell of the place, nearly all rays went through it. Views
     /// count, not rays, because a person who stands beside the robot for a moment meets more rays than all others; and nearly all rays of a view, because at the edge of a thing that stays
-    /// half of them pass. View by view, as [`Side::passing`].
+    /// half of them pass.
     pub(crate) fn was_passing(&self, places: &[ProbedPlace], config: &ChangesConfig) -> Vec<bool> {
         let mut views = vec![(0_usize, 0_usize); places.len()];
-        for image in &self.images {
-            for (probed, (free, telling)) in places.iter().zip(&mut views) {
-                let PassingRays { through, ended, blocked } =
-                    image.passing(&probed.place, probed.normal.as_ref(), config.own_ray_reach_m, config);
-                // Rays that ended nearer than the place: something stands in front of it, and rays past its edge do not see the place.
-                let is_free = through >= config.min_free_rays
-                    && is_stray(ended + blocked, through + ended + blocked, config);
-                *free += usize::from(is_free);
-                *telling += usize::from(is_free || ended > 0);
-            }
-        }
+        self.ask_views(places, config.own_ray_reach_m, config, |place, rays| {
+            let PassingRays { through, ended, blocked } = rays;
+            // Rays that ended nearer than the place: something stands in front of it, and rays past its edge do not see the place.
+            let is_free = through >= config.min_free_rays
+                && is_stray(ended + blocked, through + ended + blocked, config);
+            let is_telling = is_free || ended > 0;
+            views[place].0 += usize::from(is_free);
+            views[place].1 += usize::from(is_telling);
+            is_telling
+        });
         let is_mostly = |(free, telling): (usize, usize)| free as f64 > config.moving_share * telling as f64;
         views.into_iter().map(is_mostly).collect()
+    }
+
+    /// Asks view after view for the rays that passed places within a distance, until [`ChangesConfig::enough_views`] have told of a place: `tells` takes the place and the rays, and answers whether they
+    /// did. The order of the views is spread over the visit, so that those that are asked stand for all. View by view, because the rays of one view stay in the processor's cache: with the places in the
+    /// outer loop this took two to three times as long. Linear in the places for each view, and in the rays towards those within [`ChangesConfig::max_range_m`].
+    fn ask_views(
+        &self,
+        places: &[ProbedPlace],
+        reach_m: f64,
+        config: &ChangesConfig,
+        mut tells: impl FnMut(usize, PassingRays) -> bool,
+    ) {
+        let mut open: Vec<(usize, usize)> = (0..places.len()).map(|place| (place, 0)).collect();
+        for image in spread(&self.images) {
+            open.retain_mut(|(place, told)| {
+                let ProbedPlace { place: at, normal } = &places[*place];
+                let rays = image.passing(at, normal.as_ref(), reach_m, config);
+                *told += usize::from(tells(*place, rays));
+                *told < config.enough_views
+            });
+        }
     }
 
     /// A place on a surface of this visit.
     pub(crate) fn probed(&self, place: &[f32; 3], config: &ChangesConfig) -> ProbedPlace {
         ProbedPlace { place: *place, normal: self.surfaces.normal(place, config.min_normal_points) }
     }
+}
+
+/// All items in an order of which every part from the beginning is spread evenly over them: by their indices with the bits reversed.
+fn spread<T>(items: &[T]) -> impl Iterator<Item = &T> {
+    // One at least, because a shift by all bits is none.
+    let bits = items.len().next_power_of_two().trailing_zeros().max(1);
+    (0..1_u64 << bits).filter_map(move |index| items.get((index.reverse_bits() >> (64 - bits)) as usize))
 }
 
 /// A place of which rays are asked.
@@ -94,8 +114,11 @@ pub(crate) fn ground_below(
     // The footprint at all heights.
     let column = UprightBox { size_m: [place.size_m[0], place.size_m[1], f64::INFINITY], ..*place };
     let at = |point: &[f32; 3]| Vector3::from(point.map(f64::from));
-    let under = sides[1].columns.around(place, 0.0).map(at).filter(|at| column.holds(at, 0.0));
-    let around = sides.into_iter().flat_map(|side| side.columns.around(place, config.ground_reach_m)).map(at);
+    let under = sides[1].surfaces.columns().around(place, 0.0).map(at).filter(|at| column.holds(at, 0.0));
+    let around = sides
+        .into_iter()
+        .flat_map(|side| side.surfaces.columns().around(place, config.ground_reach_m))
+        .map(at);
     // What stands in the footprint is no ground around it.
     let around =
         around.filter(|at| column.holds(at, config.ground_reach_m) && !column.holds(at, config.grow_m));
@@ -115,4 +138,28 @@ fn most_common_height(
     }
     let (count, sum) = bins.into_values().max_by_key(|(count, _)| *count)?;
     (count >= config.min_ground_points).then(|| sum / count as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_views_of_an_order_are_spread_over_all_and_each_comes_once() {
+        for count in [0, 1, 2, 5, 37, 64, 249] {
+            let items: Vec<usize> = (0..count).collect();
+            let order: Vec<usize> = spread(&items).copied().collect();
+            let mut sorted = order.clone();
+            sorted.sort_unstable();
+            assert_eq!(sorted, items);
+            for first in 1..=count {
+                let mut places = order[..first].to_vec();
+                places.extend([count]);
+                places.sort_unstable();
+                // At worst half of the parts are halved already.
+                let widest = places.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(0);
+                assert!(widest <= (4 * count).div_ceil(first), "{first} of {count}: {widest}");
+            }
+        }
+    }
 }

@@ -2,6 +2,7 @@
 
 use crate::ChangesConfig;
 use crate::alignment::RegionalErrors;
+use crate::columns::{Columns, SIDE_M};
 use geometry::{Matrix3, Vector3};
 use points::hash::{CellKey, CellTable};
 
@@ -51,6 +52,11 @@ impl SurfaceTolerance {
         ((self.deviations * deviation_m + self.resolution_m) as f32).clamp(self.least_m, self.largest_m)
     }
 
+    /// Cells of the grid of surfaces for each metre.
+    fn cells_per_m(&self) -> f32 {
+        1.0 / self.largest_m
+    }
+
     /// The distance at a place, metres (docs/maths/changes.md, equation 7).
     fn at(&self, place: &[f32; 3]) -> f32 {
         self.errors.as_ref().map_or(self.least_m, |errors| self.of_deviation(errors.deviation_m(place)))
@@ -60,49 +66,57 @@ impl SurfaceTolerance {
 /// Points of a visit in a grid.
 pub(crate) struct Surfaces {
     tolerance: SurfaceTolerance,
-    /// First point of each cell in `points`, which are sorted by cell.
+    /// Each cell with its place in `starts`.
     index: CellTable,
-    cells: Vec<CellKey>,
-    points: Vec<[f32; 3]>,
+    /// Place of the first point of each cell, in their order, and the number of points.
+    starts: Vec<usize>,
+    /// The points, sorted by cell within each column. A column consists of whole cells.
+    columns: Columns,
 }
 
 impl Surfaces {
-    /// The surfaces that these points are on. The side of a cell is the largest distance of the tolerance. `O(n log n)`.
+    /// The surfaces that these points are on. The side of a cell is the largest distance of the tolerance. `O(n log n)` in the points of a column.
     pub(crate) fn new(points: impl IntoIterator<Item = [f32; 3]>, tolerance: SurfaceTolerance) -> Self {
-        let per_m = 1.0 / tolerance.largest_m;
-        let mut keyed: Vec<(CellKey, [f32; 3])> =
-            points.into_iter().map(|point| (CellKey::of_point(&point, per_m), point)).collect();
-        keyed.sort_by_key(|(cell, _)| *cell);
-        let mut index = CellTable::with_capacity(keyed.len() / 4);
-        for (place, (cell, _)) in keyed.iter().enumerate() {
-            if place == 0 || keyed[place - 1].0 != *cell {
-                index.get_or_insert(*cell, place as u32);
+        let per_m = tolerance.cells_per_m();
+        let mut columns = Columns::of_cells(points, per_m, (SIDE_M * per_m).ceil() as i32);
+        let mut index = CellTable::default();
+        let mut starts = Vec::new();
+        let mut place = 0;
+        let mut keyed: Vec<(CellKey, [f32; 3])> = Vec::new();
+        for column in columns.each_mut() {
+            keyed.clear();
+            keyed.extend(column.iter().map(|point| (CellKey::of_point(point, per_m), *point)));
+            keyed.sort_by_key(|(cell, _)| *cell);
+            for of_cell in keyed.chunk_by(|a, b| a.0 == b.0) {
+                index.get_or_insert(of_cell[0].0, starts.len() as u32);
+                starts.push(place);
+                place += of_cell.len();
             }
+            column.iter_mut().zip(&keyed).for_each(|(place, (_, point))| *place = *point);
         }
-        let (cells, points) = keyed.into_iter().unzip();
-        Self { tolerance, index, cells, points }
+        starts.push(place);
+        Self { tolerance, index, starts, columns }
     }
 
     /// Whether a surface is the same as that at a place. Linear in the points of the 27 cells around.
     pub(crate) fn is_near(&self, place: &[f32; 3]) -> bool {
-        // The least distance first: most places have a surface within it.
-        self.is_within(place, self.tolerance.least_m)
-            || self.tolerance.largest_m > self.tolerance.least_m
-                && self.is_within(place, self.tolerance.at(place))
+        self.around(CellKey::of_point(place, self.tolerance.cells_per_m())).has(place, &self.tolerance)
     }
 
-    fn is_within(&self, place: &[f32; 3], distance_m: f32) -> bool {
-        let middle = self.cell_of(place);
-        let square = distance_m * distance_m;
-        // The cell itself first: most places have a surface there.
-        let steps = [0, -1, 1];
-        steps
-            .into_iter()
-            .flat_map(|x| steps.into_iter().flat_map(move |y| steps.map(move |z| [x, y, z])))
-            .any(|offset| {
-                let cell = CellKey::new(std::array::from_fn(|axis| middle[axis] + offset[axis]));
-                self.of_cell(cell).iter().any(|point| squared_distance(point, place) <= square)
-            })
+    /// For each of the points of other surfaces of the same tolerance whether a surface is the same as that there. Linear in these points, and in those of the cells around.
+    pub(crate) fn are_near(&self, other: &Self) -> Vec<bool> {
+        let mut are_near = Vec::with_capacity(other.points().len());
+        for ends in other.starts.windows(2) {
+            let points = &other.points()[ends[0]..ends[1]];
+            // A cell has a point at least.
+            let mut around = self.around(CellKey::of_point(&points[0], self.tolerance.cells_per_m()));
+            are_near.extend(points.iter().map(|point| around.has(point, &self.tolerance)));
+        }
+        are_near
+    }
+
+    fn around(&self, cell: CellKey) -> CellsAround<'_> {
+        CellsAround { surfaces: self, cell, own: self.of_cell(cell), others: None }
     }
 
     /// Within which distance surfaces at a place are the same, metres.
@@ -110,13 +124,22 @@ impl Surfaces {
         self.tolerance.at(place)
     }
 
-    fn cell_of(&self, place: &[f32; 3]) -> [i64; 3] {
-        CellKey::of_point(place, 1.0 / self.tolerance.largest_m).cell()
+    /// The points of the 26 cells beside a cell, without those that are empty.
+    fn beside(&self, cell: CellKey) -> Vec<&[[f32; 3]]> {
+        let middle = cell.cell();
+        let steps = [0, -1, 1];
+        let offsets = steps
+            .into_iter()
+            .flat_map(|x| steps.into_iter().flat_map(move |y| steps.map(move |z| [x, y, z])));
+        let cells = offsets
+            .skip(1)
+            .map(|offset| CellKey::new(std::array::from_fn(|axis| middle[axis] + offset[axis])));
+        cells.map(|cell| self.of_cell(cell)).filter(|points| !points.is_empty()).collect()
     }
 
     /// Unit normal of the surface at a place: the direction in which the points of the 27 cells around spread least. None with fewer points than that. Linear in those points.
     pub(crate) fn normal(&self, place: &[f32; 3], min_points: f64) -> Option<[f32; 3]> {
-        let middle = self.cell_of(place);
+        let middle = CellKey::of_point(place, self.tolerance.cells_per_m()).cell();
         let (mut count, mut sum, mut squares) = (0.0, Vector3::zeros(), Matrix3::zeros());
         for offset in (-1..=1).flat_map(|x| (-1..=1).flat_map(move |y| (-1..=1).map(move |z| [x, y, z]))) {
             let cell = CellKey::new(std::array::from_fn(|axis| middle[axis] + offset[axis]));
@@ -137,14 +160,46 @@ impl Surfaces {
     }
 
     fn of_cell(&self, cell: CellKey) -> &[[f32; 3]] {
-        let Some(first) = self.index.get(cell).map(|place| place as usize) else { return &[] };
-        let count = self.cells[first..].iter().take_while(|other| **other == cell).count();
-        &self.points[first..first + count]
+        let Some(place) = self.index.get(cell).map(|place| place as usize) else { return &[] };
+        &self.points()[self.starts[place]..self.starts[place + 1]]
     }
 
     /// All points.
     pub(crate) fn points(&self) -> &[[f32; 3]] {
-        &self.points
+        self.columns.points()
+    }
+
+    /// The points in columns.
+    pub(crate) fn columns(&self) -> &Columns {
+        &self.columns
+    }
+}
+
+/// The points of a cell and of the cells around it, which are looked up when they are needed first: most places have a surface in their own cell.
+struct CellsAround<'a> {
+    surfaces: &'a Surfaces,
+    cell: CellKey,
+    own: &'a [[f32; 3]],
+    others: Option<Vec<&'a [[f32; 3]]>>,
+}
+
+impl CellsAround<'_> {
+    /// Whether there is a surface that is the same as that at a place in the cell.
+    fn has(&mut self, place: &[f32; 3], tolerance: &SurfaceTolerance) -> bool {
+        let is_within = |points: &[[f32; 3]], distance_m: f32| {
+            points.iter().any(|point| squared_distance(point, place) <= distance_m * distance_m)
+        };
+        // The least distance first: most places have a surface within it.
+        if is_within(self.own, tolerance.least_m) {
+            return true;
+        }
+        let others = self.others.get_or_insert_with(|| self.surfaces.beside(self.cell));
+        if others.iter().any(|points| is_within(points, tolerance.least_m)) {
+            return true;
+        }
+        let distance_m = tolerance.at(place);
+        distance_m > tolerance.least_m
+            && (is_within(self.own, distance_m) || others.iter().any(|points| is_within(points, distance_m)))
     }
 }
 
@@ -155,6 +210,7 @@ pub(crate) fn squared_distance(a: &[f32; 3], b: &[f32; 3]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use geometry::RngTree;
 
     #[test]
     fn a_surface_is_near_within_the_radius_across_the_borders_of_cells() {
@@ -164,5 +220,25 @@ mod tests {
         assert!(surfaces.is_near(&[1.0, 1.14, 1.0]));
         assert!(!surfaces.is_near(&[1.0, 1.16, 1.0]));
         assert!(!Surfaces::new([], SurfaceTolerance::uniform(0.15)).is_near(&[0.0; 3]));
+    }
+
+    #[test]
+    fn all_points_are_asked_at_once_as_one_after_the_other() {
+        let mut rng = RngTree::new(5).child("surfaces").rng();
+        let mut cloud = || -> Vec<[f32; 3]> {
+            (0..4_000)
+                .map(|_| [rng.normal() * 2.0, rng.normal(), 0.1 * rng.normal()].map(|at| at as f32))
+                .collect()
+        };
+        let tolerance = SurfaceTolerance::uniform(0.09);
+        let [before, after] = [cloud(), cloud()].map(|cloud| Surfaces::new(cloud, tolerance.clone()));
+        let one_by_one: Vec<bool> = after.points().iter().map(|point| before.is_near(point)).collect();
+        assert_eq!(before.are_near(&after), one_by_one);
+        let is_near = |point: &[f32; 3]| {
+            before.points().iter().any(|other| squared_distance(point, other) <= 0.09 * 0.09)
+        };
+        assert_eq!(one_by_one, after.points().iter().map(is_near).collect::<Vec<_>>());
+        let near = one_by_one.iter().filter(|is_near| **is_near).count();
+        assert!(near > 400 && near < 3_600, "{near}");
     }
 }

@@ -50,7 +50,7 @@ fn standing_free(
             && (at(point) - around.centre_m).norm() <= reach_m
     };
     let points: Vec<[f32; 3]> =
-        sides[visit].columns.around(around, reach_m).filter(is_around).copied().collect();
+        sides[visit].surfaces.columns().around(around, reach_m).filter(is_around).copied().collect();
     let bits = |point: &[f32; 3]| point.map(f32::to_bits);
     let of_part: std::collections::BTreeSet<[u32; 3]> = part.iter().map(bits).collect();
     let groups = clusters(&points, config.turned_gap_m as f32);

@@ -7,6 +7,7 @@ mod place;
 mod run_visits;
 mod texts;
 mod thing;
+mod two_threads;
 mod view;
 pub mod visits;
 
@@ -16,16 +17,17 @@ use crate::process_limits::ProcessLimits;
 use crate::progress::run_in_background;
 use crate::{output, texts as shared_texts};
 use changes::{
-    Changes, ChangesConfig, DepthChangesConfig, detect_changes, detect_changes_with, detect_depth_changes,
+    Changes, ChangesConfig, DepthChangesConfig, detect_changes_with, detect_depth_changes, shipped_descriptor,
 };
 use clap::Args;
 pub use document::{Document, Kind};
 use formats::ply;
 use known_things::following;
-use object_identity::PointNetwork;
+use object_identity::{ObjectDescriptor, PointNetwork};
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
+use two_threads::OnTwoThreads;
 
 /// Name of the result in the folder that is written.
 pub const RESULT: &str = "changes.json";
@@ -119,10 +121,11 @@ fn compare(args: &ChangesArgs) -> Result<(Document, Changes), Failure> {
     }
     let [before, after] = visits::read_both(&args.before, &args.after)?;
     let config = ChangesConfig::default();
-    let changes = match &args.network {
-        None => detect_changes(&before, &after, &config),
-        Some(file) => detect_changes_with(&before, &after, &read_network(file)?, &config),
+    let descriptor: Box<dyn ObjectDescriptor> = match &args.network {
+        None => shipped_descriptor(),
+        Some(file) => Box::new(read_network(file)?),
     };
+    let changes = detect_changes_with(&before, &after, &*descriptor, &OnTwoThreads, &config);
     Ok((following(Document::new(&changes), earlier), changes))
 }
 
