@@ -1,6 +1,7 @@
 //! Shared code of the benchmarks: running programs and reading their output, the stack on a simulated walk, scores of maps, localisation at
 //! random places and after faults, missions, and quantiles.
 
+pub mod cast_visits;
 pub mod fault_recovery;
 pub mod loop_score;
 pub mod map_score;

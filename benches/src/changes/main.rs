@@ -2,7 +2,6 @@
 
 #![allow(clippy::print_stdout, reason = "the table is this program's output")]
 
-mod cast_visits;
 mod score;
 mod sessions;
 mod simulated;

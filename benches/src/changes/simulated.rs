@@ -1,10 +1,10 @@
 //! Visits of simulated sites: a robot walks the round of a site again and again, localised in its map, with people about, and between two visits objects are put, taken, moved and
 //! turned. What the clouds that a mission keeps say of it is compared with the truth.
 
-use super::cast_visits::cast_visit;
 use super::visit_cache;
 use super::visit_score::{VisitScore, score_visit};
 use anyhow::{Context, Result};
+use benches::cast_visits::cast_visit;
 use benches::mapped_site::MappedSite;
 use benches::stack_walk::{StackWalk, StepKind, WalkExtent, WalkPlan};
 use benches::thread_ms;

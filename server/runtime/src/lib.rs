@@ -68,5 +68,6 @@ pub use crate::core::{Core, CoreConfig, RobotRestart};
 pub use clock::set_clock_offset;
 pub use jobs::known_map;
 pub use recording::RecordingTarget;
+pub use scene_changes::{Baseline, BaselineConfig, find_baseline, note_comparison};
 pub use start_error::StartError;
 pub use threads::{CONTROL_THREAD, THREAD_LIMITS, ThreadLimits};

@@ -1,10 +1,11 @@
 //! Visits of which the clouds were kept on runs of missions.
 
 use super::place::Place;
+use super::two_threads::OnTwoThreads;
 use super::view::view;
 use crate::failure::Failure;
 use crate::texts;
-use changes::{UprightBox, Visit};
+use changes::{Join, UprightBox, Visit};
 use geometry::isometry_from_pose;
 use site_model::{LocalisationQuality, OrientedBox};
 use std::path::Path;
@@ -24,7 +25,8 @@ pub fn of_runs(before: &Path, after: &Path) -> Result<[Visit; 2], Failure> {
     let (of_before, of_after) = (maps_of(before)?, maps_of(after)?);
     let common = of_after.iter().rev().find(|map| of_before.contains(map));
     let map = *common.ok_or_else(|| Failure::usage(texts::no_clouds_in_map(before)))?;
-    Ok([of_run(before, map)?, of_run(after, map)?])
+    let (before, after) = OnTwoThreads.join(|| of_run(before, map), || of_run(after, map));
+    Ok([before?, after?])
 }
 
 /// The visit of a run, or what was last seen on several, in the frame of a map in which the robot was localised.

@@ -45,8 +45,9 @@ pub struct Baseline {
     pub clouds: Vec<(RunId, RunCloudEntry)>,
     /// What the newer of these runs have found to have changed.
     pub changes: Vec<ChangedSince>,
-    /// When the first and the last cloud of the run were seen, nanoseconds since 1970, UTC.
+    /// When the first cloud of the run was seen, nanoseconds since 1970, UTC.
     pub began_utc_ns: i64,
+    /// When the last one was.
     pub ended_utc_ns: i64,
 }
 
@@ -111,6 +112,28 @@ pub fn find_baseline(
         }
     };
     Ok(Some(Baseline { map, before, clouds, changes, began_utc_ns: began, ended_utc_ns: last.utc_ns }))
+}
+
+/// Notes that a run was compared, and what it found to have changed.
+///
+/// # Errors
+/// When the disk fails.
+pub fn note_comparison(
+    store: &Store,
+    run: RunId,
+    baseline: Option<&Baseline>,
+    changes: Vec<ChangedSince>,
+    problem: Option<String>,
+) -> Result<(), StoreError> {
+    let compared = Compared {
+        format_version: 1,
+        before: baseline.map(|baseline| baseline.before),
+        found: changes.len(),
+        problem,
+        map: baseline.map(|baseline| baseline.map),
+        changes,
+    };
+    store::write_json(&store.dir().clouds_of_run(run).join(MARKER), &compared)
 }
 
 /// What the run of these clouds found in a map; nothing if it was not compared, or the file cannot be read: then older clouds show what was before, which is found again.

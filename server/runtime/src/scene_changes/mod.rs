@@ -13,4 +13,5 @@ mod site_edit;
 mod texts;
 mod worker;
 
+pub use baseline::{Baseline, BaselineConfig, find_baseline, note_comparison};
 pub use worker::{SceneChangeQueue, SceneChangeWorker};

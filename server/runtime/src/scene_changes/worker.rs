@@ -4,7 +4,7 @@
 //! | --- | --- |
 //! | runs that have ended | one that finds the queue full is compared after the next start |
 
-use super::baseline::{Baseline, BaselineConfig, Compared, MARKER, find_baseline};
+use super::baseline::{Baseline, BaselineConfig, MARKER, find_baseline, note_comparison};
 use super::site_edit::{Comparison, SiteChangesConfig, edit_with_changes};
 use super::texts;
 use crate::clock::RobotClock;
@@ -131,16 +131,9 @@ impl SceneChangeWorker {
         }
         let problem = compared.as_ref().err().cloned();
         let (baseline, changes) = compared.ok().flatten().unzip();
-        let changes = changes.unwrap_or_default();
-        let marker = Compared {
-            format_version: 1,
-            before: baseline.as_ref().map(|baseline| baseline.before),
-            found: changes.len(),
-            problem,
-            map: baseline.as_ref().map(|baseline| baseline.map),
-            changes,
-        };
-        if let Err(error) = store::write_json(&folder.join(MARKER), &marker) {
+        let noted =
+            note_comparison(&self.store, run, baseline.as_ref(), changes.unwrap_or_default(), problem);
+        if let Err(error) = noted {
             tracing::warn!("{}", error_with_causes(&error));
         }
     }

@@ -1,5 +1,6 @@
 //! Runs end, and what a comparison finds comes into the site once.
 
+use super::super::baseline::Compared;
 use super::*;
 use crate::ledger::{LedgerConfig, LedgerQueue, LedgerWorker, SiteKeeper};
 use crate::state_publisher::StatePublisher;
