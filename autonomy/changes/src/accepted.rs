@@ -106,7 +106,7 @@ impl AcceptedChanges {
     /// Whether more rays went through a place than ended there.
     fn is_seen_through(&self, place: &[f32; 3]) -> bool {
         let reach_m = self.detection.ray_reach_m;
-        let rays = self.rays.iter().map(|image| image.passing(place, None, reach_m, &self.detection));
+        let rays = self.rays.iter().map(|image| image.passing(place, &|| None, reach_m, &self.detection));
         let (through, ended) =
             rays.fold((0, 0), |(through, ended), rays| (through + rays.through, ended + rays.ended));
         through >= self.detection.min_free_rays && through > ended

@@ -88,8 +88,8 @@ pub fn detect_changes_with(
     let side = |visit| Side::new(visit, &tolerance, config);
     let (before, after) = join.join(|| side(before), || side(&aligned.visit));
     let differing = |visit: &Side, other: &Side| {
-        let are_near = other.surfaces.are_near(&visit.surfaces);
-        (differing(visit, other, &are_near, config), are_near)
+        let are_near = other.surfaces.are_near(&visit.surfaces, join);
+        (differing(visit, other, &are_near, join, config), are_near)
     };
     let ((mut removed, _), (mut appeared, are_near)) =
         join.join(|| differing(&before, &after), || differing(&after, &before));
@@ -210,7 +210,13 @@ struct CandidatePoints {
 
 /// The points of a visit that may have changed. What is known of the first point of a small cell holds for all of it: the other visit looked through its place, or does not say what is there; and of a
 /// place that it looked through, something was there for a part of its own visit only, or all the time. `are_near` says which points have a surface of the other visit near them.
-fn candidates(visit: &Side, other: &Side, are_near: &[bool], config: &ChangesConfig) -> CandidatePoints {
+fn candidates(
+    visit: &Side,
+    other: &Side,
+    are_near: &[bool],
+    join: &impl Join,
+    config: &ChangesConfig,
+) -> CandidatePoints {
     let mut cells = CellTable::default();
     let mut places: Vec<ProbedPlace> = Vec::new();
     let mut of_places: Vec<(u32, [f32; 3])> = Vec::new();
@@ -228,10 +234,14 @@ fn candidates(visit: &Side, other: &Side, are_near: &[bool], config: &ChangesCon
         rays.through >= config.min_free_rays
             && rays.through as f64 >= config.min_free_share * (rays.through + rays.ended) as f64
     };
-    let is_free: Vec<bool> = other.passing(&places, config).into_iter().map(is_free).collect();
-    let free: Vec<ProbedPlace> =
-        places.iter().zip(&is_free).filter(|(_, is_free)| **is_free).map(|(place, _)| *place).collect();
-    let mut was_passing = visit.was_passing(&free, config).into_iter();
+    let is_free: Vec<bool> = other.passing(&places, join, config).into_iter().map(is_free).collect();
+    let free: Vec<ProbedPlace> = places
+        .iter()
+        .zip(&is_free)
+        .filter(|(_, is_free)| **is_free)
+        .map(|(place, _)| place.clone())
+        .collect();
+    let mut was_passing = visit.was_passing(&free, join, config).into_iter();
     // Of the places that are not free nothing is known.
     let kinds: Vec<Option<bool>> =
         is_free.into_iter().map(|is_free| is_free.then(|| was_passing.next() == Some(true))).collect();
@@ -261,8 +271,14 @@ struct Differences {
 }
 
 /// The differences of a visit from the other one.
-fn differing(visit: &Side, other: &Side, are_near: &[bool], config: &ChangesConfig) -> Differences {
-    let CandidatePoints { mut changed, unknown } = candidates(visit, other, are_near, config);
+fn differing(
+    visit: &Side,
+    other: &Side,
+    are_near: &[bool],
+    join: &impl Join,
+    config: &ChangesConfig,
+) -> Differences {
+    let CandidatePoints { mut changed, unknown } = candidates(visit, other, are_near, join, config);
     let hidden = hidden_by_passing(&changed, [visit, other], config);
     changed.extend(hidden);
     let mut groups = clusters(&changed, config.gap_m as f32);

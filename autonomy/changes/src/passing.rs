@@ -1,6 +1,7 @@
 //! Where something passed during a visit, such as a person.
 
 use crate::ChangesConfig;
+use crate::join::InTurn;
 use crate::side::Side;
 use points::hash::{CellKey, CellTable};
 
@@ -31,7 +32,7 @@ impl<'a> Passing<'a> {
             }
             answers_of.push(answer as usize);
         }
-        self.answers.extend(self.visit.was_passing(&new, self.config));
+        self.answers.extend(self.visit.was_passing(&new, &InTurn, self.config));
         answers_of.into_iter().map(|answer| self.answers[answer])
     }
 }

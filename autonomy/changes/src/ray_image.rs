@@ -90,7 +90,7 @@ impl RayImage {
     pub(crate) fn passing(
         &self,
         place: &[f32; 3],
-        normal: Option<&[f32; 3]>,
+        normal: &dyn Fn() -> Option<[f32; 3]>,
         reach_m: f64,
         config: &ChangesConfig,
     ) -> PassingRays {
@@ -162,7 +162,7 @@ fn count(
     (along, range_m): &Ray,
     at_m: f32,
     offset: &[f32; 3],
-    normal: Option<&[f32; 3]>,
+    normal: &dyn Fn() -> Option<[f32; 3]>,
     [reach_m, margin_m]: [f32; 2],
     config: &ChangesConfig,
     passing: &mut PassingRays,
@@ -175,7 +175,7 @@ fn count(
         (0..3).map(|axis| normal[axis] * (along[axis] * range_m - offset[axis])).sum::<f32>().abs()
     };
     if *range_m > at_m + margin_m {
-        let crossed = normal.is_none_or(|normal| behind_m(normal) > config.free_margin_m as f32);
+        let crossed = normal().is_none_or(|normal| behind_m(&normal) > config.free_margin_m as f32);
         passing.through += usize::from(crossed);
     } else if *range_m >= at_m - margin_m {
         passing.ended += 1;
@@ -264,7 +264,8 @@ mod tests {
     fn rays_go_through_places_before_the_wall_and_tell_nothing_of_those_behind_and_beside_it() {
         let (image, config) = (wall(), ChangesConfig::default());
         let at = |place: [f32; 3]| {
-            let PassingRays { through, ended, .. } = image.passing(&place, None, config.ray_reach_m, &config);
+            let PassingRays { through, ended, .. } =
+                image.passing(&place, &|| None, config.ray_reach_m, &config);
             (through > 0, ended > 0)
         };
         assert_eq!(at([3.0, 0.2, 0.1]), (true, false));
@@ -320,7 +321,7 @@ mod tests {
             for y in (-40..40).map(|y| y as f32 * 0.05) {
                 let place = [x, y, 0.12];
                 let [early, slow] =
-                    [&image, &all].map(|image| image.passing(&place, None, config.ray_reach_m, &config));
+                    [&image, &all].map(|image| image.passing(&place, &|| None, config.ray_reach_m, &config));
                 assert_eq!((early.through, early.ended), (slow.through, slow.ended), "{place:?}");
                 left_out += usize::from(early.blocked < slow.blocked);
                 passed += usize::from(early.through > 0);
@@ -340,7 +341,7 @@ mod tests {
         let rays = (-60..60).flat_map(|y| (-20..20).map(move |z| (y as f32 * 0.05, z as f32 * 0.05)));
         let expected = rays.filter(|(y, z)| is_passing(*y, *z)).count();
         assert_eq!(
-            image.passing(&place, None, config.ray_reach_m, &config),
+            image.passing(&place, &|| None, config.ray_reach_m, &config),
             PassingRays { through: expected, ended: 0, blocked: 0 }
         );
         assert!(expected > 10);

@@ -1,10 +1,12 @@
 //! A visit, prepared for questions: its surfaces, its rays, and the ground below a place.
 
+use crate::join::Join;
 use crate::ray_image::{PassingRays, RayImage};
 use crate::surfaces::{SurfaceTolerance, Surfaces};
 use crate::{ChangesConfig, UprightBox, Visit};
 use geometry::Vector3;
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
 
 /// A visit, prepared for questions.
 pub(crate) struct Side {
@@ -24,8 +26,17 @@ impl Side {
         }
     }
 
-    /// The rays that passed each of these places closely, of as many views as are asked.
-    pub(crate) fn passing(&self, places: &[ProbedPlace], config: &ChangesConfig) -> Vec<PassingRays> {
+    /// The rays that passed each of these places closely, of as many views as are asked. Each half of the places for itself.
+    pub(crate) fn passing(
+        &self,
+        places: &[ProbedPlace],
+        join: &impl Join,
+        config: &ChangesConfig,
+    ) -> Vec<PassingRays> {
+        halves(places, join, |places| self.passing_of_half(places, config))
+    }
+
+    fn passing_of_half(&self, places: &[ProbedPlace], config: &ChangesConfig) -> Vec<PassingRays> {
         let mut sums = vec![PassingRays::default(); places.len()];
         self.ask_views(places, config.ray_reach_m, config, |place, rays| {
             sums[place] += rays;
@@ -37,7 +48,16 @@ impl Side {
     /// Whether what was at each of these places was there for a part of the visit only, such as a person: from most of the views that tell of the place, nearly all rays went through it. Views
     /// count, not rays, because a person who stands beside the robot for a moment meets more rays than all others; and nearly all rays of a view, because at the edge of a thing that stays
     /// half of them pass.
-    pub(crate) fn was_passing(&self, places: &[ProbedPlace], config: &ChangesConfig) -> Vec<bool> {
+    pub(crate) fn was_passing(
+        &self,
+        places: &[ProbedPlace],
+        join: &impl Join,
+        config: &ChangesConfig,
+    ) -> Vec<bool> {
+        halves(places, join, |places| self.was_passing_of_half(places, config))
+    }
+
+    fn was_passing_of_half(&self, places: &[ProbedPlace], config: &ChangesConfig) -> Vec<bool> {
         let mut views = vec![(0_usize, 0_usize); places.len()];
         self.ask_views(places, config.own_ray_reach_m, config, |place, rays| {
             let PassingRays { through, ended, blocked } = rays;
@@ -66,8 +86,7 @@ impl Side {
         let mut open: Vec<(usize, usize)> = (0..places.len()).map(|place| (place, 0)).collect();
         for image in spread(&self.images) {
             open.retain_mut(|(place, told)| {
-                let ProbedPlace { place: at, normal } = &places[*place];
-                let rays = image.passing(at, normal.as_ref(), reach_m, config);
+                let rays = image.passing(&places[*place].place, &|| places[*place].normal(), reach_m, config);
                 *told += usize::from(tells(*place, rays));
                 *told < config.enough_views
             });
@@ -75,9 +94,22 @@ impl Side {
     }
 
     /// A place on a surface of this visit.
-    pub(crate) fn probed(&self, place: &[f32; 3], config: &ChangesConfig) -> ProbedPlace {
-        ProbedPlace { place: *place, normal: self.surfaces.normal(place, config.min_normal_points) }
+    pub(crate) fn probed(&self, place: &[f32; 3], config: &ChangesConfig) -> ProbedPlace<'_> {
+        ProbedPlace {
+            place: *place,
+            surfaces: &self.surfaces,
+            min_normal_points: config.min_normal_points,
+            normal: OnceLock::new(),
+        }
     }
+}
+
+/// The answers of both halves of the items, in their order.
+fn halves<T: Sync, A: Send>(items: &[T], join: &impl Join, answer: impl Fn(&[T]) -> Vec<A> + Sync) -> Vec<A> {
+    let (first, second) = items.split_at(items.len() / 2);
+    let (mut answers, others) = join.join(|| answer(first), || answer(second));
+    answers.extend(others);
+    answers
 }
 
 /// All items in an order of which every part from the beginning is spread evenly over them: by their indices with the bits reversed.
@@ -88,12 +120,21 @@ fn spread<T>(items: &[T]) -> impl Iterator<Item = &T> {
 }
 
 /// A place of which rays are asked.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ProbedPlace {
+#[derive(Clone)]
+pub(crate) struct ProbedPlace<'a> {
     /// Metres, map frame.
-    pub(crate) place: [f32; 3],
+    place: [f32; 3],
+    surfaces: &'a Surfaces,
+    min_normal_points: f64,
+    /// Computed when it is needed first: past most places that the other visit did not see, no ray went.
+    normal: OnceLock<Option<[f32; 3]>>,
+}
+
+impl ProbedPlace<'_> {
     /// Unit normal of the surface there, if there are points enough.
-    pub(crate) normal: Option<[f32; 3]>,
+    fn normal(&self) -> Option<[f32; 3]> {
+        *self.normal.get_or_init(|| self.surfaces.normal(&self.place, self.min_normal_points))
+    }
 }
 
 /// Whether so few of the rays that tell of a place ended there that they did so by chance.

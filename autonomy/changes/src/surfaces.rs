@@ -3,6 +3,7 @@
 use crate::ChangesConfig;
 use crate::alignment::RegionalErrors;
 use crate::columns::{Columns, SIDE_M};
+use crate::join::Join;
 use geometry::{Matrix3, Vector3};
 use points::hash::{CellKey, CellTable};
 
@@ -104,9 +105,19 @@ impl Surfaces {
     }
 
     /// For each of the points of other surfaces of the same tolerance whether a surface is the same as that there. Linear in these points, and in those of the cells around.
-    pub(crate) fn are_near(&self, other: &Self) -> Vec<bool> {
-        let mut are_near = Vec::with_capacity(other.points().len());
-        for ends in other.starts.windows(2) {
+    pub(crate) fn are_near(&self, other: &Self, join: &impl Join) -> Vec<bool> {
+        let middle = other.starts.len() / 2;
+        let (first, second) = (&other.starts[..=middle], &other.starts[middle..]);
+        let (mut are_near, others) =
+            join.join(|| self.are_near_of_cells(other, first), || self.are_near_of_cells(other, second));
+        are_near.extend(others);
+        are_near
+    }
+
+    /// The same of some cells, by the places of their first points and the one after the last.
+    fn are_near_of_cells(&self, other: &Self, starts: &[usize]) -> Vec<bool> {
+        let mut are_near = Vec::new();
+        for ends in starts.windows(2) {
             let points = &other.points()[ends[0]..ends[1]];
             // A cell has a point at least.
             let mut around = self.around(CellKey::of_point(&points[0], self.tolerance.cells_per_m()));
@@ -210,6 +221,7 @@ pub(crate) fn squared_distance(a: &[f32; 3], b: &[f32; 3]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::join::InTurn;
     use geometry::RngTree;
 
     #[test]
@@ -233,7 +245,7 @@ mod tests {
         let tolerance = SurfaceTolerance::uniform(0.09);
         let [before, after] = [cloud(), cloud()].map(|cloud| Surfaces::new(cloud, tolerance.clone()));
         let one_by_one: Vec<bool> = after.points().iter().map(|point| before.is_near(point)).collect();
-        assert_eq!(before.are_near(&after), one_by_one);
+        assert_eq!(before.are_near(&after, &InTurn), one_by_one);
         let is_near = |point: &[f32; 3]| {
             before.points().iter().any(|other| squared_distance(point, other) <= 0.09 * 0.09)
         };
