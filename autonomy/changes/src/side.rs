@@ -166,7 +166,8 @@ pub(crate) fn ground_below(
     most_common_height(under, &heights_m, config).or_else(|| most_common_height(around, &heights_m, config))
 }
 
-/// The most common height of points within a range, metres; none of too few points.
+/// The most common height of points within a range, metres; none of too few points, and none if they do not lie at one height: the sides of a thing, or of a person who was there on the other
+/// visit, are no ground.
 fn most_common_height(
     points: impl Iterator<Item = Vector3>,
     heights_m: &std::ops::RangeInclusive<f64>,
@@ -177,8 +178,13 @@ fn most_common_height(
         let bin = bins.entry((at.z / config.ground_bin_m).floor() as i64).or_default();
         *bin = (bin.0 + 1, bin.1 + at.z);
     }
-    let (count, sum) = bins.into_values().max_by_key(|(count, _)| *count)?;
-    (count >= config.min_ground_points).then(|| sum / count as f64)
+    let (&at, &(count, sum)) = bins.iter().max_by_key(|(_, (count, _))| *count)?;
+    let within = |bins_away: i64| -> usize {
+        bins.range(at - bins_away..=at + bins_away).map(|(_, (count, _))| count).sum()
+    };
+    let reach = (config.level_reach_m / config.ground_bin_m).round() as i64;
+    let is_level = within(1) as f64 >= config.min_level_share * within(reach) as f64;
+    (count >= config.min_ground_points && is_level).then(|| sum / count as f64)
 }
 
 #[cfg(test)]
@@ -202,5 +208,18 @@ mod tests {
                 assert!(widest <= (4 * count).div_ceil(first), "{first} of {count}: {widest}");
             }
         }
+    }
+
+    #[test]
+    fn a_floor_is_ground_and_the_side_of_a_person_is_not() {
+        let config = ChangesConfig::default();
+        let height = |points: &[Vector3]| most_common_height(points.iter().copied(), &(-0.4..=1.0), &config);
+        let at = |z: f64| Vector3::new(0.0, 0.0, z);
+        let floor: Vec<Vector3> = (0..40).map(|index| at(0.02 + 0.0005 * f64::from(index))).collect();
+        let side: Vec<Vector3> = (0..60).map(|index| at(0.4 + 0.01 * f64::from(index))).collect();
+        assert!(height(&floor).is_some_and(|ground_m| (ground_m - 0.03).abs() < 0.01));
+        assert_eq!(height(&side), None);
+        assert!(height(&[floor.clone(), side].concat()).is_some_and(|ground_m| ground_m < 0.05));
+        assert_eq!(height(&floor[..9]), None, "too few");
     }
 }
