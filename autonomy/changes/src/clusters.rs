@@ -3,7 +3,7 @@
 use crate::surfaces::squared_distance;
 use points::hash::{CellKey, CellTable};
 
-/// Cells beside each other on each side that may have points within the gap of each other.
+/// How many cells away, along each axis, a cell may have a point within the gap.
 const REACH: i64 = 2;
 
 /// Groups of these points in which each point has another within `gap_m`, metres: the places of the points, each group in ascending order, the groups by their first point.

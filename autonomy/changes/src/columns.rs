@@ -11,7 +11,7 @@ const ROUNDING_M: f64 = 1e-3;
 /// Points in columns.
 pub(crate) struct Columns {
     side_m: f32,
-    /// Each column with the place of its first point, in order; and none with the number of points.
+    /// Each column with the place of its first point, in order.
     starts: Vec<([i32; 2], usize)>,
     /// Column by column.
     points: Vec<[f32; 3]>,

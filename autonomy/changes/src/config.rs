@@ -138,7 +138,7 @@ pub struct ChangesConfig {
     pub ground_bin_m: f64,
     /// A height with fewer points is no ground. Chosen: a ring of a LiDAR on the floor has more, and stray points are fewer.
     pub min_ground_points: usize,
-    /// Share of the points within [`Self::level_reach_m`] of the ground's height that are within one and a half bins of it: of the upright sides of a thing three of eleven bins are, 27 %. With 0.5 and 0.6 the hall and the
+    /// Share of the points that are looked at within [`Self::level_reach_m`] of the ground's height that are within one and a half bins of it: of the upright sides of a thing three of eleven bins are, 27 %. With 0.5 and 0.6 the hall and the
     /// cast visits of docs/benchmarks/changes.md gave the same results; with 0.45 and 0.5 a change more of 13 is found again in the map in which it is normal.
     pub min_level_share: f64,
     /// Height above and below the ground within which points say whether it is level, metres. Chosen: five bins.
@@ -243,8 +243,8 @@ impl Default for ChangesConfig {
 /// Parameters of the alignment of two visits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AlignmentConfig {
-    /// One in this number of points is used: of the reference for its surfaces, and of a view for those that are aligned. Chosen: the time grows with the points, and the views of a visit overlap. With all points
-    /// of a view, one cube of 0.15 m more of 28 is found in the cast visits of docs/benchmarks/changes.md, and nothing else changes.
+    /// One in this number of points is used: of the reference for its surfaces, and of a view for those that are aligned. Chosen: the time grows with the points, and the views of a visit overlap. An earlier program that aligned all
+    /// points of a view found 27 of 28 cubes of 0.15 m in the cast visits of docs/benchmarks/changes.md; 26 are found.
     pub point_step: usize,
     /// One point of each cell of this size of a view is aligned, metres. Chosen: surfaces near the robot do not outweigh the others.
     pub sample_cell_m: f64,
