@@ -8,7 +8,7 @@ use anyhow::{Context, Result, bail};
 use crate::shell;
 
 /// The benchmarks with limits, which fail when they exceed them: name of the stage, benchmark, arguments.
-pub(crate) const WITH_BARS: [(&str, &str, &[&str]); 7] = [
+pub(crate) const WITH_BARS: [(&str, &str, &[&str]); 8] = [
     ("endurance", "endurance", &["--site", "b1", "--minutes", "60"]),
     (
         "fault recovery",
@@ -20,6 +20,7 @@ pub(crate) const WITH_BARS: [(&str, &str, &[&str]); 7] = [
     ("cost of a mission", "cost", &["--minutes", "3", "--bar"]),
     ("missions", "missions", &["--seeds", "20", "--columns", "250", "--bar"]),
     ("a year of results", "year", &["--bar"]),
+    ("days of missions against the background", "background", &["--bar"]),
 ];
 
 /// The benchmarks that start `target/release/autoinspect`, which is built first for them.
