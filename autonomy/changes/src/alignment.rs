@@ -18,18 +18,18 @@ pub(crate) struct AlignedVisit {
 }
 
 /// Aligns the views of a visit, one by one, with the surfaces of a reference. Directions in which a view does not say where it is stay where they are. A view without enough
-/// surfaces in the reference stays too. Linear in the points (docs/maths/changes.md, equation 5).
+/// surfaces in the reference stays too. `planes` are those of the reference. Linear in the points (docs/maths/changes.md, equation 5).
 pub(crate) fn align(
     reference: &Visit,
+    planes: &GaussianMap,
     visit: &Visit,
     join: &impl Join,
     config: &AlignmentConfig,
 ) -> AlignedVisit {
-    let surfaces = surfaces(reference, config);
     let [references, views] = [reference, visit].map(|visit| visit.views.split_at(visit.views.len() / 2));
     let (mut first, second) = join.join(
-        || AlignedViews::new(&surfaces, references.0, views.0, config),
-        || AlignedViews::new(&surfaces, references.1, views.1, config),
+        || AlignedViews::new(planes, references.0, views.0, config),
+        || AlignedViews::new(planes, references.1, views.1, config),
     );
     first.views.extend(second.views);
     first.of_reference.extend(second.of_reference);
@@ -68,8 +68,8 @@ impl AlignedViews {
     }
 }
 
-/// The planes of a visit.
-fn surfaces(visit: &Visit, config: &AlignmentConfig) -> GaussianMap {
+/// The planes of a visit. Linear in its points.
+pub(crate) fn planes(visit: &Visit, config: &AlignmentConfig) -> GaussianMap {
     let mut surfaces = GaussianMap::new(GaussianMapConfig::default());
     for view in &visit.views {
         let viewpoint = [view.sensor.x, view.sensor.y, view.sensor.z];
@@ -261,6 +261,10 @@ mod tests {
     use crate::{ChangesConfig, InTurn, detect_changes};
     use geometry::{RngTree, so3};
 
+    fn aligned(reference: &Visit, visit: &Visit, config: &AlignmentConfig) -> AlignedVisit {
+        align(reference, &planes(reference, config), visit, &InTurn, config)
+    }
+
     /// Poses of views that are wrong by some centimetres and half a degree.
     fn with_pose_errors(visit: &Visit) -> Visit {
         let mut rng = RngTree::new(7).child("pose errors").rng();
@@ -281,18 +285,14 @@ mod tests {
         );
         let (before, after) = (visit(&[stays, gone], 5.0), visit(&[stays, new], 5.0));
         let wrong = with_pose_errors(&after);
-        let aligned = align(&before, &wrong, &InTurn, &AlignmentConfig::default());
+        let moved = aligned(&before, &wrong, &AlignmentConfig::default());
         let errors_m = |visit: &Visit| -> Vec<f64> {
             let pairs = visit.views.iter().zip(&after.views);
             pairs.map(|(view, truth)| (view.sensor - truth.sensor).norm()).collect()
         };
         assert!(errors_m(&wrong).iter().sum::<f64>() > 0.3, "{:?}", errors_m(&wrong));
-        assert!(
-            errors_m(&aligned.visit).iter().all(|error_m| *error_m < 0.01),
-            "{:?}",
-            errors_m(&aligned.visit)
-        );
-        assert!(aligned.errors.largest_m() < 0.01, "{:?}", aligned.errors);
+        assert!(errors_m(&moved.visit).iter().all(|error_m| *error_m < 0.01), "{:?}", errors_m(&moved.visit));
+        assert!(moved.errors.largest_m() < 0.01, "{:?}", moved.errors);
         let found = detect_changes(&before, &wrong, &ChangesConfig::default());
         assert_eq!(found.objects.len(), 2, "{:?}", found.objects);
     }
@@ -306,7 +306,7 @@ mod tests {
         for point in after.views.iter_mut().flat_map(|view| &mut view.points) {
             point[1] += if point[0] > 3.0 { 0.05 } else { 0.0 };
         }
-        let errors = align(&before, &after, &InTurn, &stiff).errors;
+        let errors = aligned(&before, &after, &stiff).errors;
         let (moved_m, still_m) =
             (errors.deviation_m(&[5.0, 4.05, 1.0]), errors.deviation_m(&[-2.0, 3.9, 1.0]));
         assert!(moved_m > 0.02 && still_m < 0.01, "{moved_m} {still_m}");
@@ -321,10 +321,10 @@ mod tests {
             view.points.iter_mut().for_each(|point| point[0] += 100.0);
         }
         let config = AlignmentConfig::default();
-        let aligned = align(&here, &elsewhere, &InTurn, &config);
+        let moved = aligned(&here, &elsewhere, &config);
         let shift_m = |pair: (&SensorView, &SensorView)| (pair.0.sensor - pair.1.sensor).norm();
-        assert!(aligned.visit.views.iter().zip(&elsewhere.views).all(|pair| shift_m(pair) == 0.0));
-        assert_eq!(align(&empty, &here, &InTurn, &config).visit.len(), here.len());
-        assert_eq!(align(&here, &empty, &InTurn, &config).errors.largest_m(), 0.0);
+        assert!(moved.visit.views.iter().zip(&elsewhere.views).all(|pair| shift_m(pair) == 0.0));
+        assert_eq!(aligned(&empty, &here, &config).visit.len(), here.len());
+        assert_eq!(aligned(&here, &empty, &config).errors.largest_m(), 0.0);
     }
 }

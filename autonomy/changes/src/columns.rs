@@ -2,6 +2,7 @@
 
 use crate::UprightBox;
 use points::hash::{CellKey, CellTable};
+use std::ops::Range;
 
 /// Side of a column, metres. Chosen: about the size of an object with what is around it.
 pub(crate) const SIDE_M: f32 = 1.0;
@@ -78,18 +79,27 @@ impl Columns {
 
     /// All points whose horizontal distance from the sides of a box is at most `margin_m` metres, and some others. Linear in the columns and the points there.
     pub(crate) fn around(&self, place: &UprightBox, margin_m: f64) -> impl Iterator<Item = &[f32; 3]> {
+        self.ranges_around(place, margin_m).flat_map(|range| self.points[range].iter())
+    }
+
+    /// The same points by their places among all.
+    pub(crate) fn ranges_around(
+        &self,
+        place: &UprightBox,
+        margin_m: f64,
+    ) -> impl Iterator<Item = Range<usize>> {
         // The edges of columns are as exact as single precision.
         let reach_m = place.size_m[0].hypot(place.size_m[1]) / 2.0 + margin_m + ROUNDING_M;
         let column = |at_m: f64| (at_m / f64::from(self.side_m)).floor() as i32;
         let [x, y] = [place.centre_m.x, place.centre_m.y]
             .map(|middle_m| (column(middle_m - reach_m), column(middle_m + reach_m)));
-        (x.0..=x.1).flat_map(move |x| {
+        (x.0..=x.1).map(move |x| {
             // The columns of one x stand one after the other.
             let place_of = |column: [i32; 2]| {
                 let index = self.starts.partition_point(|(other, _)| *other < column);
                 self.starts.get(index).map_or(self.points.len(), |(_, start)| *start)
             };
-            self.points[place_of([x, y.0])..place_of([x, y.1 + 1])].iter()
+            place_of([x, y.0])..place_of([x, y.1 + 1])
         })
     }
 }

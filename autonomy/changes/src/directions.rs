@@ -75,11 +75,6 @@ impl DirectionGrid {
         Self { side, cells_per_unit: columns as f32 / 4.0, columns, rows: columns.div_ceil(2) }
     }
 
-    /// Side of a cell in coordinates.
-    pub(crate) fn side(&self) -> f32 {
-        self.side
-    }
-
     /// Number of columns.
     pub(crate) fn columns(&self) -> usize {
         self.columns

@@ -23,6 +23,7 @@ mod columns;
 mod config;
 mod depth;
 mod detect;
+mod differences;
 mod directions;
 mod join;
 mod known_objects;

@@ -62,19 +62,22 @@ fn penetration_of_view(tested: &UprightBox, image: &RayImage, config: &ChangesCo
 
 /// Whether an object was there during all of its own visit. A person who walks past was not: from most of the views that tell of that place, nearly all rays went through it, or only
 /// one or two views saw it at all. Of a rack or a tripod, some rays of each view end at it.
-/// What does not stand on the ground may be the upper part of a person.
+/// What does not stand on the ground may be the upper part of a person. What one view alone saw was not there if the rays of the others together say so.
 pub(crate) fn was_there(
     place: &UprightBox,
     stands: bool,
     own: &[Penetration],
     config: &ChangesConfig,
 ) -> bool {
-    let seeing = own.iter().filter(|view| view.ended >= config.min_free_rays).count();
+    let (seeing, others): (Vec<&Penetration>, Vec<&Penetration>) =
+        own.iter().partition(|view| view.ended >= config.min_free_rays);
     let is_seen = if may_walk(place, config) {
-        seeing >= config.min_views_if_walking.min(own.len())
+        seeing.len() >= config.min_views_if_walking.min(own.len())
     } else {
-        seeing >= config.min_views.min(own.len())
-            || stands && is_clear_to_one(place, own.iter().map(|view| view.ended), config)
+        seeing.len() >= config.min_views.min(own.len())
+            || stands
+                && is_clear_to_one(place, own.iter().map(|view| view.ended), config)
+                && !is_empty_to(&others, config)
     };
     !is_empty_to_most(own, config) && is_seen
 }
@@ -108,6 +111,12 @@ fn is_empty_to_most(views: &[Penetration], config: &ChangesConfig) -> bool {
         (empty + usize::from(is_empty(view, config)), telling + 1)
     });
     empty as f64 > config.moving_share * telling as f64
+}
+
+/// Whether views that have few rays each say together that nothing was there.
+fn is_empty_to(views: &[&Penetration], config: &ChangesConfig) -> bool {
+    let all: Penetration = views.iter().copied().sum();
+    all.through + all.ended >= config.min_telling_rays && is_empty(&all, config)
 }
 
 fn is_empty(view: &Penetration, config: &ChangesConfig) -> bool {
@@ -185,6 +194,9 @@ mod tests {
         assert!(tall(&[view(0, 80)]), "a visit of one view");
         let of_one = [view(0, 150), view(0, 0), view(0, 0)];
         assert!(!tall(&of_one) && of_height(0.4, &of_one), "what is low is seen from one view");
+        let few = [view(0, 279), view(5, 0), view(4, 0), view(2, 0)];
+        assert!(!of_height(0.3, &few), "the rays of the others, few of each, went through");
+        assert!(of_height(0.3, &few[..3]), "too few of them");
         let low = UprightBox { centre_m: Vector3::new(0.0, 0.0, 0.9), size_m: [0.5, 0.4, 0.4], yaw_rad: 0.0 };
         assert!(!was_there(&low, false, &of_one, &config), "it may be the upper part of a person");
     }

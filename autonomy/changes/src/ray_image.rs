@@ -6,6 +6,9 @@ use crate::visit::SensorView;
 use geometry::Vector3;
 use std::ops::{AddAssign, Range};
 
+/// More than the error of a distance within the largest range by single precision, metres.
+const ROUNDING_M: f32 = 1e-3;
+
 /// Rays of a view that passed a place closely.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct PassingRays {
@@ -22,6 +25,33 @@ impl AddAssign for PassingRays {
         self.through += other.through;
         self.ended += other.ended;
         self.blocked += other.blocked;
+    }
+}
+
+/// So many farthest ranges are looked at before the rays themselves. Chosen: near places have few rays that end before them.
+const MOST_CELLS: usize = 100;
+
+/// A sphere, metres, map frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Sphere {
+    centre: [f32; 3],
+    radius_m: f32,
+}
+
+impl Sphere {
+    /// Around these places: that around the smallest box along the axes, so not the smallest one. One without places is at the origin.
+    pub(crate) fn around<'a>(places: impl Iterator<Item = &'a [f32; 3]>) -> Self {
+        let ends = places.fold(None, |ends: Option<[[f32; 3]; 2]>, place| {
+            let [least, most] = ends.unwrap_or([*place; 2]);
+            let end = |of: [f32; 3], choose: fn(f32, f32) -> f32| {
+                std::array::from_fn(|axis| choose(of[axis], place[axis]))
+            };
+            Some([end(least, f32::min), end(most, f32::max)])
+        });
+        let [least, most] = ends.unwrap_or_default();
+        let half: [f32; 3] = std::array::from_fn(|axis| (most[axis] - least[axis]) / 2.0);
+        let radius_m = dot(&half, &half).sqrt() + ROUNDING_M;
+        Self { centre: std::array::from_fn(|axis| least[axis] + half[axis]), radius_m }
     }
 }
 
@@ -80,7 +110,7 @@ impl RayImage {
             first_row,
             starts,
             rays: sorted,
-            farthest: FarthestRanges::new(&rays, config.density_cell_rad),
+            farthest: FarthestRanges::new(&rays, config.sight_cell_rad),
         }
     }
 
@@ -108,7 +138,7 @@ impl RayImage {
         let reach = bearing.reach(reach_m);
         // Most views of a long walk have no line of sight to the place: all their rays in its direction ended before it.
         let nearest_m = (squared_m2 - reach_m * reach_m).max(0.0).sqrt() - margin_m;
-        if self.farthest.is_nearer(&bearing.direction, reach, nearest_m) {
+        if self.farthest.are_nearer(&bearing.direction, reach, nearest_m) {
             return passing;
         }
         // Most rays of the cells pass farther away. The difference of squares is not exact, by less than a thousandth of a square metre within the largest range.
@@ -122,6 +152,20 @@ impl RayImage {
             }
         }
         passing
+    }
+
+    /// Whether no ray comes near any place in a sphere, or all that do end before it. Then no ray went through one of these places, and none ended there; but it may be so too where this says no.
+    /// Linear in the cells of the farthest ranges.
+    pub(crate) fn is_out_of_sight(&self, sphere: &Sphere, reach_m: f64, config: &ChangesConfig) -> bool {
+        let Some(bearing) = Bearing::of(&offset(&sphere.centre, &self.sensor)) else { return false };
+        let max_m = config.max_range_m as f32;
+        if bearing.range_m - sphere.radius_m > max_m {
+            return true;
+        }
+        let reach_m = sphere.radius_m + reach_m as f32;
+        let margin_m = config.free_margin_m as f32 + config.free_margin_share as f32 * max_m;
+        let nearest_m = bearing.range_m - reach_m - margin_m;
+        nearest_m > 0.0 && self.farthest.are_nearer(&bearing.direction, bearing.reach(reach_m), nearest_m)
     }
 
     /// The rays of the cells of all directions whose coordinates differ from those of a direction by at most this much, in slices: a loop over slices takes half of the time of a chained iterator.
@@ -197,7 +241,7 @@ fn dot(a: &[f32; 3], b: &[f32; 3]) -> f32 {
 #[derive(Clone)]
 struct FarthestRanges {
     grid: DirectionGrid,
-    /// Greatest range of the rays of each cell and of those around it, metres, row by row.
+    /// Greatest range of the rays of each cell, metres, row by row; zero without rays.
     ranges_m: Vec<f32>,
 }
 
@@ -205,31 +249,34 @@ impl FarthestRanges {
     /// Of these rays, in cells of this angle, radians. Linear in the rays and the cells.
     fn new(rays: &[(Direction, Ray)], cell_rad: f64) -> Self {
         let grid = DirectionGrid::new(cell_rad);
-        let (columns, rows) = (grid.columns(), grid.rows());
-        let mut of_cells = vec![0.0_f32; columns * rows];
+        let mut ranges_m = vec![0.0_f32; grid.columns() * grid.rows()];
         for (direction, (_, range_m)) in rays {
             let (column, row) = grid.cell(direction);
-            let cell = &mut of_cells[row * columns + column];
+            let cell = &mut ranges_m[row * grid.columns() + column];
             *cell = cell.max(*range_m);
         }
-        let around = |cell: usize| {
-            let (row, column) = (cell / columns, cell % columns);
-            let rows = row.saturating_sub(1)..=(row + 1).min(rows - 1);
-            rows.flat_map(|row| {
-                [columns - 1, 0, 1].map(|step| of_cells[row * columns + (column + step) % columns])
-            })
-            .fold(0.0, f32::max)
-        };
-        let ranges_m = (0..of_cells.len()).map(around).collect();
         Self { grid, ranges_m }
     }
 
-    /// Whether all rays whose coordinates differ from those of a direction by at most this much are known to be shorter than a range, metres.
-    fn is_nearer(&self, direction: &Direction, reach: [f32; 2], range_m: f32) -> bool {
-        // The cells around were looked at, and no others.
-        let is_within = reach.into_iter().all(|reach| reach <= self.grid.side());
-        let (column, row) = self.grid.cell(direction);
-        is_within && self.ranges_m[row * self.grid.columns() + column] < range_m
+    /// Whether all rays whose coordinates differ from those of a direction by at most this much are known to be shorter than a range, metres. Not asked of more than [`MOST_CELLS`] cells.
+    fn are_nearer(&self, direction: &Direction, reach: [f32; 2], range_m: f32) -> bool {
+        let (rows, first, columns) = self.grid.window(direction, reach);
+        if rows.len() * columns > MOST_CELLS {
+            return false;
+        }
+        let all = self.grid.columns();
+        let beyond = (first + columns).saturating_sub(all);
+        let are_nearer = |of_row: &[f32], columns: Range<usize>| {
+            // All of them, without a branch for each.
+            of_row[columns].iter().fold(0.0, |farthest_m: f32, at_m| farthest_m.max(*at_m)) < range_m
+        };
+        for row in rows {
+            let of_row = &self.ranges_m[row * all..(row + 1) * all];
+            if !are_nearer(of_row, first..first + columns - beyond) || !are_nearer(of_row, 0..beyond) {
+                return false;
+            }
+        }
+        true
     }
 }
 
@@ -250,6 +297,7 @@ fn ray_distance_rad(rays: &[(Direction, Ray)], cell_rad: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use geometry::RngTree;
 
     /// A wall across x = 5 m, seen from the origin.
     fn wall() -> RayImage {
@@ -303,17 +351,46 @@ mod tests {
         assert!(image.rays_near(&Vector3::new(3.0, 0.2, 0.1), 0.1).count() * 10 < image.rays.len());
     }
 
-    #[test]
-    fn only_places_without_a_line_of_sight_are_left_out_early() {
-        let config = ChangesConfig::default();
-        // A near wall over half of the far one.
+    /// A near wall over half of the far one.
+    fn two_walls(config: &ChangesConfig) -> RayImage {
         let far = (-60..60).flat_map(|y| (-20..20).map(move |z| (y, z)));
         let points = far.map(|(y, z)| {
             let scale = if y < 0 { 0.4 } else { 1.0 };
             [5.0, y as f32 * 0.05, z as f32 * 0.05].map(|at| at * scale)
         });
-        let view = SensorView { sensor: Vector3::zeros(), points: points.collect() };
-        let image = RayImage::new(&view, &config);
+        RayImage::new(&SensorView { sensor: Vector3::zeros(), points: points.collect() }, config)
+    }
+
+    #[test]
+    fn a_sphere_out_of_sight_has_no_place_of_which_a_ray_tells() {
+        let config = ChangesConfig::default();
+        let image = two_walls(&config);
+        let mut rng = RngTree::new(3).child("spheres").rng();
+        let (mut out, mut in_sight) = (0, 0);
+        for _ in 0..600 {
+            let middle = [8.0 * rng.uniform() - 1.0, 6.0 * rng.uniform() - 3.0, 2.0 * rng.uniform() - 1.0];
+            let mut near = || middle.map(|at| (at + 0.6 * rng.uniform()) as f32);
+            let places: Vec<[f32; 3]> = (0..20).map(|_| near()).collect();
+            let tells = |place: &[f32; 3]| {
+                let rays = image.passing(place, &|| None, config.ray_reach_m, &config);
+                rays.through + rays.ended > 0
+            };
+            if image.is_out_of_sight(&Sphere::around(places.iter()), config.ray_reach_m, &config) {
+                assert!(!places.iter().any(tells), "{middle:?}");
+                out += 1;
+            } else {
+                in_sight += usize::from(places.iter().any(tells));
+            }
+        }
+        assert!(out > 50 && in_sight > 100, "{out} {in_sight}");
+        let far = Sphere::around([[30.0, 0.0, 0.0]].iter());
+        assert!(image.is_out_of_sight(&far, config.ray_reach_m, &config), "beyond the largest range");
+    }
+
+    #[test]
+    fn only_places_without_a_line_of_sight_are_left_out_early() {
+        let config = ChangesConfig::default();
+        let image = two_walls(&config);
         let mut all = image.clone();
         all.farthest.ranges_m.fill(f32::INFINITY);
         let (mut left_out, mut passed) = (0, 0);

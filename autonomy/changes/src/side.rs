@@ -1,12 +1,17 @@
 //! A visit, prepared for questions: its surfaces, its rays, and the ground below a place.
 
 use crate::join::Join;
-use crate::ray_image::{PassingRays, RayImage};
+use crate::ray_image::{PassingRays, RayImage, Sphere};
 use crate::surfaces::{SurfaceTolerance, Surfaces};
 use crate::{ChangesConfig, UprightBox, Visit};
 use geometry::Vector3;
+use points::hash::{CellKey, CellTable};
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
+
+/// Side of the cubes in which places are told together that no ray of a view reaches, metres. Chosen: as small as what stands beside a way, so that a view sees all of it or nothing of it; 0.5 m takes
+/// the same time.
+const BLOCK_M: f32 = 1.0;
 
 /// A visit, prepared for questions.
 pub(crate) struct Side {
@@ -17,32 +22,28 @@ pub(crate) struct Side {
 }
 
 impl Side {
-    /// The visit, with its surfaces and rays. `O(n log n)`.
-    pub(crate) fn new(visit: &Visit, tolerance: &SurfaceTolerance, config: &ChangesConfig) -> Self {
+    /// The visit with its surfaces, and its rays as [`images`] gives them. `O(n log n)`.
+    pub(crate) fn new(
+        visit: &Visit,
+        images: Vec<RayImage>,
+        tolerance: &SurfaceTolerance,
+        config: &ChangesConfig,
+    ) -> Self {
         let points = visit.points_within(config.min_range_m, config.max_range_m);
-        Self {
-            surfaces: Surfaces::new(points, tolerance.clone()),
-            images: visit.views.iter().map(|view| RayImage::new(view, config)).collect(),
-        }
+        Self { surfaces: Surfaces::new(points, tolerance.clone()), images }
     }
 
-    /// The rays that passed each of these places closely, of as many views as are asked. Each half of the places for itself.
+    /// The rays that passed each of these places closely, of as many views as are asked.
     pub(crate) fn passing(
         &self,
         places: &[ProbedPlace],
         join: &impl Join,
         config: &ChangesConfig,
     ) -> Vec<PassingRays> {
-        halves(places, join, |places| self.passing_of_half(places, config))
-    }
-
-    fn passing_of_half(&self, places: &[ProbedPlace], config: &ChangesConfig) -> Vec<PassingRays> {
-        let mut sums = vec![PassingRays::default(); places.len()];
-        self.ask_views(places, config.ray_reach_m, config, |place, rays| {
-            sums[place] += rays;
+        self.ask_views(places, config.ray_reach_m, join, config, |sum: &mut PassingRays, rays| {
+            *sum += rays;
             rays.through + rays.ended > 0
-        });
-        sums
+        })
     }
 
     /// Whether what was at each of these places was there for a part of the visit only, such as a person: from most of the views that tell of the place, nearly all rays went through it. Views
@@ -54,43 +55,66 @@ impl Side {
         join: &impl Join,
         config: &ChangesConfig,
     ) -> Vec<bool> {
-        halves(places, join, |places| self.was_passing_of_half(places, config))
-    }
-
-    fn was_passing_of_half(&self, places: &[ProbedPlace], config: &ChangesConfig) -> Vec<bool> {
-        let mut views = vec![(0_usize, 0_usize); places.len()];
-        self.ask_views(places, config.own_ray_reach_m, config, |place, rays| {
+        let tells = |[free, telling]: &mut [u32; 2], rays: PassingRays| {
             let PassingRays { through, ended, blocked } = rays;
             // Rays that ended nearer than the place: something stands in front of it, and rays past its edge do not see the place.
             let is_free = through >= config.min_free_rays
                 && is_stray(ended + blocked, through + ended + blocked, config);
             let is_telling = is_free || ended > 0;
-            views[place].0 += usize::from(is_free);
-            views[place].1 += usize::from(is_telling);
+            *free += u32::from(is_free);
+            *telling += u32::from(is_telling);
             is_telling
-        });
-        let is_mostly = |(free, telling): (usize, usize)| free as f64 > config.moving_share * telling as f64;
+        };
+        let views = self.ask_views(places, config.own_ray_reach_m, join, config, tells);
+        let is_mostly =
+            |[free, telling]: [u32; 2]| f64::from(free) > config.moving_share * f64::from(telling);
         views.into_iter().map(is_mostly).collect()
     }
 
-    /// Asks view after view for the rays that passed places within a distance, until [`ChangesConfig::enough_views`] have told of a place: `tells` takes the place and the rays, and answers whether they
-    /// did. The order of the views is spread over the visit, so that those that are asked stand for all. View by view, because the rays of one view stay in the processor's cache: with the places in the
-    /// outer loop this took two to three times as long. Linear in the places for each view, and in the rays towards those within [`ChangesConfig::max_range_m`].
-    fn ask_views(
+    /// Asks view after view for the rays that passed places within a distance, until [`ChangesConfig::enough_views`] have told of a place: `tells` adds rays to what is known of a place, and answers whether
+    /// they tell of it. The order of the views is spread over the visit, so that those that are asked stand for all. View by view, because the rays of one view stay in the processor's cache: with the
+    /// places in the outer loop this took two to three times as long. A view of which no ray reaches a block of places is not asked for each of them. Linear in the blocks for each view, and in the places
+    /// and the rays towards those that it may tell of.
+    fn ask_views<T: Clone + Default + Send>(
         &self,
         places: &[ProbedPlace],
         reach_m: f64,
+        join: &impl Join,
         config: &ChangesConfig,
-        mut tells: impl FnMut(usize, PassingRays) -> bool,
-    ) {
-        let mut open: Vec<(usize, usize)> = (0..places.len()).map(|place| (place, 0)).collect();
-        for image in spread(&self.images) {
-            open.retain_mut(|(place, told)| {
-                let rays = image.passing(&places[*place].place, &|| places[*place].normal(), reach_m, config);
-                *told += usize::from(tells(*place, rays));
-                *told < config.enough_views
-            });
+        tells: impl Fn(&mut T, PassingRays) -> bool + Sync,
+    ) -> Vec<T> {
+        let ask = |mut blocks: Vec<Block<T>>| {
+            let mut closed: Vec<Question<T>> = Vec::new();
+            for image in spread(&self.images) {
+                for Block { sphere, open } in &mut blocks {
+                    if image.is_out_of_sight(sphere, reach_m, config) {
+                        continue;
+                    }
+                    open.retain_mut(|question| {
+                        let normal = || places[question.index as usize].normal();
+                        let rays = image.passing(&question.place, &normal, reach_m, config);
+                        if rays != PassingRays::default() {
+                            question.views += usize::from(tells(&mut question.known, rays));
+                        }
+                        let is_open = question.views < config.enough_views;
+                        if !is_open {
+                            closed.push(question.clone());
+                        }
+                        is_open
+                    });
+                }
+                blocks.retain(|block| !block.open.is_empty());
+            }
+            closed.extend(blocks.into_iter().flat_map(|block| block.open));
+            closed
+        };
+        let [first, second] = blocks(places);
+        let (first, second) = join.join(|| ask(first), || ask(second));
+        let mut known = vec![T::default(); places.len()];
+        for question in first.into_iter().chain(second) {
+            known[question.index as usize] = question.known;
         }
+        known
     }
 
     /// A place on a surface of this visit.
@@ -104,12 +128,49 @@ impl Side {
     }
 }
 
-/// The answers of both halves of the items, in their order.
-fn halves<T: Sync, A: Send>(items: &[T], join: &impl Join, answer: impl Fn(&[T]) -> Vec<A> + Sync) -> Vec<A> {
-    let (first, second) = items.split_at(items.len() / 2);
-    let (mut answers, others) = join.join(|| answer(first), || answer(second));
-    answers.extend(others);
-    answers
+/// The rays of a visit. Linear in its points.
+pub(crate) fn images(visit: &Visit, config: &ChangesConfig) -> Vec<RayImage> {
+    visit.views.iter().map(|view| RayImage::new(view, config)).collect()
+}
+
+/// Places near each other.
+struct Block<T> {
+    /// Around all of them.
+    sphere: Sphere,
+    /// Those of which more views have to tell.
+    open: Vec<Question<T>>,
+}
+
+/// A place of which views are asked.
+#[derive(Clone)]
+struct Question<T> {
+    index: u32,
+    /// Here too, so that the places of a block stand one after the other in memory.
+    place: [f32; 3],
+    /// Views that told of it.
+    views: usize,
+    known: T,
+}
+
+/// Places in cubes of [`BLOCK_M`], of which every second one is in either half. Linear in the places.
+fn blocks<T: Default>(places: &[ProbedPlace]) -> [Vec<Block<T>>; 2] {
+    let mut table = CellTable::default();
+    let mut blocks: Vec<Vec<Question<T>>> = Vec::new();
+    for (index, ProbedPlace { place, .. }) in places.iter().enumerate() {
+        let cell = CellKey::of_point(place, 1.0 / BLOCK_M);
+        let (block, is_new) = table.get_or_insert(cell, blocks.len() as u32);
+        if is_new {
+            blocks.push(Vec::new());
+        }
+        let question = Question { index: index as u32, place: *place, views: 0, known: T::default() };
+        blocks[block as usize].push(question);
+    }
+    let mut halves = [Vec::new(), Vec::new()];
+    for (number, open) in blocks.into_iter().enumerate() {
+        let sphere = Sphere::around(open.iter().map(|question| &question.place));
+        halves[number % 2].push(Block { sphere, open });
+    }
+    halves
 }
 
 /// All items in an order of which every part from the beginning is spread evenly over them: by their indices with the bits reversed.
@@ -155,14 +216,15 @@ pub(crate) fn ground_below(
     // The footprint at all heights.
     let column = UprightBox { size_m: [place.size_m[0], place.size_m[1], f64::INFINITY], ..*place };
     let at = |point: &[f32; 3]| Vector3::from(point.map(f64::from));
-    let under = sides[1].surfaces.columns().around(place, 0.0).map(at).filter(|at| column.holds(at, 0.0));
+    let [inside, within_reach, near] =
+        [0.0, config.ground_reach_m, config.grow_m].map(|margin_m| column.holder(margin_m));
+    let under = sides[1].surfaces.columns().around(place, 0.0).map(at).filter(inside);
     let around = sides
         .into_iter()
         .flat_map(|side| side.surfaces.columns().around(place, config.ground_reach_m))
         .map(at);
     // What stands in the footprint is no ground around it.
-    let around =
-        around.filter(|at| column.holds(at, config.ground_reach_m) && !column.holds(at, config.grow_m));
+    let around = around.filter(|at| within_reach(at) && !near(at));
     most_common_height(under, &heights_m, config).or_else(|| most_common_height(around, &heights_m, config))
 }
 
@@ -190,6 +252,8 @@ fn most_common_height(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::InTurn;
+    use crate::room::{at, visit};
 
     #[test]
     fn the_first_views_of_an_order_are_spread_over_all_and_each_comes_once() {
@@ -208,6 +272,37 @@ mod tests {
                 assert!(widest <= (4 * count).div_ceil(first), "{first} of {count}: {widest}");
             }
         }
+    }
+
+    #[test]
+    fn blocks_of_places_are_told_the_same_as_each_place_by_itself() {
+        let (gone, new) = (at(0.5, 0.5, [0.8, 0.5, 0.6], 0.2), at(3.0, 0.0, [0.4; 3], 0.7));
+        let config = ChangesConfig { enough_views: 3, ..ChangesConfig::default() };
+        let side = |boxes: &[UprightBox]| {
+            let visit = visit(boxes, 5.0);
+            Side::new(&visit, images(&visit, &config), &SurfaceTolerance::uniform(0.08), &config)
+        };
+        let (before, after) = (side(&[gone]), side(&[new]));
+        let places: Vec<ProbedPlace> =
+            before.surfaces.points().iter().step_by(7).map(|point| before.probed(point, &config)).collect();
+        let alone = |place: &ProbedPlace| {
+            let mut sum = PassingRays::default();
+            let mut views = 0;
+            for image in spread(&after.images) {
+                let rays = image.passing(&place.place, &|| place.normal(), config.ray_reach_m, &config);
+                views += usize::from(rays.through + rays.ended > 0);
+                sum += rays;
+                if views == config.enough_views {
+                    break;
+                }
+            }
+            (sum.through, sum.ended)
+        };
+        let found = after.passing(&places, &InTurn, &config);
+        let found: Vec<(usize, usize)> = found.iter().map(|rays| (rays.through, rays.ended)).collect();
+        assert_eq!(found, places.iter().map(alone).collect::<Vec<_>>());
+        assert!(found.iter().filter(|(through, _)| *through > 2).count() > 20);
+        assert!(found.iter().filter(|(_, ended)| *ended > 2).count() > 200);
     }
 
     #[test]

@@ -4,8 +4,9 @@ use crate::ChangesConfig;
 use crate::alignment::RegionalErrors;
 use crate::columns::{Columns, SIDE_M};
 use crate::join::Join;
-use geometry::{Matrix3, Vector3};
 use points::hash::{CellKey, CellTable};
+use points::symmetric::principal_axes;
+use std::sync::OnceLock;
 
 /// Within which distance two surfaces are the same, by region: from the remaining error of the poses and the noise of the sensor.
 #[derive(Clone, Debug)]
@@ -67,36 +68,79 @@ impl SurfaceTolerance {
 /// Points of a visit in a grid.
 pub(crate) struct Surfaces {
     tolerance: SurfaceTolerance,
-    /// Each cell with its place in `starts`.
+    /// Each block of cells with its place in `blocks`.
     index: CellTable,
+    blocks: Vec<Block>,
     /// Place of the first point of each cell, in their order, and the number of points.
-    starts: Vec<usize>,
-    /// The points, sorted by cell within each column. A column consists of whole cells.
+    starts: Vec<u32>,
+    /// Of each cell the normal of the surface there, once it was asked for.
+    normals: Vec<OnceLock<Option<[f32; 3]>>>,
+    /// The points, sorted by block and cell within each column. A column consists of whole blocks.
     columns: Columns,
+}
+
+/// Cells with points among 4 x 4 x 4 neighbours. Of the 27 cells around a place on a surface two thirds are empty, and there are far fewer blocks than cells to look up.
+#[derive(Clone, Copy, Debug, Default)]
+struct Block {
+    /// A bit for each cell.
+    occupied: u64,
+    /// Place in [`Surfaces::starts`] of its first cell; the others follow in the order of their bits.
+    first: u32,
+}
+
+impl Block {
+    /// Cells along an axis.
+    const SIDE: i64 = 4;
+
+    /// The block of a cell.
+    fn of(cell: [i64; 3]) -> [i64; 3] {
+        cell.map(|at| at.div_euclid(Self::SIDE))
+    }
+
+    /// The number of the bit of a cell in its block.
+    fn bit(cell: [i64; 3]) -> u32 {
+        let [x, y, z] = cell.map(|at| at.rem_euclid(Self::SIDE) as u32);
+        x + 4 * y + 16 * z
+    }
+
+    /// Place in [`Surfaces::starts`] of a cell; none without points.
+    fn place(&self, bit: u32) -> Option<usize> {
+        let before = self.occupied & ((1 << bit) - 1);
+        (self.occupied >> bit & 1 == 1).then(|| (self.first + before.count_ones()) as usize)
+    }
 }
 
 impl Surfaces {
     /// The surfaces that these points are on. The side of a cell is the largest distance of the tolerance. `O(n log n)` in the points of a column.
     pub(crate) fn new(points: impl IntoIterator<Item = [f32; 3]>, tolerance: SurfaceTolerance) -> Self {
         let per_m = tolerance.cells_per_m();
-        let mut columns = Columns::of_cells(points, per_m, (SIDE_M * per_m).ceil() as i32);
-        let mut index = CellTable::default();
-        let mut starts = Vec::new();
+        let cells = ((SIDE_M * per_m).ceil() as u32).next_multiple_of(Block::SIDE as u32) as i32;
+        let mut columns = Columns::of_cells(points, per_m, cells);
+        let (mut index, mut blocks, mut starts) = (CellTable::default(), Vec::new(), Vec::new());
         let mut place = 0;
-        let mut keyed: Vec<(CellKey, [f32; 3])> = Vec::new();
+        let mut keyed: Vec<(CellKey, u32, [f32; 3])> = Vec::new();
         for column in columns.each_mut() {
             keyed.clear();
-            keyed.extend(column.iter().map(|point| (CellKey::of_point(point, per_m), *point)));
-            keyed.sort_by_key(|(cell, _)| *cell);
-            for of_cell in keyed.chunk_by(|a, b| a.0 == b.0) {
-                index.get_or_insert(of_cell[0].0, starts.len() as u32);
-                starts.push(place);
-                place += of_cell.len();
+            keyed.extend(column.iter().map(|point| {
+                let cell = CellKey::of_point(point, per_m).cell();
+                (CellKey::new(Block::of(cell)), Block::bit(cell), *point)
+            }));
+            keyed.sort_by_key(|(block, bit, _)| (*block, *bit));
+            for of_block in keyed.chunk_by(|a, b| a.0 == b.0) {
+                index.get_or_insert(of_block[0].0, blocks.len() as u32);
+                let mut block = Block { occupied: 0, first: starts.len() as u32 };
+                for of_cell in of_block.chunk_by(|a, b| a.1 == b.1) {
+                    block.occupied |= 1 << of_cell[0].1;
+                    starts.push(place);
+                    place += of_cell.len() as u32;
+                }
+                blocks.push(block);
             }
-            column.iter_mut().zip(&keyed).for_each(|(place, (_, point))| *place = *point);
+            column.iter_mut().zip(&keyed).for_each(|(place, (_, _, point))| *place = *point);
         }
         starts.push(place);
-        Self { tolerance, index, starts, columns }
+        let normals = starts.iter().map(|_| OnceLock::new()).collect();
+        Self { tolerance, index, blocks, starts, normals, columns }
     }
 
     /// Whether a surface is the same as that at a place. Linear in the points of the 27 cells around.
@@ -115,10 +159,10 @@ impl Surfaces {
     }
 
     /// The same of some cells, by the places of their first points and the one after the last.
-    fn are_near_of_cells(&self, other: &Self, starts: &[usize]) -> Vec<bool> {
+    fn are_near_of_cells(&self, other: &Self, starts: &[u32]) -> Vec<bool> {
         let mut are_near = Vec::new();
         for ends in starts.windows(2) {
-            let points = &other.points()[ends[0]..ends[1]];
+            let points = &other.points()[ends[0] as usize..ends[1] as usize];
             // A cell has a point at least.
             let mut around = self.around(CellKey::of_point(&points[0], self.tolerance.cells_per_m()));
             are_near.extend(points.iter().map(|point| around.has(point, &self.tolerance)));
@@ -127,6 +171,7 @@ impl Surfaces {
     }
 
     fn around(&self, cell: CellKey) -> CellsAround<'_> {
+        let cell = cell.cell();
         CellsAround { surfaces: self, cell, own: self.of_cell(cell), others: None }
     }
 
@@ -135,44 +180,72 @@ impl Surfaces {
         self.tolerance.at(place)
     }
 
-    /// The points of the 26 cells beside a cell, without those that are empty.
-    fn beside(&self, cell: CellKey) -> Vec<&[[f32; 3]]> {
-        let middle = cell.cell();
-        let steps = [0, -1, 1];
-        let offsets = steps
-            .into_iter()
-            .flat_map(|x| steps.into_iter().flat_map(move |y| steps.map(move |z| [x, y, z])));
-        let cells = offsets
-            .skip(1)
-            .map(|offset| CellKey::new(std::array::from_fn(|axis| middle[axis] + offset[axis])));
-        cells.map(|cell| self.of_cell(cell)).filter(|points| !points.is_empty()).collect()
+    /// The points of a cell and of the 26 beside it, without those that are empty, in the order of x, y and z.
+    fn of_cells_around(&self, [x, y, z]: [i64; 3]) -> impl Iterator<Item = ([i64; 3], &[[f32; 3]])> {
+        // These cells are in two blocks along each axis at most.
+        let (first, last) = (Block::of([x - 1, y - 1, z - 1]), Block::of([x + 1, y + 1, z + 1]));
+        let blocks: [Block; 8] = std::array::from_fn(|number| {
+            let step = [number & 1, number >> 1 & 1, number >> 2].map(|step| step as i64);
+            let block: [i64; 3] = std::array::from_fn(|axis| first[axis] + step[axis]);
+            let is_asked = (0..3).all(|axis| block[axis] <= last[axis]);
+            let place = is_asked.then(|| self.index.get(CellKey::new(block))).flatten();
+            place.map_or(Block::default(), |place| self.blocks[place as usize])
+        });
+        let is_any = blocks.iter().any(|block| block.occupied != 0);
+        let of_cell = move |cell: [i64; 3]| {
+            let block = Block::of(cell);
+            let [x, y, z] = [0, 1, 2].map(|axis| (block[axis] - first[axis]) as usize);
+            let place = blocks[x + 2 * y + 4 * z].place(Block::bit(cell))?;
+            Some((cell, self.points_of(place)))
+        };
+        let end = if is_any { x + 2 } else { x - 1 };
+        (x - 1..end)
+            .flat_map(move |x| (y - 1..=y + 1).flat_map(move |y| (z - 1..=z + 1).map(move |z| [x, y, z])))
+            .filter_map(of_cell)
     }
 
-    /// Unit normal of the surface at a place: the direction in which the points of the 27 cells around spread least. None with fewer points than that. Linear in those points.
+    /// Unit normal of the surface in the cell of a place: the direction in which the points of the 27 cells around spread least. None with fewer points than that, and of a cell without points.
+    /// Linear in those points when a cell is asked first; it has to be asked with the same number of points always.
     pub(crate) fn normal(&self, place: &[f32; 3], min_points: f64) -> Option<[f32; 3]> {
-        let middle = CellKey::of_point(place, self.tolerance.cells_per_m()).cell();
-        let (mut count, mut sum, mut squares) = (0.0, Vector3::zeros(), Matrix3::zeros());
-        for offset in (-1..=1).flat_map(|x| (-1..=1).flat_map(move |y| (-1..=1).map(move |z| [x, y, z]))) {
-            let cell = CellKey::new(std::array::from_fn(|axis| middle[axis] + offset[axis]));
-            for point in self.of_cell(cell) {
-                let at = Vector3::from_fn(|axis, _| f64::from(point[axis] - place[axis]));
+        let cell = CellKey::of_point(place, self.tolerance.cells_per_m()).cell();
+        let index = self.place_of(cell)?;
+        *self.normals[index].get_or_init(|| self.normal_around(cell, &self.points_of(index)[0], min_points))
+    }
+
+    /// The normal of the points of a cell and those around it. Products are of offsets from one of them, which are short.
+    fn normal_around(&self, cell: [i64; 3], first: &[f32; 3], min_points: f64) -> Option<[f32; 3]> {
+        let (mut count, mut sum, mut squares) = (0.0, [0.0; 3], [0.0; 6]);
+        for (_, points) in self.of_cells_around(cell) {
+            for point in points {
+                let [x, y, z]: [f64; 3] = std::array::from_fn(|axis| f64::from(point[axis] - first[axis]));
                 count += 1.0;
-                sum += at;
-                squares += at * at.transpose();
+                [x, y, z].iter().zip(&mut sum).for_each(|(at, sum)| *sum += at);
+                let products = [x * x, x * y, x * z, y * y, y * z, z * z];
+                products.iter().zip(&mut squares).for_each(|(product, sum)| *sum += product);
             }
         }
         if count < min_points {
             return None;
         }
-        let spread = squares / count - (sum / count) * (sum / count).transpose();
-        let eigen = spread.try_symmetric_eigen(1e-12, 100)?;
-        let least = eigen.eigenvalues.imin();
-        Some(eigen.eigenvectors.column(least).map(|at| at as f32).into())
+        let [x, y, z] = sum.map(|at| at / count);
+        let of_means = [x * x, x * y, x * z, y * y, y * z, z * z];
+        let spread = std::array::from_fn(|part| (squares[part] / count - of_means[part]) as f32);
+        principal_axes(&spread).map(|axes| axes.normal)
     }
 
-    fn of_cell(&self, cell: CellKey) -> &[[f32; 3]] {
-        let Some(place) = self.index.get(cell).map(|place| place as usize) else { return &[] };
-        &self.points()[self.starts[place]..self.starts[place + 1]]
+    fn of_cell(&self, cell: [i64; 3]) -> &[[f32; 3]] {
+        self.place_of(cell).map_or(&[], |place| self.points_of(place))
+    }
+
+    /// Place of a cell in `starts`; none without points.
+    fn place_of(&self, cell: [i64; 3]) -> Option<usize> {
+        let block = self.index.get(CellKey::new(Block::of(cell)))?;
+        self.blocks[block as usize].place(Block::bit(cell))
+    }
+
+    /// The points of a cell, by its place in `starts`.
+    fn points_of(&self, place: usize) -> &[[f32; 3]] {
+        &self.points()[self.starts[place] as usize..self.starts[place + 1] as usize]
     }
 
     /// All points.
@@ -189,7 +262,7 @@ impl Surfaces {
 /// The points of a cell and of the cells around it, which are looked up when they are needed first: most places have a surface in their own cell.
 struct CellsAround<'a> {
     surfaces: &'a Surfaces,
-    cell: CellKey,
+    cell: [i64; 3],
     own: &'a [[f32; 3]],
     others: Option<Vec<&'a [[f32; 3]]>>,
 }
@@ -204,7 +277,10 @@ impl CellsAround<'_> {
         if is_within(self.own, tolerance.least_m) {
             return true;
         }
-        let others = self.others.get_or_insert_with(|| self.surfaces.beside(self.cell));
+        let others = self.others.get_or_insert_with(|| {
+            let around = self.surfaces.of_cells_around(self.cell);
+            around.filter(|(cell, _)| *cell != self.cell).map(|(_, points)| points).collect()
+        });
         if others.iter().any(|points| is_within(points, tolerance.least_m)) {
             return true;
         }

@@ -88,8 +88,10 @@ fn main() -> Result<()> {
         quantile(&of_all, 0.5)
     };
     let (median_s, processor_s) = (median(0), median(1));
+    let slow = times_s.iter().filter(|times| times[0] > BAR_S).count();
+    let most_s = times_s.iter().map(|times| times[0]).fold(0.0, f64::max);
     println!(
-        "\n{} comparisons, the median took {median_s:.2} s and {processor_s:.2} s of processor time",
+        "\n{} comparisons, the median took {median_s:.2} s and {processor_s:.2} s of processor time; the slowest took {most_s:.2} s, and {slow} of them took more than {BAR_S} s",
         times_s.len()
     );
     println!("{score}");
