@@ -8,7 +8,7 @@ use crate::penetration::{
     evidence_of_absence, explains_absence, penetration, was_looked_through, was_there, without_passing,
 };
 use crate::ray_image::PassingRays;
-use crate::side::{ProbedPlace, Side, ground_below};
+use crate::side::{Side, ground_below};
 use crate::{ChangesConfig, UprightBox};
 use geometry::Vector3;
 use points::hash::{CellKey, CellTable};
@@ -62,14 +62,14 @@ struct CandidatePoints {
 fn candidates(compared: &Compared, join: &impl Join, config: &ChangesConfig) -> CandidatePoints {
     let Compared { visit, other, are_near } = compared;
     let mut cells = CellTable::default();
-    let mut places: Vec<ProbedPlace> = Vec::new();
+    let mut places: Vec<[f32; 3]> = Vec::new();
     let mut of_places: Vec<(u32, [f32; 3])> = Vec::new();
     let without = visit.surfaces.points().iter().zip(are_near).filter(|(_, is_near)| !**is_near);
     for (point, _) in without {
         let cell = CellKey::of_point(point, 1.0 / config.candidate_cell_m as f32);
         let (place, is_new) = cells.get_or_insert(cell, places.len() as u32);
         if is_new {
-            places.push(visit.probed(point, config));
+            places.push(*point);
         }
         of_places.push((place, *point));
     }
@@ -78,13 +78,10 @@ fn candidates(compared: &Compared, join: &impl Join, config: &ChangesConfig) -> 
         rays.through >= config.min_free_rays
             && rays.through as f64 >= config.min_free_share * (rays.through + rays.ended) as f64
     };
-    let is_free: Vec<bool> = other.passing(&places, join, config).into_iter().map(is_free).collect();
-    let free: Vec<ProbedPlace> = places
-        .iter()
-        .zip(&is_free)
-        .filter(|(_, is_free)| **is_free)
-        .map(|(place, _)| place.clone())
-        .collect();
+    let passing = other.passing(&places, &visit.surfaces, join, config);
+    let is_free: Vec<bool> = passing.into_iter().map(is_free).collect();
+    let free = places.iter().zip(&is_free).filter(|(_, is_free)| **is_free);
+    let free: Vec<[f32; 3]> = free.map(|(place, _)| *place).collect();
     let mut was_passing = visit.was_passing(&free, join, config).into_iter();
     // Of the places that are not free nothing is known.
     let kinds: Vec<Option<bool>> =

@@ -51,9 +51,16 @@ impl Bearing {
         // The tangent of an angle is at least the angle.
         let tangent = |distance_m: f32| {
             let adjacent = (distance_m * distance_m - within_m * within_m).max(0.0).sqrt();
-            if adjacent > 0.0 { within_m / adjacent + ROUNDING } else { f32::INFINITY }
+            if adjacent > 0.0 { within_m / adjacent } else { f32::INFINITY }
         };
-        [tangent(self.level_m), tangent(self.range_m)]
+        // A coordinate grows by t² + (1 - t)² for each radian, where t is its distance from the axis, and t by no more than the angle.
+        let of_coordinate = |at: f32, angle_rad: f32| {
+            let from_axis = at.abs().fract();
+            let growth = 1.0 - 2.0 * from_axis * (1.0 - from_axis) + 2.0 * angle_rad;
+            growth.min(1.0) * angle_rad + ROUNDING
+        };
+        let Direction { around, up } = self.direction;
+        [of_coordinate(around, tangent(self.level_m)), of_coordinate(up, tangent(self.range_m))]
     }
 }
 

@@ -28,7 +28,7 @@ impl<'a> Passing<'a> {
             let next = (self.answers.len() + new.len()) as u32;
             let (answer, is_new) = self.cells.get_or_insert(CellKey::of_point(place, cells_per_m), next);
             if is_new {
-                new.push(self.visit.probed(place, self.config));
+                new.push(*place);
             }
             answers_of.push(answer as usize);
         }

@@ -6,8 +6,8 @@ use crate::surfaces::{SurfaceTolerance, Surfaces};
 use crate::{ChangesConfig, UprightBox, Visit};
 use geometry::Vector3;
 use points::hash::{CellKey, CellTable};
+use std::cell::Cell;
 use std::collections::BTreeMap;
-use std::sync::OnceLock;
 
 /// Side of the cubes in which places are told together that no ray of a view reaches, metres. Chosen: as small as what stands beside a way, so that a view sees all of it or nothing of it; 0.5 m takes
 /// the same time.
@@ -33,14 +33,15 @@ impl Side {
         Self { surfaces: Surfaces::new(points, tolerance.clone()), images }
     }
 
-    /// The rays that passed each of these places closely, of as many views as are asked.
+    /// The rays that passed each of these places closely, of as many views as are asked. The places are on these surfaces.
     pub(crate) fn passing(
         &self,
-        places: &[ProbedPlace],
+        places: &[[f32; 3]],
+        surfaces: &Surfaces,
         join: &impl Join,
         config: &ChangesConfig,
     ) -> Vec<PassingRays> {
-        self.ask_views(places, config.ray_reach_m, join, config, |sum: &mut PassingRays, rays| {
+        self.ask_views(places, surfaces, config.ray_reach_m, join, config, |sum: &mut PassingRays, rays| {
             *sum += rays;
             rays.through + rays.ended > 0
         })
@@ -51,7 +52,7 @@ impl Side {
     /// half of them pass.
     pub(crate) fn was_passing(
         &self,
-        places: &[ProbedPlace],
+        places: &[[f32; 3]],
         join: &impl Join,
         config: &ChangesConfig,
     ) -> Vec<bool> {
@@ -65,7 +66,7 @@ impl Side {
             *telling += u32::from(is_telling);
             is_telling
         };
-        let views = self.ask_views(places, config.own_ray_reach_m, join, config, tells);
+        let views = self.ask_views(places, &self.surfaces, config.own_ray_reach_m, join, config, tells);
         let is_mostly =
             |[free, telling]: [u32; 2]| f64::from(free) > config.moving_share * f64::from(telling);
         views.into_iter().map(is_mostly).collect()
@@ -77,7 +78,8 @@ impl Side {
     /// and the rays towards those that it may tell of.
     fn ask_views<T: Clone + Default + Send>(
         &self,
-        places: &[ProbedPlace],
+        places: &[[f32; 3]],
+        surfaces: &Surfaces,
         reach_m: f64,
         join: &impl Join,
         config: &ChangesConfig,
@@ -91,8 +93,15 @@ impl Side {
                         continue;
                     }
                     open.retain_mut(|question| {
-                        let normal = || places[question.index as usize].normal();
+                        let known = Cell::new(question.normal);
+                        let normal = || {
+                            let of_place = || surfaces.normal(&question.place, config.min_normal_points);
+                            let normal = known.get().unwrap_or_else(of_place);
+                            known.set(Some(normal));
+                            normal
+                        };
                         let rays = image.passing(&question.place, &normal, reach_m, config);
+                        question.normal = known.get();
                         if rays != PassingRays::default() {
                             question.views += usize::from(tells(&mut question.known, rays));
                         }
@@ -116,16 +125,6 @@ impl Side {
         }
         known
     }
-
-    /// A place on a surface of this visit.
-    pub(crate) fn probed(&self, place: &[f32; 3], config: &ChangesConfig) -> ProbedPlace<'_> {
-        ProbedPlace {
-            place: *place,
-            surfaces: &self.surfaces,
-            min_normal_points: config.min_normal_points,
-            normal: OnceLock::new(),
-        }
-    }
 }
 
 /// The rays of a visit. Linear in its points.
@@ -145,24 +144,27 @@ struct Block<T> {
 #[derive(Clone)]
 struct Question<T> {
     index: u32,
-    /// Here too, so that the places of a block stand one after the other in memory.
+    /// Metres, map frame. Here, so that the places of a block stand one after the other in memory.
     place: [f32; 3],
+    /// Of the surface there, once it was asked for.
+    normal: Option<Option<[f32; 3]>>,
     /// Views that told of it.
     views: usize,
     known: T,
 }
 
 /// Places in cubes of [`BLOCK_M`], of which every second one is in either half. Linear in the places.
-fn blocks<T: Default>(places: &[ProbedPlace]) -> [Vec<Block<T>>; 2] {
+fn blocks<T: Default>(places: &[[f32; 3]]) -> [Vec<Block<T>>; 2] {
     let mut table = CellTable::default();
     let mut blocks: Vec<Vec<Question<T>>> = Vec::new();
-    for (index, ProbedPlace { place, .. }) in places.iter().enumerate() {
+    for (index, place) in places.iter().enumerate() {
         let cell = CellKey::of_point(place, 1.0 / BLOCK_M);
         let (block, is_new) = table.get_or_insert(cell, blocks.len() as u32);
         if is_new {
             blocks.push(Vec::new());
         }
-        let question = Question { index: index as u32, place: *place, views: 0, known: T::default() };
+        let question =
+            Question { index: index as u32, place: *place, normal: None, views: 0, known: T::default() };
         blocks[block as usize].push(question);
     }
     let mut halves = [Vec::new(), Vec::new()];
@@ -178,24 +180,6 @@ fn spread<T>(items: &[T]) -> impl Iterator<Item = &T> {
     // One at least, because a shift by all bits is none.
     let bits = items.len().next_power_of_two().trailing_zeros().max(1);
     (0..1_u64 << bits).filter_map(move |index| items.get((index.reverse_bits() >> (64 - bits)) as usize))
-}
-
-/// A place of which rays are asked.
-#[derive(Clone)]
-pub(crate) struct ProbedPlace<'a> {
-    /// Metres, map frame.
-    place: [f32; 3],
-    surfaces: &'a Surfaces,
-    min_normal_points: f64,
-    /// Computed when it is needed first: past most places that the other visit did not see, no ray went.
-    normal: OnceLock<Option<[f32; 3]>>,
-}
-
-impl ProbedPlace<'_> {
-    /// Unit normal of the surface there, if there are points enough.
-    fn normal(&self) -> Option<[f32; 3]> {
-        *self.normal.get_or_init(|| self.surfaces.normal(&self.place, self.min_normal_points))
-    }
 }
 
 /// Whether so few of the rays that tell of a place ended there that they did so by chance.
@@ -283,13 +267,13 @@ mod tests {
             Side::new(&visit, images(&visit, &config), &SurfaceTolerance::uniform(0.08), &config)
         };
         let (before, after) = (side(&[gone]), side(&[new]));
-        let places: Vec<ProbedPlace> =
-            before.surfaces.points().iter().step_by(7).map(|point| before.probed(point, &config)).collect();
-        let alone = |place: &ProbedPlace| {
+        let places: Vec<[f32; 3]> = before.surfaces.points().iter().step_by(7).copied().collect();
+        let alone = |place: &[f32; 3]| {
+            let normal = || before.surfaces.normal(place, config.min_normal_points);
             let mut sum = PassingRays::default();
             let mut views = 0;
             for image in spread(&after.images) {
-                let rays = image.passing(&place.place, &|| place.normal(), config.ray_reach_m, &config);
+                let rays = image.passing(place, &normal, config.ray_reach_m, &config);
                 views += usize::from(rays.through + rays.ended > 0);
                 sum += rays;
                 if views == config.enough_views {
@@ -298,7 +282,7 @@ mod tests {
             }
             (sum.through, sum.ended)
         };
-        let found = after.passing(&places, &InTurn, &config);
+        let found = after.passing(&places, &before.surfaces, &InTurn, &config);
         let found: Vec<(usize, usize)> = found.iter().map(|rays| (rays.through, rays.ended)).collect();
         assert_eq!(found, places.iter().map(alone).collect::<Vec<_>>());
         assert!(found.iter().filter(|(through, _)| *through > 2).count() > 20);
