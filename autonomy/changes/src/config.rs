@@ -33,8 +33,8 @@ pub struct ChangesConfig {
     /// Side of the cells in which the density of the rays of a view is measured, radians. Chosen: 4 degrees, more than the largest cell of an image, so that a cell in
     /// which there are rays has several.
     pub density_cell_rad: f64,
-    /// Side of the cells in which the farthest range of the rays of a view is kept, radians. It changes nothing but the time: with 0.02, 0.03 and 0.045 rad a comparison took the same, with 0.07 rad and the
-    /// farthest range of the cells around a tenth more.
+    /// Side of the cells in which the farthest range of the rays of a view is kept, radians. It changes nothing but the time: with 0.02, 0.03 and 0.045 rad a comparison took the same processor time to
+    /// 2 %, and so it did with 0.07 rad and the farthest range of the cells around.
     pub sight_cell_rad: f64,
     /// A ray tells of places within this distance of it, metres. Chosen while [`Self::same_surface_m`] was 0.15 m, and below it: a ray beside an object that is still
     /// there then tells nothing of its points, which have a surface near them. With 0.08 and 0.2 m the first three seeds of docs/benchmarks/changes.md gave the same

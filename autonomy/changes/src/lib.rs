@@ -5,7 +5,7 @@
 //! 1. `alignment`: the views of the later visit are aligned with the surfaces of the earlier one, and what is left of the errors of their poses is measured;
 //! 2. `surfaces`: a point with a surface of the other visit near it has not changed;
 //! 3. `ray_image`: a point has changed only if rays of the other visit went through its place. Where the other visit never looked, nothing is known, and nothing is reported;
-//! 4. `clusters`: changed points near each other are one object;
+//! 4. `clusters`: changed points near each other are one object (`differences` does 2 to 5 for each of the two visits);
 //! 5. `upright_box`: the place, size and heading of an object, down to the ground it stands on;
 //! 6. `moves`: an object that is gone from one place and one of its shape and size that is new at another are one that was moved, with a probability.
 //!
