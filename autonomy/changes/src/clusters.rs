@@ -58,7 +58,8 @@ pub(crate) fn clusters(points: &[[f32; 3]], gap_m: f32) -> Vec<Vec<usize>> {
     groups
 }
 
-fn root_of(parents: &mut [usize], place: usize) -> usize {
+/// The group of a place: its root.
+pub(crate) fn root_of(parents: &mut [usize], place: usize) -> usize {
     let mut root = place;
     while parents[root] != root {
         parents[root] = parents[parents[root]];
@@ -67,7 +68,8 @@ fn root_of(parents: &mut [usize], place: usize) -> usize {
     root
 }
 
-fn join(parents: &mut [usize], a: usize, b: usize) {
+/// Makes the groups of two places one.
+pub(crate) fn join(parents: &mut [usize], a: usize, b: usize) {
     let (a, b) = (root_of(parents, a), root_of(parents, b));
     // The earlier cell is the root, so that groups do not depend on the order of joining.
     parents[a.max(b)] = a.min(b);

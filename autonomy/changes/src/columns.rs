@@ -65,6 +65,11 @@ impl Columns {
         &self.points
     }
 
+    /// Each column by its place in the grid, in order, with the place of its first point.
+    pub(crate) fn starts(&self) -> &[([i32; 2], usize)] {
+        &self.starts
+    }
+
     /// The points of each column, to be put into another order.
     pub(crate) fn each_mut(&mut self) -> impl Iterator<Item = &mut [[f32; 3]]> {
         let ends = self.starts.iter().skip(1).map(|(_, start)| *start).chain([self.points.len()]);

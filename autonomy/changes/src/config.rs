@@ -164,6 +164,14 @@ pub struct ChangesConfig {
     pub min_turn_rad: f64,
     /// See [`Self::min_turn_rad`], metres.
     pub min_shift_m: f64,
+    /// What stands on the ground is looked at up to this height above it, metres, to find such things of which no part differs. Chosen: as [`Self::turned_reach_m`]; and most people are higher.
+    pub standing_height_m: f64,
+    /// A height is that of a floor if this share of the cells is occupied at it that is occupied at the height where most are. Chosen: a floor of which two thirds are hidden is one.
+    pub level_share: f64,
+    /// The fit by which is first told whether such a thing has its heading of before. Chosen: the time is in proportion to its points and headings.
+    pub turned_first_fit: BoxFitConfig,
+    /// The points of such a thing are nearer to the sides of their own box than to those of one with the other heading by this factor (the criterion of [`UprightBox::around`](crate::UprightBox::around)).
+    pub min_side_ratio: f64,
     /// Its confidence: rays tell of the parts that differ, but not whether they are of one thing.
     pub turned_confidence: f64,
     /// Side of the cells of which the cloud of what has not changed has one point each, metres: enough for people to see where they are. Chosen: smaller cells make the
@@ -237,6 +245,10 @@ impl Default for ChangesConfig {
             turned_size_share: 0.15,
             min_turn_rad: 0.17,
             min_shift_m: 0.1,
+            standing_height_m: 1.5,
+            level_share: 0.35,
+            turned_first_fit: BoxFitConfig { max_fit_points: 300, headings: 30, ..BoxFitConfig::default() },
+            min_side_ratio: 1.5,
             turned_confidence: 0.9,
             unchanged_cell_m: 0.1,
             min_normal_points: 6.0,

@@ -7,7 +7,7 @@ use crate::moves::moves;
 use crate::side::{Side, images};
 use crate::size_likelihood::log_likelihood_ratio;
 use crate::surfaces::SurfaceTolerance;
-use crate::turned::{TurnedThing, find_turned};
+use crate::turned::{TurnedThing, find_turned, find_turned_as_a_whole};
 use crate::{ChangesConfig, UprightBox, Visit};
 use geometry::Vector3;
 use object_identity::{Association, Descriptor, GeometricDescriptor, ObjectDescriptor, PointNetwork};
@@ -92,7 +92,8 @@ pub fn detect_changes_with(
         (differing, unchanged(&after, &compared.are_near, config))
     };
     let (mut removed, (mut appeared, unchanged)) = join.join(of_before, of_after);
-    let turned = turned_things(&mut removed, &mut appeared, [&before, &after], config);
+    let as_a_whole = find_turned_as_a_whole([&before, &after], join, config);
+    let turned = turned_things(&mut removed, &mut appeared, as_a_whole, [&before, &after], config);
     let (removed, appeared) = (removed.objects, appeared.objects);
     let boxes = |objects: &[UnmatchedObject]| objects.iter().map(|object| object.place).collect::<Vec<_>>();
     let (gone, new) = (boxes(&removed), boxes(&appeared));
@@ -109,14 +110,15 @@ pub fn detect_changes_with(
     Changes { objects, unchanged }
 }
 
-/// Things that were turned where they stand. What they explain is taken from the other objects.
+/// Things that were turned where they stand: these, and those of which parts differ. What they explain is taken from the other objects.
 fn turned_things(
     removed: &mut Differences,
     appeared: &mut Differences,
+    as_a_whole: Vec<TurnedThing>,
     sides: [&Side; 2],
     config: &ChangesConfig,
 ) -> Vec<ChangedObject> {
-    let mut found: Vec<TurnedThing> = Vec::new();
+    let mut found = as_a_whole;
     let gone: Vec<Vec<[f32; 3]>> = removed
         .parts
         .iter()

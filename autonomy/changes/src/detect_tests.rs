@@ -139,3 +139,27 @@ fn a_thing_that_was_turned_where_it_stands_is_one_that_was_moved() {
     let was = if let Change::Moved { from } = &found[0].change { Some(from) } else { None };
     assert!(was.is_some_and(|was| is_at(was, &from) && (was.yaw_rad - 0.2).abs() < 0.1), "{was:?}");
 }
+
+#[test]
+fn a_small_thing_of_which_no_part_differs_is_turned() {
+    let of = |yaw_rad: f64| visit_with_rays(&[at(0.5, 0.5, [0.45, 0.4, 0.6], yaw_rad)], 5.0, &FINE);
+    let (before, after) = (of(0.2), of(0.8));
+    let config = ChangesConfig::default();
+    let found = detect_changes(&before, &after, &config).objects;
+    assert_eq!(found.len(), 1, "{found:?}");
+    let was = if let Change::Moved { from } = &found[0].change { Some(from) } else { None };
+    assert!(was.is_some_and(|was| (was.yaw_rad - 0.2).abs() < 0.1), "{was:?}");
+    assert!((found[0].place.yaw_rad - 0.8).abs() < 0.1, "{:?}", found[0].place);
+    let parts_alone = ChangesConfig { min_side_ratio: f64::INFINITY, ..config };
+    assert_eq!(detect_changes(&before, &after, &parts_alone).objects, [], "a part of it differs");
+    assert_eq!(detect_changes(&before, &of(0.2), &config).objects, [], "it stands as before");
+}
+
+#[test]
+fn a_person_who_turns_round_is_no_thing_that_was_turned() {
+    let person = |yaw_rad: f64| at(1.0, -0.05, [0.6, 0.4, 1.3], yaw_rad);
+    let (before, after) =
+        (visit_with_person(&[], &person(0.0), 1.0), visit_with_person(&[], &person(0.7), 1.0));
+    let found = detect_changes(&before, &after, &ChangesConfig::default()).objects;
+    assert_eq!(found, []);
+}

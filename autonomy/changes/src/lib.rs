@@ -38,6 +38,7 @@ mod side;
 #[cfg(test)]
 mod site_tests;
 mod size_likelihood;
+mod standing;
 mod surfaces;
 mod turned;
 mod upright_box;

@@ -6,6 +6,7 @@ use crate::columns::{Columns, SIDE_M};
 use crate::join::Join;
 use points::hash::{CellKey, CellTable};
 use points::symmetric::principal_axes;
+use std::ops::Range;
 use std::sync::OnceLock;
 
 /// Within which distance two surfaces are the same, by region: from the remaining error of the poses and the noise of the sensor.
@@ -231,6 +232,31 @@ impl Surfaces {
         let of_means = [x * x, x * y, x * z, y * y, y * z, z * z];
         let spread = std::array::from_fn(|part| (squares[part] / count - of_means[part]) as f32);
         principal_axes(&spread).map(|axes| axes.normal)
+    }
+
+    /// Side of a cell, metres.
+    pub(crate) fn cell_side_m(&self) -> f32 {
+        self.tolerance.largest_m
+    }
+
+    /// Each column of cells by its place in the grid, in order, with its cells and their points.
+    pub(crate) fn cells_of_columns(
+        &self,
+    ) -> impl Iterator<Item = ([i32; 2], impl Iterator<Item = ([i64; 3], Range<usize>)>)> {
+        let per_m = self.tolerance.cells_per_m();
+        let mut rest = self.starts.as_slice();
+        let columns = self.columns.starts();
+        let ends = columns.iter().skip(1).map(|(_, start)| *start).chain([self.points().len()]);
+        columns.iter().zip(ends).map(move |((column, _), end)| {
+            let count = rest.partition_point(|start| (*start as usize) < end);
+            let of_column = &rest[..=count];
+            rest = &rest[count..];
+            let cells = of_column.windows(2).map(move |ends| {
+                let range = ends[0] as usize..ends[1] as usize;
+                (CellKey::of_point(&self.points()[range.start], per_m).cell(), range)
+            });
+            (*column, cells)
+        })
     }
 
     fn of_cell(&self, cell: [i64; 3]) -> &[[f32; 3]] {

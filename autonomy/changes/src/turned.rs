@@ -1,8 +1,11 @@
 //! Things that were turned where they stand, or moved by less than their size: most of their surface is where a surface was before, so that only parts of them differ.
 
 use crate::clusters::clusters;
+use crate::join::{Join, alternately};
 use crate::moves::is_same_size;
+use crate::passing::Passing;
 use crate::side::{Side, ground_below};
+use crate::standing::standing_things;
 use crate::{ChangesConfig, UprightBox};
 use geometry::Vector3;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -33,6 +36,55 @@ pub(crate) fn find_turned(
     let (_, from) = standing_free(&place, gone_part, sides, 0, config)?;
     let is_same = is_same_size(&from, &place, config.turned_size_share, config.same_size_m);
     (is_same && stands_otherwise(&from, &place, config)).then_some(TurnedThing { from, place, points })
+}
+
+/// Things that have another heading than before, though no part of them may differ by [`ChangesConfig::same_surface_m`]: what stands free in the later visit is looked at in both. Linear in the cells of the
+/// later visit, and in the points around each thing.
+pub(crate) fn find_turned_as_a_whole(
+    sides: [&Side; 2],
+    join: &impl Join,
+    config: &ChangesConfig,
+) -> Vec<TurnedThing> {
+    let things = standing_things(&sides[1].surfaces, config);
+    let turned = alternately(&things, join, |thing| turned_as_a_whole(thing, sides, config));
+    turned.into_iter().flatten().collect()
+}
+
+/// The thing of these points of the later visit, if it was turned: it stands free in both visits, is as large as before, and the points of each visit are much nearer to the sides of a box with their own heading
+/// than to those of one with the other heading.
+fn turned_as_a_whole(thing: &[[f32; 3]], sides: [&Side; 2], config: &ChangesConfig) -> Option<TurnedThing> {
+    // Most things have their heading of before, which few points tell.
+    let place = UprightBox::around(thing, &config.turned_first_fit)?;
+    let holds = place.holder(config.turned_gap_m);
+    let is_of_thing = |point: &&[f32; 3]| f64::from(point[2]) >= place.bottom_m() && holds(&at(point));
+    let around = sides[0].surfaces.columns().around(&place, config.turned_gap_m);
+    let before: Vec<[f32; 3]> = around.filter(is_of_thing).copied().collect();
+    if !is_turned(&UprightBox::around(&before, &config.turned_first_fit)?, &place, config) {
+        return None;
+    }
+    let (before, from) = standing_free(&place, &before, sides, 0, config)?;
+    let (after, place) = standing_free(&place, thing, sides, 1, config)?;
+    let is_clear = |points: &[[f32; 3]], own: &UprightBox, other: &UprightBox| {
+        let nearness = |of: &UprightBox| UprightBox::nearness_to_sides(points, of.yaw_rad, &config.box_fit);
+        nearness(own) >= config.min_side_ratio * nearness(other)
+    };
+    let is_turned = is_same_size(&from, &place, config.turned_size_share, config.same_size_m)
+        && is_turned(&from, &place, config)
+        // Of what is higher a part was not looked at.
+        && from.size_m[2].max(place.size_m[2]) < config.standing_height_m
+        && is_clear(&before, &from, &place)
+        && is_clear(&after, &place, &from)
+        && stayed(&before, sides[0], config)
+        && stayed(&after, sides[1], config);
+    is_turned.then_some(TurnedThing { from, place, points: after })
+}
+
+/// Whether most points of a thing were there all the time of its visit, as those of a person are not.
+fn stayed(points: &[[f32; 3]], visit: &Side, config: &ChangesConfig) -> bool {
+    let step = points.len().div_ceil(config.max_asked_points).max(1);
+    let asked: Vec<[f32; 3]> = points.iter().step_by(step).copied().collect();
+    let passing = Passing::new(visit, config).at(&asked).filter(|is_passing| *is_passing).count();
+    2 * passing < asked.len()
 }
 
 /// The points above the ground of one of the visits that are connected with a part, and their box; none if they reach farther than a loose thing does.
@@ -69,12 +121,17 @@ fn standing_free(
 
 /// Whether a box has another heading or place than before, by more than noise.
 fn stands_otherwise(from: &UprightBox, to: &UprightBox, config: &ChangesConfig) -> bool {
+    is_turned(from, to, config) || (to.centre_m - from.centre_m).xy().norm() >= config.min_shift_m
+}
+
+/// Whether a box has another heading than before, by more than noise.
+fn is_turned(from: &UprightBox, to: &UprightBox, config: &ChangesConfig) -> bool {
     let [length, width, _] = to.size_m;
     // A square looks the same after a quarter turn, other boxes after half a turn.
     let period_rad = if length - width <= config.same_size_m { FRAC_PI_2 } else { PI };
     let turn_rad = (to.yaw_rad - from.yaw_rad).rem_euclid(period_rad);
     let turn_rad = turn_rad.min(period_rad - turn_rad);
-    turn_rad >= config.min_turn_rad || (to.centre_m - from.centre_m).xy().norm() >= config.min_shift_m
+    turn_rad >= config.min_turn_rad
 }
 
 fn at(point: &[f32; 3]) -> Vector3 {

@@ -49,6 +49,16 @@ impl UprightBox {
         })
     }
 
+    /// How near points are to the sides of the box round them that has a heading, from 0 to 1: the criterion of [`Self::around`]. Linear in the points that are used.
+    pub(crate) fn nearness_to_sides(points: &[[f32; 3]], yaw_rad: f64, config: &BoxFitConfig) -> f64 {
+        let step = points.len().div_ceil(config.max_fit_points).max(1);
+        let level: [Vec<f64>; 2] =
+            [0, 1].map(|axis| points.iter().step_by(step).map(|point| f64::from(point[axis])).collect());
+        let mut turned = level.clone();
+        config.on_side_m * closeness(&level, yaw_rad, config.on_side_m, &mut turned)
+            / level[0].len().max(1) as f64
+    }
+
     /// Height of its lower side, metres.
     pub fn bottom_m(&self) -> f64 {
         self.centre_m.z - self.size_m[2] / 2.0
