@@ -170,7 +170,7 @@ pub struct ChangesConfig {
     pub level_share: f64,
     /// The fit by which is first told whether such a thing has its heading of before. Chosen: the time is in proportion to its points and headings.
     pub turned_first_fit: BoxFitConfig,
-    /// The points of such a thing are nearer to the sides of their own box than to those of one with the other heading by this factor (the criterion of [`UprightBox::around`](crate::UprightBox::around)).
+    /// The points of such a thing are nearer to the sides of their own box than to those of one with the other heading by this factor (the criterion of [`UprightBox::around`](crate::UprightBox::around)). Source: docs/maths/changes.md, equation 10: 1.75 and more of things that were turned.
     pub min_side_ratio: f64,
     /// Its confidence: rays tell of the parts that differ, but not whether they are of one thing.
     pub turned_confidence: f64,

@@ -10,53 +10,72 @@ use points::hash::{CellKey, CellTable};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Number of occupied cells at each height, in cells.
-type Heights = BTreeMap<i64, usize>;
-
 /// The points above the ground of each thing that stands free, in the order of the grid. Cells whose lower side is less than a cell above the ground are left out: a floor is not quite flat. Linear in the cells.
 pub(crate) fn standing_things(surfaces: &Surfaces, config: &ChangesConfig) -> Vec<Vec<[f32; 3]>> {
     let marks = Marks::of(surfaces, config);
-    let groups = marks.groups();
-    let side_m = f64::from(surfaces.cell_side_m());
-    let is_loose = |group: &&Vec<usize>| {
-        let reach = |axis: usize| {
-            let at = || group.iter().map(|mark| marks.of_grid[*mark].cell[axis]);
-            at().max().zip(at().min()).map_or(0, |(most, least)| most - least + 1)
-        };
-        reach(0).max(reach(1)) as f64 * side_m <= 2.0 * config.turned_reach_m
-    };
-    let points_of = |group: &Vec<usize>| -> Vec<[f32; 3]> {
-        let ranges = group.iter().flat_map(|mark| marks.of_grid[*mark].points.iter().cloned());
-        ranges.flat_map(|range| surfaces.points()[range].iter().copied()).collect()
-    };
-    let things = groups.iter().filter(is_loose).map(points_of);
-    things.filter(|points| points.len() >= config.min_points_of_others).collect()
+    let roots = marks.roots();
+    let mut sizes = vec![Size::default(); marks.of_grid.len()];
+    for (cell, root) in marks.of_grid.iter().zip(&roots) {
+        sizes[*root].add([cell[0], cell[1]]);
+    }
+    for (mark, points) in &marks.cells {
+        sizes[roots[*mark as usize]].points += points.len();
+    }
+    let most_cells = (2.0 * config.turned_reach_m / f64::from(surfaces.cell_side_m())) as i64;
+    let mut things: Vec<Option<Vec<[f32; 3]>>> = sizes
+        .iter()
+        .map(|size| {
+            let is_loose = size.reach() <= most_cells && size.points >= config.min_points_of_others;
+            is_loose.then(|| Vec::with_capacity(size.points))
+        })
+        .collect();
+    for (mark, points) in marks.cells {
+        if let Some(thing) = &mut things[roots[mark as usize]] {
+            thing.extend_from_slice(&surfaces.points()[points]);
+        }
+    }
+    things.into_iter().flatten().collect()
 }
 
-/// What stands on the ground at a place of the grid, seen from above.
-struct Mark {
-    /// Place in the grid, and height of the ground, in cells.
-    cell: [i64; 3],
-    /// The points of its cells, by their places among those of the visit.
-    points: Vec<Range<usize>>,
+/// What a thing takes of the grid.
+#[derive(Clone, Default)]
+struct Size {
+    /// Least and most place along both axes.
+    ends: Option<[[i64; 2]; 2]>,
+    points: usize,
 }
 
-/// Where something stands on the ground.
+impl Size {
+    fn add(&mut self, at: [i64; 2]) {
+        let [least, most] = self.ends.unwrap_or([at; 2]);
+        let end = |of: [i64; 2], choose: fn(i64, i64) -> i64| [0, 1].map(|axis| choose(of[axis], at[axis]));
+        self.ends = Some([end(least, i64::min), end(most, i64::max)]);
+    }
+
+    /// Cells along its longer side.
+    fn reach(&self) -> i64 {
+        self.ends.map_or(0, |[least, most]| 1 + (most[0] - least[0]).max(most[1] - least[1]))
+    }
+}
+
+/// Where something stands on the ground, seen from above.
 #[derive(Default)]
 struct Marks {
     table: CellTable,
-    of_grid: Vec<Mark>,
+    /// Place in the grid, and height of the ground, in cells.
+    of_grid: Vec<[i64; 3]>,
+    /// Each cell above the ground: its mark, and the places of its points among those of the visit.
+    cells: Vec<(u32, Range<usize>)>,
 }
 
 impl Marks {
     fn of(surfaces: &Surfaces, config: &ChangesConfig) -> Self {
-        let mut heights: BTreeMap<[i32; 2], Heights> = BTreeMap::new();
-        for (column, cells) in surfaces.cells_of_columns() {
-            let of_column = heights.entry(column).or_default();
-            cells.for_each(|([_, _, z], _)| *of_column.entry(z).or_default() += 1);
-        }
-        let side_m = f64::from(surfaces.cell_side_m());
-        let highest = (config.standing_height_m / side_m) as i64;
+        let heights = surfaces.cells_of_columns().map(|(column, cells)| {
+            let heights: Vec<i64> = cells.map(|([_, _, z], _)| z).collect();
+            (column, Heights::of(&heights))
+        });
+        let heights: BTreeMap<[i32; 2], Heights> = heights.collect();
+        let highest = (config.standing_height_m / f64::from(surfaces.cell_side_m())) as i64;
         let mut marks = Self::default();
         for (column, cells) in surfaces.cells_of_columns() {
             let levels = levels(column, &heights, config);
@@ -71,18 +90,18 @@ impl Marks {
         marks
     }
 
-    fn add(&mut self, cell: [i64; 3], points: Range<usize>) {
-        let (mark, is_new) = self.table.get_or_insert(CellKey::new(cell), self.of_grid.len() as u32);
+    fn add(&mut self, mark: [i64; 3], points: Range<usize>) {
+        let (place, is_new) = self.table.get_or_insert(CellKey::new(mark), self.of_grid.len() as u32);
         if is_new {
-            self.of_grid.push(Mark { cell, points: Vec::new() });
+            self.of_grid.push(mark);
         }
-        self.of_grid[mark as usize].points.push(points);
+        self.cells.push((place, points));
     }
 
-    /// Marks that are beside each other, by their places. The ground of neighbours may be a cell higher or lower.
-    fn groups(&self) -> Vec<Vec<usize>> {
+    /// For each mark the first one of those that are beside each other, again and again. The ground of neighbours may be a cell higher or lower.
+    fn roots(&self) -> Vec<usize> {
         let mut parents: Vec<usize> = (0..self.of_grid.len()).collect();
-        for (mark, Mark { cell: [x, y, level], .. }) in self.of_grid.iter().enumerate() {
+        for (mark, [x, y, level]) in self.of_grid.iter().enumerate() {
             // The others are the same pairs.
             for [x, y] in [[x + 1, *y], [x - 1, y + 1], [*x, y + 1], [x + 1, y + 1]] {
                 for level in level - 1..=level + 1 {
@@ -92,32 +111,59 @@ impl Marks {
                 }
             }
         }
-        let mut groups: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        for mark in 0..self.of_grid.len() {
-            groups.entry(root_of(&mut parents, mark)).or_default().push(mark);
-        }
-        groups.into_values().collect()
+        (0..self.of_grid.len()).map(|mark| root_of(&mut parents, mark)).collect()
     }
 }
 
-/// Heights of the level surfaces in a column and in those around it, in cells, ascending: the lower one of two cells. Linear in the heights.
-fn levels([x, y]: [i32; 2], heights: &BTreeMap<[i32; 2], Heights>, config: &ChangesConfig) -> Vec<i64> {
-    let mut sum = Heights::new();
-    for beside in (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| [x + dx, y + dy])) {
-        for (z, count) in heights.get(&beside).into_iter().flatten() {
-            *sum.entry(*z).or_default() += count;
-        }
+/// Number of occupied cells at each height.
+#[derive(Default)]
+struct Heights {
+    /// The lowest height, in cells.
+    lowest: i64,
+    counts: Vec<u32>,
+}
+
+impl Heights {
+    /// Of cells at these heights.
+    fn of(heights: &[i64]) -> Self {
+        let (Some(lowest), Some(highest)) = (heights.iter().min(), heights.iter().max()) else {
+            return Self::default();
+        };
+        let mut counts = vec![0; (highest - lowest) as usize + 1];
+        heights.iter().for_each(|z| counts[(z - lowest) as usize] += 1);
+        Self { lowest: *lowest, counts }
     }
+
+    /// The sum of several.
+    fn sum<'a>(all: impl Iterator<Item = &'a Self> + Clone) -> Self {
+        let filled = all.filter(|heights| !heights.counts.is_empty());
+        let ends = |heights: &Self| [heights.lowest, heights.lowest + heights.counts.len() as i64 - 1];
+        let lowest = filled.clone().map(|heights| ends(heights)[0]).min();
+        let highest = filled.clone().map(|heights| ends(heights)[1]).max();
+        let (Some(lowest), Some(highest)) = (lowest, highest) else { return Self::default() };
+        let mut counts = vec![0; (highest - lowest) as usize + 1];
+        for heights in filled {
+            let first = (heights.lowest - lowest) as usize;
+            counts[first..].iter_mut().zip(&heights.counts).for_each(|(sum, count)| *sum += count);
+        }
+        Self { lowest, counts }
+    }
+}
+
+/// Heights of the level surfaces in a column and in those around it, in cells, ascending: the lower one of two cells. Linear in the range of heights.
+fn levels([x, y]: [i32; 2], heights: &BTreeMap<[i32; 2], Heights>, config: &ChangesConfig) -> Vec<i64> {
+    let around = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| [x + dx, y + dy]));
+    let sum = Heights::sum(around.filter_map(|column| heights.get(&column)));
     // A surface may be on both sides of a border of cells.
-    let of_pair = |z: i64| [z, z + 1].iter().filter_map(|z| sum.get(z)).sum::<usize>();
-    let most = sum.keys().map(|z| of_pair(*z)).max().unwrap_or(0);
-    let is_level = |z: &&i64| {
-        let count = of_pair(**z);
-        count as f64 >= config.level_share * most as f64
-            && count > of_pair(**z - 1)
-            && count >= of_pair(**z + 1)
+    let pairs: Vec<u32> =
+        (0..sum.counts.len()).map(|at| sum.counts[at] + sum.counts.get(at + 1).unwrap_or(&0)).collect();
+    let least = config.level_share * f64::from(pairs.iter().copied().max().unwrap_or(0));
+    let is_level = |at: &usize| {
+        let count = pairs[*at];
+        let is_more = at.checked_sub(1).is_none_or(|below| count > pairs[below]);
+        f64::from(count) >= least && is_more && pairs.get(at + 1).is_none_or(|above| count >= *above)
     };
-    sum.keys().filter(is_level).copied().collect()
+    (0..pairs.len()).filter(is_level).map(|at| sum.lowest + at as i64).collect()
 }
 
 #[cfg(test)]

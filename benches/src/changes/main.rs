@@ -113,13 +113,14 @@ fn simulated(arguments: &Arguments) -> Result<()> {
         format!("{found} of {of} ({:.1} %)", 100.0 * found as f64 / of.max(1) as f64)
     };
     println!(
-        "\n| comparisons | found of 0.3 m and more | named ones that are right | found of 0.15 m | moved ones matched | different ones named as moved | wrong a visit |"
+        "\n| comparisons | found of 0.3 m and more | with those that were turned | named ones that are right | found of 0.15 m | moved ones matched | different ones named as moved | wrong a visit |"
     );
-    println!("| --- | --- | --- | --- | --- | --- | --- |");
+    println!("| --- | --- | --- | --- | --- | --- | --- | --- |");
     println!(
-        "| {} | {} | {} | {} | {} | {} | {:.2} |",
+        "| {} | {} | {} | {} | {} | {} | {} | {:.2} |",
         total.visits,
         share(total.large_found, total.large),
+        share(total.large_found + total.turned_found, total.large + total.turned),
         share(total.right, total.right + total.wrong),
         share(total.small_found, total.small),
         share(total.matched, total.moved),

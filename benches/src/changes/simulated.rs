@@ -51,9 +51,11 @@ impl Plan {
 /// Walks all visits. Prints a row for each comparison.
 pub fn run(plan: &Plan) -> Result<VisitScore> {
     println!(
-        "| site | visit | clouds | points | changed | found | of 0.15 m | found | moved | matched | turned | found | unseen | wrong | compared in |"
+        "| site | visit | clouds | points | changed | found | of 0.15 m | found | moved | matched | turned | found | of 0.15 m | found | unseen | wrong | compared in |"
     );
-    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+    println!(
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
+    );
     let mut total = VisitScore::default();
     for name in &plan.sites {
         let mut of_site = VisitScore::default();
@@ -114,12 +116,14 @@ fn print_row(site: &str, visit: &str, clouds: &str, points: &str, score: &VisitS
         matched,
         turned,
         turned_found,
+        small_turned,
+        small_turned_found,
         unseen,
         wrong,
         ..
     } = score;
     println!(
-        "| {site} | {visit} | {clouds} | {points} | {large} | {large_found} | {small} | {small_found} | {moved} | {matched} | {turned} | {turned_found} | {unseen} | {wrong} | {compared} |"
+        "| {site} | {visit} | {clouds} | {points} | {large} | {large_found} | {small} | {small_found} | {moved} | {matched} | {turned} | {turned_found} | {small_turned} | {small_turned_found} | {unseen} | {wrong} | {compared} |"
     );
 }
 

@@ -35,6 +35,9 @@ pub struct VisitScore {
     /// Large ones that were turned where they stand, and those of them of which something is named.
     pub turned: usize,
     pub turned_found: usize,
+    /// The same of smaller ones.
+    pub small_turned: usize,
+    pub small_turned_found: usize,
     /// Named objects at a changed one, and those where nothing has changed.
     pub right: usize,
     pub wrong: usize,
@@ -54,6 +57,8 @@ impl VisitScore {
         self.wrongly_matched += other.wrongly_matched;
         self.turned += other.turned;
         self.turned_found += other.turned_found;
+        self.small_turned += other.small_turned;
+        self.small_turned_found += other.small_turned_found;
         self.right += other.right;
         self.wrong += other.wrong;
     }
@@ -89,8 +94,13 @@ pub fn score_visit(
                     continue;
                 }
                 let is_named = objects.iter().any(|object| is_near(&object.place, &at));
-                score.turned += 1;
-                score.turned_found += usize::from(is_named);
+                let (count, found) = if is_large(from) {
+                    (&mut score.turned, &mut score.turned_found)
+                } else {
+                    (&mut score.small_turned, &mut score.small_turned_found)
+                };
+                *count += 1;
+                *found += usize::from(is_named);
                 if !is_named {
                     explain(format!(
                         "not found: turned at {:.2?}, {:.2?}",
@@ -106,15 +116,14 @@ pub fn score_visit(
             score.unseen += 1;
             continue;
         }
-        let is_large = object.size_m.into_iter().fold(0.0, f64::max) >= LARGE_M;
-        let (count, found) = if is_large {
+        let (count, found) = if is_large(object) {
             (&mut score.large, &mut score.large_found)
         } else {
             (&mut score.small, &mut score.small_found)
         };
         *count += 1;
         *found += usize::from(is_found);
-        if let (ObjectChange::Moved { from, to }, true) = (change, is_large) {
+        if let (ObjectChange::Moved { from, to }, true) = (change, is_large(object)) {
             let (from, to) = (place(from), place(to));
             let is_matched = objects.iter().any(|object| {
                 matches!(&object.change, Change::Moved { from: was } if is_at(was, &from))
@@ -193,6 +202,10 @@ pub fn score_visit(
         }
     }
     score
+}
+
+fn is_large(object: &LooseObject) -> bool {
+    object.size_m.into_iter().fold(0.0, f64::max) >= LARGE_M
 }
 
 /// The sizes of the found objects at these places.

@@ -87,7 +87,7 @@ pub use run_event::{
     TaskStep,
 };
 pub use scene_change::{
-    EarlierVisit, OrientedBox, ReviewState, SceneChange, SceneChangeClouds, SceneChangeKind,
+    EarlierVisit, Movement, OrientedBox, ReviewState, SceneChange, SceneChangeClouds, SceneChangeKind,
 };
 pub use schedule::{
     LocalDate, LocalDateTime, LocalTime, MissedSlots, OverlapPolicy, Recurrence, Schedule, Weekday, Weekdays,

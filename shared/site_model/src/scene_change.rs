@@ -2,6 +2,7 @@
 
 use crate::{PhysicalObject, RunId, SceneChangeId, ShapeDescriptor, Utc};
 use serde::{Deserialize, Serialize};
+use std::f64::consts::{FRAC_PI_2, PI};
 use vocab::{BlobHash, MapId, Vec3};
 
 /// An object that appeared, was removed or was moved between two visits, and what people say of it. The robot puts it after a mission. The same change that is found again later
@@ -69,6 +70,45 @@ impl SceneChangeKind {
             Self::Appeared => "appeared",
             Self::Removed => "removed",
             Self::Moved { .. } => "moved",
+        }
+    }
+}
+
+/// How an object that was moved stands otherwise than before.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Movement {
+    /// Its middle is elsewhere.
+    Shifted {
+        /// By this distance, metres.
+        distance_m: f64,
+    },
+    /// It was turned where it stands.
+    Turned {
+        /// By this angle, radians, in either direction. A box looks the same after half a turn, and one whose sides are about as long after a quarter of it: the least angle that explains how it looks.
+        turn_rad: f64,
+    },
+}
+
+impl Movement {
+    /// What is shifted by less may only have been turned, metres: the middle of a box that is seen from two sides is as exact.
+    const LEAST_SHIFT_M: f64 = 0.1;
+    /// What is turned by less was not turned, radians: three times the error of the heading of a box that is well seen.
+    const LEAST_TURN_RAD: f64 = 0.17;
+    /// Sides that differ by less are about as long, metres.
+    const SAME_SIDE_M: f64 = 0.075;
+
+    /// That from one place to another.
+    pub fn between(from: &OrientedBox, to: &OrientedBox) -> Self {
+        let (a, b) = (from.centre_m, to.centre_m);
+        let distance_m = (a.x - b.x).hypot(a.y - b.y).hypot(a.z - b.z);
+        let [length, width, _] = to.size_m;
+        let period_rad = if (length - width).abs() <= Self::SAME_SIDE_M { FRAC_PI_2 } else { PI };
+        let turn_rad = (to.yaw_rad - from.yaw_rad).rem_euclid(period_rad);
+        let turn_rad = turn_rad.min(period_rad - turn_rad);
+        if distance_m < Self::LEAST_SHIFT_M && turn_rad >= Self::LEAST_TURN_RAD {
+            Self::Turned { turn_rad }
+        } else {
+            Self::Shifted { distance_m }
         }
     }
 }
@@ -157,4 +197,30 @@ pub struct SceneChangeClouds {
     pub changed: BlobHash,
     /// What both visits saw.
     pub unchanged: BlobHash,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_stays_at_its_place_was_turned_and_what_looks_the_same_was_not() {
+        let at = |x: f64, size_m: [f64; 3], yaw_deg: f64| OrientedBox {
+            centre_m: Vec3 { x, y: 1.0, z: 0.5 },
+            size_m,
+            yaw_rad: yaw_deg.to_radians(),
+        };
+        let (long, square) = ([0.8, 0.4, 1.0], [0.42, 0.4, 1.0]);
+        let turn_deg = |from: OrientedBox, to: OrientedBox| match Movement::between(&from, &to) {
+            Movement::Turned { turn_rad } => Some(turn_rad.to_degrees().round()),
+            Movement::Shifted { .. } => None,
+        };
+        assert_eq!(turn_deg(at(2.0, long, 10.0), at(2.05, long, 44.0)), Some(34.0));
+        assert_eq!(turn_deg(at(2.0, long, 170.0), at(2.0, long, 10.0)), Some(20.0));
+        assert_eq!(turn_deg(at(2.0, long, 0.0), at(2.0, long, 90.0)), Some(90.0));
+        assert_eq!(turn_deg(at(2.0, square, 0.0), at(2.0, square, 63.0)), Some(27.0));
+        assert_eq!(turn_deg(at(2.0, square, 0.0), at(2.0, square, 90.0)), None);
+        let moved = Movement::between(&at(2.0, long, 0.0), &at(3.5, long, 44.0));
+        assert_eq!(moved, Movement::Shifted { distance_m: 1.5 });
+    }
 }

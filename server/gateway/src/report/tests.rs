@@ -537,18 +537,21 @@ fn changes_of_the_scene_are_those_that_this_run_has_found() {
             "first_seen": 1, "last_seen": 2, "times_seen": 1, "review": "acknowledged" } })
     };
     let from = json!({ "moved": { "from": { "centre_m": { "x": 60.0, "y": 3.5, "z": 0.5 }, "size_m": [0.6, 0.4, 1.0], "yaw_rad": 0.0 } } });
+    let turned = json!({ "moved": { "from": { "centre_m": { "x": 60.0, "y": 2.0, "z": 0.5 }, "size_m": [0.6, 0.4, 1.0], "yaw_rad": 2.55 } } });
     let scene = Scene::new()
         .object(change(51, 1, json!("appeared"), 6.4))
         .object(change(52, 1, from, 60.0))
+        .object(change(54, 1, turned, 60.0))
         .object(change(53, 8, json!("removed"), 6.0))
         .run(1, "succeeded");
     let text = text(&scene.report());
     assert_order(
         &text,
         &[
-            "2 changes of the scene",
+            "3 changes of the scene",
             "Appeared 0.6 × 0.4 × 1.0 m near Pump 7 (x 6.4 m, y 2.0 m) acknowledged",
             "Moved by 1.5 m 0.6 × 0.4 × 1.0 m x 60.0 m, y 2.0 m acknowledged",
+            "Turned by 34° 0.6 × 0.4 × 1.0 m x 60.0 m, y 2.0 m acknowledged",
         ],
     );
     assert!(!text.contains("Removed"), "found by another run");

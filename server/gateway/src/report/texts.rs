@@ -2,8 +2,8 @@
 
 use super::format;
 use site_model::{
-    Alert, AlertCause, AlertSeverity, AlertState, OutsideLimits, ReadingLimits, ReviewState, RunState,
-    SceneChange, SceneChangeKind, TaskState,
+    Alert, AlertCause, AlertSeverity, AlertState, Movement, OutsideLimits, ReadingLimits, ReviewState,
+    RunState, SceneChange, SceneChangeKind, TaskState,
 };
 
 /// Characters of a name from outside that a report shows, at most.
@@ -235,11 +235,12 @@ pub(super) fn change_kind(change: &SceneChange) -> String {
     match change.kind {
         SceneChangeKind::Appeared => "Appeared".to_owned(),
         SceneChangeKind::Removed => "Removed".to_owned(),
-        SceneChangeKind::Moved { from } => {
-            let (a, b) = (from.centre_m, change.place.centre_m);
-            let distance_m = (a.x - b.x).hypot(a.y - b.y).hypot(a.z - b.z);
-            format!("Moved by {} m", format::decimal(distance_m, 1))
-        }
+        SceneChangeKind::Moved { from } => match Movement::between(&from, &change.place) {
+            Movement::Shifted { distance_m } => format!("Moved by {} m", format::decimal(distance_m, 1)),
+            Movement::Turned { turn_rad } => {
+                format!("Turned by {}°", format::decimal(turn_rad.to_degrees(), 0))
+            }
+        },
     }
 }
 

@@ -108,6 +108,26 @@ fn a_change_is_acknowledged_and_that_is_undone() {
 }
 
 #[test]
+fn a_thing_that_was_turned_where_it_stands_says_so_and_is_among_those_that_were_moved() {
+    let mut harness = shown_with(|change| {
+        if change.kind == SceneChangeKind::Appeared {
+            let turn_rad = 0.6;
+            let from = OrientedBox { yaw_rad: change.place.yaw_rad - turn_rad, ..change.place };
+            change.kind = SceneChangeKind::Moved { from };
+        } else {
+            let mut from = change.place;
+            from.centre_m.y -= 1.5;
+            change.kind = SceneChangeKind::Moved { from };
+        }
+    });
+    press(&mut harness, "Moved");
+    for row in ["Turned 34° · 0.6 x 0.4 x 1.0 m · 2 h 00 old", "Moved 1.5 m · 0.2 x 0.2 x 0.2 m · 2 days old"]
+    {
+        assert!(harness.query_by_label(row).is_some(), "{row}");
+    }
+}
+
+#[test]
 fn what_comes_and_goes_is_listed_apart() {
     let mut harness = shown_with(|change| {
         if change.kind == SceneChangeKind::Removed {

@@ -2,7 +2,7 @@
 
 use crate::format;
 use crate::name_field::NameFieldTexts;
-use site_model::{ReviewState, SceneChange, SceneChangeKind};
+use site_model::{Movement, ReviewState, SceneChange, SceneChangeKind};
 
 pub(super) const TAB: &str = "Changes";
 pub(super) const HEAD: &str = "What has changed";
@@ -12,7 +12,9 @@ pub(super) const EMPTY: &str =
 pub(super) const REVIEWS: [&[(&str, usize)]; 2] =
     [&[("New", 0), ("Watched", 2), ("Any state", 4)], &[("Acknowledged", 1), ("Comes and goes", 3)]];
 /// By which kind.
+/// What was moved includes what was turned.
 pub(super) const KINDS: [(&str, usize); 4] = [("Any kind", 0), ("Appeared", 1), ("Removed", 2), ("Moved", 3)];
+pub(super) const TURNED: &str = "Turned";
 /// By which size.
 pub(super) const SIZES: [(&str, usize); 3] = [("Any size", 0), ("From 0.3 m", 1), ("From 1 m", 2)];
 /// By the time since it was last seen.
@@ -68,12 +70,23 @@ pub(super) const COMMENT_FIELD: NameFieldTexts =
 
 /// A row of the list: `Appeared · 0.6 x 0.4 x 1.0 m · 2 h 05 old`.
 pub(super) fn row(change: &SceneChange, age_s: f64) -> String {
-    let kind = match change.kind {
-        SceneChangeKind::Appeared => 1,
-        SceneChangeKind::Removed => 2,
-        SceneChangeKind::Moved { .. } => 3,
-    };
-    format!("{} · {} · {}", KINDS[kind].0, size(change), format::age(age_s))
+    format!("{} · {} · {}", kind(change), size(change), format::age(age_s))
+}
+
+/// What became of a thing: `Moved 1.5 m`, `Turned 34°`.
+fn kind(change: &SceneChange) -> String {
+    match change.kind {
+        SceneChangeKind::Appeared => KINDS[1].0.to_owned(),
+        SceneChangeKind::Removed => KINDS[2].0.to_owned(),
+        SceneChangeKind::Moved { from } => match Movement::between(&from, &change.place) {
+            Movement::Shifted { distance_m } => {
+                format!("{} {} m", KINDS[3].0, format::decimal(distance_m, 1))
+            }
+            Movement::Turned { turn_rad } => {
+                format!("{TURNED} {}°", format::decimal(turn_rad.to_degrees(), 0))
+            }
+        },
+    }
 }
 
 /// A probability; one that is not certain never reads as 100 %.
