@@ -159,7 +159,7 @@ fn a_small_thing_of_which_no_part_differs_is_turned() {
 fn a_person_who_turns_round_is_no_thing_that_was_turned() {
     let person = |yaw_rad: f64| at(1.0, -0.05, [0.6, 0.4, 1.3], yaw_rad);
     let (before, after) =
-        (visit_with_person(&[], &person(0.0), 1.0), visit_with_person(&[], &person(0.7), 1.0));
+        (visit_with_person(&[], &person(0.5), 1.0), visit_with_person(&[], &person(1.2), 1.0));
     let found = detect_changes(&before, &after, &ChangesConfig::default()).objects;
     assert_eq!(found, []);
 }

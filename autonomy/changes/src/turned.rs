@@ -70,7 +70,7 @@ fn turned_as_a_whole(thing: &[[f32; 3]], sides: [&Side; 2], config: &ChangesConf
     };
     let is_turned = is_same_size(&from, &place, config.turned_size_share, config.same_size_m)
         && is_turned(&from, &place, config)
-        // Of what is higher a part was not looked at.
+        // The upper part of a higher thing was not looked at.
         && from.size_m[2].max(place.size_m[2]) < config.standing_height_m
         && is_clear(&before, &from, &place)
         && is_clear(&after, &place, &from)

@@ -11,9 +11,9 @@ pub(super) const EMPTY: &str =
 /// By which decision the list is filtered, in rows that are as wide as the card.
 pub(super) const REVIEWS: [&[(&str, usize)]; 2] =
     [&[("New", 0), ("Watched", 2), ("Any state", 4)], &[("Acknowledged", 1), ("Comes and goes", 3)]];
-/// By which kind.
-/// What was moved includes what was turned.
+/// By which kind. What was moved includes what was turned.
 pub(super) const KINDS: [(&str, usize); 4] = [("Any kind", 0), ("Appeared", 1), ("Removed", 2), ("Moved", 3)];
+/// A thing that was moved, if its middle stays.
 pub(super) const TURNED: &str = "Turned";
 /// By which size.
 pub(super) const SIZES: [(&str, usize); 3] = [("Any size", 0), ("From 0.3 m", 1), ("From 1 m", 2)];
