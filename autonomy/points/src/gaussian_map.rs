@@ -34,11 +34,9 @@ pub struct GaussianMapConfig {
     /// Least standard deviation along the middle principal axis of a distribution, as a share of the cube's edge. Chosen: half of [`Self::min_plane_width_share`],
     /// because no normal is taken from it.
     pub min_distribution_width_share: f32,
-    /// Points farther from a plane than this many of its standard deviations do not belong to it. Chosen: one right point in 370 is farther off. With 4, the noses of treads
-    /// were matched with the treads' undersides (docs/benchmarks/sites.md).
+    /// Points farther from a plane than this many of its standard deviations do not belong to it. Chosen: one right point in thousands is farther off.
     pub outlier_deviations: f32,
-    /// Points nearer to a plane than this always belong to it, metres. Chosen: the noise of a LiDAR, because the deviation of a few points is a poor estimate of it. With 3 cm,
-    /// a surface 2 cm behind another was a part of it (docs/benchmarks/sites.md).
+    /// Points nearer to a plane than this always belong to it, metres. Chosen: as [`Self::plane_thickness_m`].
     pub min_outlier_distance_m: f32,
     /// Points that a cube needs before it is classified. Chosen: a plane has three; of fewer, its covariance is noise.
     pub min_points: u16,
@@ -88,8 +86,8 @@ impl Default for GaussianMapConfig {
             min_plane_width_share: 0.08,
             min_plane_aspect: 3.0,
             min_distribution_width_share: 0.04,
-            outlier_deviations: 3.0,
-            min_outlier_distance_m: 0.01,
+            outlier_deviations: 4.0,
+            min_outlier_distance_m: 0.03,
             min_points: 8,
             max_points: 1_000,
             reclassify_growth_divisor: 4,
