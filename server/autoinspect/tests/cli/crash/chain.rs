@@ -60,6 +60,8 @@ pub struct Chain {
     pub dir: PathBuf,
     pub expected: Expected,
     pub times: Times,
+    /// Keyframes of the interrupted session that is copied. The clouds in its folder may be one more: a kill can come between a cloud and its entry in the journal.
+    template_keyframes: u32,
     /// Numbers of ids.
     made: u128,
     seed: u64,
@@ -122,6 +124,7 @@ impl Chain {
             dir,
             expected: Expected::default(),
             times: Times { start: first.start, ..Times::default() },
+            template_keyframes: 0,
             made: (case as u128) << 32,
             seed: options.seed,
         };
@@ -170,12 +173,14 @@ impl Chain {
         let is_saved = |maps: &Vec<MapSummary>| maps.iter().any(|listed| listed.id == map);
         target.client.until("it is listed", |state| state.maps.as_ref().is_some_and(is_saved))?;
         drop(target.kill());
-        self.place_template_session();
+        let copy = self.place_template_session();
         let target = self.start(Victim::Core)?;
         let maps = target.client.state.maps.iter().flatten();
         self.expected.maps.extend(maps.map(|map| (map.id, map.keyframes)));
         let sessions = target.client.state.sessions.iter().flatten();
         self.expected.sessions.extend(sessions.map(|session| (session.session, session.keyframes)));
+        self.template_keyframes =
+            *self.expected.sessions.get(&copy).ok_or("the copied session is not listed")?;
         Ok(target)
     }
 
@@ -240,7 +245,7 @@ impl Chain {
             None => {
                 if self.situation == CrashSituation::Saving && self.expected.sessions.is_empty() {
                     let session = self.place_template_session();
-                    self.expected.sessions.insert(session, self.template_keyframes());
+                    self.expected.sessions.insert(session, self.template_keyframes);
                 }
                 self.victim = Victim::draw(rng);
                 let target = self.start(self.victim)?;
@@ -251,11 +256,6 @@ impl Chain {
         self.check(&mut target, &killed, row)?;
         self.decide(&mut target, rng)?;
         Ok(target)
-    }
-
-    fn template_keyframes(&self) -> u32 {
-        let clouds = fs::read_dir(self.dir.join("template")).expect("readable").filter_map(Result::ok);
-        clouds.filter(|entry| entry.path().extension().is_some_and(|ending| ending == "pcd")).count() as u32
     }
 
     /// Checks that nothing was lost and nothing is there twice. Afterwards what is there is expected.
