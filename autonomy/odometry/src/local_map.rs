@@ -2,6 +2,7 @@
 
 use crate::event::RegistrationReport;
 use crate::filter::ErrorStateFilter;
+use crate::plane_thickness::{PlaneThickness, PlaneThicknessConfig};
 use crate::state::State;
 use geometry::{Base, Body, Isometry, Lidar, Matrix6, Transform, Vector3, Vector6};
 use nalgebra::Point3;
@@ -14,8 +15,10 @@ use registration::{
 /// Parameters of a [`LocalMap`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LocalMapConfig {
-    /// How the map divides space.
+    /// How the map divides space. Planes are at most as thick as it says, and thinner if the LiDAR allows it.
     pub gaussians: GaussianMapConfig,
+    /// How thick planes may be.
+    pub plane_thickness: PlaneThicknessConfig,
     /// Root cubes farther from the robot than this along any axis are removed, metres. Chosen as a round number: memory grows with its square, and surfaces farther away
     /// are forgotten.
     pub radius_m: f64,
@@ -61,6 +64,7 @@ impl Default for LocalMapConfig {
         };
         Self {
             gaussians: GaussianMapConfig::default(),
+            plane_thickness: PlaneThicknessConfig::default(),
             radius_m: 100.0,
             removal_interval_m: 10.0,
             matching: MatchingConfig { front_facing_only: true, ..MatchingConfig::default() },
@@ -94,6 +98,8 @@ pub struct ScanFit {
     pub state: State,
     /// Information of the scan about the pose there, `[rotation; translation]`.
     pub information: Matrix6,
+    /// Standard deviation of the points about planes of the map, metres; none without planes.
+    pub plane_deviation_m: Option<f64>,
     /// Figures for the pose event.
     pub report: RegistrationReport,
 }
@@ -114,6 +120,7 @@ pub struct DownsampledPoints {
 pub struct LocalMap {
     config: LocalMapConfig,
     map: GaussianMap,
+    plane_thickness: PlaneThickness,
     downsampler: Downsampler,
     centroids: Vec<Centroid>,
     /// Present voxel size of the downsampling, metres.
@@ -128,6 +135,7 @@ impl LocalMap {
         Self {
             config,
             map: GaussianMap::new(config.gaussians),
+            plane_thickness: PlaneThickness::default(),
             downsampler: Downsampler::default(),
             centroids: Vec::new(),
             voxel_m: config.voxel.initial_m,
@@ -208,7 +216,7 @@ impl LocalMap {
             voxel_m: self.voxel_m,
             ..RegistrationReport::default()
         };
-        let mut information = Matrix6::zeros();
+        let (mut information, mut plane_deviation_m) = (Matrix6::zeros(), None);
         let config = match prior_quality {
             PriorQuality::Tight => &self.config.tight,
             PriorQuality::Loose => &self.config.loose,
@@ -223,6 +231,7 @@ impl LocalMap {
             );
             let gradient;
             (information, gradient) = self.trusted_part(&equations, scan);
+            plane_deviation_m = equations.plane_deviation_m();
             report.matched = equations.matched;
             report.inlier_share = equations.inliers as f64 / equations.matched.max(1) as f64;
             report.iterations += 1;
@@ -231,7 +240,7 @@ impl LocalMap {
             let step = geometry::se3::local(&state.odom_from_body, &next.odom_from_body).norm();
             Some((next, step))
         });
-        ScanFit { state, information, report }
+        ScanFit { state, information, plane_deviation_m, report }
     }
 
     /// How points are matched at the present voxel size. A leaf of the map holds up to `(leaf / voxel)²` points of a surface, and where it is not flat they
@@ -254,6 +263,12 @@ impl LocalMap {
         );
         let scale = 1.0 / config.correlated_points;
         (shrunk.information * scale, shrunk.gradient * scale)
+    }
+
+    /// Adapts the thickness of planes to a scan that fitted the map, whose points have this standard deviation about planes, metres.
+    pub fn adapt_plane_thickness(&mut self, deviation_m: f64) {
+        let (max_m, config) = (self.config.gaussians.plane_thickness_m, &self.config.plane_thickness);
+        self.map.set_plane_thickness(self.plane_thickness.update(deviation_m, max_m, config));
     }
 
     /// Adds the fine points of a scan at a pose.
@@ -282,6 +297,10 @@ impl LocalMap {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::filter::FilterConfig;
+    use crate::state::ErrorVector;
+    use geometry::RngTree;
+    use points::Surface;
 
     #[test]
     fn points_that_share_a_cell_which_is_not_flat_count_as_one() {
@@ -294,5 +313,58 @@ mod tests {
             map.voxel_m = voxel_m as f32;
             assert_eq!(map.matching().distribution_share, 1.0 / points, "{voxel_m}");
         }
+    }
+
+    /// A floor and the lower part of a wall, seen from 2 m away with a noise of 5 mm along each ray, body frame.
+    fn corner(seed: u64) -> DownsampledPoints {
+        let mut rng = RngTree::new(seed).child("corner").rng();
+        let viewpoint = Vector3::new(0.0, 0.0, 0.6);
+        let mut seen = |place: Vector3| {
+            let ray = place - viewpoint;
+            (place + ray.normalize() * (0.005 * rng.normal())).map(|at| at as f32).into()
+        };
+        let grid = |count: i32, step: f64| (0..count).map(move |index| f64::from(index) * step);
+        let floor =
+            grid(60, 0.05).flat_map(|x| grid(80, 0.05).map(move |y| Vector3::new(x - 1.0, y - 2.0, 0.0)));
+        let wall = grid(40, 0.05).flat_map(|z| grid(80, 0.05).map(move |y| Vector3::new(2.0, y - 2.0, z)));
+        let mut points: Vec<[f32; 3]> = floor.chain(wall).map(&mut seen).collect();
+        // A LiDAR sees floor and wall in turn.
+        points.sort_by_cached_key(|_| rng.bits());
+        DownsampledPoints { coarse: points.clone(), fine: points, viewpoint }
+    }
+
+    /// Mean tilt of the floor's planes near the wall after some scans, radians, and the thickness that planes may have, metres.
+    fn tilt_of_floor(config: LocalMapConfig) -> (f64, f32) {
+        let start = State::at(Isometry::identity());
+        let filter = ErrorStateFilter::new(FilterConfig::default(), start, &ErrorVector::repeat(1e-3));
+        let mut map = LocalMap::new(config);
+        for seed in 0..10 {
+            let scan = corner(seed);
+            if seed > 0 {
+                let fit = map.fit(&filter, start, &scan, PriorQuality::Tight);
+                map.adapt_plane_thickness(fit.plane_deviation_m.expect("there are planes"));
+            }
+            map.insert(&scan, &Isometry::identity());
+        }
+        let tilts = (0..80).filter_map(|index| {
+            let place = [1.9, f64::from(index) * 0.05 - 2.0, 0.0];
+            match map.map.find_surface_facing(&place, &[0.0, 0.0, 0.6], 0.1) {
+                Some(Surface::Plane { normal, .. }) if normal[2] > 0.7 => Some(f64::from(normal[2]).acos()),
+                _ => None,
+            }
+        });
+        let tilts: Vec<f64> = tilts.collect();
+        assert!(tilts.len() > 40, "{}", tilts.len());
+        (tilts.iter().sum::<f64>() / tilts.len() as f64, map.map.config().plane_thickness_m)
+    }
+
+    #[test]
+    fn the_foot_of_a_wall_does_not_tilt_the_floor_of_a_lidar_with_little_noise() {
+        let (tilt_rad, thickness_m) = tilt_of_floor(LocalMapConfig::default());
+        let fixed = PlaneThicknessConfig { min_m: f64::INFINITY, ..PlaneThicknessConfig::default() };
+        let (thick_rad, most_m) =
+            tilt_of_floor(LocalMapConfig { plane_thickness: fixed, ..LocalMapConfig::default() });
+        assert!((0.01..0.02).contains(&thickness_m) && most_m == 0.03, "{thickness_m} {most_m}");
+        assert!(tilt_rad < 0.5 * thick_rad, "{tilt_rad} {thick_rad}");
     }
 }

@@ -72,6 +72,8 @@ struct RegisteredScan {
     odom_from_body: Isometry,
     /// Whether it was fitted to the map.
     is_fitted: bool,
+    /// Standard deviation of its points about planes of the map, metres; none if it was not fitted, or without planes.
+    plane_deviation_m: Option<f64>,
     /// Whether it may enter the map.
     is_insertable: bool,
 }
@@ -365,7 +367,10 @@ impl ScanTracker {
 
     /// Adds a registered scan to the map if it is good enough.
     fn insert_into_map(&mut self, registered: &RegisteredScan) {
-        let RegisteredScan { scan, odom_from_body, is_fitted, is_insertable } = registered;
+        let RegisteredScan { scan, odom_from_body, is_fitted, plane_deviation_m, is_insertable } = registered;
+        if let Some(deviation_m) = plane_deviation_m {
+            self.map.adapt_plane_thickness(*deviation_m);
+        }
         if *is_fitted {
             self.reinitialiser.update_typical_score(&self.map, scan, odom_from_body);
         }
@@ -435,6 +440,7 @@ impl ScanTracker {
             scan: self.downsampled.clone(),
             odom_from_body: posterior,
             is_fitted: accepted.is_some(),
+            plane_deviation_m: accepted.and_then(|fitted| fitted.plane_deviation_m),
         };
         let information = accepted.map_or_else(Matrix6::zeros, |fitted| fitted.information);
         (RegistrationOutcome { report, information }, registered)

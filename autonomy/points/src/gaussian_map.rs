@@ -274,6 +274,11 @@ impl GaussianMap {
         &self.config
     }
 
+    /// Sets [`GaussianMapConfig::plane_thickness_m`], metres. It holds for cubes that are classified from now on.
+    pub fn set_plane_thickness(&mut self, thickness_m: f32) {
+        self.config.plane_thickness_m = thickness_m;
+    }
+
     /// Number of root cubes held.
     pub fn len(&self) -> usize {
         self.roots.len()

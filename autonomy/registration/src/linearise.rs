@@ -69,11 +69,23 @@ pub struct NormalEquations {
     pub matched: usize,
     /// Number of points whose residual is less than the kernel width.
     pub inliers: usize,
+    /// Sum of the robust weights of the matches with planes (dimensionless).
+    plane_weight: f64,
+    /// Sum of their squared distances, each with its robust weight, square metres.
+    plane_squares_m2: f64,
 }
 
 impl Default for NormalEquations {
     fn default() -> Self {
-        Self { information: Matrix6::zeros(), gradient: Vector6::zeros(), cost: 0.0, matched: 0, inliers: 0 }
+        Self {
+            information: Matrix6::zeros(),
+            gradient: Vector6::zeros(),
+            cost: 0.0,
+            matched: 0,
+            inliers: 0,
+            plane_weight: 0.0,
+            plane_squares_m2: 0.0,
+        }
     }
 }
 
@@ -128,7 +140,10 @@ pub fn linearise_from_viewpoint<'a>(
             Some(Surface::Plane { normal, distance, variance }) => {
                 let variance = f64::from(variance + noise_variance);
                 let distance = f64::from(distance);
-                let weight = sum.add_match(distance * distance / variance, matching.kernel_width) / variance;
+                let robust = sum.add_match(distance * distance / variance, matching.kernel_width);
+                sum.plane_weight += robust;
+                sum.plane_squares_m2 += robust * distance * distance;
+                let weight = robust / variance;
                 let normal = Vector3::new(f64::from(normal[0]), f64::from(normal[1]), f64::from(normal[2]));
                 let jacobian = plane_jacobian(&in_body, &rotation.tr_mul(&normal));
                 add_outer(&mut upper, &jacobian, weight);
@@ -162,6 +177,13 @@ pub fn linearise_from_viewpoint<'a>(
 }
 
 impl NormalEquations {
+    /// Standard deviation of the points about the planes that they are matched with, by their robust weights, metres: the noise of the sensor across surfaces,
+    /// as it is after downsampling. None if no point is matched with a plane.
+    pub fn plane_deviation_m(&self) -> Option<f64> {
+        let variance_m2 = self.plane_squares_m2 / self.plane_weight;
+        variance_m2.is_finite().then(|| variance_m2.sqrt())
+    }
+
     /// Counts a match with a squared normalised residual and returns its robust weight (docs/maths/odometry.md, equation 12).
     #[inline]
     fn add_match(&mut self, squared: f64, kernel_width: f32) -> f64 {
