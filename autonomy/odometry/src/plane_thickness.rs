@@ -9,7 +9,7 @@
 pub struct PlaneThicknessConfig {
     /// Thickness as a multiple of the deviation of points from planes. Chosen: two standard deviations; docs/benchmarks/sites.md has others.
     pub deviations: f64,
-    /// Least thickness, metres. Chosen: floors and walls are not flatter, and no LiDAR is less noisy.
+    /// Least thickness, metres. Chosen: as [`registration::MatchingConfig::noise_m`]; floors and walls are not flatter.
     pub min_m: f64,
     /// Share of the latest scan in the running mean of the deviation. Chosen: two seconds at 10 Hz, so that one scan decides nothing.
     pub learning_rate: f64,
