@@ -192,12 +192,15 @@ fn check_chunks(file: &mut File, header: &Header, length: u64) -> Result<Option<
     let mut word = [0; 8];
     file.seek(SeekFrom::Start(header.points_at))?;
     file.read_exact(&mut word)?;
-    if i64::from_le_bytes(word) == -1 {
+    let table =
+        |word: [u8; 8]| u64::try_from(i64::from_le_bytes(word)).ok().filter(|at| *at > header.points_at);
+    // A writer that could not go back states the offset at the end. The decoder looks there whenever the first one is impossible, so this has to do the same.
+    if table(word).is_none() {
         file.seek(SeekFrom::End(-8))?;
         file.read_exact(&mut word)?;
     }
     // Files of the oldest kind have no table; points begin where its offset would be.
-    let Ok(table) = u64::try_from(i64::from_le_bytes(word)) else { return Ok(None) };
+    let Some(table) = table(word) else { return Ok(None) };
     if table > length.saturating_sub(8) {
         return Ok(None);
     }

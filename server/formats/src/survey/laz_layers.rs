@@ -77,29 +77,61 @@ mod tests {
     use crate::survey;
     use las::{Builder, Point, Writer, point::Format};
     use std::fs::{self, File};
+    use std::path::Path;
 
     /// Where the first chunk begins: after the offset of the table of chunks.
     fn first_chunk(file: &[u8]) -> usize {
         u32::from_le_bytes([file[96], file[97], file[98], file[99]]) as usize + 8
     }
 
-    #[test]
-    fn a_layer_longer_than_the_file_is_refused() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("layers.laz");
+    /// A hundred points of format 6 in a file.
+    fn points(path: &Path) -> Vec<u8> {
         let mut builder = Builder::from((1, 4));
         builder.point_format = Format::new(6).unwrap();
         builder.point_format.is_compressed = true;
-        let file = File::create(&path).unwrap();
+        let file = File::create(path).unwrap();
         let mut writer = Writer::new(file, builder.into_header().unwrap()).unwrap();
         for number in 0..100 {
             let x = f64::from(number);
             writer.write_point(Point { x, gps_time: Some(x), ..Point::default() }).unwrap();
         }
         writer.close().unwrap();
+        fs::read(path).unwrap()
+    }
+
+    #[test]
+    fn the_number_of_chunks_is_checked_wherever_the_decoder_finds_the_table() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("table.laz");
+        let whole = points(&path);
+        let word = first_chunk(&whole) - 8;
+        let read = || survey::read(&path, SurveyLimits { points: 1_000 }, &mut |_| {});
+        // No offset of a table is possible before the points.
+        for offset in [-1, -4_294_966_754, 0, word as i64] {
+            let mut at_end = whole.clone();
+            let table = at_end[word..][..8].to_vec();
+            at_end[word..][..8].copy_from_slice(&offset.to_le_bytes());
+            at_end.extend(&table);
+            fs::write(&path, &at_end).unwrap();
+            assert_eq!(read().unwrap().points(), 100, "{offset}");
+
+            let mut many = at_end.clone();
+            let place = many.len() as u64;
+            many.extend([0, 0, 0, 0, 0xf5, 0x2d, 0x31, 0x2b]);
+            many.extend(place.to_le_bytes());
+            fs::write(&path, &many).unwrap();
+            let problem = read().unwrap_err().to_string();
+            assert!(problem.contains("724643317 chunks"), "{offset}: {problem}");
+        }
+    }
+
+    #[test]
+    fn a_layer_longer_than_the_file_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("layers.laz");
+        let whole = points(&path);
         let read = || survey::read(&path, SurveyLimits { points: 1_000 }, &mut |_| {});
         assert_eq!(read().unwrap().points(), 100);
-        let whole = fs::read(&path).unwrap();
         let lengths = first_chunk(&whole) + 30 + 4;
         for layer in 0..9 {
             let mut damaged = whole.clone();
