@@ -67,6 +67,7 @@ mod nightly {
         save_for_guide(&mut page, "changes-wipe");
         page.click("button", "Both");
         page.click("button", "Acknowledge");
+        page.click("button", "Filters");
         page.click("button", "Acknowledged");
         page.click("button", "Make the acknowledged change normal");
         let normal = wait_for("the new version of the map", LONG_LIMIT, || {

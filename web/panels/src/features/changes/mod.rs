@@ -1,5 +1,6 @@
 //! What has changed between visits: a list to decide on.
 
+mod filters;
 #[cfg(test)]
 mod tests;
 mod texts;
@@ -8,39 +9,25 @@ use crate::button::Button;
 use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
 use crate::features::imports;
 use crate::name_field::NameField;
-use crate::select::{select, show_caption};
+use crate::select::show_caption;
 use crate::widgets::{self, fact};
 use crate::{format, icon, screens, theme};
 use api::{Command, Import};
 use client_model::{CameraMove, ClientCommand, ShownChanges, SiteEdit};
 use egui::Ui;
-use site_model::{
-    Object, ObjectId, ReviewState, SceneChange, SceneChangeId, SceneChangeKind, Utc, Zone, ZoneId,
-    object_history,
-};
+use filters::Filters;
+use site_model::{Object, ObjectId, ReviewState, SceneChange, SceneChangeId, Utc, Zone, object_history};
 use vocab::Stamp;
 
 /// The tab of changes.
 const CHANGES: Tab = Tab { screen: screens::RUNS, name: texts::TAB, scrolls: true, row_spacing: 8.0 };
 /// Changes that are listed at once.
 const MAX_ROWS: usize = 100;
-/// Least longest sides of the filter by size, metres.
-const MIN_SIZES_M: [f64; 3] = [0.0, 0.3, 1.0];
-/// Place of the filter by state that shows acknowledged changes.
-const ACKNOWLEDGED: usize = 1;
-/// Greatest ages of the filter by age, seconds: any, a day, a week.
-const MAX_AGES_S: [f64; 3] = [f64::INFINITY, 86_400.0, 7.0 * 86_400.0];
 
 /// What the panel keeps between frames.
 #[derive(Debug, Default)]
 pub(crate) struct ChangesPanel {
-    /// The filters, by their places in the texts.
-    review: usize,
-    kind: usize,
-    size: usize,
-    age: usize,
-    /// The zone in which a change is; none: the whole site.
-    zone: Option<ZoneId>,
+    filters: Filters,
     /// The change that is unfolded.
     open: Option<SceneChangeId>,
     reason: NameField,
@@ -56,24 +43,16 @@ impl FeaturePanel for ChangesPanel {
         let tokens = cx.tokens;
         show_scene_choice(ui, cx);
         widgets::section_head(ui, tokens, texts::HEAD);
-        for reviews in texts::REVIEWS {
-            widgets::choice(ui, tokens, reviews, self.review, |on| self.review = on);
-        }
-        widgets::choice(ui, tokens, &texts::KINDS, self.kind, |on| self.kind = on);
-        widgets::choice(ui, tokens, &texts::SIZES, self.size, |on| self.size = on);
-        widgets::choice(ui, tokens, &texts::AGES, self.age, |on| self.age = on);
         let zones: Vec<&Zone> = cx.model.site.site().into_iter().flat_map(|site| site.zones()).collect();
-        let zone = self.choose_zone(ui, cx, &zones);
-        let is_admitted =
-            |change: &&SceneChange| self.open == Some(change.id) || self.admits(change, zone, cx.clock.utc);
-        let changes = cx.model.site.site().into_iter().flat_map(|site| site.scene_changes());
-        let mut changes: Vec<&SceneChange> = changes.filter(is_admitted).collect();
+        let listed = self.filters.show(ui, cx, &zones);
+        let all = cx.model.site.site().into_iter().flat_map(|site| site.scene_changes());
+        let is_listed = |change: &&SceneChange| self.open == Some(change.id) || listed.admits(change);
+        let mut changes: Vec<&SceneChange> = all.clone().filter(is_listed).collect();
         changes.sort_by_key(|change| (-change.last_seen.0, change.id));
-        if changes.is_empty() {
-            widgets::remark(ui, tokens, texts::EMPTY);
-        }
+        let shown = changes.len().min(MAX_ROWS);
+        widgets::remark(ui, tokens, &texts::shown(shown, all.count()));
         imports::show_on_robot(ui, cx);
-        if self.review == ACKNOWLEDGED {
+        if listed.are_acknowledged() {
             let acknowledged: Vec<&SceneChange> = changes
                 .iter()
                 .copied()
@@ -101,47 +80,6 @@ impl FeaturePanel for ChangesPanel {
 }
 
 impl ChangesPanel {
-    /// The choice of a zone, if the site has any. Returns the chosen one.
-    fn choose_zone<'a>(
-        &mut self,
-        ui: &mut Ui,
-        cx: &PanelContext<'_>,
-        zones: &[&'a Zone],
-    ) -> Option<&'a Zone> {
-        let chosen = zones.iter().copied().find(|zone| self.zone == Some(zone.id));
-        if zones.is_empty() {
-            return None;
-        }
-        let names = zones.iter().map(|zone| zone.name.clone());
-        let options: Vec<String> = std::iter::once(texts::WHOLE_SITE.to_owned()).chain(names).collect();
-        let shown = chosen.map_or(texts::WHOLE_SITE, |zone| &zone.name);
-        if let Some(index) = select(ui, cx.tokens, texts::ZONE, texts::ZONE, shown, &options) {
-            // The first option is the whole site.
-            self.zone = index.checked_sub(1).map(|index| zones[index].id);
-        }
-        chosen
-    }
-
-    fn admits(&self, change: &SceneChange, zone: Option<&Zone>, now: Utc) -> bool {
-        let kind = match change.kind {
-            SceneChangeKind::Appeared => 1,
-            SceneChangeKind::Removed => 2,
-            SceneChangeKind::Moved { .. } => 3,
-        };
-        let is_of_state = match self.review {
-            0 => change.review == ReviewState::New,
-            ACKNOWLEDGED => change.review == ReviewState::Acknowledged,
-            2 => change.review == ReviewState::Watched,
-            3 => change.review == ReviewState::Routine,
-            _ => true,
-        };
-        is_of_state
-            && [0, kind].contains(&self.kind)
-            && change.place.longest_side_m() >= MIN_SIZES_M[self.size]
-            && age_s(change, now) <= MAX_AGES_S[self.age]
-            && zone.is_none_or(|zone| zone.contains(change.place.centre_m))
-    }
-
     fn show_change(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>, change: &SceneChange) {
         let tokens = cx.tokens;
         let first_seen = Stamp::from_nanos(change.first_seen.0);
@@ -156,15 +94,12 @@ impl ChangesPanel {
         }
         show_history(ui, cx, change);
         let mut decided = None;
-        for (name, icon, review) in [
-            (texts::ACKNOWLEDGE, icon::CHECK, ReviewState::Acknowledged),
-            (texts::WATCH, icon::FLAG, ReviewState::Watched),
-        ] {
-            let is_so = change.review == review;
-            if Button::new(name).icon(icon).on(is_so).wide(ui).show(ui, tokens).clicked() && !is_so {
-                decided = Some(SceneChange { review, ..change.clone() });
-            }
-        }
+        let reviews = [ReviewState::Acknowledged, ReviewState::Watched];
+        let on = reviews.iter().position(|review| change.review == *review);
+        widgets::choice(ui, tokens, &texts::DECISIONS, on, |chosen| {
+            let review = chosen.filter(|_| chosen != on).map(|index| reviews[index].clone());
+            decided = review.map(|review| SceneChange { review, ..change.clone() });
+        });
         if !matches!(change.review, ReviewState::Normal { .. }) {
             offer_normal(ui, cx, texts::MAKE_NORMAL, vec![change.id]);
         }

@@ -120,6 +120,7 @@ fn a_thing_that_was_turned_where_it_stands_says_so_and_is_among_those_that_were_
             change.kind = SceneChangeKind::Moved { from };
         }
     });
+    press(&mut harness, "Filters");
     press(&mut harness, "Moved");
     for row in ["Turned 34° · 0.6 x 0.4 x 1.0 m · 2 h 00 old", "Moved 1.5 m · 0.2 x 0.2 x 0.2 m · 2 days old"]
     {
@@ -136,6 +137,7 @@ fn what_comes_and_goes_is_listed_apart() {
     });
     let is_listed = |harness: &Harness<'_, TestClient>| harness.query_by_label(REMOVED).is_some();
     assert!(!is_listed(&harness), "not new");
+    press(&mut harness, "Filters");
     press(&mut harness, "Comes and goes");
     assert!(is_listed(&harness) && harness.query_by_label(APPEARED).is_none());
     press(&mut harness, "Any state");
@@ -149,6 +151,8 @@ fn the_list_is_filtered_by_state_kind_size_age_and_zone() {
         [APPEARED, REMOVED].map(|row| harness.query_by_label(row).is_some())
     };
     assert_eq!(listed(&harness), [true, true]);
+    assert!(harness.query_by_label("From 0.3 m").is_none(), "the filters are folded");
+    press(&mut harness, "Filters");
     press(&mut harness, "From 0.3 m");
     assert_eq!(listed(&harness), [true, false]);
     press(&mut harness, "Any size");
@@ -166,6 +170,25 @@ fn the_list_is_filtered_by_state_kind_size_age_and_zone() {
     press(&mut harness, "Whole site");
     press(&mut harness, "Watched");
     assert_eq!(listed(&harness), [false, false]);
+    press(&mut harness, "Clear the filters");
+    assert_eq!(listed(&harness), [true, true]);
+    press(&mut harness, "Filters");
+    assert!(harness.query_by_label("From 0.3 m").is_none(), "folded again");
+}
+
+#[test]
+fn how_many_are_listed_and_by_which_filters_is_said() {
+    use super::texts::{filters, shown};
+    assert_eq!(filters(&["New", "From 0.3 m"]), "Filter: New · From 0.3 m");
+    assert_eq!(
+        [shown(1, 1), shown(2, 2), shown(3, 1_600)],
+        ["1 change", "2 changes", "3 of 1\u{a0}600 changes"]
+    );
+    assert_eq!(shown(0, 3), "None of 3 changes is shown: see the filters.");
+    let mut harness = shown_with(|_| {});
+    press(&mut harness, "Filters");
+    press(&mut harness, "Appeared");
+    assert!(harness.query_by_label("1 of 2 changes").is_some());
 }
 
 #[test]
@@ -190,6 +213,7 @@ fn one_change_or_all_acknowledged_ones_are_made_normal() {
     press(&mut harness, "Acknowledge");
     press(&mut harness, REMOVED);
     press(&mut harness, "Acknowledge");
+    press(&mut harness, "Filters");
     press(&mut harness, "Acknowledged");
     click(&mut harness, "Make 2 acknowledged changes normal");
     assert!(harness.state().emitted(&ClientCommand::MakeNormal(vec![appeared, removed])));

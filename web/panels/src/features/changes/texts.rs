@@ -6,8 +6,11 @@ use site_model::{Movement, ReviewState, SceneChange, SceneChangeKind};
 
 pub(super) const TAB: &str = "Changes";
 pub(super) const HEAD: &str = "What has changed";
-pub(super) const EMPTY: &str =
+const EMPTY: &str =
     "Nothing here. After each run the robot compares what it saw with earlier runs, or with the map.";
+/// The button that unfolds the filters.
+pub(super) const FILTERS: &str = "Filters";
+pub(super) const CLEAR_FILTERS: &str = "Clear the filters";
 /// By which decision the list is filtered, in rows that are as wide as the card.
 pub(super) const REVIEWS: [&[(&str, usize)]; 2] =
     [&[("New", 0), ("Watched", 2), ("Any state", 4)], &[("Acknowledged", 1), ("Comes and goes", 3)]];
@@ -36,10 +39,28 @@ pub(super) const SHOW: &str = "Show the place";
 /// Probability that the places are of one thing.
 pub(super) const SAME_THING: &str = "One thing";
 pub(super) const HISTORY_HINT: &str = "Where it was:";
-pub(super) const ACKNOWLEDGE: &str = "Acknowledge";
-pub(super) const WATCH: &str = "Watch";
+/// What is decided of a change with one press.
+pub(super) const DECISIONS: [(&str, Option<usize>); 2] = [("Acknowledge", Some(0)), ("Watch", Some(1))];
 pub(super) const MAKE_NORMAL: &str = "Make normal";
 pub(super) const NORMAL_HINT: &str = "Makes a new version of the map that shows the scene as it is now. Nodes and inspection points stay where they are, and the old version is kept.";
+
+/// What is listed, on the button of the filters: `Filter: New · From 0.3 m · Pump hall`.
+pub(super) fn filters(names: &[&str]) -> String {
+    format!("Filter: {}", names.join(" · "))
+}
+
+/// How many changes of a site are listed.
+pub(super) fn shown(shown: usize, all: usize) -> String {
+    match (shown, all) {
+        (0, 0) => EMPTY.to_owned(),
+        (0, all) => format!("None of {} changes is shown: see the filters.", format::count(all as u64)),
+        (shown, all) if shown == all => match all {
+            1 => "1 change".to_owned(),
+            all => format!("{} changes", format::count(all as u64)),
+        },
+        (shown, all) => format!("{} of {} changes", format::count(shown as u64), format::count(all as u64)),
+    }
+}
 
 /// The time of a thing at a place: `21 Nov 2026, 11:40 to 23 Nov 2026, 8:05`.
 pub(super) fn stay(from: Option<String>, until: Option<String>) -> String {
