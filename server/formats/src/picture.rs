@@ -1,6 +1,7 @@
 //! Pictures in JPEG, PNG and BMP files. The content says which of them a file is, because names are often wrong.
 
 mod bmp;
+mod jpeg_sampling;
 
 use crate::texts;
 use bmp::{BmpError, Pixels};
@@ -91,6 +92,9 @@ fn read_jpeg(bytes: &[u8]) -> Result<Pixels, PictureFileError> {
     // The mark of the end. Decoders fill what is missing before it with grey.
     if !bytes.windows(2).any(|pair| pair == [0xff, 0xd9]) {
         return Err(PictureFileError::CutShort);
+    }
+    if !jpeg_sampling::is_common(bytes) {
+        return Err(damaged(&texts::OTHER_SAMPLING));
     }
     let options = DecoderOptions::default()
         .set_strict_mode(true)

@@ -261,5 +261,6 @@ pub(crate) const NO_PICTURE: &str = "it is neither a JPEG nor a PNG nor a BMP fi
 pub(crate) const PICTURE_CUT_SHORT: &str = "the end of the picture is missing";
 pub(crate) const OTHER_BMP: &str =
     "it is a BMP file without a size, or not of 24 or 32 bits without compression";
+pub(crate) const OTHER_SAMPLING: &str = "it has more of a colour than of brightness, which no camera writes";
 pub(crate) const NO_PICTURE_SIZE: &str = "it has no size";
 pub(crate) const PICTURE_TOO_LARGE: &str = "its size is larger than its bytes can hold";

@@ -5,7 +5,7 @@ use crate::error::ReadError;
 use crate::legacy::{
     BootRecordV10, INPUT_SCHEMA_V3, INPUT_SCHEMA_V4, INPUT_SCHEMA_V5, INPUT_SCHEMA_V6, INPUT_SCHEMA_V7,
     INPUT_SCHEMA_V8, INPUT_SCHEMA_V9, INPUT_SCHEMA_V10, INPUT_SCHEMA_V11, INPUT_SCHEMA_V12, INPUT_SCHEMA_V13,
-    InputV3, InputV4, InputV5, boot_record_v10,
+    INPUT_SCHEMA_V14, InputV3, InputV4, InputV5, boot_record_v10,
 };
 use crate::legacy_site::take_site_entry_v13;
 use crate::selection::TopicRole;
@@ -94,7 +94,7 @@ pub(crate) fn input(raw: &RawMessage, topic: &Topic, role: TopicRole) -> Result<
 /// Decodes an entry of the journal that a schema describes; `None` if this program does not know the schema.
 pub fn decode_journal_entry(schema: &str, bytes: &[u8]) -> Option<Result<Input, FormatError>> {
     let decoded = match schema {
-        topics::INPUT_SCHEMA => whole(bytes),
+        topics::INPUT_SCHEMA | INPUT_SCHEMA_V14 => whole(bytes),
         INPUT_SCHEMA_V13 | INPUT_SCHEMA_V12 | INPUT_SCHEMA_V11 => match take_site_entry_v13(bytes) {
             Some(Ok((entry, []))) => Ok(entry.into()),
             Some(Ok(_)) => Err(texts::BYTES_LEFT_OVER.to_owned()),
@@ -119,9 +119,10 @@ pub fn decode_journal_entry(schema: &str, bytes: &[u8]) -> Option<Result<Input, 
 }
 
 /// Names of the schemas of journals that can be read, newest first.
-pub fn journal_schemas() -> [&'static str; 12] {
+pub fn journal_schemas() -> [&'static str; 13] {
     [
         topics::INPUT_SCHEMA,
+        INPUT_SCHEMA_V14,
         INPUT_SCHEMA_V13,
         INPUT_SCHEMA_V12,
         INPUT_SCHEMA_V11,

@@ -1,8 +1,8 @@
-//! Reads journals of earlier programs: versions 3 to 13 of `messages::Input`, which programs up to November 2026 wrote.
+//! Reads journals of earlier programs: versions 3 to 14 of `messages::Input`, which programs up to November 2026 wrote.
 //!
 //! It holds frozen copies of the types that have changed since, with their conversions to the present types. Unchanged types are those of
 //! `messages`. Before the layout of one of them changes, copy it to this file. Recordings in `tests/fixtures` and the bytes in
-//! `tests/journal_layout_v4.txt` to `tests/journal_layout_v13.txt` test this. The types of the site are in `legacy_site`.
+//! `tests/journal_layout_v4.txt` to `tests/journal_layout_v14.txt` test this. The types of the site are in `legacy_site`.
 
 use messages::{
     ActionOutcome, BootRecord, Command, CommandKind, ComparedRevisit, DisambiguationPlan, GoalKind, Input,
@@ -14,6 +14,9 @@ use std::sync::Arc;
 use vocab::{
     Aabb, ActionCallId, ClientId, CommandId, GoalId, KeyframeId, MapId, Pose, SessionId, Span, Twist, Vec3,
 };
+
+/// Name of the schema of version 14. Its entries are as those of version 15, in which the cause of a run may be an account.
+pub(crate) const INPUT_SCHEMA_V14: &str = "autoinspect.Input.v14";
 
 /// Name of the schema of version 13. Its entries are as those of version 14, but for changes of the scene, which did not say of which thing they were.
 pub(crate) const INPUT_SCHEMA_V13: &str = "autoinspect.Input.v13";
@@ -533,6 +536,13 @@ mod tests {
             Some(entry) => entry.map(|(entry, rest)| (EntryV13::Site(entry), rest)),
             None => postcard::take_from_bytes(bytes).map(|(input, rest)| (EntryV13::Other(input), rest)),
         }
+    }
+
+    #[test]
+    fn the_bytes_of_version_14_are_read_as_they_were_written() {
+        let text = include_str!("../tests/journal_layout_v14.txt");
+        let read = read_lines(text, INPUT_SCHEMA_V14, |bytes| postcard::take_from_bytes::<Input>(bytes));
+        assert_eq!(read.len(), text.lines().count() - 1);
     }
 
     #[test]

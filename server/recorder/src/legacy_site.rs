@@ -22,7 +22,7 @@ pub(crate) enum SiteEntryV13 {
     Edited(EditV13),
 }
 
-/// Reads an entry about the site, with what follows it; `None` for all other entries, which are as those of version 14.
+/// Reads an entry about the site, with what follows it; `None` for all other entries, which are as those of version 14 and later.
 pub(crate) fn take_site_entry_v13(entry: &[u8]) -> Option<Result<(SiteEntryV13, &[u8]), postcard::Error>> {
     match entry.split_first()? {
         (&SITE, rest) => {

@@ -25,7 +25,7 @@ pub const POSE: &str = "/autoinspect/pose";
 /// All other inputs of the stack: `messages::Input` in postcard's encoding.
 pub const INPUT: &str = "/autoinspect/input";
 /// Name of the schema of [`INPUT`]. Its version rises with every change of `messages::Input`; older versions are read too.
-pub const INPUT_SCHEMA: &str = "autoinspect.Input.v14";
+pub const INPUT_SCHEMA: &str = "autoinspect.Input.v15";
 /// Message and schema encoding of [`INPUT`].
 pub const INPUT_ENCODING: &str = "postcard";
 

@@ -15,8 +15,9 @@ use site_model::{
     EdgeId, EdgeStage, Edit, EditId, FailurePolicy, InspectionPointId, Mission, MissionCommandKind,
     MissionEnd, MissionEvent, MissionEventKind, MissionId, MutexHold, MutexHoldId, NodeId, Object, ObjectId,
     OrientedBox, OutsideLimits, OutsideReading, Parameters, PhysicalObject, PhysicalObjectId, PoseTolerance,
-    ReviewState, Revision, RouteActionPlace, RouteActionStep, RunId, RunState, SceneChange, SceneChangeId,
-    SceneChangeKind, ShapeDescriptor, SiteSettings, Task, TaskId, TaskOrder, TaskPlace, Utc, Versioned,
+    ReviewState, Revision, RouteActionPlace, RouteActionStep, RunCause, RunId, RunState, SceneChange,
+    SceneChangeId, SceneChangeKind, ShapeDescriptor, SiteSettings, Task, TaskId, TaskOrder, TaskPlace, Utc,
+    Versioned,
 };
 use std::fmt::Write;
 use uuid::Uuid;
@@ -169,6 +170,9 @@ fn inputs() -> Vec<Input> {
     let request = ActionRequest { action: "open".to_owned(), parameters: Parameters::new() };
     let step = RouteActionStep::Began { place, request, is_idempotent: false, task: None };
     let route_action = MissionEventKind::RouteAction { run, call, step };
+    let cause = RunCause::Account { command: CommandId(id(22)), account: "anna".to_owned() };
+    let asked =
+        MissionEventKind::RunQueued { run: RunId(id(23)), mission: MissionId(id(24)), cause, priority: 2 };
     let ended = MissionEventKind::RunEnded { run, outcome: RunState::Succeeded };
     let photo = RegisteredAction {
         name: "photo".to_owned(),
@@ -199,6 +203,7 @@ fn inputs() -> Vec<Input> {
         Input::SiteEdited(Box::new(Edit { id: EditId(id(17)), changes: vec![found] })),
         Input::SiteEdited(Box::new(Edit { id: EditId(id(18)), changes: vec![docking] })),
         Input::SiteEdited(Box::new(Edit { id: EditId(id(21)), changes: vec![raised] })),
+        Input::MissionsRestored(vec![MissionEvent { utc: None, command: None, kind: asked }]),
     ];
     [Input::Boot(Box::new(boot)), Input::Tick].into_iter().chain(kinds.map(command)).chain(others).collect()
 }

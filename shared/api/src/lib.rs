@@ -50,7 +50,7 @@ pub use socket::{ClientMessage, MAX_UNACKNOWLEDGED, ScanFrame, ServerMessage, St
 pub use topomap::{MAX_BLOCKED_SEGMENTS, TopomapGeneration, TopomapStage, TopomapSummary};
 
 /// Version of everything in this crate. Server and client refuse each other when it differs, and say so.
-pub const VERSION: u16 = 30;
+pub const VERSION: u16 = 31;
 
 /// Time for which a deleted map is kept in the bin.
 pub const BIN_RETENTION: vocab::Span = vocab::Span::from_millis(7 * 24 * 3_600_000);

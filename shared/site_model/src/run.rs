@@ -102,10 +102,10 @@ impl TaskState {
 }
 
 /// What led to a run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RunCause {
-    /// A person or program asked for it.
+    /// A person or program asked for it, of whom no account is known: nobody has to sign in there, or an earlier program did not keep it.
     Command(CommandId),
     /// A schedule was due.
     Schedule {
@@ -116,6 +116,24 @@ pub enum RunCause {
     },
     /// A monitor interrupts with it.
     Monitor(MonitorId),
+    /// A person or program asked for it that has signed in.
+    Account {
+        /// The command.
+        command: CommandId,
+        /// Name of the account.
+        account: String,
+    },
+}
+
+impl RunCause {
+    /// Of a run that a command asks for.
+    pub fn of_command(command: &MissionCommand) -> Self {
+        let id = command.id;
+        match command.account.clone() {
+            Some(account) => Self::Account { command: id, account },
+            None => Self::Command(id),
+        }
+    }
 }
 
 /// What a run does. It is made when the run begins, and later edits of the site do not change it.
@@ -163,6 +181,8 @@ pub enum EndPlace {
 pub struct MissionCommand {
     /// Made by the client.
     pub id: CommandId,
+    /// Account of who gives it; none: nobody has to sign in there.
+    pub account: Option<String>,
     /// What is asked.
     pub kind: MissionCommandKind,
 }

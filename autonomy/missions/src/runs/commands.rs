@@ -25,7 +25,7 @@ impl MissionRunner {
         match command.kind {
             MissionCommandKind::Start { run, mission, mode } => {
                 self.check_start(run, mission, mode)?;
-                let cause = RunCause::Command(command.id);
+                let cause = RunCause::of_command(command);
                 // Before all that wait: nothing is under way, so it begins at once.
                 let priority = if mode == StartMode::Now { i32::MAX } else { 0 };
                 self.emit(MissionEventKind::RunQueued { run, mission, cause, priority });

@@ -316,7 +316,7 @@ impl Records {
                 let queued = Run {
                     id: *run,
                     mission: *mission,
-                    cause: *cause,
+                    cause: cause.clone(),
                     priority: *priority,
                     state: RunState::Queued,
                     began: None,

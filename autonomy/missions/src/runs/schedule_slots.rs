@@ -160,7 +160,7 @@ impl MissionRunner {
     /// What happens when a condition begins to hold. That the robot goes to a dock, and that missions are blocked, is decided as long as it holds.
     fn respond(&mut self, monitor: MonitorId) {
         let Some(response) = self.monitors.get(monitor).map(|monitor| monitor.response) else { return };
-        let active = self.records.active().map(|run| (run.id, run.cause));
+        let active = self.records.active().map(|run| (run.id, run.cause.clone()));
         let reason = RunChangeReason::MonitorHolds(monitor);
         match (response, active) {
             (MonitorResponse::Pause, Some((run, _))) => {

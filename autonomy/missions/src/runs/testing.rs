@@ -164,7 +164,7 @@ impl Rig {
     pub fn command(&mut self, kind: MissionCommandKind) {
         self.commands += 1;
         let id = CommandId(Uuid::from_u128(10_000 + self.commands));
-        self.input(MissionInput::Command(MissionCommand { id, kind }));
+        self.input(MissionInput::Command(MissionCommand { id, account: None, kind }));
     }
 
     pub fn clock(&mut self, utc: Utc, is_synchronised: bool) {

@@ -47,7 +47,7 @@ fn begun() -> Vec<MissionEventKind> {
         MissionEventKind::RunQueued {
             run: RUN,
             mission,
-            cause: RunCause::Command(CommandId(Uuid::nil())),
+            cause: RunCause::Account { command: CommandId(Uuid::nil()), account: "anna".to_owned() },
             priority: 0,
         },
         MissionEventKind::RunBegan { run: RUN, plan },
@@ -81,6 +81,7 @@ fn a_run_is_a_row_with_its_state_and_the_revisions_of_its_plan() {
     assert_eq!(json(&runs[0].body)["revisions"], Value::Null);
     assert_eq!(json(&runs[3].body)["revisions"][0]["kind"], "mission");
     assert_eq!(json(&runs[3].body)["tasks"], 1);
+    assert!(runs.iter().all(|run| json(&run.body)["cause"]["account"]["account"] == "anna"));
 }
 
 #[test]

@@ -31,7 +31,7 @@ fn run_status(run: &Run) -> RunStatus {
     RunStatus {
         run: run.id,
         mission: run.mission,
-        cause: run.cause,
+        cause: run.cause.clone(),
         state: run.state,
         outcome: run.ending.map(|(outcome, _)| outcome),
         began: run.began,

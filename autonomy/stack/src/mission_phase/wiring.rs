@@ -56,7 +56,7 @@ impl Running {
             return Err(texts::NO_SITE.to_owned());
         }
         self.missions.waiting.push((), command.id, command.by.client);
-        let command = MissionCommand { id: command.id, kind };
+        let command = MissionCommand { id: command.id, account: command.by.account.clone(), kind };
         self.update_missions(at, MissionInput::Command(command), effects);
         Ok(())
     }

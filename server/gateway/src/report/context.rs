@@ -74,6 +74,7 @@ impl ReportContext {
         match cause {
             None => texts::NOT_KNOWN.to_owned(),
             Some(RunCause::Command(_)) => texts::CAUSE_PERSON.to_owned(),
+            Some(RunCause::Account { account, .. }) => legible_name(account),
             Some(RunCause::Schedule { schedule, slot }) => {
                 let name = self.site().schedule(*schedule).map(|schedule| legible_name(&schedule.name));
                 texts::cause_schedule(name.as_deref(), &format::time(*slot))

@@ -93,7 +93,7 @@ impl Scene {
 
     /// With a run of this number that has ended after 12 minutes.
     fn run(mut self, number: u128, state: &str) -> Self {
-        let body = json!({ "cause": { "command": id(9) }, "began": BEGAN_NS, "tasks": 3 }).to_string();
+        let body = json!({ "cause": { "account": { "command": id(9), "account": "anna" } }, "began": BEGAN_NS, "tasks": 3 }).to_string();
         self.runs.push(StoredRun {
             run: run_id(number),
             mission: MissionId(Uuid::from_u128(2)),
@@ -283,7 +283,7 @@ fn a_report_says_what_a_run_was_then_what_needs_attention_then_each_task() {
         "Succeeded in part",
         "Began 24 November 2026, 11:00 Ended 24 November 2026, 11:12 Duration 12 min 0 s",
         "Europe/London (UTC+00:00)",
-        "a person or a program",
+        "Asked for by anna",
         "2 of 3 tasks done 1 failed 0 skipped 1 reading outside its limits 0 changes",
     ];
     let attention = [

@@ -411,6 +411,7 @@ fn missions() -> MissionStatus {
         RunCause::Command(COMMAND),
         RunCause::Schedule { schedule: ScheduleId(ID), slot: local() },
         RunCause::Monitor(MonitorId(ID)),
+        RunCause::Account { command: COMMAND, account: "anna".to_owned() },
     ];
     let runs = causes.into_iter().cycle().zip(RunState::ALL).map(|(cause, state)| RunStatus {
         run: RUN,

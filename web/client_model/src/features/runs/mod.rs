@@ -77,7 +77,7 @@ pub struct PastRun<'a> {
     /// Its last report, if this client has seen one.
     pub report: Option<&'a RunStatus>,
     /// What led to it, if that is known.
-    pub cause: Option<RunCause>,
+    pub cause: Option<&'a RunCause>,
     /// When it began or was asked for, if that is known.
     pub began: Option<Utc>,
     /// When it ended, if that is known.
@@ -137,7 +137,7 @@ impl Runs {
                 mission: ended.mission,
                 outcome: ended.outcome,
                 report,
-                cause: report.map(|report| report.cause),
+                cause: report.map(|report| &report.cause),
                 began: report.and_then(|report| report.began),
                 ended: None,
             }
@@ -147,7 +147,7 @@ impl Runs {
             mission: stored.mission,
             outcome: stored.state,
             report: self.seen.get(&stored.run),
-            cause: stored.details.as_ref().map(|details| details.cause),
+            cause: stored.details.as_ref().map(|details| &details.cause),
             began: stored.details.as_ref().and_then(|details| details.began).or(Some(stored.asked)),
             ended: Some(stored.changed),
         });
@@ -203,8 +203,8 @@ impl Runs {
 
     fn on_listed(&mut self, before: Option<&str>, page: &StoredPage<StoredRun>) {
         for run in &page.items {
-            if let Some(RunCause::Schedule { schedule, slot }) = run.details.as_ref().map(|it| it.cause) {
-                self.slots.insert((schedule, slot), run.state);
+            if let Some(RunCause::Schedule { schedule, slot }) = run.details.as_ref().map(|it| &it.cause) {
+                self.slots.insert((*schedule, *slot), run.state);
             }
         }
         match (&mut self.stored, before) {
@@ -278,8 +278,8 @@ impl Runs {
     }
 
     fn note_slot(&mut self, run: RunId, state: RunState) {
-        if let Some(RunCause::Schedule { schedule, slot }) = self.seen.get(&run).map(|run| run.cause) {
-            self.slots.insert((schedule, slot), state);
+        if let Some(RunCause::Schedule { schedule, slot }) = self.seen.get(&run).map(|run| &run.cause) {
+            self.slots.insert((*schedule, *slot), state);
         }
     }
 }

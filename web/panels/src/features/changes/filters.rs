@@ -1,6 +1,6 @@
 //! Which changes are listed: a button that says what is chosen, and unfolds the choices below itself.
 
-use super::{age_s, texts};
+use super::texts;
 use crate::button::Button;
 use crate::feature_panel::PanelContext;
 use crate::select::select;
@@ -133,4 +133,9 @@ impl ListedChanges<'_> {
             && age_s(change, self.now) <= MAX_AGES_S[age]
             && self.zone.is_none_or(|zone| zone.contains(change.place.centre_m))
     }
+}
+
+/// Seconds since a change was last seen.
+pub(super) fn age_s(change: &SceneChange, now: Utc) -> f64 {
+    (now.0 - change.last_seen.0) as f64 / 1e9
 }

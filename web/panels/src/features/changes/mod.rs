@@ -15,7 +15,7 @@ use crate::{format, icon, screens, theme};
 use api::{Command, Import};
 use client_model::{CameraMove, ClientCommand, ShownChanges, SiteEdit};
 use egui::Ui;
-use filters::Filters;
+use filters::{Filters, age_s};
 use site_model::{Object, ObjectId, ReviewState, SceneChange, SceneChangeId, Utc, Zone, object_history};
 use vocab::Stamp;
 
@@ -177,9 +177,4 @@ fn offer_normal(ui: &mut Ui, cx: &mut PanelContext<'_>, name: &str, changes: Vec
     if button.wide(ui).show(ui, cx.tokens).clicked() {
         cx.commands.push(ClientCommand::MakeNormal(changes));
     }
-}
-
-/// Seconds since a change was last seen.
-fn age_s(change: &SceneChange, now: Utc) -> f64 {
-    (now.0 - change.last_seen.0) as f64 / 1e9
 }

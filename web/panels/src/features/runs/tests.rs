@@ -80,7 +80,7 @@ fn run(state: RunState, tasks: [TaskState; 5]) -> RunStatus {
     RunStatus {
         run: RUN,
         mission: MISSION,
-        cause: RunCause::Command(CommandId(Uuid::nil())),
+        cause: RunCause::Account { command: CommandId(Uuid::nil()), account: "anna".to_owned() },
         state,
         outcome: None,
         began: None,

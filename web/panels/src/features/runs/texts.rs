@@ -246,6 +246,7 @@ pub(super) fn question_limit(limit_s: f64, default: AskDefault) -> String {
 pub(super) fn cause(site: &Site, cause: &RunCause) -> String {
     match cause {
         RunCause::Command(_) => "Asked for by a person".to_owned(),
+        RunCause::Account { account, .. } => format!("Asked for by {account}"),
         RunCause::Schedule { schedule, slot } => {
             let name = site.schedule(*schedule).map_or("a schedule", |it| it.name.as_str());
             format!("{name}, {:02}:{:02}", slot.time.hour, slot.time.minute)
@@ -296,7 +297,7 @@ pub(super) fn skipped_facts(at: Option<LocalDateTime>, schedule: &str, reason: &
 /// `24 Nov, 11:00 · Round A, 11:00`.
 pub(super) fn past_facts(site: &Site, run: &PastRun<'_>, began: Option<LocalDateTime>) -> String {
     let began = began.map(day_and_time);
-    let cause = run.cause.map(|of_run| cause(site, &of_run));
+    let cause = run.cause.map(|of_run| cause(site, of_run));
     let facts: Vec<String> = began.into_iter().chain(cause).collect();
     if facts.is_empty() { JUST_ENDED.to_owned() } else { facts.join(" · ") }
 }
