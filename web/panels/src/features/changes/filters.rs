@@ -49,9 +49,7 @@ impl Filters {
             self.is_open = !self.is_open;
         }
         if self.is_open {
-            widgets::tinted_box(ui, tokens, tokens.accent, |ui| {
-                self.show_choices(ui, cx, zones, listed.zone)
-            });
+            self.show_choices(ui, cx, zones, listed.zone);
         }
         self.listed(zones, cx.clock.utc)
     }

@@ -170,6 +170,11 @@ fn the_list_is_filtered_by_state_kind_size_age_and_zone() {
     press(&mut harness, "Whole site");
     press(&mut harness, "Watched");
     assert_eq!(listed(&harness), [false, false]);
+    // None is wider than the card.
+    let right = |name: &str| harness.get_by_label(name).rect().right();
+    let most = ["Any state", "Comes and goes", "Moved", "From 1 m", "Last week", "Zone"].map(right);
+    let of_card = right("Filters");
+    assert!(most.iter().all(|right| *right <= of_card + 0.5), "{most:?} {of_card}");
     press(&mut harness, "Clear the filters");
     assert_eq!(listed(&harness), [true, true]);
     press(&mut harness, "Filters");
