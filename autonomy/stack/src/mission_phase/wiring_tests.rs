@@ -3,12 +3,14 @@
 use super::super::testing::{AHEAD, Rig, client, node_id};
 use super::*;
 use executive::Situation;
-use messages::{ActionOutcome, CommandKind, ExecutiveEvent, GoalKind, LedgerEvent, Notice, RegisteredAction};
+use messages::{
+    ActionOutcome, CommandKind, ExecutiveEvent, GoalKind, LedgerEvent, Notice, Principal, RegisteredAction,
+};
 use missions::MissionNotice;
 use site_model::{
     ActionRequest, Change, Edge, Edit, EditId, FailurePolicy, Mission, MissionEnd, MissionEvent,
-    MissionEventKind, MissionId, Object, Parameters, RouteActionEnd, RouteActionStep, RunId, RunPlan,
-    StartMode, Task, TaskId, TaskOrder, TaskPlace, TaskStep, Zone, ZoneEffect, ZoneId,
+    MissionEventKind, MissionId, Object, Parameters, RouteActionEnd, RouteActionStep, RunCause, RunId,
+    RunPlan, StartMode, Task, TaskId, TaskOrder, TaskPlace, TaskStep, Zone, ZoneEffect, ZoneId,
 };
 use uuid::Uuid;
 use vocab::{ActionCallId, CommandId, Pose, Span, Vec3};
@@ -167,7 +169,7 @@ fn runs_of_earlier_programs_are_restored_with_the_site() {
     let queued = MissionEventKind::RunQueued {
         run: RUN,
         mission: MISSION,
-        cause: site_model::RunCause::Command(CommandId(Uuid::nil())),
+        cause: RunCause::Command(CommandId(Uuid::nil())),
         priority: 0,
     };
     let event = MissionEvent { utc: None, command: None, kind: queued };
@@ -243,6 +245,24 @@ fn the_state_of_missions_is_published_when_it_changes() {
     rig.step(registered());
     rig.run(1.0);
     assert_eq!(count(&rig, is_status), 1, "the state is the same");
+}
+
+#[test]
+fn a_run_keeps_the_account_that_asked_for_it() {
+    let mut rig = Rig::new();
+    rig.give_objects(vec![mission(MISSION)]);
+    let start = MissionCommandKind::Start { run: RUN, mission: MISSION, mode: StartMode::Queue };
+    let id = CommandId(Uuid::from_u128(90));
+    let by = Principal { account: Some("anna".to_owned()), ..client(1) };
+    rig.step(Input::Command(Command { id, by, kind: CommandKind::Mission(start) }));
+    let expected = RunCause::Account { command: id, account: "anna".to_owned() };
+    let queued = rig.ledger_events().find_map(|event| match event {
+        LedgerEvent::Mission(MissionEvent { kind: MissionEventKind::RunQueued { cause, .. }, .. }) => {
+            Some(cause.clone())
+        }
+        _ => None,
+    });
+    assert_eq!(queued, Some(expected));
 }
 
 /// The run as it is written when it begins.
