@@ -5,7 +5,7 @@ use api::{
     BinnedMap, Command, CommandOutcome, CoreMessage, DamagedMap, Event, GraphNode, Import,
     InterruptedSession, Localisation, MapSummary, Mapping, Motion,
 };
-use site_model::MissionStatus;
+use site_model::{MissionStatus, RunStatus};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
@@ -28,6 +28,8 @@ pub struct CoreState {
     pub import: Import,
     /// None before it has come.
     pub missions: Option<MissionStatus>,
+    /// The run that was shown last, as it was shown last: a run that has ended shows no tasks.
+    pub last_run: Option<RunStatus>,
     pub notices: Vec<String>,
     /// Instant of the first estimate.
     pub began: Option<Stamp>,
@@ -55,7 +57,10 @@ impl CoreState {
                 self.localisation = localisation;
             }
             Event::Import(import) => self.import = import,
-            Event::Missions(missions) => self.missions = Some(missions),
+            Event::Missions(missions) => {
+                self.last_run = missions.runs.first().cloned().or(self.last_run.take());
+                self.missions = Some(missions);
+            }
             Event::Notice(notice) => self.notices.push(notice.text),
             Event::Estimate(estimate) => {
                 self.began.get_or_insert(estimate.stamp);

@@ -271,7 +271,10 @@ impl MissionChain {
         let wanted =
             if self.run.skipped.is_empty() { RunState::Succeeded } else { RunState::PartiallySucceeded };
         if ended.map(|ended| ended.outcome) != Some(wanted) {
-            return Err(format!("the run ended as {ended:?} and not as {wanted:?}"));
+            let last = state.last_run.iter().filter(|last| last.run == run).flat_map(|last| &last.tasks);
+            let others: Vec<_> = last.filter(|task| task.state != TaskState::Succeeded).collect();
+            let notices = &state.notices;
+            return Err(format!("the run ended as {ended:?} and not as {wanted:?}; {others:?}; {notices:?}"));
         }
         for task in (1..TASKS).step_by(2) {
             let times = self.run.messages.get(&message_of(task)).copied().unwrap_or(0);
