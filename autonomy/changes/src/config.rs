@@ -94,7 +94,7 @@ pub struct ChangesConfig {
     /// Share of rays that end in a place where nothing is, or go through what is solid: noise, and edges of the box. Chosen as a round number: with 0.1 the first three seeds of
     /// docs/benchmarks/changes.md gave the same result.
     pub stray_share: f64,
-    /// Logarithm of how much likelier it must be that an object was not there than that it was. Chosen: 10,000 times, because a visit has thousands of places. With 20
+    /// Logarithm of how much likelier a change must be than none. Chosen: 10,000 times, because a visit has thousands of places. With 20
     /// the first three seeds of docs/benchmarks/changes.md gave the same result.
     pub min_evidence: f64,
     /// Share of rays that end by chance in a place where nothing is, such as people who pass, and edges. Chosen as a round number, below [`Self::stray_share`]: with 0.05
@@ -166,12 +166,21 @@ pub struct ChangesConfig {
     pub min_shift_m: f64,
     /// What stands on the ground is looked at up to this height above it, metres, to find such things of which no part differs. Chosen: as [`Self::turned_reach_m`]; and most people are higher.
     pub standing_height_m: f64,
+    /// Points at least this far above the mean height of a floor are not of the floor, metres. Chosen: five times the noise of a LiDAR, and less than half of the height of the smallest thing that is to be found.
+    pub standing_clearance_m: f64,
     /// A height is that of a floor if this share of the cells is occupied at it that is occupied at the height where most are. Chosen: a floor of which two thirds are hidden is one.
     pub level_share: f64,
     /// The fit by which is first told whether such a thing has its heading of before. Chosen: the time is in proportion to its points and headings.
     pub turned_first_fit: BoxFitConfig,
-    /// The points of such a thing are nearer to the sides of their own box than to those of one with the other heading by this factor (the criterion of [`UprightBox::around`](crate::UprightBox::around)). Source: docs/maths/changes.md, equation 10: 1.75 and more of things that were turned.
-    pub min_side_ratio: f64,
+    /// The points of each visit are likelier with the heading of that visit than with that of the other one by [`Self::min_evidence`], and by this logarithm for each point on average: of a thing that is no
+    /// box, many points tell a little. Source: docs/maths/changes.md, equation 10: 0.25 and more of things that were turned.
+    pub min_turn_evidence_of_point: f64,
+    /// Logarithm of how much likelier the points of such a thing are on the sides of a box than on a circle. Source: docs/maths/changes.md, equation 11: 8 and more of things that were turned, 2 and less of round ones.
+    pub min_corner_evidence: f64,
+    /// Share of the points of such a thing that are on the sides of its box. Source: docs/maths/changes.md, equation 11: 0.53 and more of things that were turned.
+    pub min_side_share: f64,
+    /// Share of the points at each end of an axis that are beyond its sides when they are looked for: its heading must not depend on single points. Chosen: one of fifty.
+    pub turned_stray_share: f64,
     /// Its confidence: rays tell of the parts that differ, but not whether they are of one thing.
     pub turned_confidence: f64,
     /// Side of the cells of which the cloud of what has not changed has one point each, metres: enough for people to see where they are. Chosen: smaller cells make the
@@ -246,9 +255,13 @@ impl Default for ChangesConfig {
             min_turn_rad: 0.17,
             min_shift_m: 0.1,
             standing_height_m: 1.5,
+            standing_clearance_m: 0.05,
             level_share: 0.35,
             turned_first_fit: BoxFitConfig { max_fit_points: 300, headings: 30, ..BoxFitConfig::default() },
-            min_side_ratio: 1.5,
+            min_turn_evidence_of_point: 0.15,
+            min_corner_evidence: 6.9,
+            min_side_share: 0.45,
+            turned_stray_share: 0.02,
             turned_confidence: 0.9,
             unchanged_cell_m: 0.1,
             min_normal_points: 6.0,

@@ -150,9 +150,20 @@ fn a_small_thing_of_which_no_part_differs_is_turned() {
     let was = if let Change::Moved { from } = &found[0].change { Some(from) } else { None };
     assert!(was.is_some_and(|was| (was.yaw_rad - 0.2).abs() < 0.1), "{was:?}");
     assert!((found[0].place.yaw_rad - 0.8).abs() < 0.1, "{:?}", found[0].place);
-    let parts_alone = ChangesConfig { min_side_ratio: f64::INFINITY, ..config };
+    let parts_alone = ChangesConfig { min_turn_evidence_of_point: f64::INFINITY, ..config };
     assert_eq!(detect_changes(&before, &after, &parts_alone).objects, [], "a part of it differs");
     assert_eq!(detect_changes(&before, &of(0.2), &config).objects, [], "it stands as before");
+}
+
+#[test]
+fn a_cube_of_fifteen_centimetres_that_was_turned_is_found() {
+    let of = |yaw_rad: f64| visit_with_rays(&[at(0.5, -1.2, [0.15; 3], yaw_rad)], 5.0, &FINE);
+    let (before, after) = (of(0.1), of(0.7));
+    let found = detect_changes(&before, &after, &ChangesConfig::default()).objects;
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(matches!(found[0].change, Change::Moved { .. }), "{found:?}");
+    assert!((found[0].place.centre_m - Vector3::new(0.5, -1.2, 0.075)).norm() < 0.03, "{:?}", found[0].place);
+    assert_eq!(detect_changes(&before, &of(0.1), &ChangesConfig::default()).objects, []);
 }
 
 #[test]

@@ -19,6 +19,7 @@
 
 mod accepted;
 mod alignment;
+mod circle;
 mod clusters;
 mod columns;
 mod config;
@@ -26,6 +27,7 @@ mod depth;
 mod detect;
 mod differences;
 mod directions;
+mod heading;
 mod join;
 mod known_objects;
 mod moves;

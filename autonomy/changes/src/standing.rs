@@ -1,6 +1,6 @@
 //! Things that stand free on level ground, found in the cells of a visit's surfaces.
 //!
-//! The heights at which most of the cells around are occupied are level: floors. Cells above a floor, up to the height of a loose thing, are seen from above; those beside each other are one
+//! The heights at which most of the cells around are occupied are level: floors. Cells with points above a floor, up to the height of a loose thing, are seen from above; those beside each other are one
 //! thing. What reaches farther than a loose thing does is a part of the building.
 
 use crate::ChangesConfig;
@@ -10,8 +10,17 @@ use points::hash::{CellKey, CellTable};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// The points above the ground of each thing that stands free, in the order of the grid. Cells whose lower side is less than a cell above the ground are left out: a floor is not quite flat. Linear in the cells.
-pub(crate) fn standing_things(surfaces: &Surfaces, config: &ChangesConfig) -> Vec<Vec<[f32; 3]>> {
+/// A thing that stands free.
+#[derive(Clone, Default)]
+pub(crate) struct StandingThing {
+    /// Its points that are at least [`ChangesConfig::standing_clearance_m`] above the ground.
+    pub(crate) points: Vec<[f32; 3]>,
+    /// Mean height of the ground under them, metres.
+    pub(crate) ground_m: f64,
+}
+
+/// Each thing that stands free, in the order of the grid. Linear in the cells, and in the points of floors.
+pub(crate) fn standing_things(surfaces: &Surfaces, config: &ChangesConfig) -> Vec<StandingThing> {
     let marks = Marks::of(surfaces, config);
     let roots = marks.roots();
     let mut sizes = vec![Size::default(); marks.of_grid.len()];
@@ -19,19 +28,21 @@ pub(crate) fn standing_things(surfaces: &Surfaces, config: &ChangesConfig) -> Ve
         sizes[*root].add([cell[0], cell[1]]);
     }
     for (mark, points) in &marks.cells {
-        sizes[roots[*mark as usize]].points += points.len();
+        let above = marks.above(*mark, &surfaces.points()[points.clone()]).count();
+        sizes[roots[*mark as usize]].add_points(above, marks.grounds_m[*mark as usize]);
     }
     let most_cells = (2.0 * config.turned_reach_m / f64::from(surfaces.cell_side_m())) as i64;
-    let mut things: Vec<Option<Vec<[f32; 3]>>> = sizes
-        .iter()
-        .map(|size| {
-            let is_loose = size.reach() <= most_cells && size.points >= config.min_points_of_others;
-            is_loose.then(|| Vec::with_capacity(size.points))
+    let thing = |size: &Size| {
+        let is_loose = size.reach() <= most_cells && size.points >= config.min_points;
+        is_loose.then(|| StandingThing {
+            points: Vec::with_capacity(size.points),
+            ground_m: size.grounds_m / size.points as f64,
         })
-        .collect();
-    for (mark, points) in marks.cells {
-        if let Some(thing) = &mut things[roots[mark as usize]] {
-            thing.extend_from_slice(&surfaces.points()[points]);
+    };
+    let mut things: Vec<Option<StandingThing>> = sizes.iter().map(thing).collect();
+    for (mark, points) in &marks.cells {
+        if let Some(thing) = &mut things[roots[*mark as usize]] {
+            thing.points.extend(marks.above(*mark, &surfaces.points()[points.clone()]));
         }
     }
     things.into_iter().flatten().collect()
@@ -43,6 +54,8 @@ struct Size {
     /// Least and most place along both axes.
     ends: Option<[[i64; 2]; 2]>,
     points: usize,
+    /// Sum over them of the heights of the ground under them, metres.
+    grounds_m: f64,
 }
 
 impl Size {
@@ -50,6 +63,11 @@ impl Size {
         let [least, most] = self.ends.unwrap_or([at; 2]);
         let end = |of: [i64; 2], choose: fn(i64, i64) -> i64| [0, 1].map(|axis| choose(of[axis], at[axis]));
         self.ends = Some([end(least, i64::min), end(most, i64::max)]);
+    }
+
+    fn add_points(&mut self, count: usize, ground_m: f64) {
+        self.points += count;
+        self.grounds_m += count as f64 * ground_m;
     }
 
     /// Cells along its longer side.
@@ -64,6 +82,9 @@ struct Marks {
     table: CellTable,
     /// Place in the grid, and height of the ground, in cells.
     of_grid: Vec<[i64; 3]>,
+    /// Height of the ground of each of them, metres.
+    grounds_m: Vec<f64>,
+    clearance_m: f64,
     /// Each cell above the ground: its mark, and the places of its points among those of the visit.
     cells: Vec<(u32, Range<usize>)>,
 }
@@ -76,26 +97,40 @@ impl Marks {
         });
         let heights: BTreeMap<[i32; 2], Heights> = heights.collect();
         let highest = (config.standing_height_m / f64::from(surfaces.cell_side_m())) as i64;
-        let mut marks = Self::default();
+        let mut marks = Self { clearance_m: config.standing_clearance_m, ..Self::default() };
         for (column, cells) in surfaces.cells_of_columns() {
-            let levels = levels(column, &heights, config);
+            let cells: Vec<([i64; 3], Range<usize>)> = cells.collect();
+            let floors = floors(&levels(column, &heights, config), &cells, surfaces.points());
             for (cell, points) in cells {
-                // A level is two cells high.
-                let below = levels.iter().rev().find(|level| **level + 1 < cell[2]);
-                if let Some(level) = below.filter(|level| cell[2] - **level <= highest) {
-                    marks.add([cell[0], cell[1], *level], points);
+                let below = floors.iter().rev().find(|floor| floor.level <= cell[2]);
+                let Some(floor) = below.filter(|floor| cell[2] - floor.level <= highest) else { continue };
+                let is_above = |point: &[f32; 3]| marks.is_above(point, floor.height_m);
+                if surfaces.points()[points.clone()].iter().any(is_above) {
+                    marks.add([cell[0], cell[1], floor.level], floor.height_m, points);
                 }
             }
         }
         marks
     }
 
-    fn add(&mut self, mark: [i64; 3], points: Range<usize>) {
+    fn add(&mut self, mark: [i64; 3], ground_m: f64, points: Range<usize>) {
         let (place, is_new) = self.table.get_or_insert(CellKey::new(mark), self.of_grid.len() as u32);
         if is_new {
             self.of_grid.push(mark);
+            self.grounds_m.push(ground_m);
         }
         self.cells.push((place, points));
+    }
+
+    /// Whether a point is not of the ground at this height, metres.
+    fn is_above(&self, point: &[f32; 3], ground_m: f64) -> bool {
+        f64::from(point[2]) >= ground_m + self.clearance_m
+    }
+
+    /// Those of the points of a cell that are not of the ground.
+    fn above<'a>(&'a self, mark: u32, points: &'a [[f32; 3]]) -> impl Iterator<Item = [f32; 3]> + use<'a> {
+        let ground_m = self.grounds_m[mark as usize];
+        points.iter().filter(move |point| self.is_above(point, ground_m)).copied()
     }
 
     /// For each mark the first one of those that are beside each other, again and again. The ground of neighbours may be a cell higher or lower.
@@ -166,6 +201,26 @@ fn levels([x, y]: [i32; 2], heights: &BTreeMap<[i32; 2], Heights>, config: &Chan
     (0..pairs.len()).filter(is_level).map(|at| sum.lowest + at as i64).collect()
 }
 
+/// A level surface of a column.
+struct Floor {
+    /// Its lower one of two cells.
+    level: i64,
+    /// Mean height of its points, metres.
+    height_m: f64,
+}
+
+/// The floors of a column at these levels of which it has points. Linear in these points, and in the cells for each level.
+fn floors(levels: &[i64], cells: &[([i64; 3], Range<usize>)], points: &[[f32; 3]]) -> Vec<Floor> {
+    let of_level = |level: &i64| {
+        let own = cells.iter().filter(|(cell, _)| (*level..=level + 1).contains(&cell[2]));
+        let heights_m =
+            own.flat_map(|(_, of_cell)| &points[of_cell.clone()]).map(|point| f64::from(point[2]));
+        let (count, sum_m) = heights_m.fold((0_usize, 0.0), |(count, sum_m), at_m| (count + 1, sum_m + at_m));
+        (count > 0).then(|| Floor { level: *level, height_m: sum_m / count as f64 })
+    };
+    levels.iter().filter_map(of_level).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -189,12 +244,12 @@ mod tests {
             things
                 .iter()
                 .filter(|thing| {
-                    thing.iter().all(|point| place.holds(&Vector3::from(point.map(f64::from)), 0.03))
+                    thing.points.iter().all(|point| place.holds(&Vector3::from(point.map(f64::from)), 0.03))
                 })
                 .count()
         };
         assert_eq!([is_of(&free), is_of(&on_it), is_of(&leans)], [1, 1, 0]);
         let is_of_wall = |point: &[f32; 3]| point[0].abs() > 5.9 || point[1].abs() > 3.9;
-        assert!(things.iter().flatten().all(|point| !is_of_wall(point)));
+        assert!(things.iter().flat_map(|thing| &thing.points).all(|point| !is_of_wall(point)));
     }
 }

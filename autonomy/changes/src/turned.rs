@@ -1,11 +1,12 @@
 //! Things that were turned where they stand, or moved by less than their size: most of their surface is where a surface was before, so that only parts of them differ.
 
 use crate::clusters::clusters;
+use crate::heading::{Evidence, SideNoise, evidence_of_heading, evidence_of_shape};
 use crate::join::{Join, alternately};
 use crate::moves::is_same_size;
 use crate::passing::Passing;
 use crate::side::{Side, ground_below};
-use crate::standing::standing_things;
+use crate::standing::{StandingThing, standing_things};
 use crate::{ChangesConfig, UprightBox};
 use geometry::Vector3;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -50,23 +51,40 @@ pub(crate) fn find_turned_as_a_whole(
     turned.into_iter().flatten().collect()
 }
 
-/// The thing of these points of the later visit, if it was turned: it stands free in both visits, is as large as before, and the points of each visit are much nearer to the sides of a box with their own heading
-/// than to those of one with the other heading.
-fn turned_as_a_whole(thing: &[[f32; 3]], sides: [&Side; 2], config: &ChangesConfig) -> Option<TurnedThing> {
+/// The thing of these points of the later visit, if it was turned: it stands free in both visits, is as large as before, and the points of each visit are much likelier on the sides of a box with their own heading
+/// than on those of one with the other heading.
+fn turned_as_a_whole(
+    thing: &StandingThing,
+    sides: [&Side; 2],
+    config: &ChangesConfig,
+) -> Option<TurnedThing> {
     // Most things have their heading of before, which few points tell.
-    let place = UprightBox::around(thing, &config.turned_first_fit)?;
+    let place = UprightBox::around(&thing.points, &config.turned_first_fit)?;
     let holds = place.holder(config.turned_gap_m);
-    let is_of_thing = |point: &&[f32; 3]| f64::from(point[2]) >= place.bottom_m() && holds(&at(point));
+    let above_m = thing.ground_m + config.standing_clearance_m;
+    let is_of_thing = |point: &&[f32; 3]| f64::from(point[2]) >= above_m && holds(&at(point));
     let around = sides[0].surfaces.columns().around(&place, config.turned_gap_m);
     let before: Vec<[f32; 3]> = around.filter(is_of_thing).copied().collect();
     if !is_turned(&UprightBox::around(&before, &config.turned_first_fit)?, &place, config) {
         return None;
     }
-    let (before, from) = standing_free(&place, &before, sides, 0, config)?;
-    let (after, place) = standing_free(&place, thing, sides, 1, config)?;
+    let (before, from) = connected(&place, &before, above_m, sides[0], config)?;
+    let (after, place) = connected(&place, &thing.points, above_m, sides[1], config)?;
+    let [from, place] = [from, place].map(|place| place.down_to(thing.ground_m));
+    let noise = SideNoise {
+        deviation_m: config.range_noise_m.hypot(config.resolution_m),
+        most_deviations: config.same_surface_deviations,
+        stray_share: config.turned_stray_share,
+    };
     let is_clear = |points: &[[f32; 3]], own: &UprightBox, other: &UprightBox| {
-        let nearness = |of: &UprightBox| UprightBox::nearness_to_sides(points, of.yaw_rad, &config.box_fit);
-        nearness(own) >= config.min_side_ratio * nearness(other)
+        let headings = [own.yaw_rad, other.yaw_rad];
+        let Evidence { log_ratio, points: used } =
+            evidence_of_heading(points, headings, &noise, &config.box_fit);
+        let shape = evidence_of_shape(points, own.yaw_rad, &noise, &config.box_fit);
+        log_ratio >= config.min_evidence
+            && log_ratio >= config.min_turn_evidence_of_point * used as f64
+            && shape.corners >= config.min_corner_evidence
+            && shape.on_sides >= config.min_side_share
     };
     let is_turned = is_same_size(&from, &place, config.turned_size_share, config.same_size_m)
         && is_turned(&from, &place, config)
@@ -87,7 +105,7 @@ fn stayed(points: &[[f32; 3]], visit: &Side, config: &ChangesConfig) -> bool {
     2 * passing < asked.len()
 }
 
-/// The points above the ground of one of the visits that are connected with a part, and their box; none if they reach farther than a loose thing does.
+/// The points of one of the visits that are connected with a part of it, above the ground, and their box down to the ground; none if they reach farther than a loose thing does.
 fn standing_free(
     around: &UprightBox,
     part: &[[f32; 3]],
@@ -96,13 +114,23 @@ fn standing_free(
     config: &ChangesConfig,
 ) -> Option<(Vec<[f32; 3]>, UprightBox)> {
     let ground_m = ground_below(around, config.ground_depth_m, sides, config)?;
+    let (thing, place) = connected(around, part, ground_m + config.ground_clearance_m, sides[visit], config)?;
+    Some((thing, place.down_to(ground_m)))
+}
+
+/// The points of a visit above a height, metres, that are connected with a part of it, and their box; none if they reach farther than a loose thing does.
+fn connected(
+    around: &UprightBox,
+    part: &[[f32; 3]],
+    above_m: f64,
+    visit: &Side,
+    config: &ChangesConfig,
+) -> Option<(Vec<[f32; 3]>, UprightBox)> {
     let reach_m = config.turned_reach_m;
-    let is_around = |point: &&[f32; 3]| {
-        f64::from(point[2]) > ground_m + config.ground_clearance_m
-            && (at(point) - around.centre_m).norm() <= reach_m
-    };
+    let is_around =
+        |point: &&[f32; 3]| f64::from(point[2]) > above_m && (at(point) - around.centre_m).norm() <= reach_m;
     let points: Vec<[f32; 3]> =
-        sides[visit].surfaces.columns().around(around, reach_m).filter(is_around).copied().collect();
+        visit.surfaces.columns().around(around, reach_m).filter(is_around).copied().collect();
     let bits = |point: &[f32; 3]| point.map(f32::to_bits);
     let of_part: std::collections::BTreeSet<[u32; 3]> = part.iter().map(bits).collect();
     let groups = clusters(&points, config.turned_gap_m as f32);
@@ -116,7 +144,7 @@ fn standing_free(
         return None;
     }
     let place = UprightBox::around(&thing, &config.box_fit)?;
-    Some((thing, place.down_to(ground_m)))
+    Some((thing, place))
 }
 
 /// Whether a box has another heading or place than before, by more than noise.

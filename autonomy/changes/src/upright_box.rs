@@ -49,16 +49,6 @@ impl UprightBox {
         })
     }
 
-    /// How near points are to the sides of the box round them that has a heading, from 0 to 1: the criterion of [`Self::around`]. Linear in the points that are used.
-    pub(crate) fn nearness_to_sides(points: &[[f32; 3]], yaw_rad: f64, config: &BoxFitConfig) -> f64 {
-        let step = points.len().div_ceil(config.max_fit_points).max(1);
-        let level: [Vec<f64>; 2] =
-            [0, 1].map(|axis| points.iter().step_by(step).map(|point| f64::from(point[axis])).collect());
-        let mut turned = level.clone();
-        config.on_side_m * closeness(&level, yaw_rad, config.on_side_m, &mut turned)
-            / level[0].len().max(1) as f64
-    }
-
     /// Height of its lower side, metres.
     pub fn bottom_m(&self) -> f64 {
         self.centre_m.z - self.size_m[2] / 2.0
@@ -124,7 +114,7 @@ fn in_heading(offset: &Vector3, (sine, cosine): (f64, f64)) -> [f64; 3] {
 }
 
 /// Coordinates of points along and across a heading, from those along the axes.
-fn turn([x, y]: &[Vec<f64>; 2], yaw_rad: f64, [along, across]: &mut [Vec<f64>; 2]) {
+pub(crate) fn turn([x, y]: &[Vec<f64>; 2], yaw_rad: f64, [along, across]: &mut [Vec<f64>; 2]) {
     let (sine, cosine) = yaw_rad.sin_cos();
     for (((along, across), x), y) in along.iter_mut().zip(across).zip(x).zip(y) {
         (*along, *across) = (cosine * x + sine * y, cosine * y - sine * x);
@@ -149,7 +139,7 @@ fn closeness(level: &[Vec<f64>; 2], yaw_rad: f64, on_side_m: f64, turned: &mut [
 /// Values that are added and compared together: the processor does several at once.
 const LANES: usize = 4;
 
-fn least(a: f64, b: f64) -> f64 {
+pub(crate) fn least(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
@@ -165,7 +155,7 @@ fn ends(values: &[f64]) -> [f64; 2] {
 }
 
 /// Lowest and highest value without the outermost ones.
-fn extent(mut values: Vec<f64>, trimmed_share: f64) -> Option<[f64; 2]> {
+pub(crate) fn extent(mut values: Vec<f64>, trimmed_share: f64) -> Option<[f64; 2]> {
     values.sort_by(f64::total_cmp);
     let trimmed = (values.len() as f64 * trimmed_share) as usize;
     Some([*values.get(trimmed)?, *values.get(values.len().checked_sub(1 + trimmed)?)?])

@@ -87,9 +87,10 @@ pub fn score_visit(
             ObjectChange::Put(object) => (object, is_new_at(&place(object))),
             ObjectChange::Taken(object) => (object, is_gone_from(&place(object))),
             ObjectChange::Moved { from, to } => (from, is_gone_from(&place(from)) && is_new_at(&place(to))),
-            ObjectChange::Turned { from, .. } => {
+            ObjectChange::Turned { from, to } => {
                 let at = place(from);
-                if points_of(change, visits) < PASSED_POINTS {
+                let seen = points_of(change, visits);
+                if seen < PASSED_POINTS {
                     score.unseen += 1;
                     continue;
                 }
@@ -103,9 +104,11 @@ pub fn score_visit(
                 *found += usize::from(is_named);
                 if !is_named {
                     explain(format!(
-                        "not found: turned at {:.2?}, {:.2?}",
+                        "not found: turned at {:.2?}, {:.2?}, from {:.2} to {:.2} rad, {seen} points",
                         at.centre_m.as_slice(),
-                        at.size_m
+                        at.size_m,
+                        at.yaw_rad,
+                        place(to).yaw_rad
                     ));
                 }
                 continue;
