@@ -55,6 +55,7 @@ mod nightly {
 
         page.click("button", "Runs");
         page.click("button", "Changes");
+        look_at_what_was_moved(&mut page);
         // Its name has its age, which changes.
         press_row(&mut page, " m · ");
         page.click("button", "Show the place");
@@ -143,6 +144,20 @@ mod nightly {
         errors.retain(|error| !error.contains("ERR_CONNECTION_REFUSED"));
         assert_eq!(errors, Vec::<String>::new());
         server.stop();
+    }
+
+    /// Lists the things that were moved alone, and then all again.
+    fn look_at_what_was_moved(page: &mut Page) {
+        page.click("button", "Filters");
+        page.click("button", "Moved");
+        page.click("button", "Filters");
+        press_row(page, " m · ");
+        page.click("button", "Show the place");
+        page.wait_for_pictures();
+        page.screenshot().save("changes-moved-1440x900");
+        page.click("button", "Filters");
+        page.click("button", "Any kind");
+        page.click("button", "Filters");
     }
 
     /// Says that the gauge has to show less than it does: it is farther above the limits than they are apart.
