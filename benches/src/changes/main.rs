@@ -12,7 +12,7 @@ mod visit_score;
 use anyhow::{Result, ensure};
 use changes::{ChangesConfig, detect_changes};
 use clap::Parser;
-use score::{POINTS_REQUIRED, Score, score};
+use score::{POINTS_REQUIRED, SIZE_LIMITS_M, Score, score};
 use sim::SiteName;
 use std::path::PathBuf;
 
@@ -86,6 +86,15 @@ fn main() -> Result<()> {
         total.unchanged_named,
         total.unchanged
     );
+    let [least_m, most_m] = SIZE_LIMITS_M;
+    let names = [
+        format!("below {least_m:.1} m"),
+        format!("{least_m:.1} to {most_m:.1} m"),
+        format!("{most_m:.1} m and more"),
+    ];
+    for (name, of_size) in names.iter().zip(&total.by_size) {
+        println!("| – longest side {name} | {} | {} | – | – | – |", of_size.required, of_size.required_found);
+    }
     println!(
         "| things on a table, {} pairs of images | {} | {} | {} | {} | – |",
         tabletop.pairs, tabletop.changed, tabletop.found, tabletop.named, tabletop.right

@@ -9,9 +9,21 @@ pub const POINTS_REQUIRED: usize = 150;
 const MAX_CENTRE_M: f64 = 0.2;
 const MAX_SIZE_SHARE: f64 = 0.2;
 
+/// Lengths of the longest side by which boxes are counted, metres: those below the first one, those between two, and those of the last one and more.
+pub const SIZE_LIMITS_M: [f64; 2] = [0.5, 1.0];
+
+/// Numbers of changed boxes of one size that have to be found.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct OfSize {
+    pub required: usize,
+    pub required_found: usize,
+}
+
 /// Numbers of boxes.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Score {
+    /// By size, the smallest first.
+    pub by_size: [OfSize; SIZE_LIMITS_M.len() + 1],
     /// Changed boxes that have to be found, and those of them that are.
     pub required: usize,
     pub required_found: usize,
@@ -28,6 +40,10 @@ pub struct Score {
 impl Score {
     /// Adds another score.
     pub fn add(&mut self, other: &Self) {
+        for (of_size, other) in self.by_size.iter_mut().zip(&other.by_size) {
+            of_size.required += other.required;
+            of_size.required_found += other.required_found;
+        }
         self.required += other.required;
         self.required_found += other.required_found;
         self.changed += other.changed;
@@ -54,6 +70,9 @@ pub fn score(objects: &[ChangedObject], truth: &[Truth], mut explain: impl FnMut
         let is_required = points(truth) >= POINTS_REQUIRED;
         score.changed += 1;
         score.required += usize::from(is_required);
+        let of_size = &mut score.by_size[size_class(truth)];
+        of_size.required += usize::from(is_required);
+        of_size.required_found += usize::from(is_required && found.is_some());
         match found {
             Some(place) => {
                 is_right[place] = true;
@@ -90,6 +109,16 @@ fn points(truth: &Truth) -> usize {
         Truth::Removed(inserted) | Truth::Unchanged(inserted) => inserted.points[0],
         Truth::Moved { from, to } => from.points[0].min(to.points[1]),
     }
+}
+
+/// Place of a box among those by size.
+fn size_class(truth: &Truth) -> usize {
+    let (Truth::Appeared(inserted)
+    | Truth::Removed(inserted)
+    | Truth::Unchanged(inserted)
+    | Truth::Moved { from: inserted, .. }) = truth;
+    let longest_m = inserted.place.size_m.into_iter().fold(0.0, f64::max);
+    SIZE_LIMITS_M.iter().filter(|limit_m| longest_m >= **limit_m).count()
 }
 
 fn is_found(object: &ChangedObject, truth: &Truth) -> bool {
