@@ -7,7 +7,7 @@
 //! 3. `ray_image`: a point has changed only if rays of the other visit went through its place. Where the other visit never looked, nothing is known, and nothing is reported;
 //! 4. `clusters`: changed points near each other are one object (`differences` does 2 to 5 for each of the two visits);
 //! 5. `upright_box`: the place, size and heading of an object, down to the ground it stands on;
-//! 6. `turned`: a thing of which parts are gone and new, or which stands free as before with another heading, was turned where it stands (`standing`);
+//! 6. `turned`: a thing of which parts are gone and new, or which stands free as before with another heading, was turned where it stands (`standing`, `heading`, `circle`);
 //! 7. `moves`: an object that is gone from one place and one of its shape and size that is new at another are one that was moved, with a probability.
 //!
 //! [`AcceptedChanges`] are those that people call the new normal: what a map loses and gains by them.

@@ -139,7 +139,7 @@ fn closeness(level: &[Vec<f64>; 2], yaw_rad: f64, on_side_m: f64, turned: &mut [
 /// Values that are added and compared together: the processor does several at once.
 const LANES: usize = 4;
 
-pub(crate) fn least(a: f64, b: f64) -> f64 {
+fn least(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
