@@ -7,12 +7,14 @@ use geometry::Vector3;
 use navigation::ElevationMap;
 use vocab::Span;
 
-/// Parameters of stepping back in front of a pose that something seems to stand in.
+/// Parameters of stepping back in front of something that seems to stand in the robot's pose or path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BackUpConfig {
-    /// The robot steps back when it was not allowed to make its last steps for this time. Above the time in which a person walks past, 2 s. Chosen: half of that time
+    /// The robot steps back when it was not allowed to make its last steps for this time, or had no path. Above the time in which a person walks past, 2 s. Chosen: half of that time
     /// more.
     pub held_time: Span,
+    /// Within this distance of the robot things that it does not see may be gone, metres. Chosen: the distance from which the elevation map clears thin traces.
+    pub unseen_reach_m: f64,
     /// Distance that it steps back at most, metres. Above the distance from which the elevation map clears thin traces, 2 m, and the robot is beside the trace. Chosen: a
     /// fifth more.
     pub distance_m: f64,
@@ -35,6 +37,7 @@ impl Default for BackUpConfig {
     fn default() -> Self {
         Self {
             held_time: Span::from_millis(3_000),
+            unseen_reach_m: 2.0,
             distance_m: 2.4,
             min_distance_m: 0.8,
             footprint_m: 0.45,

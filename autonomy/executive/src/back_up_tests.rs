@@ -96,3 +96,68 @@ fn a_pose_beside_something_that_stays_is_not_reached() {
     assert!(matches!(status, GoalStatus::Failed { .. }), "{status:?}");
     assert!(farthest_m > 1.5, "it was at most {farthest_m} m from the pose");
 }
+
+/// Where people stand side by side across a corridor when the robot is about to walk through it, metres.
+const ROW_X: f64 = 0.9;
+const ROW_Y: [f64; 5] = [-0.8, -0.4, 0.0, 0.4, 0.8];
+
+/// Lets the robot walk through the corridor. Whether the people stay. Returns the goal's outcome, and how far the robot went back, metres.
+fn walk_through_corridor(stays: bool) -> (GoalStatus, f64) {
+    let walls: Vec<[f32; 3]> = (-40..=40_i8)
+        .flat_map(|x| [-1.2, 1.2].map(|y| (0.1 * f32::from(x), y)))
+        .flat_map(|(x, y)| [-0.2, 0.0, 0.2].map(|z| [x, y, z]))
+        .collect();
+    let row = ROW_Y.map(|y| post(&Vector3::new(ROW_X, y, 0.0)).collect::<Vec<_>>()).concat();
+    let mut rig = Rig::new();
+    rig.points.extend(&walls);
+    // In the middle of each cell.
+    let middle = |cell: i8| 0.1 * f32::from(cell) + 0.05;
+    rig.points.extend((-40..40_i8).flat_map(|x| (-12..12_i8).map(move |y| [middle(x), middle(y), -0.5])));
+    rig.run(1.0, &|_| true);
+    let goal = PoseGoal {
+        map_from_goal: pose_from_isometry(&shifted(3.0, 0.0)),
+        tolerance: Some(PoseTolerance::default()),
+        max_speed_m_s: None,
+        approach: Approach::Path,
+    };
+    rig.start(GoalKind::WalkToPose(goal)).unwrap();
+    let mut back_m = 0.0_f64;
+    for step in 0..2_000 {
+        let here = rig.position();
+        back_m = back_m.max(-here.x);
+        let is_beside = (ROW_X - here.x).abs() < BLIND_M;
+        let is_in_view = |point: &[f32; 3]| {
+            let offset = [f64::from(point[0]) - here.x, f64::from(point[1]) - here.y];
+            let is_behind_row = is_beside && offset[1].atan2(offset[0]).abs() < HIDDEN_RAD;
+            offset[0].hypot(offset[1]) > BLIND_M && !is_behind_row
+        };
+        rig.points = room().into_iter().filter(is_in_view).chain(walls.iter().copied()).collect();
+        if step < 10 || (stays && !is_beside) {
+            rig.points.extend(&row);
+        }
+        rig.effects.clear();
+        rig.step(&|_| true);
+        for effect in &rig.effects {
+            if let StackEffect::Publish(Publication::Goal(update)) = effect
+                && update.status.is_outcome()
+            {
+                return (update.status.clone(), back_m);
+            }
+        }
+    }
+    panic!("the goal has no outcome within 100 s");
+}
+
+#[test]
+fn a_robot_steps_back_from_people_who_have_gone_and_walks_on() {
+    let (status, back_m) = walk_through_corridor(false);
+    assert!(matches!(status, GoalStatus::Succeeded { .. }), "{status:?}");
+    assert!(back_m > 0.7, "it went {back_m} m back");
+}
+
+#[test]
+fn a_path_that_stays_closed_is_not_walked_after_stepping_back() {
+    let (status, back_m) = walk_through_corridor(true);
+    assert!(matches!(status, GoalStatus::Failed { .. }), "{status:?}");
+    assert!(back_m > 0.7, "it went {back_m} m back");
+}

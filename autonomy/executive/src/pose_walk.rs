@@ -1,5 +1,5 @@
 //! Walking into a pose: along a path to its point, then with small steps in any direction until position and heading are right. If something keeps the robot from its
-//! last steps, it steps back once and looks whether it still stands there.
+//! last steps, or only things that it does not see close its path, it steps back once and looks whether they still stand there.
 
 use crate::back_up::{BackUpConfig, back_up_point};
 use crate::{
@@ -7,7 +7,7 @@ use crate::{
 };
 use geometry::{Isometry, Vector3, isometry_from_pose};
 use messages::{Approach, GoalAttempt, GoalFailure, GoalProgress, PoseGoal, SpeedLimits, WaitReason};
-use navigation::ElevationMap;
+use navigation::{ElevationMap, plan};
 use site_model::PoseTolerance;
 use std::task::Poll;
 use vocab::{Span, Stamp, Twist, Vec3};
@@ -33,7 +33,7 @@ pub struct PoseWalkConfig {
     /// Time for the last steps, and in straight approaches for each metre. Chosen: the steps take 4 s for each metre at [`Self::max_step_speed_m_s`]; what takes five
     /// times as long does not succeed.
     pub step_time_limit: Span,
-    /// Stepping back from what keeps the robot from its last steps.
+    /// Stepping back from what keeps the robot from its path or its last steps.
     pub back_up: BackUpConfig,
 }
 
@@ -65,6 +65,8 @@ pub struct PoseWalkBehaviour {
     phase: Phase,
     /// Whether it has stepped back. Once is enough: what stands there then is real.
     has_looked_again: bool,
+    /// Whether it was asked, since there was a path, if only things that are not seen close it.
+    has_asked_for_unseen: bool,
     /// Attempts of walks that have ended.
     attempts: Vec<GoalAttempt>,
 }
@@ -82,13 +84,18 @@ enum Phase {
     },
     /// On the way to a point from where the pose can be seen.
     SteppingBack(Box<WalkBehaviour>),
-    /// There, until this instant or until the pose is free.
+    /// There, until this instant or until there is a path to the pose. It is looked for again at `next_plan`.
     Looking {
         until: Stamp,
+        next_plan: Stamp,
     },
 }
 
 impl Phase {
+    fn looking(until: Stamp, next_plan: Stamp) -> Self {
+        Self::Looking { until, next_plan }
+    }
+
     fn stepping(deadline: Stamp) -> Self {
         Self::Stepping { deadline, in_pose_since: None, held_since: None, is_blind: false }
     }
@@ -129,6 +136,7 @@ impl PoseWalkBehaviour {
             approach: goal.approach,
             phase: Phase::stepping(at),
             has_looked_again: false,
+            has_asked_for_unseen: false,
             attempts: Vec::new(),
         };
         match goal.approach {
@@ -229,12 +237,44 @@ impl PoseWalkBehaviour {
         }
     }
 
-    /// Stands and looks, and walks to the pose again when it is free or has been looked at for long enough.
-    fn look(&mut self, context: &mut BehaviourContext<'_>, until: Stamp) -> Poll<BehaviourOutcome> {
+    /// Steps back if there is no path for a while, and only things that the robot does not see from here are in its way.
+    fn step_back_from_unseen(&mut self, context: &mut BehaviourContext<'_>) {
+        let Phase::Walking(walk) = &self.phase else { return };
+        let BackUpConfig { held_time, unseen_reach_m, .. } = self.config.back_up;
+        let is_blocked = walk.blocked_for(context.at) > held_time;
+        if self.has_looked_again || self.has_asked_for_unseen || !is_blocked {
+            self.has_asked_for_unseen &= is_blocked;
+            return;
+        }
+        // Asked once: it copies the map, and plans.
+        self.has_asked_for_unseen = true;
+        let here = context.frames.odom_from_base.translation.vector;
         let goal = context.frames.to_odom(&self.map_from_goal.translation.vector);
-        let is_free = context.elevation_map.is_free(context.elevation_map.index(goal.x, goal.y));
-        if is_free || context.at >= until {
-            self.walk(context.at, context.elevation_map, &context.frames);
+        let seen = context.elevation_map.without_unseen(&here, unseen_reach_m);
+        if plan(&self.walk_config.planner, &seen, &here, &goal).is_ok() {
+            self.step_back(context);
+        }
+    }
+
+    /// Stands and looks, and walks to the pose again when it is free and there is a path, or when it has looked for long enough.
+    fn look(
+        &mut self,
+        context: &mut BehaviourContext<'_>,
+        until: Stamp,
+        next_plan: Stamp,
+    ) -> Poll<BehaviourOutcome> {
+        let BehaviourContext { at, elevation_map, frames, .. } = context;
+        let goal = frames.to_odom(&self.map_from_goal.translation.vector);
+        let is_over = *at >= until;
+        let is_free = *at >= next_plan && elevation_map.is_free(elevation_map.index(goal.x, goal.y));
+        if !is_over && !is_free {
+            return Poll::Pending;
+        }
+        let goal_in_map = self.map_from_goal.translation.vector;
+        match WalkBehaviour::begin(self.walk_config, *at, elevation_map, frames, goal_in_map) {
+            Ok(walk) => self.phase = Phase::Walking(Box::new(walk)),
+            Err(_) if is_over => return Poll::Ready(Err(GoalFailure::PathBlocked)),
+            Err(_) => self.phase = Phase::looking(until, *at + self.walk_config.replan_period),
         }
         Poll::Pending
     }
@@ -264,19 +304,23 @@ impl Behaviour for PoseWalkBehaviour {
                     self.step(context.at, &context.frames);
                     self.update_steps(context)
                 }
+                Poll::Pending => {
+                    self.step_back_from_unseen(context);
+                    Poll::Pending
+                }
                 result => result,
             },
             // A way back that is blocked on the way shows enough.
             Phase::SteppingBack(walk) => {
                 if walk.update(context).is_ready() {
                     self.attempts.extend(walk.attempts());
-                    self.phase = Phase::Looking { until: context.at + self.config.back_up.look_time };
+                    self.phase = Phase::looking(context.at + self.config.back_up.look_time, context.at);
                 }
                 Poll::Pending
             }
-            Phase::Looking { until } => {
-                let until = *until;
-                self.look(context, until)
+            Phase::Looking { until, next_plan } => {
+                let (until, next_plan) = (*until, *next_plan);
+                self.look(context, until, next_plan)
             }
         }
     }

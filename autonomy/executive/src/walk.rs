@@ -127,6 +127,11 @@ impl WalkBehaviour {
         }
     }
 
+    /// Time for which there has been no path.
+    pub(crate) fn blocked_for(&self, at: Stamp) -> Span {
+        self.blocked_since.map_or(Span::ZERO, |since| at - since)
+    }
+
     /// Plans to the goal's present position in the odometry frame.
     fn replan(&mut self, at: Stamp, elevation_map: &ElevationMap, odom_from_base: &Isometry, goal: Vector3) {
         (self.planned_at, self.planned_to) = (at, goal);

@@ -12,7 +12,7 @@ use crate::scan_cells::{CellHits, ScanCells};
 use crate::zones::GroundZones;
 use geometry::{Isometry, Vector3};
 use nalgebra::Point3;
-use points::range_image::{Occupancy, RangeImage};
+use points::{FreeSpaceImage, Occupancy};
 use std::collections::BTreeMap;
 
 /// Cells along the side of a block. Blocks are allocated whole.
@@ -58,8 +58,14 @@ pub struct ElevationMapConfig {
     pub max_slope: f64,
     /// Ground that is higher than a step must have a neighbour one step lower within this number of cells: the depth of a tread. Chosen: treads are 0.25 to 0.3 m deep.
     pub tread_cells: i32,
+    /// Points lower than this share of a step above the known ground of their cell are of the ground, and hide nothing that stands behind them. Chosen: half; ground rises
+    /// within a cell, and things that are obstacles are higher than a step.
+    pub ground_share_of_step: f64,
     /// Rays of one scan that are tested against obstacles at most, to bound the cost of a scan. Chosen: about half of a full sweep of an XT-32 (64,000 rays).
     pub max_rays: usize,
+    /// Scans in a period; an obstacle that no scan has seen in this period or the one before is not in view. Chosen: half a second; a thin thing that every tenth scan hits is
+    /// in view.
+    pub scans_per_period: u32,
     /// Slices below the robot's feet in which points are kept: 24 slices of 0.125 m are 3 m. Chosen: as [`Self::max_depth_m`].
     pub slices_below_feet: i64,
     /// A ground height that differs by more than this from the known one belongs to another floor, metres. Chosen: less than a storey, more than the steps that a robot
@@ -88,7 +94,9 @@ impl Default for ElevationMapConfig {
             footless_margin_slope: 0.04,
             max_slope: 0.9,
             tread_cells: 3,
+            ground_share_of_step: 0.5,
             max_rays: 30_000,
+            scans_per_period: 5,
             slices_below_feet: 24,
             floor_separation_m: 1.2,
             max_depth_m: 3.0,
@@ -142,6 +150,8 @@ pub struct Cell {
     ground: f32,
     /// Confidence that an obstacle stands here.
     obstacle: i8,
+    /// Period in which a scan last saw the obstacle, counted from 0 again after 256 periods.
+    seen_in: u8,
     /// Slices above the ground in which the obstacle was seen, the lowest slice in the lowest bit.
     slices: u16,
     /// Where in the cell the obstacle was seen, from the corner with the lowest coordinates, in units of 1/256 of the side.
@@ -153,7 +163,7 @@ pub struct Cell {
 /// The middle of a cell.
 const MIDDLE: [u8; 2] = [128; 2];
 const UNKNOWN: Cell =
-    Cell { ground: f32::NAN, obstacle: 0, slices: 0, obstacle_at: MIDDLE, obstacles_near: 0 };
+    Cell { ground: f32::NAN, obstacle: 0, seen_in: 0, slices: 0, obstacle_at: MIDDLE, obstacles_near: 0 };
 
 impl Cell {
     /// Height of the ground, metres, if it was ever seen.
@@ -177,7 +187,7 @@ impl Cell {
         let occupancy_at_edge = |edge: u32| {
             let height = (lowest + i64::from(edge)) as f64 * config.slice_height_m;
             let point = seen.base_from_map * Point3::new(centre[0], centre[1], height);
-            seen.view.classify_interior(&point.coords.map(|c| c as f32).into())
+            seen.view.classify(&point.coords.map(|c| c as f32).into())
         };
         let single_slice_height = if self.obstacle < config.trace_confidence {
             config.trace_height_m
@@ -298,9 +308,9 @@ pub struct ElevationMap {
     zones: GroundZones,
 }
 
-/// A scan as a range image, and the height of the ground on which the robot stands.
+/// What the rays of a scan passed through, and the height of the ground on which the robot stands.
 struct SeenScan {
-    view: RangeImage,
+    view: FreeSpaceImage,
     base_from_map: Isometry,
     foot: f32,
 }
@@ -362,6 +372,30 @@ impl ElevationMap {
         cell.obstacle >= self.config.obstacle_min
     }
 
+    /// The number of the present period of scans.
+    fn period(&self) -> u8 {
+        // Numbers of periods are compared, so they may begin anew.
+        (self.scans / self.config.scans_per_period.max(1)) as u8
+    }
+
+    /// A copy of the map as it would be if nothing stood within `reach_m` of `position` that no scan has seen in this period or the one before. A robot does not see what is
+    /// low or high beside it: what people left there stays until the robot looks from farther away. Linear in the size of the map; for rare questions.
+    pub fn without_unseen(&self, position: &Vector3, reach_m: f64) -> Self {
+        let mut seen = self.clone();
+        let period = self.period();
+        let [low, high] = [-reach_m, reach_m].map(|reach| self.index(position.x + reach, position.y + reach));
+        let cells = (low.x..=high.x).flat_map(|x| (low.y..=high.y).map(move |y| CellIndex { x, y }));
+        for index in cells {
+            let cell = self.cell(index);
+            let (x, y) = self.centre(index);
+            let is_near = (x - position.x).hypot(y - position.y) <= reach_m;
+            if is_near && self.holds_obstacle(&cell) && period.wrapping_sub(cell.seen_in) > 1 {
+                seen.set_obstacle(index, 0);
+            }
+        }
+        seen
+    }
+
     /// Positions of the obstacles in the cells from `low` to `high`, both included, metres, in a fixed order. In each cell it is the middle of what scans saw there, so
     /// that the face of a wall is known to a centimetre or two although a cell is larger.
     pub fn obstacles_between(&self, low: CellIndex, high: CellIndex) -> Vec<[f64; 2]> {
@@ -421,11 +455,25 @@ impl ElevationMap {
         self.scan_cells = scan_cells;
         // An odd stride, so that every beam of a LiDAR is used in turn.
         let stride = points.len().div_ceil(self.config.max_rays) | 1;
-        let view = RangeImage::new(points.iter().step_by(stride), sensor);
+        let view =
+            FreeSpaceImage::new(points.iter().step_by(stride), sensor, self.ground_test(map_from_base));
         let seen = SeenScan { view, base_from_map: map_from_base.inverse(), foot };
         self.scans = self.scans.wrapping_add(1);
         self.clear_seen_through(&seen, [origin.x, origin.y], range);
         self.mark_ground_under_robot(map_from_base, foot);
+    }
+
+    /// Tells of points in the base frame, metres, whether they are of the ground that is known in their cells.
+    fn ground_test(&self, map_from_base: &Isometry) -> impl Fn(&[f32; 3]) -> bool + '_ {
+        let rotation = map_from_base.rotation.to_rotation_matrix().cast::<f32>();
+        let origin = map_from_base.translation.vector;
+        let height_m = (self.config.ground_share_of_step * self.shape.step_m) as f32;
+        move |point| {
+            let turned = rotation * nalgebra_point(point);
+            let (x, y) = (f64::from(turned[0]) + origin.x, f64::from(turned[1]) + origin.y);
+            // Not true of unknown ground, which is not a number.
+            turned[2] + origin.z as f32 <= self.cell(self.index(x, y)).ground + height_m
+        }
     }
 
     /// Sorts a scan's points into `self.scan_cells`; returns the lowest beams.
@@ -543,7 +591,7 @@ impl ElevationMap {
     /// Updates a cell with the heights that a scan saw in it. The robot's feet are at the height `foot`. `is_ground` tells whether
     /// the lowest point is low enough to be ground, given the feet and the neighbouring cells. An obstacle known in this cell can still rule it out.
     fn update_cell(&mut self, index: CellIndex, hits: &CellHits, foot: f32, mut is_ground: bool) {
-        let config = self.config;
+        let (config, period) = (self.config, self.period());
         let (step, clearance) = (self.shape.step_m as f32, self.shape.clearance_m as f32);
         let cell = self.cell_mut(index);
         let is_other_floor = cell.ground.is_finite()
@@ -580,6 +628,7 @@ impl ElevationMap {
         let body = blocked_slices(&config, hits, ground, foot, step, clearance);
         if hits.highest > ground + step && body != 0 {
             cell.slices |= body;
+            cell.seen_in = period;
             let seen_at = hits.body_at().unwrap_or(MIDDLE);
             cell.obstacle_at = match cell.obstacle >= config.obstacle_min {
                 true => blend(cell.obstacle_at, seen_at),

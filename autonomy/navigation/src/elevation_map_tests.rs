@@ -69,6 +69,24 @@ fn people_who_leave_are_cleared_even_without_sight_of_the_ground() {
     assert!(!elevation_map.is_free(elevation_map.index(5.9, 0.0)), "the wall must stay");
 }
 
+/// Seen from 0.75 m above the floor, rays that end on the floor pass beside low things that are some metres away. They must not hide that nothing is there any more.
+#[test]
+fn legs_that_leave_are_cleared_over_the_floor_before_them() {
+    let legs = Cylinder { centre: [5.15, 0.05], radius: 0.25, heights: (0.23, 0.8) };
+    let crate_on_floor = Cylinder { centre: [-5.15, 0.05], radius: 0.25, heights: (0.0, 0.6) };
+    let mut elevation_map = ElevationMap::new(0.1, RobotShape::default());
+    insert_scans(&mut elevation_map, &scan(500, &[legs, crate_on_floor]), 5);
+    let [left, stays] = [legs, crate_on_floor].map(|thing| {
+        let [x, y] = thing.centre;
+        elevation_map.index(x - (thing.radius - 0.05) * x.signum(), y)
+    });
+    assert!(elevation_map.is_obstacle(left) && elevation_map.is_obstacle(stays));
+    insert_scans(&mut elevation_map, &scan(500, &[crate_on_floor]), 15);
+    assert!(!elevation_map.is_obstacle(left), "nobody is there any more");
+    insert_scans(&mut elevation_map, &scan(500, &[crate_on_floor]), 100);
+    assert!(elevation_map.is_obstacle(stays), "a low thing that stands must stay");
+}
+
 /// Points of a completely visible object, and of the floor at its foot.
 fn points_of(object: &Cylinder) -> Vec<[f32; 3]> {
     let ([x, y], (foot, top)) = (object.centre.map(|c| c as f32), object.heights);

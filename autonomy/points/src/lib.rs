@@ -6,6 +6,7 @@ pub mod adaptive_voxel;
 pub mod angle;
 pub mod downsample;
 pub mod filter;
+pub mod free_space_image;
 pub mod gaussian_map;
 pub mod hash;
 pub mod line_of_sight;
@@ -15,6 +16,7 @@ pub mod symmetric;
 
 pub use adaptive_voxel::AdaptiveVoxelConfig;
 pub use downsample::{Centroid, Downsampler};
+pub use free_space_image::FreeSpaceImage;
 pub use gaussian_map::{GaussianMap, GaussianMapConfig, Surface};
 pub use line_of_sight::{LineOfSightConfig, OccupiedVoxels};
 pub use range_image::{Occupancy, RangeImage, RangeImageConfig};

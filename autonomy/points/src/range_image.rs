@@ -68,6 +68,20 @@ impl RangeImage {
     /// The image of a motion-corrected cloud (base frame, metres) seen from `sensor` (base frame, metres), with the default
     /// parameters. Points that are not finite or outside the image are skipped.
     pub fn new<'a>(xyz: impl IntoIterator<Item = &'a [f32; 3]>, sensor: [f32; 3]) -> Self {
+        Self::choosing(u16::min, xyz, sensor)
+    }
+
+    /// As [`Self::new`], with the farthest range in each cell.
+    pub(crate) fn of_farthest<'a>(xyz: impl IntoIterator<Item = &'a [f32; 3]>, sensor: [f32; 3]) -> Self {
+        Self::choosing(u16::max, xyz, sensor)
+    }
+
+    /// The image in which each cell has what `choose` takes of two ranges.
+    fn choosing<'a>(
+        choose: impl Fn(u16, u16) -> u16,
+        xyz: impl IntoIterator<Item = &'a [f32; 3]>,
+        sensor: [f32; 3],
+    ) -> Self {
         let config = RangeImageConfig::default();
         let mut cells = vec![0_u16; COLUMNS * ROWS];
         let mut points = xyz.into_iter();
@@ -88,9 +102,7 @@ impl RangeImage {
                 let cell = &mut cells[row * COLUMNS + column];
                 let centimetres =
                     (direction.range_m * UNITS_PER_METRE).clamp(1.0, f32::from(u16::MAX)) as u16;
-                if *cell == 0 || centimetres < *cell {
-                    *cell = centimetres;
-                }
+                *cell = if *cell == 0 { centimetres } else { choose(*cell, centimetres) };
             }
             if filled < PROJECTION_BLOCK {
                 break;
@@ -127,16 +139,6 @@ impl RangeImage {
         }
     }
 
-    /// As [`Self::classify`], but [`Occupancy::Unobserved`] at the upper and lower edge of the field of view. Inside, rays passed
-    /// above and below the point, so an object that is thicker than the distance between two rays would have been hit.
-    pub fn classify_interior(&self, point: &[f32; 3]) -> Occupancy {
-        let has_return = |row: usize, column: usize| self.cells[row * COLUMNS + column] != 0;
-        let is_interior = project(point, &self.sensor, &self.config).is_some_and(|(column, row, _)| {
-            (1..ROWS - 1).contains(&row) && has_return(row - 1, column) && has_return(row + 1, column)
-        });
-        if is_interior { self.classify(point) } else { Occupancy::Unobserved }
-    }
-
     /// Whether the sensor observed the surface at a point (base frame, metres): the ranges near its direction include the point's
     /// own, within the margin. More tolerant than [`Self::classify`] of walls seen at a slant.
     pub fn observes(&self, point: &[f32; 3]) -> bool {
@@ -147,11 +149,33 @@ impl RangeImage {
 
     /// The ranges near a point's direction; `None` where no ray returned from its own cell.
     fn neighbourhood(&self, point: &[f32; 3]) -> Option<Neighbourhood> {
-        let (column, row, range_m) = project(point, &self.sensor, &self.config)?;
+        let (column, row, range_m) = self.project(point)?;
         if self.cells[row * COLUMNS + column] == 0 {
             return None;
         }
-        // The eight cells around it count, too, because a thin object or an edge may lie just beside the point's own cell.
+        let (nearest_m, farthest_m) = self.ranges_about(column, row)?;
+        Some(Neighbourhood { range_m, nearest_m, farthest_m, margin_m: self.margin_m(range_m) })
+    }
+
+    /// Column, row and range of a point seen from the sensor; `None` outside the image.
+    pub(crate) fn project(&self, point: &[f32; 3]) -> Option<(usize, usize, f32)> {
+        let direction = Direction::of(point, &self.sensor);
+        direction.cell(&self.config).map(|(column, row)| (column, row, direction.range_m))
+    }
+
+    /// The margin of the comparison with a point at this range, metres.
+    pub(crate) fn margin_m(&self, range_m: f32) -> f32 {
+        self.config.free_space_margin_m + self.config.free_space_margin_share * range_m
+    }
+
+    /// The range in a cell, metres; `None` where no ray returned, and outside the image.
+    pub(crate) fn range_at(&self, column: usize, row: usize) -> Option<f32> {
+        let cell = *self.cells.get(row * COLUMNS + column)?;
+        (cell != 0).then(|| f32::from(cell) * METRES_PER_UNIT)
+    }
+
+    /// Nearest and farthest range in a cell and the eight about it, metres: a thin object or an edge may lie just beside the cell of a point. `None` where no ray returned.
+    pub(crate) fn ranges_about(&self, column: usize, row: usize) -> Option<(f32, f32)> {
         let (mut nearest, mut farthest) = (u16::MAX, 0);
         for row in row.saturating_sub(1)..=(row + 1).min(ROWS - 1) {
             for step in [COLUMNS - 1, 0, 1] {
@@ -163,8 +187,7 @@ impl RangeImage {
             }
         }
         let [nearest_m, farthest_m] = [nearest, farthest].map(|cell| f32::from(cell) * METRES_PER_UNIT);
-        let margin_m = self.config.free_space_margin_m + self.config.free_space_margin_share * range_m;
-        Some(Neighbourhood { range_m, nearest_m, farthest_m, margin_m })
+        (farthest != 0).then_some((nearest_m, farthest_m))
     }
 }
 
@@ -174,13 +197,6 @@ struct Neighbourhood {
     nearest_m: f32,
     farthest_m: f32,
     margin_m: f32,
-}
-
-/// Column, row and range of a point seen from the sensor; `None` outside the image.
-#[inline]
-fn project(point: &[f32; 3], sensor: &[f32; 3], config: &RangeImageConfig) -> Option<(usize, usize, f32)> {
-    let direction = Direction::of(point, sensor);
-    direction.cell(config).map(|(column, row)| (column, row, direction.range_m))
 }
 
 /// A direction from the sensor, in columns and rows of the image, and the range in that direction.
@@ -239,13 +255,7 @@ mod tests {
         assert!(image.observes(&[5.9, 1.5, 0.5]));
         assert!(!image.observes(&[9.0, 1.5, 0.5]) && !image.observes(&[4.0, 1.5, 0.5]));
         assert!(!image.observes(&[-4.0, 0.0, 0.5]) && image.observes(&[6.0, 0.05, 0.5]), "beside the pole");
-        assert_eq!(image.classify_interior(&[4.0, 1.5, 0.5]), Occupancy::Free);
-        let top = [3.0, 1.5, 1.15];
-        assert_eq!(
-            (image.classify(&top), image.classify_interior(&top)),
-            (Occupancy::Free, Occupancy::Unobserved),
-            "the highest ray"
-        );
+        assert_eq!(image.classify(&[3.0, 1.5, 1.15]), Occupancy::Free, "the highest ray");
         // The pole counts for the cells beside it too.
         assert_eq!(image.classify(&[3.0, 0.05, 0.5]), Occupancy::Occupied);
     }

@@ -5,7 +5,7 @@ use geometry::{Matrix3, RngTree, Vector3, so3};
 use nalgebra::SymmetricEigen;
 use points::hash::{CellKey, CellTable};
 use points::symmetric::principal_axes;
-use points::{Downsampler, GaussianMap, GaussianMapConfig, Occupancy, RangeImage, Surface};
+use points::{Downsampler, FreeSpaceImage, GaussianMap, GaussianMapConfig, Occupancy, RangeImage, Surface};
 use proptest::prelude::*;
 use std::collections::BTreeMap;
 
@@ -61,13 +61,18 @@ fn ray(columns: std::ops::Range<i32>, rows: std::ops::Range<i32>) -> impl Strate
 
 /// Ranges of the rays in the nine cells about a query's. `None` if its own cell has no ray.
 fn ranges_about(rays: &[Ray], query: &Ray) -> Option<Vec<f64>> {
-    let is_in = |ray: &Ray, columns: i32, rows: i32| {
-        let around = (ray.column - query.column).rem_euclid(COLUMNS);
-        around.min(COLUMNS - around) <= columns && (ray.row - query.row).abs() <= rows
-    };
-    let ranges = rays.iter().filter(|ray| is_in(ray, 1, 1)).map(|ray| ray.range_m).collect();
+    let is_in_own = |ray: &Ray| (ray.column, ray.row) == (query.column, query.row);
     // The image stores only the nearest range of each cell. So the farthest of these ranges is an upper bound of the image's.
-    rays.iter().any(|ray| is_in(ray, 0, 0)).then_some(ranges)
+    rays.iter().any(is_in_own).then(|| ranges_of_cells_about(rays, query))
+}
+
+/// Ranges of the rays in the nine cells about a query's.
+fn ranges_of_cells_about(rays: &[Ray], query: &Ray) -> Vec<f64> {
+    let is_near = |ray: &&Ray| {
+        let around = (ray.column - query.column).rem_euclid(COLUMNS);
+        around.min(COLUMNS - around) <= 1 && (ray.row - query.row).abs() <= 1
+    };
+    rays.iter().filter(is_near).map(|ray| ray.range_m).collect()
 }
 
 proptest! {
@@ -247,10 +252,39 @@ proptest! {
         if query.range_m < nearest - margin - 0.02 || query.range_m > farthest + margin + 0.02 {
             prop_assert!(!image.observes(&query.xyz));
         }
-        let has_ray = |row: i32| rays.iter().any(|ray| (ray.column, ray.row) == (query.column, row));
-        let is_interior = has_ray(query.row - 1) && has_ray(query.row + 1);
-        let expected = if is_interior { found } else { Occupancy::Unobserved };
-        prop_assert_eq!(image.classify_interior(&query.xyz), expected);
+    }
+
+    /// Compares the image with a search through all rays; those with an even number end on the ground.
+    #[test]
+    fn the_ground_hides_nothing_and_proves_that_rays_went_as_far(
+        rays in prop::collection::vec(ray(177..183, 3..9), 1..60), query in ray(177..183, 3..9),
+    ) {
+        let is_ground = |xyz: &[f32; 3]| rays.iter().position(|ray| ray.xyz == *xyz).is_some_and(|index| index % 2 == 0);
+        let image = FreeSpaceImage::new(rays.iter().map(|ray| &ray.xyz), [0.0; 3], is_ground);
+        let found = image.classify(&query.xyz);
+        let own = |row: i32| {
+            let of_cell = rays.iter().filter(move |ray| (ray.column, ray.row) == (query.column, row));
+            of_cell.map(|ray| ray.range_m).reduce(f64::max)
+        };
+        let (Some(_), Some(own_m), Some(_)) = (own(query.row - 1), own(query.row), own(query.row + 1)) else {
+            prop_assert_eq!(found, Occupancy::Unobserved);
+            return Ok(());
+        };
+        let objects: Vec<_> = rays.iter().filter(|ray| !is_ground(&ray.xyz)).cloned().collect();
+        let nearest_m = ranges_of_cells_about(&objects, &query).into_iter().fold(f64::INFINITY, f64::min);
+        let margin_m = 0.3 + 0.05 * query.range_m;
+        let (range_m, slack_m) = (query.range_m, 0.02);
+        if range_m > nearest_m + margin_m + slack_m {
+            prop_assert_eq!(found, Occupancy::Occluded);
+        } else if range_m < nearest_m - margin_m - slack_m {
+            if range_m < own_m - margin_m - slack_m {
+                prop_assert_eq!(found, Occupancy::Free);
+            } else if range_m > own_m - margin_m + slack_m {
+                prop_assert_eq!(found, Occupancy::Occluded);
+            }
+        } else if (nearest_m - margin_m + slack_m..nearest_m + margin_m - slack_m).contains(&range_m) {
+            prop_assert_eq!(found, Occupancy::Occupied);
+        }
     }
 
     #[test]
