@@ -65,8 +65,8 @@ pub struct PoseWalkBehaviour {
     phase: Phase,
     /// Whether it has stepped back. Once is enough: what stands there then is real.
     has_looked_again: bool,
-    /// Whether it was asked, since there was a path, if only things that are not seen close it.
-    has_asked_for_unseen: bool,
+    /// Beginning of the last blockage of which it was asked whether only things that are not seen close the path.
+    asked_about: Option<Stamp>,
     /// Attempts of walks that have ended.
     attempts: Vec<GoalAttempt>,
 }
@@ -136,7 +136,7 @@ impl PoseWalkBehaviour {
             approach: goal.approach,
             phase: Phase::stepping(at),
             has_looked_again: false,
-            has_asked_for_unseen: false,
+            asked_about: None,
             attempts: Vec::new(),
         };
         match goal.approach {
@@ -240,14 +240,13 @@ impl PoseWalkBehaviour {
     /// Steps back if there is no path for a while, and only things that the robot does not see from here are in its way.
     fn step_back_from_unseen(&mut self, context: &mut BehaviourContext<'_>) {
         let Phase::Walking(walk) = &self.phase else { return };
+        let Some(since) = walk.blocked_since() else { return };
         let BackUpConfig { held_time, unseen_reach_m, .. } = self.config.back_up;
-        let is_blocked = walk.blocked_for(context.at) > held_time;
-        if self.has_looked_again || self.has_asked_for_unseen || !is_blocked {
-            self.has_asked_for_unseen &= is_blocked;
+        if self.has_looked_again || self.asked_about == Some(since) || context.at - since <= held_time {
             return;
         }
         // Asked once: it copies the map, and plans.
-        self.has_asked_for_unseen = true;
+        self.asked_about = Some(since);
         let here = context.frames.odom_from_base.translation.vector;
         let goal = context.frames.to_odom(&self.map_from_goal.translation.vector);
         let seen = context.elevation_map.without_unseen(&here, unseen_reach_m);

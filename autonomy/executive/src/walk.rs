@@ -127,9 +127,9 @@ impl WalkBehaviour {
         }
     }
 
-    /// Time for which there has been no path.
-    pub(crate) fn blocked_for(&self, at: Stamp) -> Span {
-        self.blocked_since.map_or(Span::ZERO, |since| at - since)
+    /// Since when there has been no path; none if there is one.
+    pub(crate) fn blocked_since(&self) -> Option<Stamp> {
+        self.blocked_since
     }
 
     /// Plans to the goal's present position in the odometry frame.

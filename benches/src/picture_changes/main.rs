@@ -2,6 +2,7 @@
 
 #![allow(clippy::print_stdout, reason = "the table is this program's output")]
 
+mod days;
 mod missions;
 mod scores;
 mod truth;
@@ -13,6 +14,7 @@ use benches::mapped_folder::MapPlan;
 use benches::mission_runs::MissionSite;
 use benches::thread_ms;
 use clap::Parser;
+use days::DayScores;
 use gauges::{Dial, DialMarks, GaugeConfig, GaugeReading, read_gauge, read_slanted_gauge};
 use picture_changes::{
     ChangedRegion, Homography, PictureAlignment, PictureChangesConfig, align_pictures, find_picture_changes,
@@ -31,6 +33,7 @@ use visits::{GaugePoint, Visit};
 /// Examples: cargo xtask bench picture_changes
 ///           cargo xtask bench picture_changes --sites b1 --visits 10 --shown-width-m 0.8
 ///           cargo xtask bench picture_changes --sites b1 --visits 12 --missions
+///           cargo xtask bench picture_changes --days 14
 #[derive(Parser)]
 struct Arguments {
     /// Sites, separated by commas: names, generated:SEED, or buildings as FILE.glb.
@@ -39,6 +42,9 @@ struct Arguments {
     /// Visits to each inspection point after the first one.
     #[arg(long, default_value_t = 60)]
     visits: u64,
+    /// Days before and days after a gauge begins to drift or is stuck, with three visits a day; the histories of readings are scored, and not the pictures.
+    #[arg(long)]
+    days: Option<u32>,
     /// Most inspection points of a site.
     #[arg(long, default_value_t = 4)]
     points: usize,
@@ -91,6 +97,9 @@ const SCALE_RAD: f64 = 1.5 * std::f64::consts::PI;
 
 fn main() -> Result<()> {
     let arguments = Arguments::parse();
+    if let Some(days) = arguments.days {
+        return print_days(&arguments, days);
+    }
     println!("{}", Scores::HEADER);
     let mut all = Scores::default();
     for name in &arguments.sites {
@@ -106,11 +115,38 @@ fn main() -> Result<()> {
     Ok(())
 }
 
+fn print_days(arguments: &Arguments, days: u32) -> Result<()> {
+    let mut all = DayScores::default();
+    for name in &arguments.sites {
+        let source: SiteSource = name.parse().map_err(Error::msg)?;
+        for_points(&source, arguments, |run| {
+            all.add(&days::score(run, days)?);
+            Ok(())
+        })
+        .with_context(|| name.clone())?;
+    }
+    println!("{}", all.table());
+    Ok(())
+}
+
 fn site_scores(source: &SiteSource, arguments: &Arguments) -> Result<Scores> {
+    let mut scores = Scores::default();
+    for_points(source, arguments, |run| {
+        scores.points += 1;
+        run.score(arguments.visits, &mut scores)
+    })?;
+    Ok(scores)
+}
+
+/// Does something at each inspection point of a site.
+fn for_points(
+    source: &SiteSource,
+    arguments: &Arguments,
+    mut score: impl FnMut(&PointRun<'_>) -> Result<()>,
+) -> Result<()> {
     let site = &source.load()?;
     let scene = CameraScene::new(Arc::clone(site));
     let parameters = Parameters::varied(&arguments.vary)?;
-    let mut scores = Scores::default();
     let aside_rad = arguments.aside_deg.map(f64::to_radians);
     let Arguments { minutes, columns, people, points, visits, shown_width_m, .. } = *arguments;
     let points = if arguments.missions {
@@ -121,7 +157,6 @@ fn site_scores(source: &SiteSource, arguments: &Arguments) -> Result<Scores> {
         visits::gauge_points(site, &scene, shown_width_m, aside_rad)
     };
     for point in points.into_iter().take(arguments.points) {
-        scores.points += 1;
         let run = PointRun {
             site,
             scene: &scene,
@@ -130,9 +165,9 @@ fn site_scores(source: &SiteSource, arguments: &Arguments) -> Result<Scores> {
             as_circle: arguments.as_circle,
             verbose: arguments.verbose,
         };
-        run.score(arguments.visits, &mut scores)?;
+        score(&run)?;
     }
-    Ok(scores)
+    Ok(())
 }
 
 /// All visits to an inspection point.
@@ -213,23 +248,32 @@ impl PointRun<'_> {
         );
     }
 
-    /// Reads the gauge as it was described in the picture of the first visit. The pictures are aligned without the poses of the camera, as on the robot.
+    /// The mapping from the first picture to a later one, without the poses of the camera, as on the robot.
+    fn mapping(&self, first: &Visit, after: &Visit) -> Option<Homography> {
+        let found = align_pictures(&first.picture, &after.picture, None, &self.parameters.alignment);
+        found.ok().map(|found| found.after_from_before)
+    }
+
+    /// What is read of a gauge in a picture to which that of its description is mapped so. None where nothing can be read.
+    fn read(&self, gauge: &DescribedGauge, mapping: &Homography, after: &Visit) -> Option<GaugeReading> {
+        let config = GaugeConfig::default();
+        if self.as_circle {
+            read_gauge(&after.picture, &mapped_dial(&gauge.dial, mapping)?, &config).ok()
+        } else {
+            read_slanted_gauge(&after.picture, &mapped_marks(&gauge.marks, mapping)?, &config).ok()
+        }
+    }
+
+    /// Reads the gauge as it was described in the picture of the first visit.
     fn score_reading(&self, first: &Visit, gauge: &DescribedGauge, after: &Visit, scores: &mut Scores) {
         let [min, max] = truth::range(self.point);
-        let found = align_pictures(&first.picture, &after.picture, None, &self.parameters.alignment);
-        let mapping = found.ok().map(|found| found.after_from_before);
-        let mapped = mapping.and_then(|mapping| mapped_dial(&gauge.dial, &mapping));
+        let mapping = self.mapping(first, after);
+        let mapped = mapping.as_ref().and_then(|mapping| mapped_dial(&gauge.dial, mapping));
         if mapped.is_some_and(|dial| 2.0 * dial.radius_px * GAUGE_RADIUS_M / SCALE_RADIUS_M < MIN_DIAL_PX) {
             scores.too_small += 1;
             return;
         }
-        let config = GaugeConfig::default();
-        let reading = if self.as_circle {
-            mapped.and_then(|dial| read_gauge(&after.picture, &dial, &config).ok())
-        } else {
-            let marks = mapping.and_then(|mapping| mapped_marks(&gauge.marks, &mapping));
-            marks.and_then(|marks| read_slanted_gauge(&after.picture, &marks, &config).ok())
-        };
+        let reading = mapping.and_then(|mapping| self.read(gauge, &mapping, after));
         let error = match reading {
             Some(GaugeReading::Read { value, .. }) => Some((value - after.value).abs() / (max - min)),
             _ => None,

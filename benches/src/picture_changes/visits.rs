@@ -146,10 +146,24 @@ pub fn steady(value: f64) -> SimulatedQuantity {
 /// # Errors
 /// When the picture is no JPEG file.
 pub fn visit(scene: &CameraScene, point: &GaugePoint, number: u64, value: f64) -> Result<Visit> {
+    visit_at(scene, point, number, steady(value), 0.0)
+}
+
+/// As [`visit`], of what the gauge shows at that time since the start of the simulation, seconds.
+///
+/// # Errors
+/// When the picture is no JPEG file.
+pub fn visit_at(
+    scene: &CameraScene,
+    point: &GaugePoint,
+    number: u64,
+    shown: SimulatedQuantity,
+    seconds: f64,
+) -> Result<Visit> {
     let tree = RngTree::new(number).child(&point.fixture.tag);
     let mut rng = tree.child("pose").rng();
     let lit = in_light_of(scene, &mut tree.child("light").rng());
-    let lit = lit.with_reading(&point.fixture.tag, steady(value)).context("the gauge is on the site")?;
+    let lit = lit.with_reading(&point.fixture.tag, shown).context("the gauge is on the site")?;
     let drawn = point.site_from_node
         * small_error(
             &mut rng,
@@ -171,13 +185,13 @@ pub fn visit(scene: &CameraScene, point: &GaugePoint, number: u64, value: f64) -
     let cameras = CameraConfig::default();
     let target = Point3::from(point.fixture.site_from_plate.translation.vector);
     let aim = cameras.aim_at(&estimate.inverse_transform_point(&target).coords, point.zoom);
-    let image = CameraSnapshot::alone(site_from_base, 0.0, rng.bits()).picture(&lit, &aim);
+    let image = CameraSnapshot::alone(site_from_base, seconds, rng.bits()).picture(&lit, &aim);
     let camera = |site_from_base: &Isometry| camera(&cameras, &aim, site_from_base);
     Ok(Visit {
         picture: through_jpeg(&image)?,
         estimated: camera(&estimate),
         truth: camera(&site_from_base),
-        value,
+        value: shown.at(seconds),
     })
 }
 
