@@ -115,10 +115,11 @@ pub fn score(run: &PointRun<'_>, days: u32) -> Result<DayScores> {
     let begin = gauge.readings(Fate::InOrder, 0..days, &mut scores)?;
     for (index, fate) in FATES.into_iter().enumerate() {
         let mut samples = begin.clone();
+        let after = gauge.readings(fate, days..2 * days, &mut scores)?;
         let of_fate = &mut scores.fates[index];
         of_fate.gauges += 1;
         let (mut unusual, mut trend) = (None, None);
-        for sample in gauge.readings(fate, days..2 * days, &mut DayScores::default())? {
+        for sample in after {
             samples.push(sample);
             of_fate.readings += 1;
             let Some(found) = analyse(&samples, &ReadingsConfig::default()) else { continue };
