@@ -92,10 +92,6 @@ enum Phase {
 }
 
 impl Phase {
-    fn looking(until: Stamp, next_plan: Stamp) -> Self {
-        Self::Looking { until, next_plan }
-    }
-
     fn stepping(deadline: Stamp) -> Self {
         Self::Stepping { deadline, in_pose_since: None, held_since: None, is_blind: false }
     }
@@ -273,7 +269,10 @@ impl PoseWalkBehaviour {
         match WalkBehaviour::begin(self.walk_config, *at, elevation_map, frames, goal_in_map) {
             Ok(walk) => self.phase = Phase::Walking(Box::new(walk)),
             Err(_) if is_over => return Poll::Ready(Err(GoalFailure::PathBlocked)),
-            Err(_) => self.phase = Phase::looking(until, *at + self.walk_config.replan_period),
+            Err(_) => {
+                let next_plan = *at + self.walk_config.replan_period;
+                self.phase = Phase::Looking { until, next_plan };
+            }
         }
         Poll::Pending
     }
@@ -313,7 +312,8 @@ impl Behaviour for PoseWalkBehaviour {
             Phase::SteppingBack(walk) => {
                 if walk.update(context).is_ready() {
                     self.attempts.extend(walk.attempts());
-                    self.phase = Phase::looking(context.at + self.config.back_up.look_time, context.at);
+                    let until = context.at + self.config.back_up.look_time;
+                    self.phase = Phase::Looking { until, next_plan: context.at };
                 }
                 Poll::Pending
             }

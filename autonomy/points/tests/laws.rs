@@ -256,7 +256,7 @@ proptest! {
 
     /// Compares the image with a search through all rays; those with an even number end on the ground.
     #[test]
-    fn the_ground_hides_nothing_and_proves_that_rays_went_as_far(
+    fn the_ground_hides_nothing_and_shows_how_long_rays_are(
         rays in prop::collection::vec(ray(177..183, 3..9), 1..60), query in ray(177..183, 3..9),
     ) {
         let is_ground = |xyz: &[f32; 3]| rays.iter().position(|ray| ray.xyz == *xyz).is_some_and(|index| index % 2 == 0);

@@ -26,7 +26,7 @@ enum Fate {
     InOrder,
     /// Its value moves away from the true one by this share of its range a day.
     Drifts(f64),
-    /// It always shows what it showed at the last visit.
+    /// It always shows what it showed when the days in order ended.
     Stuck,
 }
 

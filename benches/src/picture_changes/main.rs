@@ -43,7 +43,7 @@ struct Arguments {
     #[arg(long, default_value_t = 60)]
     visits: u64,
     /// Days before and days after a gauge begins to drift or is stuck, with three visits a day; the histories of readings are scored, and not the pictures.
-    #[arg(long)]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=366))]
     days: Option<u32>,
     /// Most inspection points of a site.
     #[arg(long, default_value_t = 4)]
