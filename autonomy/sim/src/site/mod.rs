@@ -8,6 +8,7 @@ mod dock;
 mod error;
 pub(crate) mod generated;
 mod loose_objects;
+mod main_floor;
 mod model;
 mod parts;
 mod plan;

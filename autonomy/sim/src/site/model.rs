@@ -1,5 +1,6 @@
 //! Sites that are given as triangles: what the triangles say, and what they do not. The text and the file of such a model are read elsewhere.
 
+use super::main_floor::FloorSearch;
 use super::plan::{DoorLeaf, SimulatedDock, SitePlan};
 use super::walkable::{WalkableConfig, WalkableFloor};
 use super::{SimulatedSite, error::BuildingModelError};
@@ -23,6 +24,9 @@ pub struct BuildingModelConfig {
     pub max_floor_distance_m: f64,
     /// Distance between the places at which free floor is looked for where the model has neither dock nor start, metres. Chosen: about the width of a robot.
     pub start_grid_m: f64,
+    /// Least area of a floor that such a start is looked for on, relative to the largest one of the model. Chosen: a storey is larger, and a landing, a pit or
+    /// a table smaller.
+    pub least_start_floor: f64,
 }
 
 impl Default for BuildingModelConfig {
@@ -33,6 +37,7 @@ impl Default for BuildingModelConfig {
             min_area_m2: 1e-9,
             max_floor_distance_m: 0.3,
             start_grid_m: 0.5,
+            least_start_floor: 0.2,
         }
     }
 }
@@ -46,7 +51,7 @@ pub struct BuildingModel {
     pub parts: Vec<ModelPart>,
     /// Charging docks. The robot starts at the first one.
     pub docks: Vec<SimulatedDock>,
-    /// Start of the robot where there is no dock. Without both, the robot starts on the free floor nearest to the middle.
+    /// Start of the robot where there is no dock. Without both, the robot starts on the lowest large floor, near the middle.
     pub start: Option<Start>,
     /// Corners of the ground plan, counter-clockwise, metres. Without corners it is the bounding rectangle.
     pub outline: Vec<[f64; 2]>,
@@ -112,12 +117,16 @@ impl SimulatedSite {
         plan.pedestrian_paths = model.pedestrian_paths.iter().map(path).collect();
         let mut site = Self::from_plan(model.name, plan);
         site.check(model.start.as_ref(), config)?;
-        site.plan.start = match (site.plan.docks.first(), model.start) {
-            (Some(_), _) => None,
-            (None, Some(start)) => Some(start),
-            (None, None) => Some(site.free_start(config).ok_or(BuildingModelError::NoFreeFloor)?),
+        site.plan.start = if site.plan.docks.is_empty() { model.start } else { None };
+        let walkable = if site.plan.docks.is_empty() && site.plan.start.is_none() {
+            let search = FloorSearch { grid_m: config.start_grid_m, least_share: config.least_start_floor };
+            let found = site.main_floor((least, most), &search);
+            let (start, floor) = found.ok_or(BuildingModelError::NoFreeFloor)?;
+            site.plan.start = Some(start);
+            floor
+        } else {
+            WalkableFloor::new(&site.bvh, &site.start(), &WalkableConfig::default())
         };
-        let walkable = WalkableFloor::new(&site.bvh, &site.start(), &WalkableConfig::default());
         if site.plan.routes.is_empty() {
             site.plan.routes.extend(walkable.round(&site.start(), &WalkableConfig::default()));
         }
@@ -167,38 +176,6 @@ impl SimulatedSite {
         let lower = self.cast_ray(&(point + Vector3::z() * 0.05), &-Vector3::z(), 1.0);
         let lower = lower.map(|(down, _)| (down - 0.05).abs());
         [upper, lower].into_iter().flatten().reduce(f64::min)
-    }
-
-    /// The place with room for the robot that is nearest to the middle of the ground plan, on the lowest floor that has one.
-    fn free_start(&self, config: &BuildingModelConfig) -> Option<Start> {
-        let (least, most) = bounds(&self.plan.solids);
-        let middle = (least + most) / 2.0;
-        let mut best: Option<(f64, Vector3)> = None;
-        let cells = |axis: usize| ((most[axis] - least[axis]) / config.start_grid_m) as usize;
-        for column in 0..=cells(0) {
-            for row in 0..=cells(1) {
-                let [x, y] = [(least.x, column), (least.y, row)]
-                    .map(|(low, cell)| low + (cell as f64 + 0.5) * config.start_grid_m);
-                for z in self.surfaces_below(x, y, most.z + 0.5) {
-                    let place = Vector3::new(x, y, z);
-                    let cost = (place - middle).xy().norm() + 10.0 * (z - least.z);
-                    if best.is_none_or(|(least_cost, _)| cost < least_cost) && self.has_room(&place) {
-                        best = Some((cost, place));
-                    }
-                }
-            }
-        }
-        best.map(|(_, place)| Start { position: geometry::vec_to_plain(&place), yaw: 0.0 })
-    }
-
-    /// Heights of all surfaces on the vertical line through `x, y` below `top`, from above.
-    fn surfaces_below(&self, x: f64, y: f64, top: f64) -> Vec<f64> {
-        let (mut heights, mut from) = (Vec::new(), top);
-        while let Some((down, _)) = self.cast_ray(&Vector3::new(x, y, from), &-Vector3::z(), 3000.0) {
-            heights.push(from - down);
-            from -= down + 0.01;
-        }
-        heights
     }
 }
 

@@ -22,6 +22,9 @@ pub(crate) struct WalkableConfig {
     pub(crate) tight_cost: u32,
     /// Floor within this distance of the round counts as seen, metres. Chosen: the rings of the LiDAR on the floor are dense within it.
     pub(crate) seen_m: f64,
+    /// Greatest distance of a shortcut from the path that it replaces, metres. Chosen: half of [`Self::seen_m`], so that what was near the path is still seen; without it a round of a hall
+    /// without walls inside would be the way back to its start only.
+    pub(crate) shortcut_m: f64,
     /// The round turns back after this length, metres: ten minutes of walking. Chosen: at the usual speed of 0.7 m/s.
     pub(crate) max_length_m: f64,
 }
@@ -35,6 +38,7 @@ impl Default for WalkableConfig {
             inflation_m: 0.55,
             tight_cost: 6,
             seen_m: 4.0,
+            shortcut_m: 2.0,
             max_length_m: 420.0,
         }
     }
@@ -111,6 +115,11 @@ impl WalkableFloor {
         (offset.x.round() as i32, offset.y.round() as i32)
     }
 
+    /// Number of cells.
+    pub(crate) fn len(&self) -> usize {
+        self.cells.len()
+    }
+
     /// Whether a place is on this floor.
     pub(crate) fn contains(&self, feet: &Vector3) -> bool {
         let (column, row) = self.column_row(feet);
@@ -134,7 +143,7 @@ impl WalkableFloor {
         }
         let back = self.shortest(*path.last()?, config, |cell| cell == 0)?;
         path.extend(&back[1..]);
-        let waypoints = self.straighten(&path);
+        let waypoints = self.straighten(&path, config.shortcut_m);
         (waypoints.len() > 2).then_some(SiteRoute { name: "round", start: *start, waypoints, speed: 0.9 })
     }
 
@@ -181,14 +190,12 @@ impl WalkableFloor {
         dijkstra(&from, steps, |cell| is_goal(*cell)).map(|(path, _)| path)
     }
 
-    /// The corners of a path: a stretch is straight if the robot can walk straight from its first to its last cell.
-    fn straighten(&self, path: &[u32]) -> Vec<[f64; 2]> {
+    /// The corners of a path: a stretch is straight if the robot can walk straight from its first to its last cell, and stays within `shortcut_m` metres of all of it.
+    fn straighten(&self, path: &[u32], shortcut_m: f64) -> Vec<[f64; 2]> {
         let (mut corners, mut first) = (Vec::new(), 0);
         while first + 1 < path.len() {
             let mut last = first + 1;
-            while last + 1 < path.len()
-                && self.is_straight(path[first], path[last + 1], &path[first..=last + 1])
-            {
+            while last + 1 < path.len() && self.is_straight(&path[first..=last + 1], shortcut_m) {
                 last += 1;
             }
             let position = self.cells[path[last] as usize].position;
@@ -198,17 +205,27 @@ impl WalkableFloor {
         corners
     }
 
-    /// Whether the straight line between two cells of a path lies on cells that are not tight, or is the path itself.
-    fn is_straight(&self, from: u32, to: u32, path: &[u32]) -> bool {
+    /// Whether a stretch of a path can be replaced by the straight line between its ends: it is that line, or the line lies on cells that are not tight, and within `shortcut_m` metres of all cells of
+    /// the stretch. Linear in the cells.
+    fn is_straight(&self, path: &[u32], shortcut_m: f64) -> bool {
+        let [Some(&from), Some(&to)] = [path.first(), path.last()] else { return true };
         let [a, b] = [from, to].map(|cell| self.cells[cell as usize].position);
         let span = b - a;
+        let offset = |cell: &u32| (self.cells[*cell as usize].position - a).xy();
         let is_on_line = |cell: &u32| {
-            let offset = self.cells[*cell as usize].position - a;
-            span.xy().perp(&offset.xy()).abs() <= 1e-6 * span.xy().norm()
-                && offset.xy().dot(&span.xy()) >= 0.0
+            span.xy().perp(&offset(cell)).abs() <= 1e-6 * span.xy().norm()
+                && offset(cell).dot(&span.xy()) >= 0.0
         };
         if path.iter().all(is_on_line) {
             return true;
+        }
+        let is_near = |cell: &u32| {
+            let along = (offset(cell).dot(&span.xy()) / span.xy().norm_squared().max(f64::MIN_POSITIVE))
+                .clamp(0.0, 1.0);
+            (offset(cell) - span.xy() * along).norm() <= shortcut_m
+        };
+        if !path.iter().all(is_near) {
+            return false;
         }
         let steps = (span.xy().norm() / (0.5 * self.cell_m)).ceil().max(1.0) as usize;
         let mut height = a.z;

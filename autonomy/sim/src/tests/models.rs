@@ -107,12 +107,19 @@ fn a_finer_tessellation_comes_nearer() {
     }
 }
 
+/// A quadrilateral as two triangles.
+fn quad([a, b, c, d]: [[f64; 3]; 4]) -> [ModelTriangle; 2] {
+    [[a, b, c], [a, c, d]].map(|corners| ModelTriangle { corners, material: Material::Concrete })
+}
+
+/// A level square, by its middle and half its side, metres.
+fn square([x, y, z]: [f64; 3], half: f64) -> [ModelTriangle; 2] {
+    let corner = |sx: f64, sy: f64| [x + sx * half, y + sy * half, z];
+    quad([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)])
+}
+
 /// A hall of 12 m x 12 m with a wall at x = 4, as a model.
 fn hall() -> BuildingModel {
-    let quad = |corners: [[f64; 3]; 4]| {
-        let [a, b, c, d] = corners;
-        [[a, b, c], [a, c, d]].map(|corners| ModelTriangle { corners, material: Material::Concrete })
-    };
     let floor = quad([[-6.0, -6.0, 0.0], [6.0, -6.0, 0.0], [6.0, 6.0, 0.0], [-6.0, 6.0, 0.0]]);
     // A ramp to a step of 0.15 m, which the robot takes.
     let step = quad([[-6.0, -6.0, 0.15], [-3.0, -6.0, 0.15], [-3.0, 6.0, 0.15], [-6.0, 6.0, 0.15]]);
@@ -142,4 +149,27 @@ fn a_robot_walks_on_triangles_and_stops_at_them() {
     let on_step = simulator.truth().site_from_base.position;
     assert!(on_step.x < -3.8, "{on_step:?}");
     assert!((on_step.z - first.z - 0.15).abs() < 0.03, "it stands on the step: {on_step:?}");
+}
+
+#[test]
+fn a_robot_starts_on_a_storey_and_not_on_a_landing_or_the_roof() {
+    let landing = square([8.0, 8.0, -3.0], 1.0);
+    let storey = square([0.0, 0.0, 0.0], 6.0);
+    let roof = square([0.0, 0.0, 4.0], 7.0);
+    let model = BuildingModel {
+        name: "stairwell".to_owned(),
+        parts: vec![ModelPart {
+            name: "floors".to_owned(),
+            mobility: Mobility::Fixed,
+            triangles: [landing, storey, roof].concat(),
+        }],
+        ..BuildingModel::default()
+    };
+    let site = SimulatedSite::from_model(model, &BuildingModelConfig::default()).unwrap();
+    let start = site.start().position;
+    assert!(start.z.abs() < 1e-6, "on the storey: {start:?}");
+    let round = &site.routes()[0].waypoints;
+    for (axis, side) in [(0, -1.0), (0, 1.0), (1, -1.0), (1, 1.0)] {
+        assert!(round.iter().any(|at| at[axis] * side > 1.5), "the round passes all of the storey: {round:?}");
+    }
 }
