@@ -30,7 +30,9 @@ impl Chromium {
             return None;
         };
         let profile = tempfile::tempdir().unwrap();
-        let process = Command::new(name)
+        // In software a browser takes all processors it gets. That of an operator is on another machine and takes nothing from the robot.
+        let process = Command::new("nice")
+            .args(["-n", "10", name])
             .args(["--headless=new", "--no-sandbox", "--no-first-run", "--remote-debugging-port=0"])
             .args([
                 "--disable-background-networking",

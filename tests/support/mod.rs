@@ -39,12 +39,18 @@ pub fn rust_files(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// Polls `condition` until it gives a value. Fails after `limit` with a message that contains `what`.
+/// Waits from this length on are printed, so that the log of a test says what it spends its time on.
+const PRINTED_WAIT: Duration = Duration::from_secs(2);
+
+/// Polls `condition` until it gives a value, and prints long waits. Fails after `limit` with a message that contains `what`.
 #[track_caller]
 pub fn wait_for<T>(what: &str, limit: Duration, mut condition: impl FnMut() -> Option<T>) -> T {
     let started = Instant::now();
     loop {
         if let Some(value) = condition() {
+            if started.elapsed() >= PRINTED_WAIT {
+                println!("waited {:.1} s for {what}", started.elapsed().as_secs_f64());
+            }
             return value;
         }
         assert!(started.elapsed() < limit, "waited {} s for {what}, which did not happen", limit.as_secs());
