@@ -170,6 +170,9 @@ fn a_robot_starts_on_a_storey_and_not_on_a_landing_or_the_roof() {
     assert!(start.z.abs() < 1e-6, "on the storey: {start:?}");
     let round = &site.routes()[0].waypoints;
     for (axis, side) in [(0, -1.0), (0, 1.0), (1, -1.0), (1, 1.0)] {
-        assert!(round.iter().any(|at| at[axis] * side > 1.5), "the round passes all of the storey: {round:?}");
+        assert!(
+            round.iter().any(|at| at[axis] * side > 1.5),
+            "the round passes all of the storey: {round:?}"
+        );
     }
 }
