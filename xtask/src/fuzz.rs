@@ -120,6 +120,9 @@ pub(crate) fn command(arguments: &[OsString]) -> Result<ExitCode> {
     if !options.no_build {
         build(&options.folder, &targets)?;
     }
+    if let Some(missing) = targets.iter().find(|target| !program(&options.folder, target).is_file()) {
+        bail!("the program of {missing} is not built yet: run this without --no-build once");
+    }
     if options.minimise {
         targets.iter().try_for_each(|target| minimise(&options.folder, target))?;
         return Ok(ExitCode::SUCCESS);

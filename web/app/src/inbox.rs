@@ -1,7 +1,8 @@
 //! The queue of inbound messages: sockets, downloads and uploads push, the runtime pops.
 
+use api::{Event, ServerMessage};
 use client_model::ClientEvent;
-use std::cell::{OnceCell, RefCell};
+use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::VecDeque;
 use std::rc::Rc;
 use std::time::Duration;
@@ -43,12 +44,29 @@ pub(crate) enum InboundMessage {
     },
 }
 
+impl InboundMessage {
+    /// Whether messages of this kind come many times a second as long as the robot runs, whatever happens.
+    fn is_periodic(&self) -> bool {
+        match self {
+            Self::Event(ClientEvent::Scan { .. }) => true,
+            Self::Event(ClientEvent::Server { message, .. }) => matches!(
+                message,
+                ServerMessage::Pong { .. }
+                    | ServerMessage::Event { event: Event::Estimate(_) | Event::Quality(_), .. }
+            ),
+            _ => false,
+        }
+    }
+}
+
 /// A queue that requests a frame for each pushed message.
 #[derive(Clone, Default)]
 pub(crate) struct Inbox {
     config: InboxConfig,
     queue: Rc<RefCell<VecDeque<InboundMessage>>>,
     ctx: Rc<OnceCell<egui::Context>>,
+    /// Whether the robot's own map is out of sight: then periodic messages wait for the next frame instead of requesting one.
+    is_robot_hidden: Rc<Cell<bool>>,
 }
 
 impl Inbox {
@@ -58,10 +76,18 @@ impl Inbox {
         let _ = self.ctx.set(ctx.clone());
     }
 
-    /// Adds a message and requests a frame.
+    /// Sets whether the page shows something else than the robot in its map.
+    pub(crate) fn hide_robot(&self, is_hidden: bool) {
+        self.is_robot_hidden.set(is_hidden);
+    }
+
+    /// Adds a message and requests a frame, unless it changes nothing that is in sight.
     pub(crate) fn push(&self, message: InboundMessage) {
+        let can_wait = self.is_robot_hidden.get() && message.is_periodic();
         self.queue.borrow_mut().push_back(message);
-        self.request_frame();
+        if !can_wait {
+            self.request_frame();
+        }
     }
 
     /// Requests a frame, for something that waits elsewhere.

@@ -143,6 +143,7 @@ impl ClientRuntime {
     pub(crate) fn begin_frame(&mut self) {
         self.last_frame_ms = browser::now_ms();
         self.process_inbox();
+        self.inbox.hide_robot(self.model.viewed_map().is_some());
     }
 
     /// The live scan to draw. Taking it acknowledges it, and the server sends the next one.
