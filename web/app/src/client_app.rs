@@ -196,7 +196,7 @@ impl eframe::App for ClientApp {
         let runtime = Rc::clone(&self.runtime);
         let mut runtime = runtime.borrow_mut();
         self.mark_startup();
-        runtime.begin_frame();
+        runtime.begin_frame(self.viewport.stream_interval());
         self.scene.update_ground(&runtime.model);
         // Tiles are removed before others are inserted, because a tile may be removed and fetched again.
         runtime.execute_scene_effects(&self.scene, &mut self.viewport);

@@ -10,8 +10,7 @@ use std::time::Duration;
 /// Parameters of an [`Inbox`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct InboxConfig {
-    /// Delay of the frame that an inbound message requests. State arrives at 20 Hz and scans at 10 Hz. About 10 frames a second
-    /// show them without loading the CPU more. Chosen: a tenth of a second less the time of a frame.
+    /// Delay of the frame that an inbound message requests. Several messages often come together. Chosen: a tenth of a second less the time of a frame.
     repaint_delay: Duration,
 }
 
@@ -65,8 +64,8 @@ pub(crate) struct Inbox {
     config: InboxConfig,
     queue: Rc<RefCell<VecDeque<InboundMessage>>>,
     ctx: Rc<OnceCell<egui::Context>>,
-    /// Whether the robot's own map is out of sight: then periodic messages wait for the next frame instead of requesting one.
-    is_robot_hidden: Rc<Cell<bool>>,
+    /// Delay of the frame that a periodic message requests; without one it waits for the next frame.
+    periodic_delay: Rc<Cell<Option<Duration>>>,
 }
 
 impl Inbox {
@@ -76,17 +75,18 @@ impl Inbox {
         let _ = self.ctx.set(ctx.clone());
     }
 
-    /// Sets whether the page shows something else than the robot in its map.
-    pub(crate) fn hide_robot(&self, is_hidden: bool) {
-        self.is_robot_hidden.set(is_hidden);
+    /// Sets the delay of the frame that a periodic message requests; without one it requests none.
+    pub(crate) fn set_periodic_delay(&self, delay: Option<Duration>) {
+        self.periodic_delay.set(delay);
     }
 
-    /// Adds a message and requests a frame, unless it changes nothing that is in sight.
+    /// Adds a message and requests a frame for it.
     pub(crate) fn push(&self, message: InboundMessage) {
-        let can_wait = self.is_robot_hidden.get() && message.is_periodic();
+        let delay =
+            if message.is_periodic() { self.periodic_delay.get() } else { Some(self.config.repaint_delay) };
         self.queue.borrow_mut().push_back(message);
-        if !can_wait {
-            self.request_frame();
+        if let (Some(ctx), Some(delay)) = (self.ctx.get(), delay) {
+            ctx.request_repaint_after(delay);
         }
     }
 

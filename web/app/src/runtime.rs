@@ -139,11 +139,13 @@ impl ClientRuntime {
         self.apply(ClientEvent::Tick);
     }
 
-    /// Begins a frame: records its time and handles inbound messages.
-    pub(crate) fn begin_frame(&mut self) {
+    /// Begins a frame: records its time and handles inbound messages. `stream_interval`: time to the next frame that only shows what the robot sends.
+    pub(crate) fn begin_frame(&mut self, stream_interval: Duration) {
         self.last_frame_ms = browser::now_ms();
         self.process_inbox();
-        self.inbox.hide_robot(self.model.viewed_map().is_some());
+        // While a saved map is shown, the frames for shown ages are enough for the robot's state.
+        let is_robot_shown = self.model.viewed_map().is_none();
+        self.inbox.set_periodic_delay(is_robot_shown.then_some(stream_interval));
     }
 
     /// The live scan to draw. Taking it acknowledges it, and the server sends the next one.

@@ -118,6 +118,11 @@ impl Viewport {
         }
     }
 
+    /// Time from a frame to the next one that only shows what the robot sends.
+    pub(crate) fn stream_interval(&self) -> Duration {
+        Duration::from_secs_f64(self.frame_pacer.stream_interval_s())
+    }
+
     /// The view that was drawn last.
     pub(crate) fn view(&self) -> Option<View> {
         self.view

@@ -1,7 +1,8 @@
 //! Frame pacing: lowers the rendering quality on slow machines so that movement stays smooth.
 //!
 //! A browser does not report the GPU time of a frame, but an overloaded GPU delays the next frame. Late frames lower the quality, and
-//! frames in time raise it. Once nothing moves, the image is drawn again with a higher quality.
+//! frames in time raise it. Once nothing moves, the image is drawn again with a higher quality. Where even the lowest quality is too
+//! much, frames that nobody waits for come seldom, so that the next press is answered at once.
 
 use crate::renderer::Renderer;
 use crate::view::{Options, View};
@@ -29,6 +30,11 @@ pub struct FramePacingConfig {
     pub increase: f32,
     /// Resolution for each unit of quality: points are reduced first, and pixels from a quality of 0.4 down. Chosen: one divided by 0.4.
     pub resolution_per_quality: f32,
+    /// Interval of frames that show what the robot sends, s, where they are drawn in time. State arrives at 20 Hz and scans at 10 Hz. Chosen: a tenth of a second less the
+    /// time of a frame.
+    pub stream_interval_s: f64,
+    /// The same where even the lowest quality is too much. Chosen: shorter than [`Self::rest_s`], or the image would be refined in between.
+    pub overloaded_stream_interval_s: f64,
     /// Lowest resolution. Chosen: half; letters of labels are drawn apart.
     pub min_resolution: f32,
 }
@@ -42,6 +48,8 @@ impl Default for FramePacingConfig {
             rest_s: 0.4,
             refinement_gain: 4.0,
             min_quality: 0.06,
+            stream_interval_s: 0.09,
+            overloaded_stream_interval_s: 0.35,
             max_decrease: 0.35,
             increase: 1.06,
             resolution_per_quality: 2.5,
@@ -104,6 +112,15 @@ impl FramePacer {
             return (last.drawn, Some(remaining_s));
         }
         self.draw_at(now_s, requested, self.drawn_quality * self.config.refinement_gain)
+    }
+
+    /// Time from a frame to the next one that only shows what the robot sends, s.
+    pub fn stream_interval_s(&self) -> f64 {
+        if self.quality > self.config.min_quality {
+            self.config.stream_interval_s
+        } else {
+            self.config.overloaded_stream_interval_s
+        }
     }
 
     fn draw(&mut self, now_s: f64, requested: &View) -> (View, Option<f64>) {

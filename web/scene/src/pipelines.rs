@@ -13,8 +13,11 @@ pub(crate) struct Pipelines {
     pub(crate) frame_layout: BindGroupLayout,
     pub(crate) draw_layout: BindGroupLayout,
     pub(crate) colour_depth_layout: BindGroupLayout,
+    pub(crate) radius_layout: BindGroupLayout,
     pub(crate) present_layout: BindGroupLayout,
     pub(crate) points: RenderPipeline,
+    pub(crate) block: RenderPipeline,
+    pub(crate) reach: RenderPipeline,
     pub(crate) rows: RenderPipeline,
     pub(crate) columns: RenderPipeline,
     pub(crate) shade: RenderPipeline,
@@ -36,14 +39,23 @@ impl Pipelines {
         let draw_layout = layout(device, "scene: draw", &[uniform::<DrawUniforms>(0, true)]);
         let colour_depth_layout =
             layout(device, "scene: colour and depth", &[texture(0, false), texture(1, false)]);
+        let radius_layout = layout(device, "scene: radius", &[texture(0, false)]);
         let present_layout = layout(device, "scene: present", &[texture(0, true), sampler(1)]);
-        let builder = PipelineBuilder::new(device, &["points", "fill", "shade", "present"]);
+        let builder = PipelineBuilder::new(device, &["points", "reach", "fill", "shade", "present"]);
         let draw = [&frame_layout, &draw_layout];
         let colour_depth = [&frame_layout, &colour_depth_layout];
+        let radius = [&frame_layout, &radius_layout];
+        let reach = |entry| PipelineParameters {
+            vertex: "vs_reach",
+            fragment: entry,
+            targets: &[FORMAT],
+            ..PipelineParameters::new("reach", &radius)
+        };
+        let filled = [&frame_layout, &colour_depth_layout, &radius_layout];
         let full = |entry| PipelineParameters {
             vertex: "vs_fill",
             fragment: entry,
-            ..PipelineParameters::new("fill", &colour_depth)
+            ..PipelineParameters::new("fill", &filled)
         };
         let present_entry = if target_format.is_srgb() { "fs_present_srgb" } else { "fs_present" };
         Self {
@@ -55,6 +67,8 @@ impl Pipelines {
                 depth: true,
                 ..PipelineParameters::new("points", &draw)
             }),
+            block: builder.make(&reach("fs_block")),
+            reach: builder.make(&reach("fs_reach")),
             rows: builder.make(&full("fs_rows")),
             columns: builder.make(&full("fs_columns")),
             shade: builder.make(&PipelineParameters {
@@ -72,6 +86,7 @@ impl Pipelines {
             frame_layout,
             draw_layout,
             colour_depth_layout,
+            radius_layout,
             present_layout,
         }
     }

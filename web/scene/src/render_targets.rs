@@ -1,5 +1,7 @@
 //! Render targets: the textures between the passes, sized to the viewport.
 
+use crate::pipelines::Pipelines;
+
 /// Format of colour and of packed depth: every browser can draw into it and read it.
 pub(crate) const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 pub(crate) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
@@ -12,11 +14,27 @@ pub(crate) struct ColourDepthTarget {
     pub(crate) group: wgpu::BindGroup,
 }
 
+/// Edge of a block of pixels, px: `BLOCK` of common.wgsl.
+const BLOCK_PX: u32 = 8;
+
+/// A radius for each block of pixels, in the form of the packed depth's fourth byte.
+pub(crate) struct RadiusTarget {
+    pub(crate) view: wgpu::TextureView,
+    /// Its binding for a pass that reads it.
+    pub(crate) group: wgpu::BindGroup,
+}
+
 /// All textures for one viewport size.
 pub(crate) struct RenderTargets {
     pub(crate) size: [u32; 2],
     /// Points and meshes; after the fill passes the filled image.
     pub(crate) scene: ColourDepthTarget,
+    /// The packed depth of `scene` as what the largest radius of every block is read from.
+    pub(crate) radius_group: wgpu::BindGroup,
+    /// The largest radius of the points in every block.
+    pub(crate) block: RadiusTarget,
+    /// The largest radius of the points that reach every block.
+    pub(crate) reach: RadiusTarget,
     /// The image between the two fill passes.
     pub(crate) rows: ColourDepthTarget,
     /// Depth buffer of the first pass.
@@ -27,12 +45,8 @@ pub(crate) struct RenderTargets {
 }
 
 impl RenderTargets {
-    pub(crate) fn new(
-        device: &wgpu::Device,
-        size: [u32; 2],
-        colour_depth: &wgpu::BindGroupLayout,
-        present: &wgpu::BindGroupLayout,
-    ) -> Self {
+    pub(crate) fn new(device: &wgpu::Device, size: [u32; 2], pipelines: &Pipelines) -> Self {
+        let Pipelines { colour_depth_layout, radius_layout, present_layout, .. } = pipelines;
         let finished = texture(device, "scene: finished", size, FORMAT);
         let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
             mag_filter: wgpu::FilterMode::Linear,
@@ -41,16 +55,21 @@ impl RenderTargets {
         });
         let finished_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("scene: finished"),
-            layout: present,
+            layout: present_layout,
             entries: &[
                 wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&finished) },
                 wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&sampler) },
             ],
         });
+        let scene = ColourDepthTarget::new(device, size, colour_depth_layout);
+        let blocks = size.map(|px| px.div_ceil(BLOCK_PX));
         Self {
             size,
-            scene: ColourDepthTarget::new(device, size, colour_depth),
-            rows: ColourDepthTarget::new(device, size, colour_depth),
+            radius_group: radius_group(device, radius_layout, &scene.depth),
+            scene,
+            block: RadiusTarget::new(device, blocks, radius_layout),
+            reach: RadiusTarget::new(device, blocks, radius_layout),
+            rows: ColourDepthTarget::new(device, size, colour_depth_layout),
             z: texture(device, "scene: z", size, DEPTH_FORMAT),
             finished,
             finished_group,
@@ -82,6 +101,26 @@ impl ColourDepthTarget {
             Some(attachment(view, load))
         })
     }
+}
+
+impl RadiusTarget {
+    fn new(device: &wgpu::Device, size: [u32; 2], layout: &wgpu::BindGroupLayout) -> Self {
+        let view = texture(device, "scene: radius", size, FORMAT);
+        let group = radius_group(device, layout, &view);
+        Self { view, group }
+    }
+}
+
+fn radius_group(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    view: &wgpu::TextureView,
+) -> wgpu::BindGroup {
+    device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("scene: radius"),
+        layout,
+        entries: &[wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(view) }],
+    })
 }
 
 /// A colour attachment whose result is stored.

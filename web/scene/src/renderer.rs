@@ -31,6 +31,8 @@ struct RendererConfig {
     point_size: PointSizeConfig,
     /// How lines, markers and the robot are drawn.
     overlay: OverlayConfig,
+    /// Whether the fill passes look as far as the largest possible point reaches, at every pixel: for tests, which compare.
+    looks_far_everywhere: bool,
 }
 
 /// Draws the scene and finds the thing under a pixel.
@@ -300,8 +302,7 @@ impl Renderer {
         let view = view.as_drawn(self.device.limits().max_texture_dimension_2d);
         let size = view.viewport_px;
         if self.targets.as_ref().is_none_or(|targets| targets.size != size) {
-            let layouts = (&self.pipelines.colour_depth_layout, &self.pipelines.present_layout);
-            self.targets = Some(RenderTargets::new(&self.device, size, layouts.0, layouts.1));
+            self.targets = Some(RenderTargets::new(&self.device, size, &self.pipelines));
         }
         self.rebuild_overlay(&view.palette);
         let projection = CameraProjection::new(view.camera, size).magnified(view.options.magnification);
@@ -360,6 +361,12 @@ impl Renderer {
             best = nearest_point(points, map_from_anchor, &cone, limit).or(best);
         }
         best.map(|(_, position)| position)
+    }
+
+    /// Lets the fill passes look as far as the largest possible point reaches, at every pixel.
+    #[cfg(test)]
+    pub(crate) fn look_far_everywhere(&mut self) {
+        self.config.looks_far_everywhere = true;
     }
 
     /// The points of all tiles between two corners, m, map frame, in columns. Linear in the points of the tiles that reach there.

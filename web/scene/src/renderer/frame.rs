@@ -28,6 +28,7 @@ impl Renderer {
         let buffer = grown.as_ref().unwrap_or(&self.draw_uniforms);
         if let Some(targets) = &self.targets {
             self.draw_surfaces(encoder, targets, buffer, &draw_calls);
+            self.find_reach(encoder, targets);
             self.fill(encoder, targets);
             self.finish(encoder, targets, &view.options);
         }
@@ -157,6 +158,29 @@ impl Renderer {
         }
     }
 
+    /// Finds how far the fill passes have to look from each block of pixels.
+    fn find_reach(&self, encoder: &mut wgpu::CommandEncoder, targets: &RenderTargets) {
+        let steps = [
+            (&targets.radius_group, &targets.block, &self.pipelines.block),
+            (&targets.block.group, &targets.reach, &self.pipelines.reach),
+        ];
+        for (from, to, pipeline) in steps {
+            let clear = wgpu::LoadOp::Clear(wgpu::Color::WHITE);
+            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                label: Some("scene: reach"),
+                color_attachments: &[Some(attachment(&to.view, clear))],
+                ..wgpu::RenderPassDescriptor::default()
+            });
+            if self.config.looks_far_everywhere {
+                continue;
+            }
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, &self.frame_uniforms.group, &[]);
+            pass.set_bind_group(1, from, &[]);
+            pass.draw(0..3, 0..1);
+        }
+    }
+
     /// Grows the points along rows, then along columns. The result is in the first target again.
     fn fill(&self, encoder: &mut wgpu::CommandEncoder, targets: &RenderTargets) {
         let steps = [
@@ -172,6 +196,7 @@ impl Renderer {
             pass.set_pipeline(pipeline);
             pass.set_bind_group(0, &self.frame_uniforms.group, &[]);
             pass.set_bind_group(1, &from.group, &[]);
+            pass.set_bind_group(2, &targets.reach.group, &[]);
             pass.draw(0..3, 0..1);
         }
     }

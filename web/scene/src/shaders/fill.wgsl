@@ -1,6 +1,9 @@
 // Gap filling: grows points to discs, along rows first and then along columns. Every pixel takes the nearest point whose disc
 // reaches it. The first pass leaves the half width of the disc in the column's direction as the radius for the second pass.
 
+// How far to look, for each block of pixels: see reach.wgsl.
+@group(2) @binding(0) var reach_texture: texture_2d<f32>;
+
 struct Filled {
     @location(0) colour: vec4<f32>,
     @location(1) depth: vec4<f32>,
@@ -24,7 +27,7 @@ fn fill(pixel: vec2<i32>, along: vec2<i32>) -> Filled {
     if own.r + own.g + own.b > 2.9999 {
         best_depth = 2.0;
     }
-    let reach = i32(ceil(frame.viewport.w));
+    let reach = i32(ceil(unpack_radius(textureLoad(reach_texture, pixel / BLOCK, 0))));
     for (var i = -reach; i <= reach; i++) {
         let at = inside(pixel + along * i);
         let candidate = textureLoad(depth_texture, at, 0);

@@ -316,6 +316,27 @@ fn the_scene_draws_on_the_first_frame_and_picks_what_it_draws() {
 }
 
 #[test]
+fn looking_only_as_far_as_points_reach_changes_no_pixel() {
+    for gpu in TestGpu::all() {
+        let (mut renderer, mut far) = (furnished_hall(&gpu), furnished_hall(&gpu));
+        far.look_far_everywhere();
+        // From outside, between the racks, and with the nose at the floor, where points are as large as they get. The last size has blocks of fewer pixels.
+        let near = CameraPose { target: robot().position, yaw: 2.5, pitch: 0.35, distance: 3.0 };
+        let nearest = CameraPose { target: DVec3::new(-4.0, 0.0, 0.1), yaw: 0.4, pitch: 0.2, distance: 0.7 };
+        let cameras = [hall_view().camera, near, nearest];
+        for (camera, size) in cameras.into_iter().zip([SIZE, SIZE, [1277, 795]]) {
+            let view = View { camera, viewport_px: size, ..hall_view() };
+            let all = gpu.render(&mut far, &view, "reach-far");
+            let image = gpu.render(&mut renderer, &view, "reach");
+            let changed = image.pixels.iter().zip(&all.pixels).filter(|(a, b)| a != b).count();
+            assert_eq!(changed, 0, "{}: {camera:?}", gpu.name);
+            let drawn = image.pixels.chunks(4).filter(|pixel| pixel[2] > 60).count();
+            assert!(drawn > 100_000, "{}: {drawn} pixels show points at {camera:?}", gpu.name);
+        }
+    }
+}
+
+#[test]
 fn an_empty_scene_is_only_background() {
     for gpu in TestGpu::all() {
         let mut renderer = gpu.renderer();

@@ -45,6 +45,23 @@ fn frames_in_time_restore_the_quality_and_scans_at_ten_hertz_do_not_lower_it() {
 }
 
 #[test]
+fn frames_of_the_robot_come_seldom_only_where_the_lowest_quality_is_too_much() {
+    let mut pacer = FramePacer::default();
+    assert_eq!(pacer.stream_interval_s(), 0.09);
+    let (now, _) = run(&mut pacer, 0.0, 0.2, 2);
+    assert_eq!(pacer.stream_interval_s(), 0.09, "a lower quality may be enough");
+    let (now, _) = run(&mut pacer, now, 0.3, 10);
+    let seldom = pacer.stream_interval_s();
+    assert_eq!(seldom, 0.35);
+    let (now, slow) = run(&mut pacer, now, seldom, 5);
+    let (still, _) = pacer.plan_frame(now + seldom, &requested(), false);
+    assert_eq!(still, slow, "no refinement between two frames of the robot");
+    // The pointer moves, and the frames that it asks for come in time.
+    run(&mut pacer, now + seldom, 0.05, 2);
+    assert_eq!(pacer.stream_interval_s(), 0.09);
+}
+
+#[test]
 fn a_pause_does_not_lower_the_quality_and_a_moved_camera_is_a_change() {
     let mut pacer = FramePacer::default();
     assert_eq!(run(&mut pacer, 0.0, 20.0, 20).1, requested());
