@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::support::chromium::Chromium;
+use crate::support::chromium::{Chromium, pixel_scale};
 use crate::support::page::{KeyPress, Page};
 use crate::support::picture::Area;
 use crate::support::wait_for;
@@ -37,10 +37,17 @@ fn roles_names_keys_and_pixels_of_a_page_are_read() {
     assert!(page.find("button", "Nothing").is_none());
 
     let picture = page.screenshot();
-    assert_eq!((picture.width, picture.height), (640, 480));
-    let canvas = Area { left: 200, top: 200, right: 300, bottom: 300 };
+    let drawn = |px: f64| (px * pixel_scale()).round() as usize;
+    let area = |left, top, right, bottom| Area {
+        left: drawn(left),
+        top: drawn(top),
+        right: drawn(right),
+        bottom: drawn(bottom),
+    };
+    assert_eq!((picture.width, picture.height), (drawn(640.0), drawn(480.0)));
+    let canvas = area(200.0, 200.0, 300.0, 300.0);
     assert_eq!((picture.colours(canvas), picture.lit(canvas, 30)), (1, 1.0));
-    let ground = Area { left: 400, top: 200, right: 600, bottom: 400 };
+    let ground = area(400.0, 200.0, 600.0, 400.0);
     assert_eq!((picture.colours(ground), picture.lit(ground, 30)), (1, 0.0));
     assert_eq!(page.errors(), Vec::<String>::new());
 

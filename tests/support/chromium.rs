@@ -14,6 +14,10 @@ use super::wait_for;
 const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
 const START_LIMIT: Duration = Duration::from_secs(60);
 
+/// Names the number of drawn pixels for each of the page, 1 by default. In software, fewer are drawn sooner, and the page looks the same to all but its pictures: it has the
+/// same size and the same layout.
+const SCALE: &str = "AUTOINSPECT_BROWSER_SCALE";
+
 /// Host name of the server in the browser, like that of a machine on the local network.
 pub const LAN_HOST: &str = "robot.test";
 
@@ -42,6 +46,7 @@ impl Chromium {
             ])
             // WebGL 2 in software, because test machines have no graphics card.
             .args(["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"])
+            .arg(format!("--force-device-scale-factor={}", pixel_scale()))
             .arg(format!("--host-resolver-rules=MAP {LAN_HOST} 127.0.0.1"))
             .arg(format!("--user-data-dir={}", profile.path().display()))
             .arg("about:blank")
@@ -94,6 +99,13 @@ impl Drop for Chromium {
         let _ = self.process.kill();
         let _ = self.process.wait();
     }
+}
+
+/// Drawn pixels for each of the page, along both sides.
+pub fn pixel_scale() -> f64 {
+    let Ok(text) = std::env::var(SCALE) else { return 1.0 };
+    let scale = text.parse().ok().filter(|scale| (0.25..=2.0).contains(scale));
+    scale.unwrap_or_else(|| panic!("{SCALE} is {text:?}, and has to be a number from 0.25 to 2"))
 }
 
 fn on_path(name: &str) -> bool {

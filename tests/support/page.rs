@@ -81,7 +81,8 @@ impl Page {
         self.size = [width, height];
         self.call(
             "Emulation.setDeviceMetricsOverride",
-            json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false }),
+            // 0: that of the browser.
+            json!({ "width": width, "height": height, "deviceScaleFactor": 0, "mobile": false }),
         );
     }
 
@@ -360,7 +361,7 @@ impl Page {
 
     pub fn screenshot(&mut self) -> Picture {
         let answer = self.call("Page.captureScreenshot", json!({ "format": "png" }));
-        Picture::from_base64(answer["data"].as_str().unwrap()).unwrap()
+        Picture::from_base64(answer["data"].as_str().unwrap(), self.size[0]).unwrap()
     }
 
     /// Errors that the page has reported so far: uncaught exceptions, failed loads, `console.error`.
@@ -400,12 +401,14 @@ impl Drop for Page {
         // A page that another one hides draws nothing, and would give no picture for ever.
         drop(self.try_call("Page.bringToFront", json!({})));
         match self.try_call("Page.captureScreenshot", json!({ "format": "png" })) {
-            Ok(answer) => match Picture::from_base64(answer["data"].as_str().unwrap_or_default()) {
-                Some(picture) => {
-                    println!("the page as it was: {}", picture.save(&format!("failed-{test}")).display())
+            Ok(answer) => {
+                match Picture::from_base64(answer["data"].as_str().unwrap_or_default(), self.size[0]) {
+                    Some(picture) => {
+                        println!("the page as it was: {}", picture.save(&format!("failed-{test}")).display())
+                    }
+                    None => println!("the page gave no picture"),
                 }
-                None => println!("the page gave no picture"),
-            },
+            }
             Err(error) => println!("the page gave no picture: {error}"),
         }
         for role in ["button", "status", "alert"] {

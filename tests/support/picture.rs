@@ -12,6 +12,8 @@ pub struct Picture {
     png: Vec<u8>,
     pub width: usize,
     pub height: usize,
+    /// Pixels for each of the page, along both sides.
+    scale: f64,
     /// Red, green, blue of each pixel, row by row from the top.
     pixels: Vec<[u8; 3]>,
 }
@@ -26,8 +28,8 @@ pub struct Area {
 }
 
 impl Picture {
-    /// Decodes a screenshot of the browser; `None` if it is not a PNG file.
-    pub(super) fn from_base64(text: &str) -> Option<Self> {
+    /// Decodes a screenshot of a page of `page_width` CSS pixels; `None` if it is not a PNG file.
+    pub(super) fn from_base64(text: &str, page_width: u32) -> Option<Self> {
         let png = base64::engine::general_purpose::STANDARD.decode(text).ok()?;
         let mut decoder = png::Decoder::new(std::io::Cursor::new(&png));
         decoder.set_transformations(png::Transformations::EXPAND | png::Transformations::STRIP_16);
@@ -36,7 +38,13 @@ impl Picture {
         let info = reader.next_frame(&mut bytes).ok()?;
         let samples = Some(info.color_type.samples()).filter(|samples| *samples >= 3)?;
         let pixels = bytes[..info.buffer_size()].chunks_exact(samples).map(|p| [p[0], p[1], p[2]]).collect();
-        Some(Self { width: info.width as usize, height: info.height as usize, pixels, png })
+        let scale = f64::from(info.width) / f64::from(page_width);
+        Some(Self { width: info.width as usize, height: info.height as usize, scale, pixels, png })
+    }
+
+    /// Width and height of the page, CSS pixels.
+    pub fn page_size(&self) -> [f64; 2] {
+        [self.width, self.height].map(|px| px as f64 / self.scale)
     }
 
     /// Saves the picture as a test artefact.
@@ -58,8 +66,9 @@ impl Picture {
         }
     }
 
-    /// Whether a place has the colour of walls by height: teal, between the slate of floors and the sand of what is highest.
+    /// Whether a place of the page, in CSS pixels, has the colour of walls by height: teal, between the slate of floors and the sand of what is highest.
     pub fn shows_wall(&self, x: f64, y: f64) -> bool {
+        let (x, y) = (x * self.scale, y * self.scale);
         let (column, row) = (x.round() as usize, y.round() as usize);
         let is_inside = x >= 0.0 && y >= 0.0 && column < self.width;
         let pixel = self.pixels.get(row * self.width + column).filter(|_| is_inside);

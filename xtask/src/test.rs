@@ -4,7 +4,8 @@
 //!
 //! - every change (no option; what CI runs): format, lints, licences, all tests outside modules named `nightly`, and the browser tests on a quickly
 //!   built bundle;
-//! - `--nightly`: also the tests in modules named `nightly`. These are long scenarios of which a shorter test runs on every change;
+//! - `--nightly`: also the tests in modules named `nightly`. These are long scenarios of which a shorter test runs on every change. The browser draws every
+//!   pixel, where on every change it draws every second one of every second row;
 //! - `--release-gate`: the browser tests run on the optimised server and bundle of a release, and the benchmarks with limits must meet them.
 //!
 //! `cargo xtask test security` tries the attacks on the platform and prints what came of each; see `security.rs`.
@@ -218,8 +219,12 @@ impl Selection<'_> {
             true => command.args(["nextest", "run"]).args(TESTED).args(self.nextest_arguments()),
             false => command.arg("test").args(TESTED).args(self.libtest_arguments()),
         };
-        if let Selection::Browser(_, autoinspect) = self {
+        if let Selection::Browser(tier, autoinspect) = self {
             command.env("AUTOINSPECT_BIN", autoinspect);
+            if *tier == Tier::EveryChange {
+                // A quarter of the pixels: drawn in software, they take half of the time of the tests. Nightly all are drawn.
+                command.env("AUTOINSPECT_BROWSER_SCALE", "0.5");
+            }
         }
         command
     }

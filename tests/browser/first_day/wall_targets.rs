@@ -43,7 +43,7 @@ impl WallTargets {
 
     /// Whether the place and most pixels around it look like a wall, inside the part of the scene that no card covers.
     fn is_wall(&self, at: At) -> bool {
-        let is_free = super::is_free(at, [self.picture.width as f64, self.picture.height as f64]);
+        let is_free = super::is_free(at, self.picture.page_size());
         let around = (-1..=1).flat_map(|x| (-1..=1).map(move |y| (x, y)));
         let walls =
             around.filter(|(x, y)| self.picture.shows_wall(at.x + f64::from(*x), at.y + f64::from(*y)));
