@@ -1,7 +1,7 @@
 //! Shaders, layouts and pipelines, which are compiled once.
 
 use crate::overlay_instances::{LineInstance, MarkerInstance};
-use crate::render_targets::{DEPTH_FORMAT, FORMAT};
+use crate::render_targets::{DEPTH_FORMAT, FORMAT, TargetLayouts};
 use crate::robot::Vertex;
 use crate::shaders;
 use crate::uniforms::{DrawUniforms, FrameUniforms};
@@ -12,9 +12,7 @@ use wgpu::{BindGroupLayout, RenderPipeline, ShaderStages, VertexFormat, VertexSt
 pub(crate) struct Pipelines {
     pub(crate) frame_layout: BindGroupLayout,
     pub(crate) draw_layout: BindGroupLayout,
-    pub(crate) colour_depth_layout: BindGroupLayout,
-    pub(crate) radius_layout: BindGroupLayout,
-    pub(crate) present_layout: BindGroupLayout,
+    pub(crate) target_layouts: TargetLayouts,
     pub(crate) points: RenderPipeline,
     pub(crate) block: RenderPipeline,
     pub(crate) reach: RenderPipeline,
@@ -37,21 +35,22 @@ impl Pipelines {
     pub(crate) fn new(device: &wgpu::Device, target_format: wgpu::TextureFormat) -> Self {
         let frame_layout = layout(device, "scene: frame", &[uniform::<FrameUniforms>(0, false)]);
         let draw_layout = layout(device, "scene: draw", &[uniform::<DrawUniforms>(0, true)]);
-        let colour_depth_layout =
-            layout(device, "scene: colour and depth", &[texture(0, false), texture(1, false)]);
-        let radius_layout = layout(device, "scene: radius", &[texture(0, false)]);
-        let present_layout = layout(device, "scene: present", &[texture(0, true), sampler(1)]);
+        let target_layouts = TargetLayouts {
+            colour_depth: layout(device, "scene: colour and depth", &[texture(0, false), texture(1, false)]),
+            radius: layout(device, "scene: radius", &[texture(0, false)]),
+            present: layout(device, "scene: present", &[texture(0, true), sampler(1)]),
+        };
         let builder = PipelineBuilder::new(device, &["points", "reach", "fill", "shade", "present"]);
         let draw = [&frame_layout, &draw_layout];
-        let colour_depth = [&frame_layout, &colour_depth_layout];
-        let radius = [&frame_layout, &radius_layout];
+        let colour_depth = [&frame_layout, &target_layouts.colour_depth];
+        let radius = [&frame_layout, &target_layouts.radius];
         let reach = |entry| PipelineParameters {
             vertex: "vs_reach",
             fragment: entry,
             targets: &[FORMAT],
             ..PipelineParameters::new("reach", &radius)
         };
-        let filled = [&frame_layout, &colour_depth_layout, &radius_layout];
+        let filled = [&frame_layout, &target_layouts.colour_depth, &target_layouts.radius];
         let full = |entry| PipelineParameters {
             vertex: "vs_fill",
             fragment: entry,
@@ -81,13 +80,11 @@ impl Pipelines {
                 vertex: "vs_present",
                 fragment: present_entry,
                 targets: &[target_format],
-                ..PipelineParameters::new("present", &[&present_layout])
+                ..PipelineParameters::new("present", &[&target_layouts.present])
             }),
             frame_layout,
             draw_layout,
-            colour_depth_layout,
-            radius_layout,
-            present_layout,
+            target_layouts,
         }
     }
 }
@@ -97,7 +94,7 @@ impl OverlayPipelines {
     pub(crate) fn new(device: &wgpu::Device, pipelines: &Pipelines) -> Self {
         let builder = PipelineBuilder::new(device, &["meshes", "overlay"]);
         let draw = [&pipelines.frame_layout, &pipelines.draw_layout];
-        let colour_depth = [&pipelines.frame_layout, &pipelines.colour_depth_layout];
+        let colour_depth = [&pipelines.frame_layout, &pipelines.target_layouts.colour_depth];
         let overlay = PipelineParameters { blend: true, ..PipelineParameters::new("overlay", &colour_depth) };
         Self {
             meshes: builder.make(&PipelineParameters {

@@ -1,7 +1,5 @@
 //! Render targets: the textures between the passes, sized to the viewport.
 
-use crate::pipelines::Pipelines;
-
 /// Format of colour and of packed depth: every browser can draw into it and read it.
 pub(crate) const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 pub(crate) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
@@ -22,6 +20,16 @@ pub(crate) struct RadiusTarget {
     pub(crate) view: wgpu::TextureView,
     /// Its binding for a pass that reads it.
     pub(crate) group: wgpu::BindGroup,
+}
+
+/// How passes bind what they read.
+pub(crate) struct TargetLayouts {
+    /// Colour and packed depth.
+    pub(crate) colour_depth: wgpu::BindGroupLayout,
+    /// A [`RadiusTarget`].
+    pub(crate) radius: wgpu::BindGroupLayout,
+    /// The finished image.
+    pub(crate) present: wgpu::BindGroupLayout,
 }
 
 /// All textures for one viewport size.
@@ -45,8 +53,7 @@ pub(crate) struct RenderTargets {
 }
 
 impl RenderTargets {
-    pub(crate) fn new(device: &wgpu::Device, size: [u32; 2], pipelines: &Pipelines) -> Self {
-        let Pipelines { colour_depth_layout, radius_layout, present_layout, .. } = pipelines;
+    pub(crate) fn new(device: &wgpu::Device, size: [u32; 2], layouts: &TargetLayouts) -> Self {
         let finished = texture(device, "scene: finished", size, FORMAT);
         let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
             mag_filter: wgpu::FilterMode::Linear,
@@ -55,21 +62,21 @@ impl RenderTargets {
         });
         let finished_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("scene: finished"),
-            layout: present_layout,
+            layout: &layouts.present,
             entries: &[
                 wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&finished) },
                 wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&sampler) },
             ],
         });
-        let scene = ColourDepthTarget::new(device, size, colour_depth_layout);
+        let scene = ColourDepthTarget::new(device, size, &layouts.colour_depth);
         let blocks = size.map(|px| px.div_ceil(BLOCK_PX));
         Self {
             size,
-            radius_group: radius_group(device, radius_layout, &scene.depth),
+            radius_group: radius_group(device, &layouts.radius, &scene.depth),
             scene,
-            block: RadiusTarget::new(device, blocks, radius_layout),
-            reach: RadiusTarget::new(device, blocks, radius_layout),
-            rows: ColourDepthTarget::new(device, size, colour_depth_layout),
+            block: RadiusTarget::new(device, blocks, &layouts.radius),
+            reach: RadiusTarget::new(device, blocks, &layouts.radius),
+            rows: ColourDepthTarget::new(device, size, &layouts.colour_depth),
             z: texture(device, "scene: z", size, DEPTH_FORMAT),
             finished,
             finished_group,

@@ -302,7 +302,7 @@ impl Renderer {
         let view = view.as_drawn(self.device.limits().max_texture_dimension_2d);
         let size = view.viewport_px;
         if self.targets.as_ref().is_none_or(|targets| targets.size != size) {
-            self.targets = Some(RenderTargets::new(&self.device, size, &self.pipelines));
+            self.targets = Some(RenderTargets::new(&self.device, size, &self.pipelines.target_layouts));
         }
         self.rebuild_overlay(&view.palette);
         let projection = CameraProjection::new(view.camera, size).magnified(view.options.magnification);
