@@ -31,8 +31,8 @@ struct RendererConfig {
     point_size: PointSizeConfig,
     /// How lines, markers and the robot are drawn.
     overlay: OverlayConfig,
-    /// Whether the fill passes look as far as the largest possible point reaches, at every pixel: for tests, which compare.
-    looks_far_everywhere: bool,
+    /// Whether the fill passes read 16 pixels to each side at every pixel, whatever points are near. Tests compare with it.
+    reads_all_around: bool,
 }
 
 /// Draws the scene and finds the thing under a pixel.
@@ -363,10 +363,10 @@ impl Renderer {
         best.map(|(_, position)| position)
     }
 
-    /// Lets the fill passes look as far as the largest possible point reaches, at every pixel.
+    /// Lets the fill passes read 16 pixels to each side at every pixel.
     #[cfg(test)]
-    pub(crate) fn look_far_everywhere(&mut self) {
-        self.config.looks_far_everywhere = true;
+    pub(crate) fn read_all_around(&mut self) {
+        self.config.reads_all_around = true;
     }
 
     /// The points of all tiles between two corners, m, map frame, in columns. Linear in the points of the tiles that reach there.

@@ -12,7 +12,7 @@ pub(crate) struct PointSizeConfig {
     /// Largest radius of a point, logical px. Chosen: larger discs hide the shape of near things.
     pub(crate) max_radius_px: f32,
     /// Largest radius of a point, physical px. The fill passes read this many pixels to each side. The packed radius holds values
-    /// below 16.
+    /// below 16, and reach.wgsl looks for points up to 16 px away.
     pub(crate) max_fill_px: f32,
     /// Smallest radius of a point, px. It covers the eight neighbours, because a spacing of just over one pixel would leave a lattice of holes. Chosen: the distance of
     /// the diagonal neighbours is 1.41 px.

@@ -158,20 +158,21 @@ impl Renderer {
         }
     }
 
-    /// Finds how far the fill passes have to look from each block of pixels.
+    /// Finds how many pixels to each side the fill passes read in each block of pixels.
     fn find_reach(&self, encoder: &mut wgpu::CommandEncoder, targets: &RenderTargets) {
         let steps = [
             (&targets.radius_group, &targets.block, &self.pipelines.block),
             (&targets.block.group, &targets.reach, &self.pipelines.reach),
         ];
         for (from, to, pipeline) in steps {
+            // The largest radius that a byte holds, 15.9 pixels.
             let clear = wgpu::LoadOp::Clear(wgpu::Color::WHITE);
             let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
                 label: Some("scene: reach"),
                 color_attachments: &[Some(attachment(&to.view, clear))],
                 ..wgpu::RenderPassDescriptor::default()
             });
-            if self.config.looks_far_everywhere {
+            if self.config.reads_all_around {
                 continue;
             }
             pass.set_pipeline(pipeline);

@@ -23,7 +23,7 @@ const DEPTH_LEAST_LOG2: f32 = -7.0;
 const DEPTH_OCTAVES: f32 = 20.0;
 const DEPTH_STEPS: f32 = 16777215.0;
 
-// Edge of the blocks for which the fill passes know how far they have to look, pixels. Chosen: half the largest radius of a point.
+// Edge of the blocks that have one number of pixels to read each (reach.wgsl), pixels. Chosen: half the largest radius of a point.
 const BLOCK: i32 = 8;
 
 fn log_depth(depth: f32) -> f32 {

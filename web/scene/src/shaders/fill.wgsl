@@ -1,7 +1,7 @@
 // Gap filling: grows points to discs, along rows first and then along columns. Every pixel takes the nearest point whose disc
 // reaches it. The first pass leaves the half width of the disc in the column's direction as the radius for the second pass.
 
-// How far to look, for each block of pixels: see reach.wgsl.
+// How many pixels to each side are read, for each block of pixels: see reach.wgsl.
 @group(2) @binding(0) var reach_texture: texture_2d<f32>;
 
 struct Filled {

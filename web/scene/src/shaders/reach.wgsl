@@ -1,7 +1,7 @@
-// How far the fill passes have to look: the largest radius of the points that may reach a block of pixels. Most blocks are reached by small
-// points or by none, and one large point near the camera would make every pixel look as far as itself does.
+// How many pixels to each side the fill passes read: the largest radius of the points that reach a block of pixels. Most blocks are reached
+// by small points or by none. With one number for the whole image, one large point near the camera would make every pixel read 15 pixels to each side.
 
-// The radius has the form of the packed depth's fourth byte. One for each block.
+// A radius in the form of the packed depth's fourth byte: for `fs_block` the packed depth itself, for `fs_reach` what `fs_block` drew.
 @group(1) @binding(0) var radius_texture: texture_2d<f32>;
 
 @vertex

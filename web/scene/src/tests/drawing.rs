@@ -316,10 +316,10 @@ fn the_scene_draws_on_the_first_frame_and_picks_what_it_draws() {
 }
 
 #[test]
-fn looking_only_as_far_as_points_reach_changes_no_pixel() {
+fn reading_fewer_pixels_where_points_are_small_changes_no_pixel() {
     for gpu in TestGpu::all() {
         let (mut renderer, mut far) = (furnished_hall(&gpu), furnished_hall(&gpu));
-        far.look_far_everywhere();
+        far.read_all_around();
         // From outside, between the racks, and with the nose at the floor, where points are as large as they get. The last size has blocks of fewer pixels.
         let near = CameraPose { target: robot().position, yaw: 2.5, pitch: 0.35, distance: 3.0 };
         let nearest = CameraPose { target: DVec3::new(-4.0, 0.0, 0.1), yaw: 0.4, pitch: 0.2, distance: 0.7 };
